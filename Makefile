@@ -1,0 +1,33 @@
+# make run, make test: all that a fresh clone needs. Both install into .venv first.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: run test lint format bench clean
+
+run: $(VENV)/installed
+	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
+	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report
+
+test: lint
+	$(BIN)/pytest -n auto -q
+
+lint: $(VENV)/installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(VENV)/installed
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(VENV)/installed
+	$(BIN)/pytest tests/benchmarks --benchmark-enable --benchmark-only -p no:xdist -q
+
+$(VENV)/installed: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	touch $@
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks

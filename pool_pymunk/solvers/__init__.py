@@ -1,0 +1,174 @@
+"""The solvers, one file each, and :func:`simulate`, which calls them by name.
+
+A solver is a function of a scene, the state to start from and :class:`Settings`; it returns the
+:class:`~pool_pymunk.result.Trace` it kept. Adding one is a file and a line in ``SOLVERS``.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pool_pymunk.result import Event, Run, Trace
+from pool_pymunk.scene import Scene, SceneError, Shot, State
+from pool_pymunk.solvers import pymunk_space, time_slice
+from pool_pymunk.solvers.settings import Settings, Solve
+
+
+class Solver(NamedTuple):
+    """A solver's function, and the time step (s) it takes when none is given (None: it has none)."""
+
+    solve: Solve
+    dt: float | None
+    about: str
+
+
+SOLVERS: Mapping[str, Solver] = {
+    "pymunk": Solver(pymunk_space.solve, 1e-4, "balls and cushions as shapes in a pymunk space"),
+    "time-slice": Solver(time_slice.solve, 1e-6, "the report's own algorithm"),
+}
+
+
+class SettingError(ValueError):
+    """A solver, shot or time step that does not exist or makes no sense."""
+
+
+def simulate(
+    scene: Scene,
+    shot: Shot | str | int | None = None,
+    *,
+    solver: str = "pymunk",
+    dt: float | None = None,
+    times: Sequence[float] | None = None,
+    start: State | None = None,
+    max_time: float | None = None,
+    max_events: int | None = None,
+) -> Run:
+    """Simulate one shot of a scene.
+
+    ``shot`` is a Shot of the scene, its name or its number from 0; without one, the first shot, or
+    the scene as its velocities have it where it has no shots. ``dt`` (s) is the solver's step,
+    ``times`` (s) where to sample the Run, ``start`` the state before the shot (default: the
+    scene's own, or where the shot before ended if the shot goes on from there). ``max_time`` (s;
+    default: the scene's) and ``max_events`` bound the run.
+
+    >>> from pool_pymunk import load
+    >>> run = simulate(load("report"), "Simulation 3", solver="pymunk", dt=1/240)
+    >>> run.status, [event.kind for event in run.events]
+    ('settled', ['ball-cushion', 'stop'])
+
+    Raises :class:`SettingError` for an unknown solver or shot, or a step that is not positive.
+    """
+    chosen = find_shot(scene, shot)
+    method = find_solver(solver)
+    step = _step(method, dt)
+    if start is None and chosen is not None and chosen.from_previous:
+        before = scene.shots[scene.shots.index(chosen) - 1]
+        start = simulate(scene, before, solver=solver, dt=dt, max_events=max_events).end
+    settings = Settings(step, max_time or scene.physics.max_time, max_events)
+    state = scene.start(chosen, start)
+    began = time.perf_counter()
+    trace = method.solve(scene, state, settings)
+    return _run(scene, chosen, trace, solver, step, time.perf_counter() - began, times)
+
+
+def simulate_all(
+    scene: Scene,
+    shots: Sequence[Shot] | None = None,
+    *,
+    solver: str = "pymunk",
+    dt: float | None = None,
+    max_events: int | None = None,
+) -> Iterator[Run]:
+    """Simulate several shots (default: all of the scene), each Run as soon as it is there."""
+    last: tuple[Shot, Run] | None = None
+    for shot in scene.shots if shots is None else shots:
+        start = None
+        if (
+            shot.from_previous
+            and last
+            and scene.shots.index(shot) - 1 == scene.shots.index(last[0])
+        ):
+            start = last[1].end
+        run = simulate(scene, shot, solver=solver, dt=dt, start=start, max_events=max_events)
+        last = (shot, run)
+        yield run
+    if not scene.shots and shots is None:
+        yield simulate(scene, solver=solver, dt=dt, max_events=max_events)
+
+
+def find_solver(name: str) -> Solver:
+    """The solver of that name."""
+    if name not in SOLVERS:
+        raise SettingError(f"solver = {name}: there is no such solver ({', '.join(SOLVERS)})")
+    return SOLVERS[name]
+
+
+def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
+    """The shot of that name or number (from 0)."""
+    if isinstance(shot, Shot):
+        return shot
+    if shot is None:
+        return scene.shots[0] if scene.shots else None
+    for k, candidate in enumerate(scene.shots):
+        if shot in (k, candidate.name):
+            return candidate
+    names = ", ".join(candidate.name for candidate in scene.shots) or "none"
+    raise SettingError(f"shot = {shot}: there is no such shot ({names})")
+
+
+def _step(method: Solver, dt: float | None) -> float | None:
+    if method.dt is None or dt is None:
+        return method.dt
+    if not (dt > 0.0 and math.isfinite(dt)):
+        raise SettingError(f"dt = {dt}: must be a positive number of seconds")
+    return dt
+
+
+def _run(
+    scene: Scene,
+    shot: Shot | None,
+    trace: Trace,
+    solver: str,
+    dt: float | None,
+    wall_time: float,
+    times: Sequence[float] | None,
+) -> Run:
+    ids = [ball.id for ball in scene.balls]
+    events = tuple(
+        Event(t, kind, tuple(ids[i] for i in balls), cushion)
+        for t, kind, balls, cushion in sorted(trace.events, key=lambda event: event[0])
+    )
+    return Run(
+        scene=scene,
+        shot=shot,
+        solver=solver,
+        dt=dt,
+        knots=tuple(np.array(knots) for knots in trace.knots),
+        events=events,
+        status=trace.status,
+        duration=trace.duration,
+        steps=trace.steps,
+        warnings=tuple(trace.warnings),
+        wall_time=wall_time,
+        sample_times=None if times is None else tuple(times),
+    )
+
+
+__all__ = [
+    "SOLVERS",
+    "SceneError",
+    "SettingError",
+    "Settings",
+    "Solver",
+    "find_shot",
+    "find_solver",
+    "replace",
+    "simulate",
+    "simulate_all",
+]

@@ -1,0 +1,24 @@
+"""What a solver is told beside the scene, and the form all solvers share."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from pool_pymunk.result import Trace
+from pool_pymunk.scene import Scene, State
+
+NEVER_SETTLES = 10_000_000  # contacts after which a run is given up, unless the user says otherwise
+
+
+class Settings(NamedTuple):
+    """Time step (s; None for solvers without one) and the bounds of a run."""
+
+    dt: float | None
+    max_time: float | None = None
+    max_events: int | None = None
+
+
+class Solve(Protocol):
+    """Every solver's form."""
+
+    def __call__(self, scene: Scene, start: State, settings: Settings) -> Trace: ...

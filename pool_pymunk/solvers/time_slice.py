@@ -1,0 +1,293 @@
+"""The report's own algorithm: advance every ball by a tiny slice of time, then look for overlaps.
+
+A slice moves all balls (Eq. 10), then lets every ball answer the cushions (Eq. 9), then every pair
+of balls in their order (Listing 3). The arithmetic is the listing's: angles by atan2, velocities
+turned by cosine and sine, in the same order, so that its rounding is reproduced as well.
+
+Looking for overlaps is skipped where it provably finds nothing: a ball at rest, a cushion or
+another ball farther off than the balls can come in the slices that are skipped. The arithmetic of
+every slice is done all the same, so that skipping does not change a single bit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from math import atan2, cos, hypot, pi, sin
+
+from pool_pymunk.contact import LAWS, NT, cushion
+from pool_pymunk.result import Trace
+from pool_pymunk.scene import Point, Scene, State
+from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings
+
+EPSILON = 2.0**-52
+SAFE = 1.0 - 1e-6  # share of a gap that the balls may provably not cross, rounding included
+
+
+def solve(scene: Scene, start: State, settings: Settings) -> Trace:
+    """Simulate with slices of ``settings.dt`` s; a contact is found up to one slice late.
+
+    Reproduces Listing 1 of the report to every printed digit at 1e-6 s with law ``published``.
+    """
+    assert settings.dt is not None
+    slices = Slices(scene, start, settings.dt)
+    trace = slices.trace
+    last = math.inf if settings.max_time is None else math.ceil(settings.max_time / settings.dt)
+    most = NEVER_SETTLES if settings.max_events is None else settings.max_events
+    k = 0
+    while slices.moving:
+        if k >= last or len(trace.events) >= most:
+            trace.status = "max_time" if k >= last else "max_events"
+            trace.duration = k * settings.dt
+            slices.note_all(trace.duration)
+            break
+        quiet = min(slices.quiet(), last - k - 1)
+        if quiet > 0:
+            slices.move(k, int(quiet))
+            k += int(quiet)
+        if slices.moving:
+            moved = list(slices.moving)
+            slices.move(k, 1)
+            k += 1
+            slices.look(moved, k * settings.dt)
+        if not slices.is_finite():
+            trace.status, trace.duration = "non_finite", k * settings.dt
+            break
+    trace.steps = k if trace.status != "settled" else round(trace.duration / settings.dt)
+    return trace
+
+
+class Slices:
+    """The balls in the middle of a run, advanced slice by slice."""
+
+    def __init__(self, scene: Scene, start: State, dt: float) -> None:
+        self.scene = scene
+        self.dt = dt
+        self.loss = dt * scene.friction.surface * scene.physics.gravity
+        self.law = LAWS[scene.physics.law]
+        self.radius = [ball.radius for ball in scene.balls]
+        self.x, self.y = ([p[axis] for p in start.position] for axis in (0, 1))
+        self.vx, self.vy = ([v[axis] for v in start.velocity] for axis in (0, 1))
+        self.colliding: set[tuple[int, int]] = set()
+        self.trace = Trace(start)
+        count = len(scene.balls)
+        self.moving = [i for i in range(count) if self._moves(i)]
+        self.pairs = [(i, j) for i in range(count) for j in range(i + 1, count)]
+        self.first_look = True
+
+    # -- motion ----------------------------------------------------------------------------------
+
+    def move(self, done: int, slices: int) -> None:
+        """Advance every moving ball by so many slices, after ``done`` slices; stop what stops."""
+        travel = slide if self.loss > 0.0 else drift
+        for i in self.moving:
+            x, y, vx, vy, used = travel(
+                (self.x[i], self.y[i]), (self.vx[i], self.vy[i]), self.loss, self.dt, slices
+            )
+            self.x[i], self.y[i], self.vx[i], self.vy[i] = x, y, vx, vy
+            if vx == 0.0 and vy == 0.0:
+                self.trace.stop(i, (done + used) * self.dt, (x, y))
+        self.moving = [i for i in self.moving if self._moves(i)]
+
+    # -- contacts --------------------------------------------------------------------------------
+
+    def look(self, moved: list[int], t: float) -> None:
+        """Let cushions, then pairs, answer what overlaps now; only what moved can have changed."""
+        if self.scene.table is not None:
+            answer = self._rectangle if self.scene.table.is_rectangle else self._polygon
+            for i in moved:
+                answer(i, t)
+        active = set(range(len(self.x)) if self.first_look else moved)
+        self.first_look = False
+        for i, j in self.pairs:
+            if i in active or j in active:
+                self._pair(i, j, t, active)
+        self.moving = sorted(i for i in active if self._moves(i))
+
+    def _moves(self, i: int) -> bool:
+        return self.vx[i] != 0.0 or self.vy[i] != 0.0
+
+    def _rectangle(self, i: int, t: float) -> None:
+        """The listing's cushions: first the two across x, then the two across y."""
+        assert self.scene.table is not None
+        x0, y0, x1, y1 = self.scene.table.bounds
+        r = self.radius[i]
+        if self.x[i] > x1 - r or self.x[i] < x0 + r:
+            number = 1 if self.x[i] > x1 - r else 3
+            self.x[i] = min(max(self.x[i], x0 + r), x1 - r)
+            approach = self.vx[i]
+            self.vx[i], self.vy[i] = self._cushion(NT(self.vx[i], self.vy[i]))
+            self._note_cushion(i, t, number, approach)
+        if self.y[i] > y1 - r or self.y[i] < y0 + r:
+            number = 2 if self.y[i] > y1 - r else 0
+            self.y[i] = min(max(self.y[i], y0 + r), y1 - r)
+            approach = self.vy[i]
+            self.vy[i], self.vx[i] = self._cushion(NT(self.vy[i], self.vx[i]))
+            self._note_cushion(i, t, number, approach)
+
+    def _polygon(self, i: int, t: float) -> None:
+        """The same rule edge by edge, and at corners that stick out into the table."""
+        assert self.scene.table is not None
+        r = self.radius[i]
+        for number, edge in enumerate(self.scene.table.edges):
+            height = edge.height(self.x[i], self.y[i])
+            if -r < height < r and 0.0 <= edge.along(self.x[i], self.y[i]) <= edge.length:
+                self._bounce(i, t, number, edge.normal, r - height)
+        for number in self.scene.table.reflex_corners:
+            corner_x, corner_y = self.scene.table.outline[number]
+            dx, dy = self.x[i] - corner_x, self.y[i] - corner_y
+            distance = hypot(dx, dy)
+            if 0.0 < distance < r:
+                self._bounce(i, t, number, (dx / distance, dy / distance), r - distance)
+
+    def _bounce(self, i: int, t: float, number: int, normal: Point, depth: float) -> None:
+        nx, ny = normal
+        self.x[i] += depth * nx
+        self.y[i] += depth * ny
+        v = NT(self.vx[i] * nx + self.vy[i] * ny, self.vy[i] * nx - self.vx[i] * ny)
+        if v.n < 0.0:
+            n, s = self._cushion(v)
+            self.vx[i], self.vy[i] = n * nx - s * ny, n * ny + s * nx
+        self._note_cushion(i, t, number, min(v.n, 0.0))
+
+    def _cushion(self, v: NT) -> NT:
+        e = self.scene.restitution.cushion
+        assert e is not None
+        return cushion(v, e, self.scene.friction.cushion)
+
+    def _note_cushion(self, i: int, t: float, number: int, approach: float) -> None:
+        if approach == 0.0:  # it came to rest in this very slice and is only put back
+            self.trace.knot(i, t, (self.x[i], self.y[i]), (self.vx[i], self.vy[i]))
+            return
+        self.trace.ball_cushion(t, i, number)
+        self._note(i, t)
+
+    def _pair(self, i: int, j: int, t: float, active: set[int]) -> None:
+        """Answer an overlap once; the pair answers again only after it has separated."""
+        touching = hypot(self.x[i] - self.x[j], self.y[i] - self.y[j]) < (
+            self.radius[i] + self.radius[j]
+        )
+        if touching and (i, j) not in self.colliding:
+            self.colliding.add((i, j))
+            if self._moves(i) or self._moves(j):
+                self._collide(i, j)
+                self.trace.ball_ball(t, i, j)
+                active.update((i, j))
+                self._note(i, t)
+                self._note(j, t)
+        elif not touching:
+            self.colliding.discard((i, j))
+
+    def _collide(self, i: int, j: int) -> None:
+        """Listing 3: into the frame of the impact by angles, the contact law, and back."""
+        impact = atan2(self.y[j] - self.y[i], self.x[j] - self.x[i])
+        after = self.law(
+            self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
+        )
+        for ball, v in zip((i, j), after, strict=True):
+            self.vx[ball] = cos(impact) * v.n - cos(pi / 2 - impact) * v.t
+            self.vy[ball] = sin(impact) * v.n + sin(pi / 2 - impact) * v.t
+
+    def _in_frame(self, i: int, impact: float) -> NT:
+        speed = hypot(self.vx[i], self.vy[i])
+        angle = atan2(self.vy[i], self.vx[i])
+        return NT(cos(angle - impact) * speed, sin(angle - impact) * speed)
+
+    # -- what the trace needs --------------------------------------------------------------------
+
+    def _note(self, i: int, t: float) -> None:
+        if self.vx[i] == 0.0 and self.vy[i] == 0.0:
+            self.trace.stop(i, t, (self.x[i], self.y[i]))
+        else:
+            self.trace.knot(i, t, (self.x[i], self.y[i]), (self.vx[i], self.vy[i]))
+
+    def note_all(self, t: float) -> None:
+        """Write down where the balls are that still move."""
+        for i in self.moving:
+            self._note(i, t)
+
+    def is_finite(self) -> bool:
+        return all(math.isfinite(self.x[i] + self.y[i] + self.vx[i]) for i in self.moving)
+
+    # -- what can be skipped ---------------------------------------------------------------------
+
+    def quiet(self) -> float:
+        """A number of slices in which no overlap can begin or end, however the balls move.
+
+        In one slice a ball comes no farther than its speed times dt, plus a rounding error of
+        each coordinate; so a gap lasts for at least gap / (what both can come in a slice) slices.
+        """
+        if not self.moving:
+            return 0.0
+        reach = [0.0] * len(self.x)
+        for i in self.moving:
+            rounding = 4.0 * EPSILON * (abs(self.x[i]) + abs(self.y[i]) + self.radius[i])
+            reach[i] = hypot(self.vx[i], self.vy[i]) * self.dt + rounding
+        least = min(
+            min((gap / reach[i] for i in self.moving for gap in self._cushion_gaps(i)), default=math.inf),
+            min((gap / (reach[i] + reach[j]) for i, j, gap in self._pair_gaps()), default=math.inf),
+        )  # fmt: skip
+        return least * SAFE - 2.0 if least < math.inf else self._until_rest()
+
+    def _until_rest(self) -> float:
+        """Slices until every ball has stopped, where there is nothing to meet."""
+        if self.loss == 0.0:
+            return math.inf
+        return max(hypot(self.vx[i], self.vy[i]) for i in self.moving) / self.loss + 1.0
+
+    def _cushion_gaps(self, i: int) -> Iterator[float]:
+        table, r = self.scene.table, self.radius[i]
+        if table is None:
+            return
+        x, y = self.x[i], self.y[i]
+        if table.is_rectangle:
+            x0, y0, x1, y1 = table.bounds
+            yield min(x - x0, x1 - x, y - y0, y1 - y) - r
+            return
+        for edge in table.edges:
+            yield edge.distance(x, y) - r
+
+    def _pair_gaps(self) -> Iterator[tuple[int, int, float]]:
+        moving = set(self.moving)
+        for i in self.moving:
+            for j in range(len(self.x)):
+                if j == i or (j in moving and j < i):
+                    continue
+                distance = hypot(self.x[i] - self.x[j], self.y[i] - self.y[j])
+                yield i, j, abs(distance - self.radius[i] - self.radius[j])
+
+
+def slide(
+    p: Point, v: Point, loss: float, dt: float, slices: int
+) -> tuple[float, float, float, float, int]:
+    """So many slices of Eq. 10 for one ball, as the listing computes them; ends when it stops.
+
+    Returns x, y, vx, vy and the slices used.
+    """
+    (x, y), (vx, vy) = p, v
+    for used in range(1, slices + 1):
+        angle = atan2(vy, vx)
+        old = hypot(vx, vy)
+        new = old - loss
+        if new < 0.0:
+            new = 0.0
+        c = cos(angle)
+        s = sin(angle)
+        x += c * (old + new) / 2 * dt
+        y += s * (old + new) / 2 * dt
+        vx = c * new
+        vy = s * new
+        if new == 0.0:
+            return x, y, 0.0, 0.0, used
+    return x, y, vx, vy, slices
+
+
+def drift(
+    p: Point, v: Point, _loss: float, dt: float, slices: int
+) -> tuple[float, float, float, float, int]:
+    """The same without surface friction: nothing to turn, nothing to lose."""
+    (x, y), (vx, vy) = p, v
+    for _ in range(slices):
+        x += vx * dt
+        y += vy * dt
+    return x, y, vx, vy, slices
