@@ -15,13 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from pool_pymunk.result import Event, Run, Trace
-from pool_pymunk.scene import Scene, SceneError, Shot, State
-from pool_pymunk.solvers import pymunk_space, time_slice
+from pool_pymunk.scene import Scene, Shot, State
+from pool_pymunk.solvers import event_driven, pymunk_space, time_slice
 from pool_pymunk.solvers.settings import Settings, Solve
 
 
 class Solver(NamedTuple):
-    """A solver's function, and the time step (s) it takes when none is given (None: it has none)."""
+    """A solver's function, its default time step (s; None: it has none), and what it is."""
 
     solve: Solve
     dt: float | None
@@ -30,6 +30,7 @@ class Solver(NamedTuple):
 
 SOLVERS: Mapping[str, Solver] = {
     "pymunk": Solver(pymunk_space.solve, 1e-4, "balls and cushions as shapes in a pymunk space"),
+    "event-driven": Solver(event_driven.solve, None, "exact: from contact to contact"),
     "time-slice": Solver(time_slice.solve, 1e-6, "the report's own algorithm"),
 }
 
@@ -67,8 +68,8 @@ def simulate(
     chosen = find_shot(scene, shot)
     method = find_solver(solver)
     step = _step(method, dt)
-    if start is None and chosen is not None and chosen.from_previous:
-        before = scene.shots[scene.shots.index(chosen) - 1]
+    before = _before(scene, chosen) if chosen else None
+    if start is None and before is not None:
         start = simulate(scene, before, solver=solver, dt=dt, max_events=max_events).end
     settings = Settings(step, max_time or scene.physics.max_time, max_events)
     state = scene.start(chosen, start)
@@ -79,27 +80,24 @@ def simulate(
 
 def simulate_all(
     scene: Scene,
-    shots: Sequence[Shot] | None = None,
+    shots: Sequence[Shot | None] | None = None,
     *,
     solver: str = "pymunk",
     dt: float | None = None,
     max_events: int | None = None,
 ) -> Iterator[Run]:
     """Simulate several shots (default: all of the scene), each Run as soon as it is there."""
-    last: tuple[Shot, Run] | None = None
-    for shot in scene.shots if shots is None else shots:
-        start = None
-        if (
-            shot.from_previous
-            and last
-            and scene.shots.index(shot) - 1 == scene.shots.index(last[0])
-        ):
-            start = last[1].end
-        run = simulate(scene, shot, solver=solver, dt=dt, start=start, max_events=max_events)
-        last = (shot, run)
-        yield run
-    if not scene.shots and shots is None:
-        yield simulate(scene, solver=solver, dt=dt, max_events=max_events)
+    last: Run | None = None
+    for shot in shots if shots is not None else scene.shots or (None,):
+        goes_on = last and shot and shot.from_previous and last.shot is _before(scene, shot)
+        start = last.end if last and goes_on else None
+        last = simulate(scene, shot, solver=solver, dt=dt, start=start, max_events=max_events)
+        yield last
+
+
+def _before(scene: Scene, shot: Shot) -> Shot | None:
+    """The shot that this one goes on from, if it does."""
+    return scene.shots[scene.shots.index(shot) - 1] if shot.from_previous else None
 
 
 def find_solver(name: str) -> Solver:
@@ -162,13 +160,11 @@ def _run(
 
 __all__ = [
     "SOLVERS",
-    "SceneError",
     "SettingError",
     "Settings",
     "Solver",
     "find_shot",
     "find_solver",
-    "replace",
     "simulate",
     "simulate_all",
 ]

@@ -22,3 +22,12 @@ class Solve(Protocol):
     """Every solver's form."""
 
     def __call__(self, scene: Scene, start: State, settings: Settings) -> Trace: ...
+
+
+def slip_warning(a: str, b: str, t: float) -> str:
+    """What users are told where the law `published` meets a slip that is only rounding."""
+    return (
+        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} at {t:.6g} s "
+        "the slip was below 1e-9 of the closing speed and was taken for zero (no friction); "
+        "rounding would have decided"
+    )

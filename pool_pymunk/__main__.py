@@ -1,0 +1,5 @@
+"""``python -m pool_pymunk``."""
+
+from pool_pymunk.cli import main
+
+main()

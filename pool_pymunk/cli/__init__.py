@@ -1,0 +1,75 @@
+"""The command line: one file a command; errors become one line a problem and an exit code.
+
+0 done; 1 a run that could not be finished (what was computed is kept); 2 bad input;
+130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Annotated
+
+import typer
+
+from pool_pymunk.cli.check import check
+from pool_pymunk.cli.run import run
+
+app = typer.Typer(
+    name="pool-pymunk",
+    help="2D billiards in pymunk, by the report's time slices, and exactly.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+for command in (run, check):
+    app.command()(command)
+
+UsageError = typer.BadParameter.__mro__[1]  # what typer raises for a command line it can't read
+
+
+@app.callback(invoke_without_command=True)
+def _top(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        from pool_pymunk import __version__
+
+        typer.echo(__version__)
+    elif context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit."""
+    sys.exit(_exit_code(arguments))
+
+
+def _exit_code(arguments: list[str] | None) -> int:
+    from pool_pymunk.cli.common import InputError
+
+    try:
+        return app(args=arguments, standalone_mode=False) or 0
+    except InputError as error:
+        _complain(str(error))
+        return 2
+    except UsageError as error:
+        _complain(error.format_message())  # type: ignore[attr-defined]
+        return 2
+    except (KeyboardInterrupt, typer.Abort):
+        _complain("interrupted")
+        return 130
+    except BrokenPipeError:  # the reader of our output left, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        _complain(f"{error.filename or 'file'}: {error.strerror or error}")
+        return 1 if error.errno in _DEVICE_ERRORS else 2
+
+
+_DEVICE_ERRORS = {5, 27, 28, 122}  # input/output error, file too large, disk full, over quota
+
+
+def _complain(text: str) -> None:
+    for line in text.splitlines() or [""]:
+        print(line if line.startswith("error") else f"error: {line}", file=sys.stderr)

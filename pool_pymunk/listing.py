@@ -1,0 +1,152 @@
+"""The log of a run in the form of the report's Listing 1, and agreement with published ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from pool_pymunk.result import STATUSES, Run
+from pool_pymunk.scene import Point, Scene
+
+
+def opening(scene: Scene) -> Iterator[str]:
+    """The first lines of Listing 1: the ball closest to the cue ball and the attitude to it."""
+    if scene.title:
+        yield scene.title
+        yield ""
+    if scene.cue is None or len(scene.balls) < 2:
+        return
+    cue = scene.index[scene.cue.id]
+    closest = scene.balls[scene.nearest(cue)]
+    (x, y), (x0, y0) = closest.position, scene.cue.position
+    yield f"Closest ball to Cue ball: Ball {closest.id:>2s}"
+    yield f"Attitude to closest ball: {math.degrees(math.atan2(y - y0, x - x0)):7.3f} deg"
+    yield ""
+
+
+def shot_lines(run: Run) -> Iterator[str]:
+    """One shot: its velocity, where each ball ended, and how that compares with the published."""
+    unit = run.scene.units.length
+    yield _heading(run)
+    published = run.shot.published if run.shot else {}
+    agreement = Agreement.of(run)
+    yield "    Final Ball positions [X,Y]:" + ("                 Published:" if published else "")
+    for ball in run.scene.balls:
+        line = f"    Ball {ball.id:>2s}: {_pair(run, run.final[ball.id])} ({unit})"
+        if ball.id in published:
+            off = run.scene.units.from_si(
+                math.dist(run.final[ball.id], published[ball.id]), "length"
+            )
+            mark = "" if ball.id in agreement.agreeing else f"   off by {off:.2f}"
+            line += f"   {_pair(run, published[ball.id])}{mark}"
+        yield line
+    if published:
+        yield f"    {agreement.sentence(run)}"
+    contacts = sum(event.kind != "stop" for event in run.events)
+    yield (
+        f"    {STATUSES[run.status].capitalize()} at {run.duration:.4f} s; "
+        f"{counted(contacts, 'contact')}; {counted(run.steps, 'step')} in {run.wall_time:.3g} s"
+    )
+    for warning in run.warnings:
+        yield f"    Warning: {warning}"
+    yield ""
+
+
+def closing(runs: list[Run]) -> Iterator[str]:
+    """The last line: how many published ends came out, over all shots."""
+    agreements = [Agreement.of(run) for run in runs if run.shot and run.shot.published]
+    if agreements:
+        counts = [len(agreement.agreeing) for agreement in agreements]
+        total = sum(agreement.count for agreement in agreements)
+        parts = f" ({' + '.join(map(str, counts))})" if len(counts) > 1 else ""
+        yield f"Published ends: {sum(counts)} of {total} agree to 0.01{parts}"
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Which ends agree with the published ones in every printed digit, and the largest distance."""
+
+    agreeing: tuple[str, ...]
+    count: int
+    farthest: str
+    largest: float  # m
+
+    @classmethod
+    def of(cls, run: Run) -> Agreement:
+        """Compare a run with its shot's published ends."""
+        published: Mapping[str, Point] = run.shot.published if run.shot else {}
+        off = {id_: math.dist(run.final[id_], end) for id_, end in published.items()}
+        agreeing = tuple(
+            i for i in published if _pair(run, run.final[i]) == _pair(run, published[i])
+        )
+        farthest = max(off, key=lambda id_: off[id_], default="")
+        return cls(agreeing, len(published), farthest, off.get(farthest, 0.0))
+
+    def sentence(self, run: Run) -> str:
+        """The comparison in words, in the scenario's units."""
+        largest = run.scene.units.from_si(self.largest, "length")
+        return (
+            f"{len(self.agreeing)} of {self.count} agree with the published ends to 0.01 "
+            f"{run.scene.units.length}; the farthest is ball {self.farthest}, {largest:.2g} "
+            f"{run.scene.units.length} off"
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """For the JSON; ``largest`` in m."""
+        return {"agree": len(self.agreeing), "of": self.count, "largest": self.largest}
+
+
+def counted(number: int, noun: str) -> str:
+    """``counted(1, "ball")`` is "1 ball", ``counted(2, "ball")`` "2 balls".
+
+    >>> counted(0, "contact")
+    '0 contacts'
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _heading(run: Run) -> str:
+    if run.shot is None:
+        return f"{run.name}:"
+    i = run.scene.index[run.shot.ball]
+    ball = run.scene.balls[i]
+    vx, vy = (run.scene.units.from_si(v, "speed") for v in run.knots[i][0, 3:5])
+    name = "Cue" if ball.cue else f"Ball {ball.id}"
+    return f"{run.name}: {name} velocity = [{vx:6.3f},{vy:6.3f}] ({run.scene.units.speed})"
+
+
+def _pair(run: Run, point: Point) -> str:
+    x, y = (run.scene.units.from_si(value, "length") + 0.0 for value in point)
+    return f"[{_rounded(x)}, {_rounded(y)}]"
+
+
+def _rounded(value: float) -> str:
+    text = f"{value:5.2f}"
+    return " 0.00" if text == "-0.00" else text
+
+
+def modelled(scene: Scene) -> Iterator[str]:
+    """What solvers will compute for this scene, and what they will leave out."""
+    count = len(scene.balls)
+    yield f"balls: {count}" + ("" if count > 1 else "; no ball-ball handler")
+    if count > 1:
+        friction = _coefficient(scene.friction.ball_ball)
+        yield f"ball on ball: law {scene.physics.law}, {friction}"
+    if scene.table is None:
+        yield "table: none, an open plane; no cushions"
+    else:
+        shape = "rectangle" if scene.table.is_rectangle else "polygon"
+        friction = _coefficient(scene.friction.cushion)
+        yield f"table: {shape} with {len(scene.table.edges)} cushions, {friction}"
+    if scene.deceleration > 0.0:
+        yield f"surface friction: {scene.deceleration:.6g} m/s^2, by a damping callback"
+    else:
+        yield "surface friction: none; no damping callback"
+    if scene.physics.max_time is not None:
+        yield f"runs end after {scene.physics.max_time:g} s at the latest"
+    yield f"shots: {len(scene.shots) or 'none, the scene runs as its velocities have it'}"
+
+
+def _coefficient(friction: float) -> str:
+    return f"friction {friction:g}" if friction > 0.0 else "no friction"
