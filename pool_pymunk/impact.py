@@ -17,8 +17,8 @@ the listing: one after the other, cushions first, then pairs in the scene's orde
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, MutableSequence, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -26,6 +26,14 @@ from pool_pymunk.contact import NT, Law, Pair, cushion, published, slips_by_roun
 from pool_pymunk.motion import Array, Vector
 
 NO_BALL = -1
+
+
+class Velocities(Protocol):
+    """Velocities (m/s) by ball number: a list of all, or a dict of those that matter."""
+
+    def __getitem__(self, i: int, /) -> Vector: ...
+
+    def __setitem__(self, i: int, v: Vector, /) -> None: ...
 
 
 class Touch(NamedTuple):
@@ -59,7 +67,7 @@ def changed(v: Vector, before: NT, after: NT, normal: Vector) -> Vector:
     return (v[0] + dn * nx - dt * ny, v[1] + dn * ny + dt * nx)
 
 
-def closing_speed(touch: Touch, velocity: Sequence[Vector]) -> float:
+def closing_speed(touch: Touch, velocity: Velocities) -> float:
     """How fast (m/s) the two sides of a contact approach each other; negative: they part."""
     nx, ny = touch.normal
     ax, ay = velocity[touch.a]
@@ -76,7 +84,7 @@ class Impacts:
         self.law = law
         self.zero_slips: list[tuple[int, int]] = []
 
-    def answer(self, touches: Sequence[Touch], velocity: MutableSequence[Vector]) -> None:
+    def answer(self, touches: Sequence[Touch], velocity: Velocities) -> None:
         """Change the velocities (m/s) of the balls in ``touches``, contacts of one instant."""
         for group in _groups(touches):
             if len(group) == 1:
@@ -88,7 +96,7 @@ class Impacts:
             else:
                 _together(group, velocity)
 
-    def _one(self, touch: Touch, velocity: MutableSequence[Vector]) -> None:
+    def _one(self, touch: Touch, velocity: Velocities) -> None:
         i, j, normal, pair, _ = touch
         a = split(velocity[i], normal)
         if j == NO_BALL:
@@ -124,12 +132,12 @@ def _balls(touch: Touch) -> tuple[int, ...]:
     return (touch.a,) if touch.b == NO_BALL else (touch.a, touch.b)
 
 
-def _together(group: Sequence[Touch], velocity: MutableSequence[Vector]) -> None:
+def _together(group: Sequence[Touch], velocity: Velocities) -> None:
     """Normal impulses at once, then friction at every contact."""
     wanted = np.array(
         [(1.0 + touch.pair.restitution) * closing_speed(touch, velocity) for touch in group]
     )
-    impulses = _normal_impulses(_response(group), wanted)
+    impulses = _normal_impulses(_response(group), wanted).tolist()
     for touch, j_n in zip(group, impulses, strict=True):
         nx, ny = touch.normal
         _push(touch, (j_n * nx, j_n * ny), velocity)
@@ -161,7 +169,7 @@ def _sides(touch: Touch) -> Iterator[tuple[int, float, float]]:
         yield touch.b, touch.pair.m_b, 1.0
 
 
-def _push(touch: Touch, impulse: Vector, velocity: MutableSequence[Vector]) -> None:
+def _push(touch: Touch, impulse: Vector, velocity: Velocities) -> None:
     """Apply an impulse (kg m/s): to B and its opposite to A, or from the cushion to its ball."""
     jx, jy = impulse
     for i, mass, sign in _sides(touch):
@@ -169,7 +177,7 @@ def _push(touch: Touch, impulse: Vector, velocity: MutableSequence[Vector]) -> N
         velocity[i] = (vx + sign * jx / mass, vy + sign * jy / mass)
 
 
-def _slip(touch: Touch, velocity: Sequence[Vector]) -> float:
+def _slip(touch: Touch, velocity: Velocities) -> float:
     """Tangential speed (m/s) that friction acts on: of A past B; negated, of a ball on a cushion."""
     a = split(velocity[touch.a], touch.normal).t
     return -a if touch.b == NO_BALL else a - split(velocity[touch.b], touch.normal).t

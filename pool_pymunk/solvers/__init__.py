@@ -16,7 +16,7 @@ import numpy as np
 
 from pool_pymunk.result import Event, Run, Trace
 from pool_pymunk.scene import Scene, Shot, State
-from pool_pymunk.solvers import event_driven, pymunk_space, time_slice
+from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
 from pool_pymunk.solvers.settings import Settings, Solve
 
 
@@ -29,7 +29,9 @@ class Solver(NamedTuple):
 
 
 SOLVERS: Mapping[str, Solver] = {
-    "pymunk": Solver(pymunk_space.solve, 1e-4, "balls and cushions as shapes in a pymunk space"),
+    "pymunk": Solver(pymunk_space.swept, 1 / 240, "in a pymunk space, contacts inside the step"),
+    "pymunk-discrete": Solver(pymunk_space.discrete, 1e-4, "the same, contacts at a step's end"),
+    "pymunk-builtin": Solver(pymunk_builtin.solve, 1 / 240, "a baseline: stock pymunk"),
     "event-driven": Solver(event_driven.solve, None, "exact: from contact to contact"),
     "time-slice": Solver(time_slice.solve, 1e-6, "the report's own algorithm"),
 }

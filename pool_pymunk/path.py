@@ -1,0 +1,161 @@
+"""A ball's path from one contact to the next, and when paths meet.
+
+A path is a straight line, slid along in closed form (:mod:`pool_pymunk.motion`); it may end at
+rest. Walls are faces (one side of a straight cushion) and posts (round things and corners).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pool_pymunk.motion import (
+    Vector,
+    path_to_disc,
+    slide,
+    stopping_time,
+    time_of_impact,
+    time_to_slide,
+)
+
+EPSILON = 2.0**-52
+GRAZING = 1e-12  # a ball that touches a face and moves along it sinks by less than this share
+
+
+class Path:
+    """Position (m) and velocity (m/s) at time ``t`` (s), and all that follows from them.
+
+    ``stop`` is when the ball rests (infinite without friction), ``rest`` where, ``reach`` how far
+    that is; ``direction`` is the unit vector of the velocity.
+
+    >>> path = Path(1.0, (0.0, 0.0), (2.0, 0.0), deceleration=0.5)
+    >>> path.stop, path.rest, path.at(2.0)
+    (5.0, (4.0, 0.0), ((1.75, 0.0), (1.5, 0.0)))
+    """
+
+    __slots__ = (
+        "deceleration",
+        "direction",
+        "position",
+        "reach",
+        "rest",
+        "speed",
+        "stop",
+        "t",
+        "velocity",
+    )
+
+    def __init__(self, t: float, position: Vector, velocity: Vector, deceleration: float) -> None:
+        self.t = t
+        self.position = self.rest = position
+        self.velocity = velocity
+        self.deceleration = deceleration
+        speed = self.speed = math.hypot(*velocity)
+        self.stop = t + stopping_time(speed, deceleration)
+        self.reach = 0.0
+        self.direction = (1.0, 0.0)
+        if speed > 0.0:
+            self.direction = (velocity[0] / speed, velocity[1] / speed)
+            self.reach = math.inf
+            if deceleration > 0.0:
+                self.reach = speed * speed / (2.0 * deceleration)
+                self.rest = self.at(self.stop)[0]
+
+    def at(self, t: float) -> tuple[Vector, Vector]:
+        """Position and velocity at time ``t`` (s), not before the path began."""
+        x, y, vx, vy = slide(*self.position, *self.velocity, self.deceleration, t - self.t)
+        return (x, y), (vx, vy)
+
+    def time_at(self, length: float) -> float:
+        """When (s) the ball has come ``length`` (m) along the path; infinite if it never does."""
+        if length > self.reach or length == math.inf:
+            return math.inf
+        return self.t + time_to_slide(length, self.speed, self.deceleration)
+
+
+class Face(NamedTuple):
+    """One side of a straight cushion: its ends' span along ``tangent``, and its unit ``normal``.
+
+    ``start`` lies on the cushion's middle line, ``radius`` (m) is half its thickness.
+    """
+
+    start: Vector
+    tangent: Vector
+    normal: Vector
+    length: float
+    radius: float = 0.0
+
+    def height(self, point: Vector) -> float:
+        """Distance (m) of a point from the middle line, on this side positive."""
+        return (point[0] - self.start[0]) * self.normal[0] + (
+            point[1] - self.start[1]
+        ) * self.normal[1]
+
+    def along(self, point: Vector) -> float:
+        """Where the point's foot lies: 0 at the start, ``length`` at the end (m)."""
+        return (point[0] - self.start[0]) * self.tangent[0] + (
+            point[1] - self.start[1]
+        ) * self.tangent[1]
+
+
+class Post(NamedTuple):
+    """A round wall, or with radius 0 a corner."""
+
+    center: Vector
+    radius: float = 0.0
+
+
+def face_length(path: Path, r: float, face: Face) -> float:
+    """Path length (m) after which a ball of radius ``r`` meets a face; infinite if it does not."""
+    x, y = path.position
+    ux, uy = path.direction
+    sink = -(ux * face.normal[0] + uy * face.normal[1])
+    if sink <= 0.0 or path.speed == 0.0:
+        return math.inf
+    height = face.height(path.position)
+    gap = height - r - face.radius
+    if height < 0.0 or (gap <= EPSILON * (abs(x) + abs(y) + r) and sink < GRAZING):
+        return math.inf
+    length = max(gap / sink, 0.0)
+    foot = face.along((x + ux * length, y + uy * length))
+    slack = GRAZING * face.length
+    return length if -slack <= foot <= face.length + slack else math.inf
+
+
+def post_length(path: Path, r: float, post: Post) -> float:
+    """Path length (m) after which a ball of radius ``r`` meets a post; infinite if it does not."""
+    if path.speed == 0.0:
+        return math.inf
+    offset = (post.center[0] - path.position[0], post.center[1] - path.position[1])
+    return path_to_disc(offset, path.direction, r + post.radius)
+
+
+def pair_time(a: Path, b: Path, reach: float, since: float, until: float) -> float:
+    """When two balls meet, between ``since`` and ``until`` (s); infinite if they do not.
+
+    ``reach`` is the sum of the radii (m). Each ball may stop on the way and rest.
+    """
+    first_stop = min(a.stop, b.stop)
+    if since < first_stop:
+        t = _both_move(a, b, reach, since, min(until, first_stop))
+        if t < math.inf:
+            return t
+    mover, rester = (a, b) if b.stop <= a.stop else (b, a)
+    if rester.stop == math.inf or mover.stop <= since:
+        return math.inf
+    x, y = mover.position
+    offset = (rester.rest[0] - x, rester.rest[1] - y)
+    length = path_to_disc(offset, mover.direction, reach)
+    t = mover.time_at(length) if length < mover.reach else math.inf
+    return t if max(rester.stop, since) <= t <= until else math.inf
+
+
+def _both_move(a: Path, b: Path, reach: float, since: float, until: float) -> float:
+    ((ax, ay), (avx, avy)), ((bx, by), (bvx, bvy)) = a.at(since), b.at(since)
+    pull = (
+        a.deceleration * (a.direction[0] - b.direction[0]),
+        a.deceleration * (a.direction[1] - b.direction[1]),
+    )
+    noise = 16.0 * EPSILON * (a.speed + b.speed)
+    offset, velocity = (bx - ax, by - ay), (bvx - avx, bvy - avy)
+    return since + time_of_impact(offset, velocity, pull, reach, until - since, noise)

@@ -1,0 +1,128 @@
+"""A baseline, not a product: stock pymunk, as the tutorials have it.
+
+Elasticity and friction of two shapes multiply, balls spin, contacts are answered by the built-in
+impulse solver with its default iterations, and a PivotJoint to the static body brakes each ball.
+
+To be fair, the products give the scene's restitution and friction for every kind of hit: cushions
+come twice, once for the cue ball and once for the others, kept apart by shape filters; the slop is
+a thousandth of a radius (pymunk's default, 0.1, is more than a ball in metres).
+"""
+
+from __future__ import annotations
+
+import math
+
+import pymunk
+
+from pool_pymunk.result import Trace
+from pool_pymunk.scene import Scene, State, ball_ball_restitution
+from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings
+
+BALL, CUSHION = 1, 2
+CUE, OTHER = 0b01, 0b10  # categories: each kind of ball has its own cushions
+AT_REST = 1e-4  # in units of radius / second: slower balls are called at rest
+
+
+def solve(scene: Scene, start: State, settings: Settings) -> Trace:
+    """Simulate with steps of ``settings.dt`` s and the built-in response."""
+    assert settings.dt is not None
+    world = Builtin(scene, start, settings.dt)
+    trace = world.trace
+    last = math.inf if settings.max_time is None else math.ceil(settings.max_time / settings.dt)
+    most = NEVER_SETTLES if settings.max_events is None else settings.max_events
+    while world.moving:
+        if trace.steps >= last or len(trace.events) >= most:
+            trace.status = "max_time" if trace.steps >= last else "max_events"
+            trace.duration = world.time
+            break
+        world.step()
+        if not all(math.isfinite(sum(body.position)) for body in world.bodies):
+            trace.status, trace.duration = "non_finite", world.time
+            break
+    return trace
+
+
+class Builtin:
+    """A stock pymunk space with a scene's balls and cushions."""
+
+    def __init__(self, scene: Scene, start: State, dt: float) -> None:
+        self.scene, self.dt = scene, dt
+        self.trace = Trace(start)
+        self.time = 0.0
+        self.space = pymunk.Space()
+        self.space.collision_slop = 1e-3 * min(ball.radius for ball in scene.balls)
+        self.bodies: list[pymunk.Body] = []
+        self.number: dict[pymunk.Shape, int] = {}
+        for i in range(len(scene.balls)):
+            self._add_ball(i, start)
+        for number, edge in enumerate(scene.table.edges if scene.table else ()):
+            for kind in (CUE, OTHER):
+                self._add_cushion(number, edge.start, edge.end, kind)
+        self.space.on_collision(BALL, BALL, post_solve=self._met)
+        self.space.on_collision(BALL, CUSHION, post_solve=self._met)
+        self.moving = {i for i, v in enumerate(start.velocity) if v != (0.0, 0.0)}
+
+    def _elasticity(self, cue: bool) -> float:
+        """Shape elasticities whose products are the restitutions of ball on ball."""
+        both = ball_ball_restitution(self.scene.restitution, False)
+        with_cue = ball_ball_restitution(self.scene.restitution, True)
+        if both is None:
+            return math.sqrt(with_cue or 1.0)
+        return (with_cue or 0.0) / math.sqrt(both) if cue and both > 0.0 else math.sqrt(both)
+
+    def _add_ball(self, i: int, start: State) -> None:
+        ball = self.scene.balls[i]
+        body = pymunk.Body(ball.mass, pymunk.moment_for_circle(ball.mass, 0.0, ball.radius))
+        body.position, body.velocity = start.position[i], start.velocity[i]
+        circle = pymunk.Circle(body, ball.radius)
+        circle.collision_type = BALL
+        circle.elasticity = self._elasticity(ball.cue)
+        circle.friction = math.sqrt(self.scene.friction.ball_ball)
+        circle.filter = pymunk.ShapeFilter(categories=CUE if ball.cue else OTHER)
+        self.space.add(body, circle)
+        self.bodies.append(body)
+        self.number[circle] = i
+        if self.scene.deceleration > 0.0:
+            brake = pymunk.PivotJoint(self.space.static_body, body, (0.0, 0.0), (0.0, 0.0))
+            brake.max_bias = 0.0
+            brake.max_force = ball.mass * self.scene.deceleration
+            self.space.add(brake)
+
+    def _add_cushion(
+        self, number: int, a: tuple[float, float], b: tuple[float, float], kind: int
+    ) -> None:  # fmt: skip
+        cushion = pymunk.Segment(self.space.static_body, a, b, 0.0)
+        cushion.collision_type = CUSHION
+        ball_elasticity = self._elasticity(kind == CUE)
+        e = self.scene.restitution.cushion or 0.0
+        cushion.elasticity = e / ball_elasticity if ball_elasticity > 0.0 else 0.0
+        ball_friction = math.sqrt(self.scene.friction.ball_ball)
+        mu = self.scene.friction.cushion
+        cushion.friction = mu / ball_friction if ball_friction > 0.0 else 0.0
+        cushion.filter = pymunk.ShapeFilter(categories=0b100, mask=kind)
+        self.space.add(cushion)
+        self.number[cushion] = number
+
+    def _met(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
+        if not arbiter.is_first_contact:
+            return
+        a, b = arbiter.shapes
+        i, j = self.number[a], self.number[b]
+        if b.collision_type == CUSHION:
+            self.trace.ball_cushion(self.time, i, j)
+        else:
+            self.trace.ball_ball(self.time, min(i, j), max(i, j))
+
+    def step(self) -> None:
+        """One step of the space; then note who moves and who has stopped."""
+        self.trace.steps += 1
+        self.time = self.trace.steps * self.dt
+        self.space.step(self.dt)
+        for i, body in enumerate(self.bodies):
+            (x, y), (vx, vy) = body.position, body.velocity
+            moves = math.hypot(vx, vy) > AT_REST * self.scene.balls[i].radius
+            if moves:
+                self.trace.knot(i, self.time, (x, y), (vx, vy))
+            elif i in self.moving:
+                self.trace.stop(i, self.time, (x, y))
+            (self.moving.add if moves else self.moving.discard)(i)
