@@ -66,7 +66,7 @@ class Wall(NamedTuple):
 class Ball:
     """A ball on the table: its body, the circle that feels what is near, and its path."""
 
-    __slots__ = ("body", "feeler", "hits", "joint", "last_hit", "number", "path", "radius")
+    __slots__ = ("body", "feeler", "hits", "joint", "last_hit", "number", "path", "radius", "rests")
 
     def __init__(self, number: int, radius: float, feeler: pymunk.Circle, path: Path) -> None:
         assert feeler.body is not None
@@ -75,6 +75,7 @@ class Ball:
         self.feeler = feeler
         self.body = feeler.body
         self.path = path
+        self.rests = path.speed == 0.0
         self.joint: pymunk.PivotJoint | None = None  # friction, while it moves
         self.hits = 0  # in a row, each soon after the one before
         self.last_hit = -math.inf
@@ -223,7 +224,7 @@ class Billiards:
         if self._near or self._moved_by_others:
             near, self._near = self._near, {}
             self._answer_contacts(list(near), since)
-        if self.time >= self._next_stop:
+        if self.time + self.dt >= self._next_stop:
             self._stop_balls()
         if self._error is not None:
             error, self._error = self._error, None
@@ -285,7 +286,10 @@ class Billiards:
         return Path(t, position, velocity, self.deceleration)
 
     def _set_off(self, ball: Ball, t: float, position: Vector, velocity: Vector) -> None:
-        """A ball begins a new path at ``t``."""
+        """A ball begins a new path at ``t``; it may have stopped earlier in the same step."""
+        if ball.path.stop <= t:
+            self._note_rest(ball)
+        ball.rests = False
         ball.path = self._path(t, position, velocity)
         self.is_finite = self.is_finite and math.isfinite(ball.path.speed)
         if self.on_path is not None:
@@ -322,6 +326,7 @@ class Billiards:
         """A ball stops; from now on it costs nothing."""
         ball.body.velocity = (0.0, 0.0)
         ball.feeler.unsafe_set_radius(ball.radius * (1.0 - 1e-9))
+        self._note_rest(ball)
         if self.moving.pop(ball.number, None) is None:
             return
         if ball.joint is not None:
@@ -329,13 +334,19 @@ class Billiards:
             ball.joint = None
         elif self.deceleration > 0.0:
             ball.body.velocity_func = pymunk.Body.update_velocity
-        if self.on_stop is not None:
+
+    def _note_rest(self, ball: Ball) -> None:
+        if not ball.rests and self.on_stop is not None:
             self.on_stop(ball)
+        ball.rests = True
 
     def _stop_balls(self) -> None:
-        """Put the balls to rest whose paths have ended, exactly where they end."""
-        for ball in [ball for ball in self.moving.values() if ball.path.stop <= self.time]:
-            self._carry(ball)
+        """Put balls to rest whose paths have ended, and lead those there that end in this step."""
+        for ball in list(self.moving.values()):
+            if ball.path.stop <= self.time:
+                self._carry(ball)
+            elif ball.path.stop <= self.time + self.dt:
+                ball.body.velocity = self._mean_velocity(ball.path, self.time)
         self._next_stop = min((ball.path.stop for ball in self.moving.values()), default=math.inf)
 
     # -- contacts --------------------------------------------------------------------------------

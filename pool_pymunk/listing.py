@@ -97,6 +97,18 @@ class Agreement:
         return {"agree": len(self.agreeing), "of": self.count, "largest": self.largest}
 
 
+def step_text(dt: float) -> str:
+    """A time step as one writes it: a number, or a fraction where the number would be rounded.
+
+    >>> step_text(0.0001), step_text(1 / 240), step_text(1e-6)
+    ('0.0001 s', '1/240 s', '1e-06 s')
+    """
+    per_second = round(1.0 / dt)
+    if per_second > 0 and abs(per_second * dt - 1.0) < 1e-9 and float(f"{dt:g}") != dt:
+        return f"1/{per_second} s"
+    return f"{dt:g} s"
+
+
 def counted(number: int, noun: str) -> str:
     """``counted(1, "ball")`` is "1 ball", ``counted(2, "ball")`` "2 balls".
 

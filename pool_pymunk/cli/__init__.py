@@ -13,6 +13,8 @@ from typing import Annotated
 import typer
 
 from pool_pymunk.cli.check import check
+from pool_pymunk.cli.compare import compare
+from pool_pymunk.cli.render import render
 from pool_pymunk.cli.run import run
 
 app = typer.Typer(
@@ -21,7 +23,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (run, check):
+for command in (run, compare, render, check):
     app.command()(command)
 
 UsageError = typer.BadParameter.__mro__[1]  # what typer raises for a command line it can't read

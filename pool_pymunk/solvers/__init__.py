@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,11 +25,19 @@ class Solver(NamedTuple):
     solve: Solve
     dt: float | None
     about: str
+    options: Mapping[str, tuple[str, ...]] = {}  # what else it can be told, the default first
 
+
+FRICTION = {"friction": ("joint", "callback")}
 
 SOLVERS: Mapping[str, Solver] = {
-    "pymunk": Solver(pymunk_space.swept, 1 / 240, "in a pymunk space, contacts inside the step"),
-    "pymunk-discrete": Solver(pymunk_space.discrete, 1e-4, "the same, contacts at a step's end"),
+    "pymunk": Solver(
+        pymunk_space.solve,
+        1 / 240,
+        "in a pymunk space, contacts inside the step",
+        {"contacts": ("swept", "discrete"), **FRICTION},
+    ),
+    "pymunk-discrete": Solver(pymunk_space.discrete, 1e-4, "the same, contacts at a step's end", FRICTION),
     "pymunk-builtin": Solver(pymunk_builtin.solve, 1 / 240, "a baseline: stock pymunk"),
     "event-driven": Solver(event_driven.solve, None, "exact: from contact to contact"),
     "time-slice": Solver(time_slice.solve, 1e-6, "the report's own algorithm"),
@@ -51,6 +58,7 @@ def simulate(
     start: State | None = None,
     max_time: float | None = None,
     max_events: int | None = None,
+    **options: Any,
 ) -> Run:
     """Simulate one shot of a scene.
 
@@ -58,7 +66,8 @@ def simulate(
     the scene as its velocities have it where it has no shots. ``dt`` (s) is the solver's step,
     ``times`` (s) where to sample the Run, ``start`` the state before the shot (default: the
     scene's own, or where the shot before ended if the shot goes on from there). ``max_time`` (s;
-    default: the scene's) and ``max_events`` bound the run.
+    default: the scene's) and ``max_events`` bound the run. The pymunk solvers take the options
+    ``contacts`` ("swept" or "discrete") and ``friction`` ("joint" or "callback").
 
     >>> from pool_pymunk import load
     >>> run = simulate(load("report"), "Simulation 3", solver="pymunk", dt=1/240)
@@ -70,13 +79,16 @@ def simulate(
     chosen = find_shot(scene, shot)
     method = find_solver(solver)
     step = _step(method, dt)
+    _check_options(solver, method, options)
     before = _before(scene, chosen) if chosen else None
     if start is None and before is not None:
-        start = simulate(scene, before, solver=solver, dt=dt, max_events=max_events).end
+        start = simulate(
+            scene, before, solver=solver, dt=dt, max_events=max_events, **options
+        ).end
     settings = Settings(step, max_time or scene.physics.max_time, max_events)
     state = scene.start(chosen, start)
     began = time.perf_counter()
-    trace = method.solve(scene, state, settings)
+    trace = method.solve(scene, state, settings, **options)
     return _run(scene, chosen, trace, solver, step, time.perf_counter() - began, times)
 
 
@@ -122,12 +134,21 @@ def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
     raise SettingError(f"shot = {shot}: there is no such shot ({names})")
 
 
+def _check_options(solver: str, method: Solver, options: Mapping[str, str]) -> None:
+    for name, value in options.items():
+        if name not in method.options:
+            known = ", ".join(method.options) or "it has none"
+            raise SettingError(f"{name} = {value}: {solver} has no such option ({known})")
+        if value not in method.options[name]:
+            raise SettingError(f"{name} = {value}: must be one of {', '.join(method.options[name])}")
+
+
 def _step(method: Solver, dt: float | None) -> float | None:
     if method.dt is None or dt is None:
         return method.dt
     if not (dt > 0.0 and math.isfinite(dt)):
         raise SettingError(f"dt = {dt}: must be a positive number of seconds")
-    return dt
+    return float(dt)
 
 
 def _run(

@@ -20,6 +20,7 @@ from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings
 
 BALL, CUSHION = 1, 2
 CUE, OTHER = 0b01, 0b10  # categories: each kind of ball has its own cushions
+LOOKS = 240  # how often a second to look where the balls are: looking costs more than the steps
 AT_REST = 1e-4  # in units of radius / second: slower balls are called at rest
 
 
@@ -36,7 +37,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
             trace.duration = world.time
             break
         world.step()
-        if not all(math.isfinite(sum(body.position)) for body in world.bodies):
+        if not world.is_finite:
             trace.status, trace.duration = "non_finite", world.time
             break
     return trace
@@ -49,6 +50,7 @@ class Builtin:
         self.scene, self.dt = scene, dt
         self.trace = Trace(start)
         self.time = 0.0
+        self.is_finite = True
         self.space = pymunk.Space()
         self.space.collision_slop = 1e-3 * min(ball.radius for ball in scene.balls)
         self.bodies: list[pymunk.Body] = []
@@ -60,6 +62,7 @@ class Builtin:
                 self._add_cushion(number, edge.start, edge.end, kind)
         self.space.on_collision(BALL, BALL, post_solve=self._met)
         self.space.on_collision(BALL, CUSHION, post_solve=self._met)
+        self.steps_a_look = max(1, round(1.0 / (LOOKS * dt)))
         self.moving = {i for i, v in enumerate(start.velocity) if v != (0.0, 0.0)}
 
     def _elasticity(self, cue: bool) -> float:
@@ -114,12 +117,17 @@ class Builtin:
             self.trace.ball_ball(self.time, min(i, j), max(i, j))
 
     def step(self) -> None:
-        """One step of the space; then note who moves and who has stopped."""
+        """One step of the space; now and then note who moves and who has stopped."""
         self.trace.steps += 1
         self.time = self.trace.steps * self.dt
         self.space.step(self.dt)
+        if self.trace.steps % self.steps_a_look == 0:
+            self._look()
+
+    def _look(self) -> None:
         for i, body in enumerate(self.bodies):
             (x, y), (vx, vy) = body.position, body.velocity
+            self.is_finite = self.is_finite and math.isfinite(x + y)
             moves = math.hypot(vx, vy) > AT_REST * self.scene.balls[i].radius
             if moves:
                 self.trace.knot(i, self.time, (x, y), (vx, vy))

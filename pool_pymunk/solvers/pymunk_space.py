@@ -57,7 +57,6 @@ def solve(
     return trace
 
 
-swept = partial(solve, contacts="swept")
 discrete = partial(solve, contacts="discrete")
 
 

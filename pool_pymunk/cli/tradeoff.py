@@ -1,0 +1,132 @@
+"""``tradeoff``: error and time over solvers and steps."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pool_pymunk.cli.common import (
+    InputError,
+    OutDir,
+    Scenario,
+    ShotName,
+    input_errors,
+    progress,
+    read_scenario,
+    read_shots,
+)
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from pool_pymunk.tradeoff import Tradeoff
+
+
+def tradeoff(
+    scenario: Scenario,
+    shot: ShotName = None,
+    solvers: Annotated[
+        str | None, typer.Option(metavar="S,...", help="Only these solvers.", show_default="all")
+    ] = None,
+    budget: Annotated[
+        float, typer.Option(metavar="S", help="About how long repeated runs may take in all.")
+    ] = 60.0,
+    samples: Annotated[
+        int, typer.Option(metavar="N", help="Perturbed starts, to see what the input is worth.")
+    ] = 200,
+    seed: Annotated[int, typer.Option(help="Of the perturbed starts.")] = 0,
+    out: OutDir = None,
+) -> int:
+    """Work and precision: what error each solver and step leaves on this scene, and what it costs.
+
+    Writes tradeoff.csv, tradeoff.png and tradeoff.svg to renders/<scenario>.
+    """
+    if not budget >= 0.0:
+        raise InputError(f"--budget = {budget}: must be 0 or more")
+    if samples < 2:
+        raise InputError(f"--samples = {samples}: must be 2 or more")
+    scene = read_scenario(scenario)
+    folder = out or Path("renders") / Path(scenario).stem
+    ladders = _ladders(solvers)
+    shots = read_shots(scene, shot)
+    from pool_pymunk.sensitivity import start_spread
+    from pool_pymunk.tradeoff import sentences
+    from pool_pymunk.tradeoff import tradeoff as measure
+
+    count = sum(len(steps) for steps in ladders.values())
+    with input_errors(), progress("measuring", count + 1) as bar:
+        spread = start_spread(scenario, scene, shots, samples, seed)
+        bar.update(bar.task_ids[0], advance=1)
+        result = measure(
+            scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed,
+            advance=lambda share: bar.update(bar.task_ids[0], advance=share),
+        )  # fmt: skip
+    _print(result)
+    for line in sentences(result):
+        typer.echo(line)
+    _save(result, folder)
+    typer.echo(f"Diagram and data: {folder}")
+    return 0
+
+
+def _ladders(solvers: str | None) -> dict[str, tuple[float | None, ...]]:
+    from pool_pymunk.solvers import find_solver
+    from pool_pymunk.tradeoff import LADDERS
+
+    if solvers is None:
+        return dict(LADDERS)
+    chosen = {}
+    for name in (part.strip() for part in solvers.split(",")):
+        with input_errors():
+            find_solver(name)
+        chosen[name] = LADDERS[name]
+    return chosen
+
+
+def _print(result: Tradeoff) -> None:
+    from rich.console import Console
+
+    Console(width=None if Console().is_terminal else 120, highlight=False).print(_table(result))
+
+
+def _table(result: Tradeoff) -> Table:
+    from rich.table import Table
+
+    from pool_pymunk.listing import step_text
+
+    units = result.scene.units
+    table = Table(title=f"Errors at the end ({units.length}) and time for all shots")
+    for heading in ("solver", "dt", "largest error", "rms error", "contacts shared", "time"):
+        table.add_column(heading, justify="left" if heading == "solver" else "right")
+    for s in result.settings:
+        dt = "" if s.dt is None else step_text(s.dt)
+        if s.failure:
+            table.add_row(s.solver, dt, f"failed: {s.failure}", "", "", "")
+            continue
+        errors = [f"{units.from_si(error, 'length'):.2g}" for error in (s.largest, s.rms)]
+        share = f"{s.shared} of {s.contacts}"
+        table.add_row(s.solver, dt, *errors, share, f"{s.time * 1e3:.3g} ms")
+    return table
+
+
+def _save(result: Tradeoff, folder: Path) -> None:
+    from pool_pymunk.diagram import draw
+    from pool_pymunk.files import whole
+    from pool_pymunk.tradeoff import machine
+
+    rows = [
+        {**asdict(setting), "spread": result.spread, "seed": result.seed, **machine()}
+        for setting in result.settings
+    ]
+    with whole(folder / "tradeoff.csv") as part:
+        with part.open("w", newline="", encoding="utf-8") as file:
+            table = csv.DictWriter(file, list(rows[0]))
+            table.writeheader()
+            table.writerows(rows)
+    for suffix in (".png", ".svg"):
+        with whole(folder / f"tradeoff{suffix}") as part:
+            draw(result, [part])

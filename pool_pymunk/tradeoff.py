@@ -1,0 +1,244 @@
+"""Work and precision: what error a solver and a step leave, and what they cost, on one's own scene.
+
+The error of a setting is the largest distance of any ball's end from its exact end, over all shots;
+its time is the sum over the shots, each the least of several runs after a warm-up. The exact solver
+errs by rounding alone; how much that is, is measured by turning the scene through an angle and
+turning the ends back.
+"""
+
+from __future__ import annotations
+
+import math
+import platform
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pool_pymunk.compare import Comparison, contacts
+from pool_pymunk.result import Run
+from pool_pymunk.scene import Point, Scene, Shot, Table
+from pool_pymunk.solvers import simulate
+
+EXACT = "event-driven"
+PUBLISHED_STEP = 1e-6  # s; the slice that the report uses
+LADDERS: Mapping[str, tuple[float | None, ...]] = {
+    "pymunk": (1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
+    "pymunk-discrete": (1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5),
+    "pymunk-builtin": (1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4),
+    "time-slice": (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, PUBLISHED_STEP),
+    EXACT: (None,),
+}
+TURN = 1.0  # rad
+MOST_REPEATS = 7
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One solver at one step, measured: errors (m), contacts shared, time (s), or the failure."""
+
+    solver: str
+    dt: float | None
+    largest: float
+    rms: float
+    shared: int
+    contacts: int
+    time: float
+    repeats: int
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """Every setting measured on one scene.
+
+    ``spread`` (m) is how far the uncertainty of the start positions alone moves an end (standard
+    deviation of the worst ball), None where it is not known. ``left_out`` names shots whose exact
+    end rounding decides: no error can be measured there.
+    """
+
+    scene: Scene
+    settings: tuple[Setting, ...]
+    spread: float | None
+    rounding: float
+    left_out: tuple[str, ...]
+    seed: int
+
+    def of(self, solver: str) -> list[Setting]:
+        """The solver's settings that did not fail, from coarse to fine."""
+        return [s for s in self.settings if s.solver == solver and not s.failure]
+
+
+def tradeoff(
+    scene: Scene,
+    ladders: Mapping[str, Sequence[float | None]] = LADDERS,
+    *,
+    shots: Sequence[Shot | None] | None = None,
+    budget: float = 60.0,
+    spread: float | None = None,
+    seed: int = 0,
+    advance: Callable[[float], None] = lambda _share: None,
+) -> Tradeoff:
+    """Measure every solver of ``ladders`` at every step.
+
+    ``budget`` (s) is about what repeated runs may take in all; each setting runs once at least.
+    ``advance`` hears of every setting that is done.
+    """
+    exact = [simulate(scene, shot, solver=EXACT) for shot in _shots(scene, shots)]
+    sound = [run for run in exact if not run.warnings] or exact
+    rounding = max(_rounding(run) for run in sound)
+    count = sum(len(steps) for steps in ladders.values())
+    measured = []
+    for solver, steps in ladders.items():
+        for dt in steps:
+            measured.append(_measure(sound, solver, dt, budget / count, rounding))
+            advance(1.0)
+    left_out = tuple(run.name for run in exact if run not in sound)
+    return Tradeoff(scene, tuple(measured), spread, rounding, left_out, seed)
+
+
+def _shots(scene: Scene, shots: Sequence[Shot | None] | None) -> Sequence[Shot | None]:
+    return shots if shots is not None else scene.shots or (None,)
+
+
+def _measure(
+    exact: Sequence[Run], solver: str, dt: float | None, budget: float, rounding: float
+) -> Setting:
+    """Error and time of one setting over all shots."""
+    found, times, repeats = [], 0.0, MOST_REPEATS
+    for reference in exact:
+        run, least, repeated = _timed(reference, solver, dt, budget / len(exact))
+        if run.status not in ("settled", reference.status):
+            return Setting(solver, dt, math.nan, math.nan, 0, 0, math.nan, repeated, run.status)
+        found.append(Comparison(reference, run))
+        times += least
+        repeats = min(repeats, repeated)
+    return Setting(
+        solver=solver,
+        dt=dt,
+        largest=max(rounding, *(one.largest for one in found)),
+        rms=max(rounding, math.sqrt(sum(one.rms**2 for one in found) / len(found))),
+        shared=sum(one.shared for one in found),
+        contacts=sum(len(contacts(one.reference)) for one in found),
+        time=times,
+        repeats=repeats,
+    )
+
+
+def _timed(reference: Run, solver: str, dt: float | None, budget: float) -> tuple[Run, float, int]:
+    """A run, the least wall time (s) of several after a warm-up, and of how many."""
+    began = time.perf_counter()
+    run = simulate(reference.scene, reference.shot, solver=solver, dt=dt)
+    least, repeats = run.wall_time, 1
+    while repeats < MOST_REPEATS and time.perf_counter() - began + run.wall_time < budget:
+        run = simulate(reference.scene, reference.shot, solver=solver, dt=dt)
+        least = min(least, run.wall_time)
+        repeats += 1
+    return run, least, repeats
+
+
+def _rounding(run: Run) -> float:
+    """By how much (m) rounding alone moves an exact end: the scene, turned, and turned back."""
+    scene = run.scene
+    turned = turn(scene, TURN)
+    shot = None if run.shot is None else turned.shots[scene.shots.index(run.shot)]
+    ends = simulate(turned, shot, solver=EXACT).final
+    back = {id_: _turned(end, -TURN) for id_, end in ends.items()}
+    apart = max(math.dist(back[id_], end) for id_, end in run.final.items())
+    size = max(abs(x) for end in run.final.values() for x in end)
+    return max(apart, 2.0**-52 * size)
+
+
+def turn(scene: Scene, angle: float) -> Scene:
+    """The scene turned by ``angle`` (rad) about the origin."""
+    table = scene.table and Table(tuple(_turned(corner, angle) for corner in scene.table.outline))
+    balls = tuple(
+        replace(b, position=_turned(b.position, angle), velocity=_turned(b.velocity, angle))
+        for b in scene.balls
+    )
+    shots = tuple(
+        replace(shot, velocity=shot.velocity and _turned(shot.velocity, angle))
+        for shot in scene.shots
+    )
+    return replace(scene, table=table, balls=balls, shots=shots)
+
+
+def _turned(p: Point, angle: float) -> Point:
+    c, s = math.cos(angle), math.sin(angle)
+    return (c * p[0] - s * p[1], s * p[0] + c * p[1])
+
+
+# -- what it means -------------------------------------------------------------------------------
+
+
+def order(settings: Sequence[Setting], floor: float, ceiling: float) -> float | None:
+    """The order of convergence: the slope of log error over log dt, between floor and ceiling (m).
+
+    None where fewer than three settings lie there: an error that is rounding has no order.
+    """
+    used = [s for s in settings if s.dt is not None and 10 * floor < s.largest < ceiling]
+    if len(used) < 3:
+        return None
+    steps, errors = zip(*((math.log(s.dt or 1.0), math.log(s.largest)) for s in used), strict=True)
+    return float(np.polyfit(steps, errors, 1)[0])
+
+
+def cheapest(settings: Iterable[Setting], tolerance: float) -> Setting | None:
+    """The setting that takes the least time of those that err by at most ``tolerance`` (m)."""
+    good = [s for s in settings if not s.failure and s.largest <= tolerance]
+    return min(good, key=lambda s: s.time, default=None)
+
+
+def sentences(result: Tradeoff) -> list[str]:
+    """What the measurement says, in words."""
+    from pool_pymunk.listing import step_text
+
+    units = result.scene.units
+    published = [s for s in result.of("time-slice") if s.dt == PUBLISHED_STEP]
+    lines = []
+    for digits in (1.0, 0.1, 0.01, 0.001):
+        best = cheapest((s for s in result.settings if s.solver != EXACT), units.to_si(digits, "length"))
+        if best is None or best.dt is None:
+            lines.append(f"No step tried comes within {digits:g} {units.length}.")
+            continue
+        text = (
+            f"Within {digits:g} {units.length}: {best.solver} at {step_text(best.dt)} does, "
+            f"in {best.time * 1e3:.3g} ms"
+        )
+        if published:
+            text += f", {published[0].time / best.time:,.0f} times faster than slices of 1e-06 s"
+        lines.append(text + ".")
+    exact = result.of(EXACT)
+    if exact:
+        error = units.from_si(exact[0].largest, "length")
+        lines.append(
+            f"Without a step: {EXACT} in {exact[0].time * 1e3:.3g} ms, to {error:.1g} {units.length}."
+        )
+    if result.spread is not None:
+        lines.append(
+            f"The start positions are known to the last digit written: that alone moves an end by "
+            f"{units.from_si(result.spread, 'length'):.2g} {units.length} (standard deviation, "
+            f"worst ball). Errors below that buy nothing."
+        )
+    lines += [
+        f"{name} is left out: its exact end hangs on a slip of zero, which rounding decides."
+        for name in result.left_out
+    ]
+    return lines
+
+
+def machine() -> dict[str, str]:
+    """What the times were measured on."""
+    import pymunk
+
+    from pool_pymunk import __version__
+
+    return {
+        "machine": platform.machine(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "pymunk": pymunk.version,
+        "pool_pymunk": __version__,
+    }

@@ -1,0 +1,77 @@
+"""Random scenes and exact ends that several tests share."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table
+
+DATA = Path(__file__).parent / "data"
+INCH = 0.0254
+TABLES = {
+    "rectangle": Table.rectangle(2.0, 1.0),
+    "hexagon": Table(
+        tuple((1 + math.cos(math.pi / 3 * k), 1 + math.sin(math.pi / 3 * k)) for k in range(6))
+    ),
+    "L": Table(((0, 0), (2, 0), (2, 0.9), (0.9, 0.9), (0.9, 2), (0, 2))),
+    "open plane": None,
+}
+
+
+def random_scene(
+    seed: int, table: str = "rectangle", law: str = "coulomb", speed: tuple[float, float] = (0.5, 8)
+) -> Scene:
+    """Two to nine balls of different sizes, some of which move at speeds within ``speed``."""
+    rnd = random.Random(seed)
+    balls: list[Ball] = []
+    wanted = rnd.randint(2, 9)
+    while len(balls) < wanted:
+        angle, fast = rnd.uniform(0, 2 * math.pi), rnd.uniform(*speed) * (rnd.random() < 0.4)
+        ball = Ball(
+            id=str(len(balls)),
+            position=(rnd.uniform(0, 2), rnd.uniform(0, 2)),
+            radius=rnd.uniform(0.02, 0.06),
+            mass=rnd.uniform(0.1, 0.3),
+            velocity=(fast * math.cos(angle), fast * math.sin(angle)),
+        )
+        try:
+            Scene((*balls, ball), TABLES[table], Restitution(1, 1, 1), physics=Physics(max_time=1))
+        except SceneError:
+            continue
+        balls.append(ball)
+    return Scene(
+        balls=tuple(balls),
+        table=TABLES[table],
+        restitution=Restitution(rnd.uniform(0.5, 1), None, rnd.uniform(0.5, 1)),
+        friction=Friction(rnd.uniform(0.05, 0.3), rnd.uniform(0, 0.4), rnd.uniform(0, 0.3)),
+        physics=Physics(law=law, max_time=10.0),
+    )
+
+
+def contact_list(run: Run) -> list[tuple[str, tuple[str, ...], int | None]]:
+    """The run's events without their times."""
+    return [(event.kind, event.balls, event.cushion) for event in run.events]
+
+
+def largest_distance(a: Run, b: Run) -> float:
+    """The largest distance of two runs' ends (m)."""
+    return max(math.dist(a.final[id_], b.final[id_]) for id_ in a.final)
+
+
+@cache
+def exact_run(law: str, shot: int) -> dict[str, Any]:
+    """The exact end of one of the report's shots (from 1), solved in quadruple precision."""
+    runs = json.loads((DATA / "exact_report.json").read_text())["runs"]
+    found: dict[str, Any] = next(r for r in runs if r["law"] == law and r["shot"] == shot)
+    return found
+
+
+def off_exact(run: Run, law: str, shot: int) -> float:
+    """How far (m) the worst end of a run lies from the exact one."""
+    final = exact_run(law, shot)["final"]
+    return max(math.dist(run.final[i], (float(x), float(y))) for i, (x, y) in final.items())

@@ -1,0 +1,284 @@
+"""The pymunk adapter: contacts at their true time, friction, and any pymunk world."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pymunk
+import pytest
+from scenes import INCH, contact_list, exact_run, largest_distance, off_exact, random_scene
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
+from pool_pymunk.adapter import Billiards, Contact, same_balls
+from pool_pymunk.contact import Pair
+from pool_pymunk.result import Trace
+from pool_pymunk.solvers import pymunk_space
+from pool_pymunk.solvers.settings import Settings
+
+REPORTS = [("report", "published"), ("report-corrected", "coulomb")]
+
+
+@pytest.mark.parametrize("dt", [1 / 30, 1 / 60, 1 / 240, 1e-3])
+@pytest.mark.parametrize("shot", [1, 2, 3, 4])
+@pytest.mark.parametrize(("name", "law"), REPORTS)
+def test_ends_and_events_are_exact_at_game_like_steps(
+    name: str, law: str, shot: int, dt: float
+) -> None:
+    run = simulate(load(name), shot - 1, solver="pymunk", dt=dt)
+    exact = exact_run(law, shot)
+    assert off_exact(run, law, shot) < 1e-9 * INCH  # rounding, amplified by the scene
+    assert contact_list(run) == [
+        (e["kind"], tuple(e["balls"]), e.get("cushion")) for e in exact["events"]
+    ]
+    late = [abs(e.t - float(x["t"])) for e, x in zip(run.events, exact["events"], strict=True)]
+    assert max(late) < 1e-11
+
+
+@pytest.mark.parametrize("table", ["rectangle", "hexagon", "L", "open plane"])
+@pytest.mark.parametrize("law", ["coulomb", "published"])
+@pytest.mark.parametrize("seed", range(6))
+def test_random_scenes_end_where_the_exact_solver_ends(table: str, law: str, seed: int) -> None:
+    scene = random_scene(seed, table, law)
+    exact = simulate(scene, solver="event-driven")
+    run = simulate(scene, solver="pymunk", dt=1 / 60)
+    assert contact_list(run) == contact_list(exact)
+    assert largest_distance(run, exact) < 1e-8  # rounding times the scene's amplification
+    assert run.status == exact.status
+
+
+def test_no_ball_is_lost_at_a_thousand_metres_a_second() -> None:
+    scene = Scene(
+        balls=(Ball("C", (0.5, 0.5), 0.05, 0.2),),
+        table=Table.rectangle(2.0, 1.0),
+        restitution=Restitution(cushion=0.9),
+        friction=Friction(surface=0.2, cushion=0.1),
+    )
+    angle = 0.3
+    shot_scene = replace(
+        scene,
+        balls=(replace(scene.balls[0], velocity=(1e3 * math.cos(angle), 1e3 * math.sin(angle))),),
+    )
+    exact = simulate(shot_scene, solver="event-driven")
+    run = simulate(shot_scene, solver="pymunk", dt=1 / 60)
+    assert len(exact.events) >= 50
+    assert contact_list(run) == contact_list(exact)
+    assert largest_distance(run, exact) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_fast_random_shots_stay_on_the_table(seed: int) -> None:
+    rnd = random.Random(seed)
+    scene = load("report-corrected")
+    angle, speed = rnd.uniform(0, 2 * math.pi), 10 ** rnd.uniform(0.5, 3)
+    shot = replace(scene.shots[0], velocity=(speed * math.cos(angle), speed * math.sin(angle)))
+    scene = replace(scene, shots=(shot,))
+    run = simulate(scene, solver="pymunk", dt=1 / 60)
+    assert run.status == "settled"
+    assert scene.table is not None
+    x0, y0, x1, y1 = scene.table.bounds
+    r = scene.balls[0].radius * (1 - 1e-9)
+    for x, y in run.final.values():
+        assert x0 + r <= x <= x1 - r
+        assert y0 + r <= y <= y1 - r
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_listing_order_does_not_matter(seed: int) -> None:
+    scene = random_scene(100 + seed)
+    shuffled = list(scene.balls)
+    random.Random(seed).shuffle(shuffled)
+    run = simulate(scene, solver="pymunk", dt=1 / 60)
+    other = simulate(replace(scene, balls=tuple(shuffled)), solver="pymunk", dt=1 / 60)
+    assert max(math.dist(run.final[i], other.final[i]) for i in run.final) < 1e-8
+
+
+# -- friction --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("friction", ["joint", "callback"])
+@pytest.mark.parametrize("dt", [1 / 60, 1 / 240, 0.3])
+def test_friction_leaves_no_error_in_position(friction: str, dt: float) -> None:
+    scene = Scene(
+        balls=(Ball("1", (0.0, 0.0), 0.05, 0.2, velocity=(1.2, 0.9)),),
+        friction=Friction(surface=0.1),
+    )
+    solve = partial(pymunk_space.solve, friction=friction)  # type: ignore[arg-type]
+    trace: Trace = solve(scene, scene.start(None), Settings(dt))
+    reach = 1.5**2 / (2 * scene.deceleration)
+    assert trace.knots[0][-1][1:3] == pytest.approx((0.8 * reach, 0.6 * reach), abs=1e-14)
+    assert trace.duration == pytest.approx(1.5 / scene.deceleration, abs=1e-14)
+
+
+@pytest.mark.parametrize("friction", ["joint", "callback"])
+def test_bodies_follow_their_paths_step_by_step(friction: str) -> None:
+    """The bodies themselves, not only the books kept of them, are where Eq. 10 puts them."""
+    space = pymunk.Space()
+    table = Billiards(
+        space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5, friction=friction, alone=True  # type: ignore[arg-type]
+    )  # fmt: skip
+    body = pymunk.Body(0.2, math.inf)
+    ball = table.add_ball(pymunk.Circle(body, 0.05))
+    table.strike(ball, (1.0, 0.0))
+    for k in range(1, 115):
+        table.step()
+        t = k / 60
+        assert body.position.x == pytest.approx(t - 0.25 * t * t, abs=1e-13)
+    while table.moving:
+        table.step()
+    assert body.position.x == 1.0
+    assert tuple(body.velocity) == (0.0, 0.0)
+    assert not space.constraints
+    assert body.velocity_func == pymunk.Body.update_velocity
+
+
+# -- the discrete adapter ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("shot", "coarse", "low", "high"),
+    [(1, 5e-4, 0.8, 2.2), (2, 1e-2, 0.65, 1.1), (3, 1e-2, 0.7, 1.2)],
+)
+def test_discrete_contacts_converge_with_order_one(
+    shot: int, coarse: float, low: float, high: float
+) -> None:
+    """Shot 1 is amplified so much that above 5e-4 s its error is the size of the scene."""
+    scene = load("report")
+    steps = np.geomspace(coarse, 1e-4, 7)
+    errors = [_typical_error(scene, shot, dt) for dt in steps]
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert low < slope < high
+
+
+def _typical_error(scene: Scene, shot: int, dt: float) -> float:
+    """How late a contact is found depends on where in a step it falls: a mean over near steps."""
+    near = [dt * share for share in (0.93, 0.97, 1.0, 1.03, 1.07)]
+    runs = [simulate(scene, shot - 1, solver="pymunk-discrete", dt=step) for step in near]
+    return math.exp(sum(math.log(off_exact(run, "published", shot)) for run in runs) / len(runs))
+
+
+def test_zero_slip_of_the_published_law_is_reported() -> None:
+    for solver in ("pymunk", "pymunk-discrete", "event-driven"):
+        warnings = simulate(load("report"), "Simulation 4", solver=solver).warnings
+        assert len(warnings) == 1
+        assert "zero slip" in warnings[0]
+        assert not simulate(load("report-corrected"), "Simulation 4", solver=solver).warnings
+
+
+# -- what a scene leaves out is not installed -------------------------------------------------------
+
+
+def test_a_part_that_is_left_out_costs_nothing() -> None:
+    scene = Scene(
+        balls=(Ball("1", (0.0, 0.0), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1)
+    )
+    trace = Trace(scene.start(None))
+    world = pymunk_space._set_up(scene, scene.start(None), 0.01, "swept", "joint")
+    world.strike(world.balls[0], (1.0, 0.0))
+    assert not world.walls
+    assert not world.space.constraints
+    assert world.balls[0].body.velocity_func == pymunk.Body.update_velocity
+    assert len(world.space.shapes) == 1
+    assert not trace.events
+
+
+def test_an_exception_in_a_callback_comes_out_of_the_step() -> None:
+    def broken(_i: int, _j: int) -> Pair:
+        raise RuntimeError("the pair is broken")
+
+    space = pymunk.Space()
+    table = Billiards(space, 1 / 60, pair=broken, alone=True)
+    balls = [_ball(table, (0.2 * k, 0.0)) for k in range(2)]
+    table.strike(balls[0], (5.0, 0.0))
+    with pytest.raises(RuntimeError, match="the pair is broken"):
+        for _ in range(10):
+            table.step()
+
+
+# -- any pymunk world -------------------------------------------------------------------------------
+
+
+def _ball(table: Billiards, position: tuple[float, float], radius: float = 0.03) -> object:
+    body = pymunk.Body(0.17, 0.17 * radius**2 / 2)
+    body.position = position
+    circle = pymunk.Circle(body, radius)
+    circle.elasticity = 0.9
+    return table.add_ball(circle)
+
+
+def _hexagon_world(dt: float) -> tuple[pymunk.Space, Billiards, list[Contact]]:
+    space = pymunk.Space()
+    table = Billiards(space, dt, pair=same_balls(0.95, 0.05, mass=0.17), deceleration=0.3)
+    corners = [(math.cos(math.pi / 3 * k), math.sin(math.pi / 3 * k)) for k in range(6)]
+    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+        table.add_wall(pymunk.Segment(space.static_body, a, b, 0.01), 0.8, 0.2)
+    table.add_wall(pymunk.Circle(space.static_body, 0.1, (0.3, 0.1)), 0.9, 0.1)
+    found: list[Contact] = []
+    table.on_contact = found.append
+    return space, table, found
+
+
+def _play(dt: float, seconds: float) -> tuple[list[tuple[float, float]], list[Contact]]:
+    space, table, found = _hexagon_world(dt)
+    balls = [_ball(table, (-0.5 + 0.2 * k, 0.5)) for k in range(5)]
+    table.balls[0].body.velocity = (2.0, -0.3)
+    table.balls[3].body.velocity = (-1.0, -3.0)
+    for _ in range(round(seconds / dt)):
+        space.step(dt)
+    assert len(balls) == 5
+    return [tuple(ball.body.position) for ball in table.balls], found
+
+
+def test_a_world_of_ones_own_gives_the_same_at_any_step() -> None:
+    """Segments, a round post, balls that get their velocity from outside; no step error is left."""
+    coarse, fine = _play(1 / 60, 6.0), _play(1 / 480, 6.0)
+    assert [c.balls for c in coarse[1]] == [c.balls for c in fine[1]]
+    assert len(coarse[1]) > 5
+    for a, b in zip(coarse[0], fine[0], strict=True):
+        assert math.dist(a, b) < 1e-9
+        assert math.hypot(*a) < 1.0
+
+
+def test_a_moving_obstacle_keeps_its_built_in_response() -> None:
+    dt = 1 / 120
+    space, table, _ = _hexagon_world(dt)
+    space.collision_slop = 1e-4
+    _ball(table, (-0.5, -0.2))
+    paddle = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    paddle.position = (0.0, -0.2)
+    paddle.velocity = (-1.0, 0.0)
+    blade = pymunk.Poly.create_box(paddle, (0.1, 0.4))
+    blade.elasticity = 1.0
+    space.add(paddle, blade)
+    for _ in range(70):
+        space.step(dt)
+    ball = table.balls[0]
+    assert ball.number in table.moving
+    assert ball.path.velocity[0] < -1.0  # pushed ahead of the blade
+    assert math.dist(ball.body.position, ball.path.at(table.time)[0]) < 1e-9
+
+
+def test_debug_draw_of_a_world() -> None:
+    space, table, _ = _hexagon_world(1 / 60)
+    _ball(table, (0.0, 0.0))
+    drawn: list[str] = []
+
+    class Options(pymunk.SpaceDebugDrawOptions):
+        def draw_circle(self, *_: object) -> None:
+            drawn.append("circle")
+
+        def draw_fat_segment(self, *_: object) -> None:
+            drawn.append("segment")
+
+    space.debug_draw(Options())
+    assert drawn.count("segment") == 6
+    assert drawn.count("circle") >= 2
+
+
+def test_a_step_other_than_agreed_is_an_error() -> None:
+    space, _, _ = _hexagon_world(1 / 60)
+    with pytest.raises(ValueError, match="stepped by"):
+        space.step(1 / 30)

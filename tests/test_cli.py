@@ -1,0 +1,295 @@
+"""The command line as a user types it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import INCH
+
+from pool_pymunk import __version__, load
+
+
+def typed(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """``pool-pymunk`` with these arguments, in a process of its own."""
+    command = [sys.executable, "-m", "pool_pymunk", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
+
+
+def one_line(result: subprocess.CompletedProcess[str]) -> str:
+    """The single line of an answer to bad input: exit code 2, nothing on stdout, no traceback."""
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert len(result.stderr.splitlines()) == 1, result.stderr
+    return result.stderr.strip()
+
+
+# -- help and version ------------------------------------------------------------------------------
+
+
+def test_help_names_every_command() -> None:
+    result = typed("--help")
+    assert result.returncode == 0
+    for command in ("run", "collide", "compare", "tradeoff", "sensitivity", "stability", "render"):
+        assert command in result.stdout
+        assert typed(command, "--help").returncode == 0
+
+
+def test_help_loads_no_solver() -> None:
+    """Answering --help must stay quick: nothing heavy may be imported for it."""
+    code = (
+        "import sys\nfrom pool_pymunk.cli import main\n"
+        "try:\n    main(['run', '--help'])\nexcept SystemExit:\n    pass\n"
+        "print([m for m in ('matplotlib', 'imageio', 'pandas') if m in sys.modules])"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert result.stdout.strip().endswith("[]")
+
+
+def test_importing_the_package_imports_no_matplotlib() -> None:
+    code = "import sys, pool_pymunk; print('matplotlib' in sys.modules)"
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert result.stdout.strip() == "False"
+
+
+def test_version() -> None:
+    assert typed("--version").stdout.strip() == __version__
+
+
+# -- run --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def report_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """The log of ``run report`` and the folder with what it wrote."""
+    folder = tmp_path_factory.mktemp("report")
+    result = typed("run", "report", "--out", folder / "out", "--json", folder / "all.json")
+    assert result.returncode == 0, result.stderr
+    return result.stdout, folder
+
+
+def test_the_log_has_the_form_of_listing_1(report_run: tuple[str, Path]) -> None:
+    lines = report_run[0].splitlines()
+    assert "Closest ball to Cue ball: Ball  1" in lines
+    assert "Attitude to closest ball: -178.298 deg" in lines
+    assert "Simulation 1: Cue velocity = [-4.000, 0.000] (m/s)" in lines
+    assert "Simulation 2: Cue velocity = [-2.415, 0.647] (m/s)" in lines
+    ends = [line for line in lines if line.startswith("    Ball ")]
+    assert len(ends) == 44
+    assert ends[0].startswith("    Ball  C: [27.36, 29.12] (in)   [27.37, 29.12]")
+    assert any(line.startswith("    Warning: law published jumps at zero slip") for line in lines)
+
+
+def test_the_json_has_everything(report_run: tuple[str, Path]) -> None:
+    content = json.loads((report_run[1] / "all.json").read_text())
+    assert content["scenario"] == "scenarios/report.toml"
+    assert content["solver"] == {"name": "pymunk", "dt": 1 / 240}
+    first = content["shots"][0]
+    assert first["name"] == "Simulation 1"
+    assert first["ball"] == "C"
+    assert first["velocity"] == [-4.0, 0.0]
+    assert first["status"] == "settled"
+    assert first["duration"] == pytest.approx(1.51905415938, abs=1e-10)
+    assert first["steps"] > 300
+    assert first["wall_time"] > 0
+    assert first["final"]["8"] == pytest.approx([0.374564807887, 0.238579756841], abs=1e-11)
+    assert first["events"][0] == {
+        "t": pytest.approx(0.13880005116119, abs=1e-13), "kind": "ball-ball", "balls": ["C", "1"],
+    }  # fmt: skip
+    cushions = [e["cushion"] for e in first["events"] if e["kind"] == "ball-cushion"]
+    assert cushions == [0, 0, 3, 3, 2]
+    assert first["events"][-1]["kind"] == "stop"
+    assert first["energy"] == {"initial": pytest.approx(1.6), "final": 0.0}
+    assert first["warnings"] == []
+    assert "zero slip" in content["shots"][3]["warnings"][0]
+
+
+def test_the_data_files_hold_the_run(report_run: tuple[str, Path]) -> None:
+    out = report_run[1] / "out"
+    content = json.loads((report_run[1] / "all.json").read_text())
+    data = np.load(out / "shot-1.npz")
+    assert data["position"].shape == (len(data["t"]), 11, 2)
+    final = np.array(list(content["shots"][0]["final"].values()))
+    np.testing.assert_allclose(data["position"][-1], final, atol=1e-15)
+    with (out / "shot-1.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 11 * len(data["t"])
+    assert float(rows[-1]["x"]) == final[-1][0]
+    with (out / "shot-1-events.csv").open() as file:
+        events = list(csv.DictReader(file))
+    assert [float(e["t"]) for e in events] == [e["t"] for e in content["shots"][0]["events"]]
+    for shot in (1, 2, 3, 4):
+        for when in ("start", "end"):
+            assert (out / f"shot-{shot}-{when}.png").stat().st_size > 20_000
+    assert not [path for path in out.iterdir() if path.name.startswith(".")]
+
+
+def test_one_shot_by_number_or_name(tmp_path: Path) -> None:
+    common = ("--no-pictures", "--out", tmp_path, "--solver", "event-driven")
+    by_number = typed("run", "report", "--shot", "3", *common)
+    by_name = typed("run", "report", "--shot", "Simulation 3", *common)
+    assert by_number.returncode == by_name.returncode == 0
+    assert by_number.stdout.count("Simulation") == 1
+    assert (tmp_path / "shot-3.npz").exists()
+    assert not (tmp_path / "shot-1.npz").exists()
+
+
+def test_dt_may_be_a_fraction(tmp_path: Path) -> None:
+    file = tmp_path / "a.json"
+    options = ("--no-pictures", "--out", tmp_path, "--shot", 3, "--json", file, "--dt", "1/120")
+    assert typed("run", "report", *options).returncode == 0
+    assert json.loads(file.read_text())["solver"]["dt"] == 1 / 120
+
+
+@pytest.mark.parametrize("solver", ["time-slice", "pymunk", "pymunk-discrete", "event-driven"])
+@pytest.mark.parametrize("scenario", ["two-balls", "report-corrected"])
+def test_every_solver_runs_bundled_scenarios(scenario: str, solver: str, tmp_path: Path) -> None:
+    options = ("--no-pictures", "--out", tmp_path, "--solver", solver, "--shot", 1)
+    step = () if solver == "event-driven" else ("--dt", "1e-4")
+    result = typed("run", scenario, *options, *step)
+    assert result.returncode == 0, result.stderr
+    assert "Final Ball positions" in result.stdout
+
+
+def test_a_shot_that_goes_on_from_the_one_before(tmp_path: Path) -> None:
+    file = tmp_path / "chain.toml"
+    file.write_text(
+        "[friction]\nsurface = 0.1\n[[balls]]\nid = 'C'\ncue = true\nradius = 0.05\nmass = 0.2\n"
+        "position = [0.0, 0.0]\n[[shots]]\nvelocity = [1.0, 0.0]\n"
+        "[[shots]]\nvelocity = [0.0, 1.0]\nfrom = 'previous'\n"
+    )
+    reach = 1 / (2 * 0.1 * 9.80665)
+    for arguments in ((), ("--shot", "2")):
+        out = tmp_path / "r.json"
+        result = typed("run", file, *arguments, "--json", out, "--out", tmp_path, "--no-pictures")
+        assert result.returncode == 0, result.stderr
+        last = json.loads(out.read_text())["shots"][-1]
+        assert last["final"]["C"] == pytest.approx([reach, reach])
+
+
+def test_the_time_slice_solver_reports_44_of_44(tmp_path: Path) -> None:
+    began = time.perf_counter()
+    file = tmp_path / "r.json"
+    options = ("--solver", "time-slice", "--dt", "1e-6", "--no-pictures", "--out", tmp_path)
+    result = typed("run", "report", *options, "--json", file)
+    assert "Published ends: 44 of 44 agree to 0.01 (11 + 11 + 11 + 11)" in result.stdout
+    walls = [shot["wall_time"] for shot in json.loads(file.read_text())["shots"]]
+    assert 0 < sum(walls) <= time.perf_counter() - began
+
+
+def test_a_run_cut_off_by_max_time_is_a_result(tmp_path: Path) -> None:
+    file = tmp_path / "r.json"
+    result = typed("run", "two-balls", "--json", file, "--out", tmp_path, "--no-pictures")
+    assert result.returncode == 0
+    shot = json.loads(file.read_text())["shots"][0]
+    assert shot["status"] == "max_time"
+    assert shot["duration"] == 0.5
+
+
+# -- check and compare ------------------------------------------------------------------------------
+
+
+def test_check_says_what_is_modelled() -> None:
+    full = typed("check", "report").stdout
+    assert "law published" in full
+    assert "4 cushions" in full
+    bare = typed("check", "two-balls").stdout
+    assert "no cushions" in bare
+    assert "no damping callback" in bare
+
+
+def test_compare_explains_the_published_ends(tmp_path: Path) -> None:
+    file = tmp_path / "c.json"
+    options = ("--solvers", "pymunk:1/60,pymunk-discrete:1e-3", "--no-pictures", "--out", tmp_path)
+    result = typed("compare", "report", *options, "--json", file)
+    assert result.returncode == 0, result.stderr
+    assert "off the exact ones by up to 0.013 in along x or y (ball 8)" in result.stdout
+    assert "got its sign from rounding there" in result.stdout
+    records = json.loads(file.read_text())["comparisons"]
+    assert len(records) == 8
+    assert all(r["largest"] < 1e-9 * INCH for r in records if r["solver"]["name"] == "pymunk")
+    parted = [r for r in records if r["divergence"]]
+    assert parted
+    assert {"t", "kind", "text"} <= set(parted[0]["divergence"])
+    assert (tmp_path / "ends.csv").exists()
+
+
+def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
+    options = ("--shot", 3, "--solvers", "pymunk,pymunk-discrete,event-driven", "--budget", 1)
+    result = typed("tradeoff", "report", *options, "--samples", 20, "--out", tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "Within 0.001 in: pymunk at" in result.stdout
+    assert (tmp_path / "tradeoff.png").stat().st_size > 20_000
+    assert (tmp_path / "tradeoff.svg").exists()
+    with (tmp_path / "tradeoff.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {"solver", "dt", "largest", "rms", "time", "python", "seed"} <= set(rows[0])
+
+
+# -- bad input --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("run", "nowhere"), 'scenario = "nowhere": no such file'),
+        (("run", "report", "--solver", "magic"), "solver = magic: there is no such solver"),
+        (("run", "report", "--dt", "0"), "--dt = 0: must be greater than 0"),
+        (("run", "report", "--dt", "1/0"), "--dt = 1/0: must be a number or a fraction"),
+        (("run", "report", "--dt", "nan"), "--dt = nan"),
+        (("run", "report", "--shot", "9"), "--shot = 9: there is no such shot"),
+        (("run",), "Missing argument"),
+        (("run", "report", "--colour"), "No such option"),
+        (("fly",), "No such command 'fly'"),
+        (("compare", "report", "--solvers", "pymunk,magic"), "solver = magic"),
+        (("compare", "report", "--solvers", "pymunk:fast"), "--dt = fast"),
+        (("tradeoff", "report", "--budget", "-1"), "--budget = -1.0"),
+        (("tradeoff", "report", "--solvers", "magic"), "solver = magic"),
+        (("check", "nowhere"), "no such file"),
+    ],
+)
+def test_bad_arguments_get_one_line(
+    arguments: tuple[str, ...], says: str, tmp_path: Path
+) -> None:  # fmt: skip
+    assert says in one_line(typed(*arguments, cwd=tmp_path))
+    assert not list(tmp_path.iterdir()), "bad input must write nothing"
+
+
+def test_problems_of_a_scenario_name_file_key_and_value(tmp_path: Path) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text(
+        "[ball]\nradius = -1\nmass = 0.2\n[friction]\nsurface = 0.1\n"
+        "[[balls]]\nid = 'a'\nposition = [0, 'x']\n"
+    )
+    result = typed("run", file, cwd=tmp_path)
+    assert result.returncode == 2
+    lines = result.stderr.splitlines()
+    assert len(lines) == 2
+    assert all(str(file) in line for line in lines)
+    assert any("radius = -1" in line for line in lines)
+    assert any('= "x"' in line for line in lines)
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
+
+
+def test_an_unwritable_folder_gets_one_line(tmp_path: Path) -> None:
+    blocker = tmp_path / "file"
+    blocker.write_text("")
+    result = typed("run", "two-balls", "--no-pictures", "--out", blocker / "sub")
+    assert result.returncode == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert "Traceback" not in result.stderr
+
+
+def test_the_bundled_scenarios_are_sound() -> None:
+    for name in ("report", "report-corrected", "two-balls", "hexagon", "l-shaped"):
+        assert load(name).balls

@@ -1,0 +1,109 @@
+"""Work and precision, on scenes whose errors and orders are known."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load
+from pool_pymunk.tradeoff import LADDERS, Setting, cheapest, order, sentences, tradeoff, turn
+
+STEPS = tuple(0.9e-2 / 3**k for k in range(6))
+
+
+def _one_cushion() -> Scene:
+    """A ball off one cushion: how late the hit is found is all the error there is."""
+    return Scene(
+        balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(1.5, 0.3)),),
+        table=Table.rectangle(1.0, 1.0),
+        restitution=Restitution(cushion=0.8),
+        friction=Friction(surface=0.1, cushion=0.1),
+    )
+
+
+def _head_on() -> Scene:
+    """A head-on pair."""
+    return Scene(
+        balls=(Ball("1", (0, 0), 0.05, 0.2, velocity=(1.0, 0)), Ball("2", (0.4, 0), 0.05, 0.1)),
+        restitution=Restitution(0.9),
+        friction=Friction(surface=0.1),
+    )
+
+
+@pytest.mark.parametrize("solver", ["pymunk-discrete", "time-slice"])
+@pytest.mark.parametrize("make", [_one_cushion, _head_on])
+def test_a_late_contact_is_an_error_of_order_one(make: object, solver: str) -> None:
+    scene = make()  # type: ignore[operator]
+    result = tradeoff(scene, {solver: STEPS}, budget=0)
+    assert all(s.shared == s.contacts for s in result.settings)
+    found = order(result.of(solver), result.rounding, 1.0)
+    assert found is not None
+    assert 0.7 < found < 1.3
+    for s in result.settings:  # found up to dt late, at up to 1.5 m/s before and after
+        assert s.dt is not None
+        assert s.largest < 2 * 1.5 * s.dt
+
+
+@pytest.mark.parametrize("make", [_one_cushion, _head_on])
+def test_swept_contacts_err_by_rounding_and_have_no_order(make: object) -> None:
+    scene = make()  # type: ignore[operator]
+    result = tradeoff(scene, {"pymunk": STEPS, "event-driven": (None,)}, budget=0)
+    assert all(s.largest < 1e-14 for s in result.settings)
+    assert order(result.of("pymunk"), result.rounding, 1.0) is None
+
+
+def test_the_end_of_one_cushion_is_the_one_on_paper() -> None:
+    """v^2 - 2 a s at the cushion, Eq. 9 there, then to rest."""
+    scene = _one_cushion()
+    a, v = scene.deceleration, math.hypot(1.5, 0.3)
+    ux, uy = 1.5 / v, 0.3 / v
+    way = 0.45 / ux
+    left = math.sqrt(v * v - 2 * a * way)
+    vn, vt = -0.8 * left * ux, left * uy - 0.1 * 1.8 * left * ux
+    reach = math.hypot(vn, vt) / (2 * a)
+    end = (0.95 + vn * reach, 0.5 + way * uy + vt * reach)
+    from pool_pymunk import simulate
+
+    for solver in ("event-driven", "pymunk"):
+        assert simulate(scene, solver=solver).final["1"] == pytest.approx(end, abs=1e-14)
+
+
+def test_turning_a_scene_turns_its_ends() -> None:
+    scene = load("report-corrected")
+    assert turn(scene, math.pi / 2).balls[0].position == pytest.approx(
+        (-scene.balls[0].position[1], scene.balls[0].position[0])
+    )
+
+
+def test_the_cheapest_setting_within_a_tolerance() -> None:
+    def setting(dt: float, error: float, time: float, failure: str = "") -> Setting:
+        return Setting("s", dt, error, error, 0, 0, time, 1, failure)
+
+    good, slow = setting(1, 0.1, 1.0), setting(2, 0.01, 2.0)
+    failed, coarse = setting(3, 0.0, 0.1, "max_time"), setting(4, 5.0, 0.5)
+    assert cheapest([slow, good, failed, coarse], 0.2) is good
+    assert cheapest([slow, good, failed, coarse], 0.05) is slow
+    assert cheapest([good], 0.01) is None
+
+
+def test_shots_that_hang_on_a_slip_of_zero_are_left_out() -> None:
+    result = tradeoff(load("report"), {"pymunk": (1 / 60,)}, budget=0)
+    assert result.left_out == ("Simulation 4",)
+    assert any("Simulation 4 is left out" in line for line in sentences(result))
+    assert result.settings[0].contacts == 14 + 5 + 1
+
+
+def test_failures_are_failures() -> None:
+    scene = Scene(
+        balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(1, 0)),),
+        table=Table.rectangle(1.0, 1.0),
+        restitution=Restitution(cushion=1.0),
+        friction=Friction(surface=1e-3),
+        physics=Physics(max_time=1e3),
+    )
+    result = tradeoff(scene, {"pymunk": (1 / 60,)}, budget=0)
+    assert result.settings[0].failure == ""
+    assert set(LADDERS) == {
+        "pymunk", "pymunk-discrete", "pymunk-builtin", "time-slice", "event-driven",
+    }  # fmt: skip
