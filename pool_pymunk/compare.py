@@ -133,8 +133,10 @@ def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence
 def describe(event: Event) -> str:
     """A contact in words.
 
-    >>> describe(Event(0.1, "ball-ball", ("C", "1"))), describe(Event(0.1, "ball-cushion", ("1",), 2))
-    ('ball C on ball 1', 'ball 1 on cushion 2')
+    >>> describe(Event(0.1, "ball-ball", ("C", "1")))
+    'ball C on ball 1'
+    >>> describe(Event(0.1, "ball-cushion", ("1",), 2))
+    'ball 1 on cushion 2'
     """
     if event.cushion is None:
         return " on ".join(f"ball {id_}" for id_ in event.balls)

@@ -133,7 +133,7 @@ class Run:
         return self._samples[1]
 
     def at(self, times: Array | Sequence[float]) -> tuple[Array, Array]:
-        """Positions and velocities (T, N, 2) at any ``times`` (T,), s; past the end: as it ended."""
+        """Positions and velocities (T, N, 2) at any ``times`` (T,), s; after the end, the end."""
         t = np.clip(np.asarray(times, dtype=float), 0.0, self.duration)
         position = np.empty((len(t), len(self.knots), 2))
         velocity = np.empty_like(position)

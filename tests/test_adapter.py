@@ -13,6 +13,7 @@ import pytest
 from scenes import INCH, contact_list, exact_run, largest_distance, off_exact, random_scene
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
+from pool_pymunk.adapter import Ball as TableBall
 from pool_pymunk.adapter import Billiards, Contact, same_balls
 from pool_pymunk.contact import Pair
 from pool_pymunk.result import Trace
@@ -201,7 +202,7 @@ def test_an_exception_in_a_callback_comes_out_of_the_step() -> None:
 # -- any pymunk world -------------------------------------------------------------------------------
 
 
-def _ball(table: Billiards, position: tuple[float, float], radius: float = 0.03) -> object:
+def _ball(table: Billiards, position: tuple[float, float], radius: float = 0.03) -> TableBall:
     body = pymunk.Body(0.17, 0.17 * radius**2 / 2)
     body.position = position
     circle = pymunk.Circle(body, radius)
@@ -229,7 +230,7 @@ def _play(dt: float, seconds: float) -> tuple[list[tuple[float, float]], list[Co
     for _ in range(round(seconds / dt)):
         space.step(dt)
     assert len(balls) == 5
-    return [tuple(ball.body.position) for ball in table.balls], found
+    return [(ball.body.position.x, ball.body.position.y) for ball in table.balls], found
 
 
 def test_a_world_of_ones_own_gives_the_same_at_any_step() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -26,7 +26,8 @@ app = typer.Typer(
 for command in (run, compare, render, check):
     app.command()(command)
 
-UsageError = typer.BadParameter.__mro__[1]  # what typer raises for a command line it can't read
+# What typer raises for a command line it cannot read; it exports only this subclass of it.
+UsageError = cast(type[Exception], typer.BadParameter.__mro__[1])
 
 
 @app.callback(invoke_without_command=True)
@@ -56,7 +57,7 @@ def _exit_code(arguments: list[str] | None) -> int:
         _complain(str(error))
         return 2
     except UsageError as error:
-        _complain(error.format_message())  # type: ignore[attr-defined]
+        _complain(str(error))
         return 2
     except (KeyboardInterrupt, typer.Abort):
         _complain("interrupted")

@@ -25,6 +25,9 @@ Step = Annotated[
 ShotName = Annotated[
     str | None, typer.Option("--shot", metavar="K", help="One shot only: its number or its name.")
 ]
+JsonFile = Annotated[
+    Path | None, typer.Option("--json", metavar="FILE", help="Write the results here.")
+]
 OutDir = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Where files go.")]
 
 

@@ -10,6 +10,7 @@ import typer
 
 from pool_pymunk.cli.common import (
     InputError,
+    JsonFile,
     OutDir,
     Scenario,
     ShotName,
@@ -36,11 +37,11 @@ def compare(
     scenario: Scenario,
     solvers: Annotated[
         str,
-        typer.Option(metavar="S[:DT],...", help="Solvers beside the exact one, each with its step."),
+        typer.Option(metavar="S[:DT],...", help="Solvers beside the exact one, with steps."),
     ] = DEFAULT,
     dt: Step = None,
     shot: ShotName = None,
-    json: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the results here.")] = None,
+    json: JsonFile = None,
     out: OutDir = None,
     pictures: Annotated[bool, typer.Option(help="Draw exact and compared ends and paths.")] = True,
 ) -> int:

@@ -122,11 +122,11 @@ def _save(result: Tradeoff, folder: Path) -> None:
         {**asdict(setting), "spread": result.spread, "seed": result.seed, **machine()}
         for setting in result.settings
     ]
-    with whole(folder / "tradeoff.csv") as part:
-        with part.open("w", newline="", encoding="utf-8") as file:
-            table = csv.DictWriter(file, list(rows[0]))
-            table.writeheader()
-            table.writerows(rows)
+    path = folder / "tradeoff.csv"
+    with whole(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, list(rows[0]))
+        table.writeheader()
+        table.writerows(rows)
     for suffix in (".png", ".svg"):
         with whole(folder / f"tradeoff{suffix}") as part:
             draw(result, [part])

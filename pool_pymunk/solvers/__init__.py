@@ -37,7 +37,9 @@ SOLVERS: Mapping[str, Solver] = {
         "in a pymunk space, contacts inside the step",
         {"contacts": ("swept", "discrete"), **FRICTION},
     ),
-    "pymunk-discrete": Solver(pymunk_space.discrete, 1e-4, "the same, contacts at a step's end", FRICTION),
+    "pymunk-discrete": Solver(
+        pymunk_space.discrete, 1e-4, "the same, contacts at a step's end", FRICTION
+    ),
     "pymunk-builtin": Solver(pymunk_builtin.solve, 1 / 240, "a baseline: stock pymunk"),
     "event-driven": Solver(event_driven.solve, None, "exact: from contact to contact"),
     "time-slice": Solver(time_slice.solve, 1e-6, "the report's own algorithm"),
@@ -82,9 +84,7 @@ def simulate(
     _check_options(solver, method, options)
     before = _before(scene, chosen) if chosen else None
     if start is None and before is not None:
-        start = simulate(
-            scene, before, solver=solver, dt=dt, max_events=max_events, **options
-        ).end
+        start = simulate(scene, before, solver=solver, dt=dt, max_events=max_events, **options).end
     settings = Settings(step, max_time or scene.physics.max_time, max_events)
     state = scene.start(chosen, start)
     began = time.perf_counter()
@@ -140,7 +140,8 @@ def _check_options(solver: str, method: Solver, options: Mapping[str, str]) -> N
             known = ", ".join(method.options) or "it has none"
             raise SettingError(f"{name} = {value}: {solver} has no such option ({known})")
         if value not in method.options[name]:
-            raise SettingError(f"{name} = {value}: must be one of {', '.join(method.options[name])}")
+            known = ", ".join(method.options[name])
+            raise SettingError(f"{name} = {value}: must be one of {known}")
 
 
 def _step(method: Solver, dt: float | None) -> float | None:

@@ -31,3 +31,11 @@ def slip_warning(a: str, b: str, t: float) -> str:
         "the slip was below 1e-9 of the closing speed and was taken for zero (no friction); "
         "rounding would have decided"
     )
+
+
+def sign_warning(a: str, b: str, t: float, slip: float) -> str:
+    """What users are told where the listing's arithmetic lets rounding decide."""
+    return (
+        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} at {t:.6g} s "
+        f"the slip was {slip:.0e} m/s, a rounding error, and its sign decided, as in the report"
+    )

@@ -15,10 +15,10 @@ import math
 from collections.abc import Iterator
 from math import atan2, cos, hypot, pi, sin
 
-from pool_pymunk.contact import LAWS, NT, cushion
+from pool_pymunk.contact import LAWS, NT, cushion, published, slips_by_rounding
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Point, Scene, State
-from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings
+from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings, sign_warning
 
 EPSILON = 2.0**-52
 SAFE = 1.0 - 1e-6  # share of a gap that the balls may provably not cross, rounding included
@@ -170,7 +170,7 @@ class Slices:
         if touching and (i, j) not in self.colliding:
             self.colliding.add((i, j))
             if self._moves(i) or self._moves(j):
-                self._collide(i, j)
+                self._collide(i, j, t)
                 self.trace.ball_ball(t, i, j)
                 active.update((i, j))
                 self._note(i, t)
@@ -178,12 +178,14 @@ class Slices:
         elif not touching:
             self.colliding.discard((i, j))
 
-    def _collide(self, i: int, j: int) -> None:
+    def _collide(self, i: int, j: int, t: float) -> None:
         """Listing 3: into the frame of the impact by angles, the contact law, and back."""
         impact = atan2(self.y[j] - self.y[i], self.x[j] - self.x[i])
-        after = self.law(
-            self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
-        )
+        a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
+        if self.law is published and pair.friction > 0.0 and slips_by_rounding(a, b):
+            ids = self.scene.balls[i].id, self.scene.balls[j].id
+            self.trace.warn(sign_warning(*ids, t, a.t - b.t))
+        after = self.law(a, b, pair)
         for ball, v in zip((i, j), after, strict=True):
             self.vx[ball] = cos(impact) * v.n - cos(pi / 2 - impact) * v.t
             self.vy[ball] = sin(impact) * v.n + sin(pi / 2 - impact) * v.t
@@ -223,10 +225,9 @@ class Slices:
         for i in self.moving:
             rounding = 4.0 * EPSILON * (abs(self.x[i]) + abs(self.y[i]) + self.radius[i])
             reach[i] = hypot(self.vx[i], self.vy[i]) * self.dt + rounding
-        least = min(
-            min((gap / reach[i] for i in self.moving for gap in self._cushion_gaps(i)), default=math.inf),
-            min((gap / (reach[i] + reach[j]) for i, j, gap in self._pair_gaps()), default=math.inf),
-        )  # fmt: skip
+        to_cushions = (gap / reach[i] for i in self.moving for gap in self._cushion_gaps(i))
+        to_balls = (gap / (reach[i] + reach[j]) for i, j, gap in self._pair_gaps())
+        least = min(min(to_cushions, default=math.inf), min(to_balls, default=math.inf))
         return least * SAFE - 2.0 if least < math.inf else self._until_rest()
 
     def _until_rest(self) -> float:

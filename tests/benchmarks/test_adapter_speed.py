@@ -1,0 +1,112 @@
+"""What the adapter costs beside bare pymunk, and how it grows: ``make bench``.
+
+Bare pymunk is as many ``space.step`` calls on the same balls with no handlers and no friction. Each
+benchmark's ``extra_info`` has the ratio within one run; the balls' set-up is part of the time.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pymunk
+import pytest
+
+from pool_pymunk import Ball, Friction, Restitution, Scene, Shot, Table, load, simulate
+
+REPEATS = 7
+
+
+def least(work: Callable[[], Any]) -> float:
+    """The least time (s) of several calls, after one to warm up."""
+    work()
+    times = []
+    for _ in range(REPEATS):
+        began = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - began)
+    return min(times)
+
+
+def bare(scene: Scene, shot: Shot, steps: int, dt: float) -> float:
+    """The least time (s) of so many bare steps of a space with the scene's balls and cushions."""
+    times = []
+    start = scene.start(shot)
+    for _ in range(REPEATS):
+        space = pymunk.Space()
+        for ball, position, velocity in zip(scene.balls, *start, strict=True):
+            body = pymunk.Body(ball.mass, math.inf)
+            body.position, body.velocity = position, velocity
+            space.add(body, pymunk.Circle(body, ball.radius))
+        for edge in scene.table.edges if scene.table else ():
+            space.add(pymunk.Segment(space.static_body, edge.start, edge.end, 0.0))
+        began = time.perf_counter()
+        for _ in range(steps):
+            space.step(dt)
+        times.append(time.perf_counter() - began)
+    return min(times)
+
+
+@pytest.mark.parametrize(
+    ("solver", "dt", "options"),
+    [
+        ("pymunk", 1 / 60, {}),
+        ("pymunk", 1 / 240, {}),
+        ("pymunk", 1 / 240, {"friction": "callback"}),
+        ("pymunk-discrete", 1 / 240, {}),
+        ("pymunk-discrete", 1e-4, {}),
+        ("pymunk-discrete", 1e-4, {"friction": "callback"}),
+    ],
+)
+def test_the_reports_four_shots(
+    benchmark: Any, solver: str, dt: float, options: dict[str, Any]
+) -> None:
+    scene = load("report")
+    runs = [partial(simulate, scene, shot, solver=solver, dt=dt, **options) for shot in scene.shots]
+
+    def four() -> None:
+        for run in runs:
+            run()
+
+    benchmark(four)
+    alone = sum(
+        bare(scene, shot, run().steps, dt) for shot, run in zip(scene.shots, runs, strict=True)
+    )
+    benchmark.extra_info["ratio to bare pymunk"] = round(least(four) / alone, 2)
+
+
+def many(count: int) -> Scene:
+    """So many balls at the report's density, all at rest but the one that is shot."""
+    rnd = random.Random(1)
+    r, columns = 0.05715, math.ceil(math.sqrt(2 * count))
+    rows = math.ceil(count / columns)
+    pitch = math.sqrt(88 * 44 * 0.0254**2 / 11)
+    balls = []
+    for k in range(count):
+        x, y = (k % columns + 0.5) * pitch, (k // columns + 0.5) * pitch
+        shake = 0.9 * (pitch / 2 - r)
+        position = (x + rnd.uniform(-shake, shake), y + rnd.uniform(-shake, shake))
+        balls.append(Ball(str(k), position, r, 0.16, cue=k == count // 2))
+    return Scene(
+        balls=tuple(balls),
+        table=Table.rectangle(columns * pitch, rows * pitch),
+        restitution=Restitution(0.9, 0.9, 0.7),
+        friction=Friction(0.1, 0.2, 0.05),
+        shots=(Shot("break", str(count // 2), velocity=(4.0, 0.3)),),
+    )
+
+
+@pytest.mark.parametrize("count", [11, 50, 200, 1000])
+def test_many_balls(benchmark: Any, count: int) -> None:
+    scene = many(count)
+    shot = scene.shots[0]
+    run = benchmark(partial(simulate, scene, shot, solver="pymunk", dt=1 / 240))
+    stepping = min(simulate(scene, shot, solver="pymunk", dt=1 / 240).wall_time for _ in range(3))
+    alone = bare(scene, shot, run.steps, 1 / 240)
+    benchmark.extra_info["us a step"] = round(stepping / run.steps * 1e6, 1)
+    benchmark.extra_info["bare us a step"] = round(alone / run.steps * 1e6, 1)
+    benchmark.extra_info["ratio to bare pymunk"] = round(stepping / alone, 2)
