@@ -42,6 +42,7 @@ def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
     """Eqs. 1-7 as physics: momentum is kept, energy never grows, nothing jumps at zero slip.
 
     J_n = (1 + e) m_eff (a_n - b_n); J_t = min(mu J_n, m_eff |s|) against the slip s = a_t - b_t.
+    Balls that part already are left alone.
 
     >>> coulomb(NT(1.0, 0.0), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.0))
     (NT(n=0.0, t=0.0), NT(n=1.0, t=0.0))
@@ -49,7 +50,7 @@ def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
     m_a, m_b, e, mu = pair
     share_a, share_b = m_b / (m_a + m_b), m_a / (m_a + m_b)  # m_eff / m_a, m_eff / m_b
     slip = a.t - b.t
-    j_n = (1.0 + e) * (a.n - b.n)  # impulses over m_eff
+    j_n = (1.0 + e) * max(a.n - b.n, 0.0)  # impulses over m_eff
     j_t = math.copysign(min(mu * j_n, abs(slip)), slip)
     return (
         NT(a.n - j_n * share_a, a.t - j_t * share_a),

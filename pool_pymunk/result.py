@@ -196,7 +196,7 @@ class Run:
             balls=np.array([ball.id for ball in self.scene.balls]),
             event_t=np.array([event.t for event in self.events]),
             event_kind=np.array([event.kind for event in self.events], dtype=str),
-            event_balls=np.array([" ".join(event.balls) for event in self.events], dtype=str),
+            event_balls=np.array([_two(event.balls) for event in self.events], dtype=str),
             event_cushion=np.array(
                 [-1 if event.cushion is None else event.cushion for event in self.events], dtype=int
             ),
@@ -212,13 +212,17 @@ class Run:
                     rows.writerow([float(t), ball.id, *map(float, p), *map(float, v)])
 
     def write_events_csv(self, path: Path) -> None:
-        """Write one row an event: t, kind, balls, cushion."""
+        """Write one row an event: t, kind, ball, other (of two balls), cushion."""
         with path.open("w", newline="", encoding="utf-8") as file:
             rows = csv.writer(file)
-            rows.writerow(["t", "kind", "balls", "cushion"])
+            rows.writerow(["t", "kind", "ball", "other", "cushion"])
             for event in self.events:
                 cushion = "" if event.cushion is None else event.cushion
-                rows.writerow([event.t, event.kind, " ".join(event.balls), cushion])
+                rows.writerow([event.t, event.kind, *_two(event.balls), cushion])
+
+
+def _two(balls: tuple[str, ...]) -> tuple[str, str]:
+    return (balls[0], balls[1] if len(balls) > 1 else "")
 
 
 def _points(rows: Array) -> tuple[Point, ...]:

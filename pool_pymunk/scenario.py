@@ -1,15 +1,17 @@
 """Scenario files: TOML in the file's units -> a :class:`~pool_pymunk.scene.Scene` in SI.
 
 The models here know the format: which keys there are and what type each has. What the numbers may
-be is checked by the Scene. All problems of a file are reported at once, each in one line with the
-file, the key and the value as it is written.
+be is checked by the scene's parts. All problems of a file are reported at once, each in one line
+with the file, the key and the value as it is written there.
 """
 
 from __future__ import annotations
 
+import json
 import math
+import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -20,17 +22,20 @@ from pool_pymunk import scene as s
 from pool_pymunk.scene import LEFT_OUT, Problem, Scene, SceneError
 
 Made = TypeVar("Made")
+Location = tuple[int | str, ...]  # where something stands in a file: ("balls", 2, "mass")
 Vector = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, populate_by_name=True)
+    """All keys are optional here: what is wanted is said by :class:`_Builder`."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
 
 
 class _Units(_Section):
-    length: Literal["m", "cm", "mm", "in"] = "m"
-    mass: Literal["kg", "g"] = "kg"
-    speed: Literal["m/s", "in/s"] = "m/s"
+    length: str = "m"
+    mass: str = "kg"
+    speed: str = "m/s"
 
 
 class _Table(_Section):
@@ -64,8 +69,8 @@ class _BallDefaults(_Section):
 
 
 class _Ball(_BallDefaults):
-    id: str
-    position: Vector
+    id: str | None = None
+    position: Vector | None = None
     cue: bool = False
     velocity: Vector | None = None
 
@@ -105,26 +110,32 @@ def bundled() -> dict[str, Path]:
 def load(scenario: str | Path) -> Scene:
     """Read a scenario: a path, or the name of a bundled one.
 
-    Raises :class:`~pool_pymunk.scene.SceneError` with every problem of the file, or OSError where
-    it cannot be read.
+    Raises :class:`~pool_pymunk.scene.SceneError` with every problem of the file, or that it
+    cannot be read.
 
     >>> scene = load("report")
     >>> len(scene.balls), scene.balls[0].radius, [shot.name for shot in scene.shots][0]
     (11, 0.05715, 'Simulation 1')
     """
-    path = Path(scenario)
-    known = bundled()
-    if str(scenario) in known:
-        return loads(known[str(scenario)].read_text(encoding="utf-8"), f"scenarios/{scenario}.toml")
-    if not path.exists():
-        names = ", ".join(known)
-        raise SceneError([Problem("scenario", str(scenario), f"no such file, nor one of: {names}")])
+    source = label(scenario)
+    data = _bytes(bundled().get(str(scenario), Path(scenario)), source)
     try:
-        return loads(path.read_text(encoding="utf-8"), str(scenario))
+        text = data.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise SceneError(
-            [Problem("file", LEFT_OUT, f"not UTF-8 text: {error}")], str(path)
-        ) from None
+        byte = f"0x{data[error.start]:02x}"
+        problem = Problem(f"byte {error.start + 1}", byte, "is not UTF-8 text")
+        raise SceneError([problem], source) from None
+    return loads(text, source)
+
+
+def _bytes(path: Path, source: str) -> bytes:
+    try:
+        return path.read_bytes()
+    except (FileNotFoundError, ValueError):  # ValueError: a path that no file can have
+        message = f"there is no such file (bundled: {', '.join(bundled())})"
+    except OSError as error:
+        message = f"cannot be read: {error.strerror or error}"
+    raise SceneError([Problem("scenario", source, message)])
 
 
 def label(scenario: str | Path) -> str:
@@ -135,311 +146,386 @@ def label(scenario: str | Path) -> str:
 def loads(text: str, source: str = "scenario") -> Scene:
     """Make a Scene of a scenario's text; ``source`` is what error messages call it."""
     try:
-        raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        message = str(error) or "nested too deeply"
-        raise SceneError([Problem("TOML", LEFT_OUT, message)], source) from None
+        raw = tomllib.loads(text.removeprefix("\ufeff"))
+    except (ValueError, RecursionError) as error:
+        raise SceneError([_toml_problem(text, source, error)], source) from None
     builder = _Builder(raw)
     made = builder.scene()
     if made is None:
-        raise SceneError(builder.problems, source)
+        raise SceneError(list(builder.problems.values()), source)
     return made
 
 
+def _toml_problem(text: str, source: str, error: Exception) -> Problem:
+    """Why a text could not be parsed, with the line that it could not be parsed at."""
+    if isinstance(error, RecursionError):
+        return Problem("file", source, "is nested too deeply")
+    place = re.search(r" \(at line (\d+), column (\d+)\)$", str(error))
+    if place:
+        message = f"{str(error)[: place.start()]} (column {place[2]})"
+        return _line_problem(text, int(place[1]), f"is not TOML: {message}")
+    digits = re.search(r"\d[\d_]{4000}", text)
+    if digits and not isinstance(error, tomllib.TOMLDecodeError):  # Python reads no such integers
+        number = text.count("\n", 0, digits.start()) + 1
+        return _line_problem(text, number, "has a number with too many digits")
+    return Problem("file", source, f"is not TOML: {error}")
+
+
+def _line_problem(text: str, number: int, message: str) -> Problem:
+    lines = text.split("\n")
+    line = lines[number - 1].strip() if number <= len(lines) else ""
+    return Problem(f"line {number}", line, message)
+
+
 class _Builder:
-    """Turns a raw file into a Scene part by part, and collects the problems of all parts."""
+    """Turns a raw file into a Scene part by part, and collects the problems of all parts.
+
+    What is unsound is noted as ``broken`` and left out or stood in for, so that the rest is
+    checked all the same and nothing is said of what only follows from it.
+    """
 
     def __init__(self, raw: Mapping[str, Any]) -> None:
         self.raw = raw
-        self.problems: list[Problem] = []
-        self.broken: set[str] = set()  # keys whose type is wrong: nothing more is said of them
-        self.file = self._read(raw)
-        self.units = s.Units(**self.file.units.model_dump())
+        self.problems: dict[str, Problem] = {}  # by their text: the same is said once
+        self.broken: set[Location] = set()
+        self.file = self._read()
+        self.units = self._part("units", s.Units)
 
     def scene(self) -> Scene | None:
         """The Scene, or None where there are problems."""
-        parts: dict[str, Any] = {
-            "table": self._table(),
-            "restitution": self._part("restitution", s.Restitution),
-            "friction": self._part("friction", s.Friction),
-            "physics": self._part("physics", s.Physics),
-        }
-        balls = list(self._balls())
-        shots = list(self._shots(balls))
-        whole = not self.problems
-        if not self.file.balls and "balls" not in self.broken:
-            self.problems.append(Problem("balls", LEFT_OUT, "one ball or more is wanted"))
-        if not whole:
-            self._check_what_is_there(balls, shots, parts)
+        table = self._table()
+        physics = self._part("physics", s.Physics)
+        restitution = self._part("restitution", s.Restitution)
+        friction = self._part("friction", s.Friction)
+        balls = dict(self._balls())
+        shots = {k: self._shot(k, entry) for k, entry in enumerate(self.file.shots)}
+        self._check_balls(balls, table)
+        self._check_shots(shots)
+        self._check_needs(restitution, friction, physics)
+        if self.problems:
             return None
-        try:
-            return Scene(
-                balls=tuple(ball for _, ball in balls),
-                shots=tuple(shot for _, shot in shots),
-                title=self.file.title,
-                units=self.units,
-                **parts,
-            )
-        except SceneError as error:
-            self.problems = [self._as_written(p) for p in error.problems]
-            return None
+        return Scene(
+            balls=tuple(balls.values()),
+            table=table,
+            restitution=restitution,
+            friction=friction,
+            physics=physics,
+            shots=tuple(shots.values()),
+            title=self.file.title,
+            units=self.units,
+        )
 
-    def _check_what_is_there(
-        self,
-        balls: list[tuple[int, s.Ball]],
-        shots: list[tuple[int, s.Shot]],
-        parts: Mapping[str, Any],
-    ) -> None:
-        """Say what is wrong between the parts, too, where the parts themselves are sound."""
-        found = list(s.ball_problems([ball for _, ball in balls], parts["table"]))
-        self._renumber(found, "balls", [k for k, _ in balls])
-        if len(balls) == len(self.file.balls) and "balls" not in self.broken:
-            shot_problems = list(s.shot_problems([x for _, x in shots], [b for _, b in balls]))
-            self._renumber(shot_problems, "shots", [k for k, _ in shots])
+    # -- problems --------------------------------------------------------------------------------
 
-    def _renumber(self, found: list[Problem], name: str, numbers: list[int]) -> None:
-        for problem in found:
-            head, _, rest = problem.key.removeprefix(f"{name}[").partition("]")
-            key = f"{name}[{numbers[int(head)]}]{rest}"
-            self.problems.append(self._as_written(Problem(key, problem.value, problem.message)))
+    def _note(self, problem: Problem) -> None:
+        """Keep a problem with key and value as the file has them; defaults stand in [ball]."""
+        location = _location(problem.key)
+        value = _find(self.raw, location)
+        if value is None and location[0] == "balls" and len(location) == 3:
+            default = ("ball", location[2])
+            if (value := _find(self.raw, default)) is not None:
+                location = default
+        if value is not None:
+            problem = Problem(_key(location), value, problem.message)
+        self.problems.setdefault(str(problem), problem)
+        self.broken.add(location)
+
+    def _note_all(self, problems: Iterable[Problem]) -> None:
+        """Note problems, less those of what is broken already."""
+        for problem in problems:
+            if not self._is_broken(*_location(problem.key)):
+                self._note(problem)
+
+    def _is_broken(self, *location: int | str) -> bool:
+        """Whether something is known to be wrong with this value or with what it stands in."""
+        return any(location[:n] in self.broken for n in range(1, len(location) + 1))
 
     # -- types and keys --------------------------------------------------------------------------
 
-    def _read(self, raw: Mapping[str, Any]) -> _File:
-        """The file's typed content; what does not fit is reported and left out."""
+    def _read(self) -> _File:
+        """The file's typed content; what does not fit is noted and left out."""
         try:
-            return _File.model_validate(raw)
+            return _File.model_validate(self.raw)
         except ValidationError as error:
-            pruned = _copied(raw)
+            sound = _copied(self.raw, depth=4)
             for details in error.errors(include_url=False):
-                self._note_type_problem(details, raw)
-                _prune(pruned, details["loc"])
-        try:
-            return _File.model_validate(pruned)
-        except ValidationError:
-            sound = {}
-            for key, value in pruned.items():
-                try:
-                    _File.model_validate({key: value})
-                    sound[key] = value
-                except ValidationError:
-                    self.broken.add(key)
+                location = details["loc"]
+                self._note(Problem(_key(location), details["input"], _type_message(details)))
+                field = location[: _depth(location)]
+                self.broken.add(field)
+                _take_out(sound, field)
             return _File.model_validate(sound)
-
-    def _note_type_problem(self, details: Any, raw: Mapping[str, Any]) -> None:
-        location = details["loc"]
-        value = details["input"] if details["type"] != "missing" else LEFT_OUT
-        self.broken.add(str(location[0]))
-        message = _type_message(details, location)
-        self.problems.append(Problem(_key(location), value, message))
 
     # -- parts -----------------------------------------------------------------------------------
 
-    def _made(self, prefix: str, make: Callable[[], Made]) -> Made | None:
-        """What ``make`` makes, or None and its problems under ``prefix``."""
+    def _part(self, name: str, kind: Callable[..., Made]) -> Made:
+        """A section's object; sound values stand in for broken ones."""
+        values = getattr(self.file, name).model_dump()
+        values |= {key: _stand_in(key) for key in values if self._is_broken(name, key)}
         try:
-            return make()
+            return kind(**values)
         except SceneError as error:
-            for p in error.problems:
-                self.problems.append(
-                    self._as_written(Problem(f"{prefix}.{p.key}", p.value, p.message))
-                )
-            return None
-
-    def _part(self, name: str, kind: Callable[..., Made]) -> Made | None:
-        return self._made(name, lambda: kind(**getattr(self.file, name).model_dump()))
+            self._note_all(_under(name, error))
+            return kind(**values | {p.key: _stand_in(p.key) for p in error.problems})
 
     def _point(self, xy: list[float], kind: str = "length") -> s.Point:
         return (self.units.to_si(xy[0], kind), self.units.to_si(xy[1], kind))
 
     def _table(self) -> s.Table | None:
         table = self.file.table
-        if table is None or "table" in self.broken:
+        if table is None:
             return None
-        size = (table.length, table.width)
-        if table.outline is not None:
-            if size != (None, None):
-                message = "stands beside length or width: one of the two"
-                self.problems.append(Problem("table.outline", table.outline, message))
+        size = {key: getattr(table, key) for key in ("length", "width")}
+        try:
+            if table.outline is not None:
+                self._note_all(_beside("table", size, "outline"))
+                return s.Table(tuple(map(self._point, table.outline)))
+            if self._is_broken("table", "outline"):
                 return None
-            corners = tuple(self._point(corner) for corner in table.outline)
-            return self._made("table", lambda: s.Table(corners))
-        for key, value in zip(("length", "width"), size, strict=True):
-            if value is None:
-                message = "is wanted (or an outline)"
-                self.problems.append(Problem(f"table.{key}", LEFT_OUT, message))
-        if None in size:
+            self._note_all(_wanted("table", size, "is wanted (or an outline)"))
+            si = [self.units.to_si(x, "length") for x in size.values() if x is not None]
+            return s.Table.rectangle(*si) if len(si) == 2 else None
+        except SceneError as error:
+            self._note_all(_under("table", error))
             return None
-        length, width = (self.units.to_si(value, "length") for value in size if value is not None)
-        return self._made("table", lambda: s.Table.rectangle(length, width))
 
     def _balls(self) -> Iterator[tuple[int, s.Ball]]:
+        """The sound balls, each with its number."""
         for k, entry in enumerate(self.file.balls):
-            ball = self._made(f"balls[{k}]", lambda k=k, entry=entry: self._ball(k, entry))  # type: ignore[misc]
-            if ball is not None:
-                yield k, ball
+            own = {"id": entry.id, "position": entry.position}
+            size: dict[str, Any] = {key: self._size(entry, key) for key in ("radius", "mass")}
+            self._note_all(_wanted(f"balls[{k}]", own, "is wanted"))
+            for key, value in size.items():
+                if not self._is_broken("ball", key):
+                    message = "is wanted, here or in [ball]"
+                    self._note_all(_wanted(f"balls[{k}]", {key: value}, message))
+            if None in own.values() or None in size.values():
+                continue
+            try:
+                yield k, self._ball(entry, **size)
+            except SceneError as error:
+                self._note_all(_under(f"balls[{k}]", error))
 
-    def _ball(self, k: int, entry: _Ball) -> s.Ball:
-        default = self.file.ball
-        size = {
-            "radius": default.radius if entry.radius is None else entry.radius,
-            "mass": default.mass if entry.mass is None else entry.mass,
-        }
-        missing = [
-            Problem(key, LEFT_OUT, "is wanted, here or in [ball]")
-            for key, value in size.items()
-            if value is None
-        ]
-        if missing:
-            raise SceneError(missing)
+    def _size(self, entry: _Ball, key: str) -> float | None:
+        value: float | None = getattr(entry, key)
+        return getattr(self.file.ball, key) if value is None else value
+
+    def _ball(self, entry: _Ball, radius: float, mass: float) -> s.Ball:
         return s.Ball(
-            id=entry.id,
-            position=self._point(entry.position),
-            radius=self.units.to_si(size["radius"] or 0.0, "length"),
-            mass=self.units.to_si(size["mass"] or 0.0, "mass"),
+            id=entry.id or "",
+            position=self._point(entry.position or []),
+            radius=self.units.to_si(radius, "length"),
+            mass=self.units.to_si(mass, "mass"),
             cue=entry.cue,
             velocity=self._point(entry.velocity or [0.0, 0.0], "speed"),
-            color=entry.color or default.color,
+            color=self.file.ball.color if entry.color is None else entry.color,
         )
 
-    def _shots(self, balls: list[tuple[int, s.Ball]]) -> Iterator[tuple[int, s.Shot]]:
-        cue = next((ball.id for _, ball in balls if ball.cue), None)
-        names: dict[str, int] = {}
-        for k, entry in enumerate(self.file.shots):
-            name = entry.name or f"Shot {k + 1}"
-            if name in names:
-                message = f"is the name of shots[{names[name]}] already"
-                self.problems.append(Problem(f"shots[{k}].name", name, message))
-            names.setdefault(name, k)
-            shot = self._made(
-                f"shots[{k}]",
-                lambda entry=entry, name=name: self._shot(entry, name, cue),  # type: ignore[misc]
-            )
-            if shot is not None:
-                yield k, shot
+    def _shot(self, k: int, entry: _Shot) -> s.Shot:
+        """A shot; where it is unsound, one that stands in for it in the checks to come."""
+        key, name = f"shots[{k}]", f"Shot {k + 1}" if entry.name is None else entry.name
+        ball, goes_on = self._shot_ball(key, entry), entry.from_ == "previous"
+        try:
+            if self._launch_is_sound(key, entry):
+                ends = {id_: self._point(end) for id_, end in entry.published.items()}
+                return s.Shot(name, ball, *self._launch(entry), goes_on, ends)
+        except SceneError as error:
+            self._note_all(_under(key, error))
+        ends = dict.fromkeys(entry.published, (0.0, 0.0))
+        aim = entry.aim or None
+        velocity = None if aim else (0.0, 0.0)
+        name = key if any(s.name_problems("name", name)) else name
+        return s.Shot(name, ball, velocity, 0.0, aim, goes_on, ends)
 
-    def _shot(self, entry: _Shot, name: str, cue: str | None) -> s.Shot:
-        velocity, problems = self._launch(entry)
-        ball = entry.ball or cue
-        if ball is None:
-            problems.append(Problem("ball", LEFT_OUT, "is wanted where there is no cue ball"))
-        if problems:
-            raise SceneError(problems)
-        return s.Shot(
-            name=name,
-            ball=ball or "",
-            velocity=velocity,
-            speed=None if entry.speed is None else self.units.to_si(entry.speed, "speed"),
-            aim=entry.aim,
-            from_previous=entry.from_ == "previous",
-            published={id_: self._point(end) for id_, end in entry.published.items()},
+    def _shot_ball(self, key: str, entry: _Shot) -> str:
+        if entry.ball is not None:
+            return entry.ball
+        cues = [ball.id for ball in self.file.balls if ball.cue]
+        if not cues and self._knows_balls():
+            message = "is wanted where there is no cue ball"
+            self._note_all([Problem(f"{key}.ball", LEFT_OUT, message)])
+        return cues[0] or "" if cues else ""
+
+    def _knows_balls(self) -> bool:
+        """Whether every ball's id is known (and the cue ball), so that any other is unknown."""
+        return bool(self.file.balls) and not any(
+            ball.id is None or self._is_broken("balls", k, "cue")
+            for k, ball in enumerate(self.file.balls)
         )
 
-    def _launch(self, entry: _Shot) -> tuple[s.Point | None, list[Problem]]:
-        """The shot's velocity where the file gives it: as such, or as speed and angle."""
+    def _launch_is_sound(self, key: str, entry: _Shot) -> bool:
+        """Whether the shot says in one way how it starts; otherwise, what is wrong is noted."""
+        if any(self._is_broken(*_location(f"{key}.{name}")) for name in _LAUNCH):
+            return False
+        found = list(self._launch_problems(key, entry))
+        self._note_all(found)
+        return not found
+
+    def _launch_problems(self, key: str, entry: _Shot) -> Iterator[Problem]:
+        speed, turn = entry.speed, {"angle": entry.angle, "aim": entry.aim}
+        turned = next((name for name, value in turn.items() if value is not None), None)
         if entry.velocity is not None:
-            beside = [key for key in ("speed", "angle", "aim") if getattr(entry, key) is not None]
-            return self._point(entry.velocity, "speed"), [
-                Problem(key, getattr(entry, key), "stands beside velocity: one of the two")
-                for key in beside
-            ]
-        if entry.speed is None:
+            yield from _beside(key, {"speed": speed, **turn}, "velocity")
+        elif speed is None and turned is None:
             message = "is wanted (or speed and angle, or speed and aim)"
-            return None, [Problem("velocity", LEFT_OUT, message)]
-        if entry.angle is None and entry.aim is None:
-            return None, [Problem("angle", LEFT_OUT, "is wanted beside speed (or aim)")]
-        if entry.angle is not None and entry.aim is not None:
-            return None, [Problem("aim", entry.aim, "stands beside angle: one of the two")]
-        if entry.angle is None:
-            return None, []
-        if not math.isfinite(entry.angle):
-            return None, [Problem("angle", entry.angle, "must be a finite number")]
-        if not entry.speed >= 0.0:
-            return None, [Problem("speed", entry.speed, "must be 0 or more")]
-        speed, angle = self.units.to_si(entry.speed, "speed"), math.radians(entry.angle)
-        return (math.cos(angle) * speed, math.sin(angle) * speed), []
-
-    # -- messages --------------------------------------------------------------------------------
-
-    def _as_written(self, problem: Problem) -> Problem:
-        """The problem with the value as the file has it, in its units; defaults name [ball]."""
-        key = problem.key
-        value = _find(self.raw, key)
-        if value is None and key.startswith("balls["):
-            default = f"ball.{key.rpartition('.')[2]}"
-            if (value := _find(self.raw, default)) is not None:
-                key = default
-        if key.endswith((".length", ".width")) or value is not None:
-            return Problem(key, problem.value if value is None else value, problem.message)
-        return problem
-
-
-def _key(location: tuple[int | str, ...]) -> str:
-    """``("balls", 2, "mass")`` as ``balls[2].mass``."""
-    text = ""
-    for part in location:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}"
-    return text.removeprefix(".")
-
-
-def _type_message(details: Any, location: tuple[int | str, ...]) -> str:
-    kind, context = details["type"], details.get("ctx", {})
-    if kind == "extra_forbidden":
-        known = ", ".join(_known_keys(location[:-1]))
-        return f"unknown key (there are: {known})"
-    messages = {
-        "missing": "is wanted",
-        "float_type": "must be a number",
-        "string_type": 'must be text, in "quotes"',
-        "bool_type": "must be true or false",
-        "list_type": "must be a list",
-        "dict_type": "must be a table",
-        "model_type": "must be a table",
-        "model_attributes_type": "must be a table",
-        "literal_error": f"must be one of {context.get('expected', '')}",
-        "too_short": "must be two numbers",
-        "too_long": "must be two numbers",
-    }
-    return messages.get(kind) or str(details["msg"])
-
-
-def _known_keys(location: tuple[int | str, ...]) -> list[str]:
-    model: type[BaseModel] = _File
-    parts: dict[str, type[BaseModel]] = {
-        "units": _Units, "table": _Table, "physics": _Physics, "restitution": _Restitution,
-        "friction": _Friction, "ball": _BallDefaults, "balls": _Ball, "shots": _Shot,
-    }  # fmt: skip
-    if location:
-        model = parts[str(location[0])]
-    return [field.alias or name for name, field in model.model_fields.items()]
-
-
-def _find(raw: Any, key: str) -> Any:
-    """What stands at ``balls[2].mass`` in the raw file; None where nothing does."""
-    at = raw
-    for part in key.replace("[", ".[").split("."):
-        if part.startswith("[") and isinstance(at, list):
-            at = at[int(part[1:-1])]
-        elif isinstance(at, Mapping) and part in at:
-            at = at[part]
+            yield Problem(f"{key}.velocity", LEFT_OUT, message)
+        elif speed is None:
+            yield Problem(f"{key}.speed", LEFT_OUT, f"is wanted beside {turned}")
+        elif turned is None:
+            yield Problem(f"{key}.angle", LEFT_OUT, "is wanted beside speed (or aim)")
         else:
-            return None
-    return at
+            yield from s.number_problems(f"{key}.speed", self.units.to_si(speed, "speed"), 0.0)
+            yield from _beside(key, {"aim": entry.aim} if turned == "angle" else {}, "angle")
+            if entry.angle is not None and not math.isfinite(entry.angle):
+                yield Problem(f"{key}.angle", entry.angle, "must be a finite number")
+
+    def _launch(self, entry: _Shot) -> tuple[s.Point | None, float | None, str | None]:
+        """Velocity and speed (SI) and aim, as far as the file gives them."""
+        if entry.velocity is not None:
+            return self._point(entry.velocity, "speed"), None, None
+        speed = self.units.to_si(entry.speed or 0.0, "speed")
+        if entry.angle is None:
+            return None, speed, entry.aim
+        angle = math.radians(entry.angle)
+        return (math.cos(angle) * speed, math.sin(angle) * speed), speed, None
+
+    # -- between the parts -----------------------------------------------------------------------
+
+    def _check_balls(self, balls: Mapping[int, s.Ball], table: s.Table | None) -> None:
+        entries = self.file.balls
+        if not entries:
+            self._note_all([Problem("balls", LEFT_OUT, "one ball or more is wanted")])
+        ids = {k: entry.id for k, entry in enumerate(entries) if entry.id is not None}
+        cues = [k for k, entry in enumerate(entries) if entry.cue]
+        self._note_all(s.id_problems(ids, cues))
+        self._note_all(s.place_problems(balls, table))
+
+    def _check_shots(self, shots: Mapping[int, s.Shot]) -> None:
+        ids = [entry.id for entry in self.file.balls if entry.id is not None]
+        if not self._knows_balls():  # then any name may be the name of a ball
+            for shot in shots.values():
+                ids += [shot.ball, shot.aim or shot.ball, *shot.published]
+        self._note_all(s.shot_problems(shots, ids))
+
+    def _check_needs(
+        self, restitution: s.Restitution, friction: s.Friction, physics: s.Physics
+    ) -> None:
+        balls = self.file.balls
+        cues = [k for k, ball in enumerate(balls) if ball.cue]
+        moves = bool(self.file.shots) or any(any(ball.velocity or ()) for ball in balls)
+        has_table = "table" in self.raw
+        self._note_all(s.restitution_needs(restitution, has_table, len(balls), cues))
+        self._note_all(s.rest_needs(friction, physics, moves))
 
 
-def _copied(raw: Any) -> Any:
-    if isinstance(raw, dict):
-        return {key: _copied(value) for key, value in raw.items()}
-    return [_copied(value) for value in raw] if isinstance(raw, list) else raw
+_LAUNCH = ("velocity", "speed", "angle", "aim")
 
 
-def _prune(raw: Any, location: tuple[int | str, ...]) -> None:
-    """Take the value at ``location`` out (a list keeps its places: its entry becomes None)."""
-    *path, last = location
-    for part in path:
+def _stand_in(key: str) -> float | str:
+    """A sound value for a broken one: 1 with every number in need of none other."""
+    return {"law": "coulomb", "length": "m", "mass": "kg", "speed": "m/s"}.get(key, 1.0)
+
+
+def _under(key: str, error: SceneError) -> Iterator[Problem]:
+    """The problems that a part of the file has found in itself."""
+    for problem in error.problems:
+        yield Problem(f"{key}.{problem.key}", problem.value, problem.message)
+
+
+def _wanted(key: str, values: Mapping[str, object], message: str) -> Iterator[Problem]:
+    for name, value in values.items():
+        if value is None:
+            yield Problem(f"{key}.{name}", LEFT_OUT, message)
+
+
+def _beside(key: str, values: Mapping[str, object], other: str) -> Iterator[Problem]:
+    for name, value in values.items():
+        if value is not None:
+            yield Problem(f"{key}.{name}", value, f"stands beside {other}: one of the two")
+
+
+# -- keys and messages ---------------------------------------------------------------------------
+
+
+def _key(location: Location) -> str:
+    """``("balls", 2, "mass")`` as ``balls[2].mass``."""
+    parts = (f"[{part}]" if isinstance(part, int) else f".{s.key_of(part)}" for part in location)
+    return "".join(parts).removeprefix(".")
+
+
+def _location(key: str) -> Location:
+    """What :func:`_key` was made from."""
+    parts = re.findall(r'\[(\d+)\]|("(?:[^"\\]|\\.)*")|([^.\[\]]+)', key)
+    return tuple(int(n) if n else json.loads(text) if text else bare for n, text, bare in parts)
+
+
+def _depth(location: Location) -> int:
+    """How many steps down ``location`` lies what can be left out: a key, not half a vector."""
+    if location[2:3] == ("published",):
+        return 4
+    return 3 if location[0] in ("balls", "shots") else 2
+
+
+def _find(raw: Any, location: Location) -> Any:
+    """What stands at a location in the raw file; None where nothing does."""
+    for part in location:
         try:
             raw = raw[part]
         except (KeyError, IndexError, TypeError):
-            return
-    if isinstance(raw, dict):
-        raw.pop(last, None)
+            return None
+    return raw
+
+
+def _copied(raw: Any, depth: int) -> Any:
+    if depth > 0 and isinstance(raw, dict):
+        return {key: _copied(value, depth - 1) for key, value in raw.items()}
+    if depth > 0 and isinstance(raw, list):
+        return [_copied(value, depth - 1) for value in raw]
+    return raw
+
+
+def _take_out(raw: Any, location: Location) -> None:
+    """Take a value out; a list keeps its places, with an empty table in this one."""
+    *path, last = location
+    parent = _find(raw, tuple(path))
+    if isinstance(parent, list):
+        parent[int(last)] = {}
+    elif parent is not None:
+        parent.pop(last, None)
+
+
+_TYPE_MESSAGES = {
+    "string_type": 'must be text, in "quotes"',
+    "bool_type": "must be true or false",
+    "dict_type": "must be a table",
+    "model_type": "must be a table",
+    "too_short": "must be two numbers, [x, y]",
+    "too_long": "must be two numbers, [x, y]",
+}
+
+
+def _type_message(details: Any) -> str:
+    kind, location, value = details["type"], details["loc"], details["input"]
+    if kind == "extra_forbidden":
+        return f"unknown key (there are: {', '.join(_known_keys(location[:-1]))})"
+    if kind == "literal_error":
+        return f"must be {details['ctx']['expected']}".replace("'", '"')
+    if kind == "float_type":
+        is_integer = isinstance(value, int) and not isinstance(value, bool)
+        return s.TOO_LARGE if is_integer else "must be a number"
+    if kind == "list_type" and location[-1] in ("balls", "shots"):
+        return f"must be a list: write [[{location[-1]}]] above each of them"
+    if kind == "list_type":
+        is_outline = location[-1] == "outline"
+        return f"must be {'corners, [[x, y], ...]' if is_outline else 'two numbers, [x, y]'}"
+    return _TYPE_MESSAGES.get(kind) or str(details["msg"])
+
+
+def _known_keys(location: Location) -> list[str]:
+    """The keys of the part of a file at ``location``."""
+    parts: Mapping[int | str, type[BaseModel]] = {
+        "units": _Units, "table": _Table, "physics": _Physics, "restitution": _Restitution,
+        "friction": _Friction, "ball": _BallDefaults, "balls": _Ball, "shots": _Shot,
+    }  # fmt: skip
+    model = parts[location[0]] if location else _File
+    return [field.alias or name for name, field in model.model_fields.items()]

@@ -6,10 +6,14 @@ friction, a second ball) is physics that no solver computes.
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import re
+import unicodedata
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from typing import NamedTuple
 
 from pool_pymunk.contact import LAWS, Pair
@@ -18,11 +22,22 @@ Point = tuple[float, float]
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 LEFT_OUT = "(left out)"
+NEAREST = "nearest"  # what a shot may aim at instead of a ball's id
 
 # Balls may overlap by this share of the distance between their centres: a frozen rack's
 # coordinates are rounded. ROUNDING covers the coordinates themselves, far from the origin.
 TOUCHING = 1e-9
 ROUNDING = 4 * 2.0**-52
+
+# Numbers (SI) stay within these bounds, sizes within both: squares and products of a few of them
+# stay in the range of floating point.
+SMALLEST, LARGEST = 1e-100, 1e100
+TOO_SMALL = f"is too small (less than {SMALLEST:g} in SI units)"
+TOO_LARGE = f"is too large (more than {LARGEST:g} in SI units)"
+
+MOST_SHOWN = 60  # characters of a value in a message
+MOST_LISTED = 12  # names in a message
+MOST_OVERLAPS = 100  # reported of one scene
 
 UNITS: Mapping[str, Mapping[str, float]] = {
     "length": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254},
@@ -40,8 +55,8 @@ class Problem:
     message: str
 
     def __str__(self) -> str:
-        value = self.value if self.value is LEFT_OUT else _shown(self.value)
-        return f"{self.key} = {value}: {self.message}"
+        value = LEFT_OUT if self.value is LEFT_OUT else shown(self.value)
+        return _one_line(f"{self.key} = {value}: {self.message}")
 
 
 class SceneError(ValueError):
@@ -57,37 +72,96 @@ class SceneError(ValueError):
     def __init__(self, problems: Sequence[Problem], source: str = "") -> None:
         self.problems = tuple(problems)
         self.source = source
-        prefix = f"{source}: " if source else ""
+        prefix = _one_line(f"{source}: ") if source else ""
         super().__init__("\n".join(f"{prefix}{problem}" for problem in self.problems))
 
 
-def _shown(value: object, limit: int = 60) -> str:
-    text = repr(value) if not isinstance(value, str) else f'"{value}"'
-    text = " ".join(text.split())
-    return text if len(text) <= limit else text[: limit - 3] + "..."
+def shown(value: object) -> str:
+    """A value as a scenario file writes it, shortened.
+
+    >>> shown([True, "a", {"b": math.inf}])
+    '[true, "a", {b = inf}]'
+    """
+    text = _toml(value, depth=3)
+    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
 
 
-def _raise_any(problems: Iterator[Problem]) -> None:
+def _toml(value: object, depth: int) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int) and value.bit_length() > 4 * MOST_SHOWN:
+        return f"(a number of about {int(value.bit_length() * math.log10(2)) + 1} digits)"
+    if isinstance(value, str):
+        return f'"{_clipped(value)}"'
+    if not isinstance(value, list | tuple | Mapping):
+        return str(value)
+    if depth == 0:
+        return "..."
+    if isinstance(value, Mapping):
+        items = islice(value.items(), MOST_SHOWN)
+        return "{" + ", ".join(f"{key_of(k)} = {_toml(v, depth - 1)}" for k, v in items) + "}"
+    return "[" + ", ".join(_toml(v, depth - 1) for v in value[:MOST_SHOWN]) + "]"
+
+
+def _clipped(text: str) -> str:
+    return text if len(text) <= MOST_SHOWN - 2 else text[: MOST_SHOWN - 5] + "..."
+
+
+def key_of(name: str) -> str:
+    """A key as a scenario file writes it: bare where it can be, else in quotes.
+
+    >>> key_of("8"), key_of("ball 8")
+    ('8', '"ball 8"')
+    """
+    return name if re.fullmatch("[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
+
+
+def listed(names: Collection[str]) -> str:
+    """Names in a row; of many, the first."""
+    first = ", ".join(_clipped(name) for name in islice(names, MOST_LISTED))
+    more = len(names) - MOST_LISTED
+    return first if more <= 0 else f"{first} and {more} more"
+
+
+def _one_line(text: str) -> str:
+    """Line breaks, tabs and what else does not print, as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def _raise_any(problems: Iterable[Problem]) -> None:
     found = list(problems)
     if found:
         raise SceneError(found)
 
 
-def _number(key: str, value: float, low: float | None = None, high: float = math.inf,
-            above: float | None = None) -> Iterator[Problem]:  # fmt: skip
-    """Problems of one number: finite, at least ``low`` or greater than ``above``, at most ``high``."""
+def number_problems(key: str, value: float, low: float, high: float = LARGEST) -> Iterator[Problem]:
+    """What is wrong with a number that must be finite and lie between ``low`` and ``high``."""
     if not math.isfinite(value):
         yield Problem(key, value, "must be a finite number")
-    elif above is not None and value <= above:
-        yield Problem(key, value, f"must be greater than {above:g}")
-    elif low is not None and not low <= value <= high:
-        span = f"between {low:g} and {high:g}" if high < math.inf else f"{low:g} or more"
-        yield Problem(key, value, f"must be {span}")
+    elif high < LARGEST and not low <= value <= high:
+        yield Problem(key, value, f"must be between {low:g} and {high:g}")
+    elif value < low:
+        yield Problem(key, value, f"must be {low:g} or more")
+    elif value > high:
+        yield Problem(key, value, TOO_LARGE)
 
 
-def _point(key: str, point: Point) -> Iterator[Problem]:
+def size_problems(key: str, value: float) -> Iterator[Problem]:
+    """What is wrong with a number that must be greater than zero."""
+    if value <= 0.0:
+        message = "must be greater than 0" if math.isfinite(value) else "must be a finite number"
+        yield Problem(key, value, message)
+    elif value < SMALLEST:
+        yield Problem(key, value, TOO_SMALL)
+    else:
+        yield from number_problems(key, value, 0.0)
+
+
+def _point_problems(key: str, point: Point) -> Iterator[Problem]:
     if not (math.isfinite(point[0]) and math.isfinite(point[1])):
         yield Problem(key, list(point), "must be two finite numbers")
+    elif max(map(abs, point)) > LARGEST:
+        yield Problem(key, list(point), TOO_LARGE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,16 +208,27 @@ class Ball:
         _raise_any(self._problems())
 
     def _problems(self) -> Iterator[Problem]:
-        if not self.id:
-            yield Problem("id", self.id, "must not be empty")
-        yield from _point("position", self.position)
-        yield from _number("radius", self.radius, above=0)
-        yield from _number("mass", self.mass, above=0)
-        yield from _point("velocity", self.velocity)
+        yield from name_problems("id", self.id)
+        if self.id == NEAREST:
+            yield Problem("id", self.id, "means the nearest ball in a shot: choose another id")
+        yield from _point_problems("position", self.position)
+        yield from size_problems("radius", self.radius)
+        yield from size_problems("mass", self.mass)
+        yield from _point_problems("velocity", self.velocity)
+        if self.color is not None and not re.fullmatch("#[0-9A-Fa-f]{6}", self.color):
+            yield Problem("color", self.color, 'must be "#rrggbb", six hexadecimal digits')
+
+
+def name_problems(key: str, name: str) -> Iterator[Problem]:
+    """What is wrong with a name that is to be printed in a line."""
+    if not name.strip():
+        yield Problem(key, name, "must not be empty")
+    elif any(unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") for c in name):
+        yield Problem(key, name, "must be one line of text without control characters")
 
 
 class Edge(NamedTuple):
-    """One cushion: from ``start`` to ``end``, unit ``tangent`` along it, unit ``normal`` inwards."""
+    """One cushion from ``start`` to ``end``, its unit ``tangent``, its unit ``normal`` inwards."""
 
     start: Point
     end: Point
@@ -196,27 +281,34 @@ class Table:
         _raise_any(
             problem
             for key, value in (("length", length), ("width", width))
-            for problem in _number(key, value, above=0)
+            for problem in size_problems(key, value)
         )
         return cls(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)))
 
     def _problems(self) -> Iterator[Problem]:
-        shown = [list(corner) for corner in self.outline]
         if len(self.outline) < 3:
-            yield Problem("outline", shown, "must have three corners or more")
+            yield self._problem("must have three corners or more")
             return
-        for corner in self.outline:
-            yield from _point("outline", corner)
-        corners = list(zip(self.outline, (*self.outline[1:], self.outline[0]), strict=True))
-        if not all(math.isfinite(x) and math.isfinite(y) for x, y in self.outline):
-            return
-        if any(math.hypot(b[0] - a[0], b[1] - a[1]) == 0.0 for a, b in corners):
-            yield Problem("outline", shown, "has two equal corners in a row")
-        elif _first_crossing(corners) is not None:
-            i, j = _first_crossing(corners) or (0, 0)
-            yield Problem("outline", shown, f"crosses itself (cushion {i} meets cushion {j})")
+        astray = [p for corner in self.outline for p in _point_problems("outline", corner)]
+        yield from astray
+        if not astray:
+            yield from self._shape_problems()
+
+    def _shape_problems(self) -> Iterator[Problem]:
+        slack = ROUNDING * max(map(abs, self.bounds))
+        for k, corner in enumerate(self.outline):
+            if math.dist(self.outline[k - 1], corner) <= slack:
+                k_before = (k - 1) % len(self.outline)
+                yield self._problem(f"has two equal corners in a row ({k_before} and {k})")
+                return
+        meeting = _meeting(self.edges, slack)
+        if meeting is not None:
+            yield self._problem("crosses itself (cushion {} meets cushion {})".format(*meeting))
         elif _area(self.outline) <= 0.0:
-            yield Problem("outline", shown, "must run counter-clockwise")
+            yield self._problem("must run counter-clockwise")
+
+    def _problem(self, message: str) -> Problem:
+        return Problem("outline", [list(corner) for corner in self.outline], message)
 
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
@@ -226,13 +318,12 @@ class Table:
 
     @cached_property
     def reflex_corners(self) -> tuple[int, ...]:
-        """Corners that stick out into the table (a ball can hit them): k joins cushions k-1 and k."""
-        edges = self.edges
-        return tuple(
-            k
-            for k in range(len(edges))
-            if _cross(edges[k - 1].tangent, edges[k].tangent) < 0.0
-        )  # fmt: skip
+        """Corners that stick out into the table, so that a ball can hit them.
+
+        Corner k joins cushions k - 1 and k.
+        """
+        tangents = [edge.tangent for edge in self.edges]
+        return tuple(k for k, t in enumerate(tangents) if _cross(tangents[k - 1], t) < 0.0)
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -266,37 +357,35 @@ def _area(outline: Sequence[Point]) -> float:
     return sum(_cross(a, b) for a, b in zip(shifted, shifted[1:] + shifted[:1], strict=True)) / 2
 
 
-def _first_crossing(sides: Sequence[tuple[Point, Point]]) -> tuple[int, int] | None:
-    """The first two sides of a closed polygon that meet where they should not."""
-    count = len(sides)
-    for i in range(count):
-        (a, b) = sides[i]
-        c = sides[(i + 1) % count][1]
-        ab, bc = (b[0] - a[0], b[1] - a[1]), (c[0] - b[0], c[1] - b[1])
-        if _cross(ab, bc) == 0.0 and ab[0] * bc[0] + ab[1] * bc[1] < 0.0:
-            return i, (i + 1) % count  # turns back on itself
-        for j in range(i + 2, count - (i == 0)):
-            if _sides_meet(sides[i], sides[j]):
-                return i, j
+def _meeting(edges: Sequence[Edge], slack: float) -> tuple[int, int] | None:
+    """Two sides of a closed polygon that meet where they should not, by a sweep along x."""
+    active: list[int] = []
+    for i in sorted(range(len(edges)), key=lambda k: min(edges[k].start[0], edges[k].end[0])):
+        left = min(edges[i].start[0], edges[i].end[0]) - slack
+        active = [j for j in active if max(edges[j].start[0], edges[j].end[0]) >= left]
+        for j in active:
+            if _sides_meet(edges, min(i, j), max(i, j), slack):
+                return min(i, j), max(i, j)
+        active.append(i)
     return None
 
 
-def _sides_meet(p: tuple[Point, Point], q: tuple[Point, Point]) -> bool:
-    def side(a: Point, b: Point, c: Point) -> float:
-        return _cross((b[0] - a[0], b[1] - a[1]), (c[0] - a[0], c[1] - a[1]))
-
-    def within(a: Point, b: Point, c: Point) -> bool:
-        return min(a[0], b[0]) <= c[0] <= max(a[0], b[0]) and (
-            min(a[1], b[1]) <= c[1] <= max(a[1], b[1])
-        )
-
-    (a, b), (c, d) = p, q
-    s1, s2, s3, s4 = side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b)
-    if s1 * s2 < 0.0 and s3 * s4 < 0.0:
+def _sides_meet(edges: Sequence[Edge], i: int, j: int, slack: float) -> bool:
+    p, q = edges[i], edges[j]
+    if min(p.start[1], p.end[1]) - slack > max(q.start[1], q.end[1]) or (
+        min(q.start[1], q.end[1]) - slack > max(p.start[1], p.end[1])
+    ):
+        return False
+    if j - i in (1, len(edges) - 1):  # neighbours meet at their corner, and may do so only there
+        first, second = (p, q) if p.end == q.start else (q, p)
+        return first.distance(*second.end) <= slack or second.distance(*first.start) <= slack
+    if (
+        min(p.distance(*q.start), p.distance(*q.end), q.distance(*p.start), q.distance(*p.end))
+        <= slack
+    ):
         return True
-    return any(
-        s == 0.0 and within(*ends, corner)
-        for s, ends, corner in ((s1, p, c), (s2, p, d), (s3, q, a), (s4, q, b))
+    return (p.height(*q.start) > 0.0) != (p.height(*q.end) > 0.0) and (
+        (q.height(*p.start) > 0.0) != (q.height(*p.end) > 0.0)
     )
 
 
@@ -313,7 +402,7 @@ class Restitution:
             problem
             for key in self.__slots__
             if (value := getattr(self, key)) is not None
-            for problem in _number(key, value, low=0.0, high=1.0)
+            for problem in number_problems(key, value, 0.0, 1.0)
         )
 
 
@@ -329,7 +418,7 @@ class Friction:
         _raise_any(
             problem
             for key in self.__slots__
-            for problem in _number(key, getattr(self, key), low=0.0)
+            for problem in number_problems(key, getattr(self, key), 0.0)
         )
 
 
@@ -347,9 +436,9 @@ class Physics:
     def _problems(self) -> Iterator[Problem]:
         if self.law not in LAWS:
             yield Problem("law", self.law, f"must be one of {', '.join(LAWS)}")
-        yield from _number("gravity", self.gravity, low=0.0)
+        yield from number_problems("gravity", self.gravity, 0.0)
         if self.max_time is not None:
-            yield from _number("max_time", self.max_time, above=0)
+            yield from size_problems("max_time", self.max_time)
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,14 +461,17 @@ class Shot:
         _raise_any(self._problems())
 
     def _problems(self) -> Iterator[Problem]:
+        yield from name_problems("name", self.name)
         if self.velocity is not None:
-            yield from _point("velocity", self.velocity)
+            yield from _point_problems("velocity", self.velocity)
+            if self.aim is not None:
+                yield Problem("aim", self.aim, "stands beside velocity: one of the two")
         elif self.speed is None or self.aim is None:
             yield Problem("velocity", LEFT_OUT, "is wanted (or speed and angle, or speed and aim)")
         if self.speed is not None:
-            yield from _number("speed", self.speed, low=0.0)
+            yield from number_problems("speed", self.speed, 0.0)
         for id_, end in self.published.items():
-            yield from _point(f"published.{id_}", end)
+            yield from _point_problems(f"published.{key_of(id_)}", end)
 
 
 @dataclass(frozen=True)
@@ -409,11 +501,16 @@ class Scene:
         _raise_any(self._problems())
 
     def _problems(self) -> Iterator[Problem]:
+        balls, shots = dict(enumerate(self.balls)), dict(enumerate(self.shots))
+        cues = [k for k, ball in balls.items() if ball.cue]
+        moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for ball in self.balls)
         if not self.balls:
             yield Problem("balls", LEFT_OUT, "one ball or more is wanted")
-        yield from ball_problems(self.balls, self.table)
-        yield from shot_problems(self.shots, self.balls)
-        yield from need_problems(self)
+        yield from id_problems({k: ball.id for k, ball in balls.items()}, cues)
+        yield from place_problems(balls, self.table)
+        yield from shot_problems(shots, [ball.id for ball in self.balls])
+        yield from restitution_needs(self.restitution, self.table is not None, len(balls), cues)
+        yield from rest_needs(self.friction, self.physics, moves)
 
     @cached_property
     def index(self) -> Mapping[str, int]:
@@ -423,7 +520,7 @@ class Scene:
     @property
     def deceleration(self) -> float:
         """What surface friction takes from a moving ball's speed, a = mu_s g (m/s^2, Eq. 10)."""
-        return self.friction.surface * self.physics.gravity
+        return _deceleration(self.friction, self.physics)
 
     @property
     def cue(self) -> Ball | None:
@@ -434,7 +531,7 @@ class Scene:
         """Masses and coefficients of a hit of ball ``i`` (A) with ball ``j`` (B)."""
         a, b = self.balls[i], self.balls[j]
         e = ball_ball_restitution(self.restitution, a.cue or b.cue)
-        assert e is not None, "need_problems saw to it"
+        assert e is not None, "restitution_needs saw to it"
         return Pair(a.mass, b.mass, e, self.friction.ball_ball)
 
     def start(self, shot: Shot | None, before: State | None = None) -> State:
@@ -452,7 +549,7 @@ class Scene:
     def _aimed(self, shot: Shot, i: int, position: Sequence[Point]) -> Point:
         assert shot.speed is not None and shot.aim is not None
         x, y = position[i]
-        target = self.nearest(i, position) if shot.aim == "nearest" else self.index[shot.aim]
+        target = self.nearest(i, position) if shot.aim == NEAREST else self.index[shot.aim]
         angle = math.atan2(position[target][1] - y, position[target][0] - x)
         return (math.cos(angle) * shot.speed, math.sin(angle) * shot.speed)
 
@@ -477,47 +574,66 @@ def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | N
     return restitution.ball_ball
 
 
-def ball_problems(balls: Sequence[Ball], table: Table | None) -> Iterator[Problem]:
-    """Repeated ids, a second cue ball, balls off the table or in a cushion or in each other."""
+def _deceleration(friction: Friction, physics: Physics) -> float:
+    return friction.surface * physics.gravity
+
+
+# What can be wrong between the parts of a scene. Balls and shots come with their numbers: a
+# scenario file of which some are unsound is checked as far as it is sound.
+
+
+def id_problems(ids: Mapping[int, str], cues: Sequence[int]) -> Iterator[Problem]:
+    """Repeated ids, a second cue ball."""
+    yield from _repeated("balls", "id", ids)
+    for k in cues[1:]:
+        yield Problem(f"balls[{k}].cue", True, f"balls[{cues[0]}] is the cue ball already")
+
+
+def _repeated(key: str, field: str, names: Mapping[int, str]) -> Iterator[Problem]:
     seen: dict[str, int] = {}
-    for i, ball in enumerate(balls):
-        if ball.id in seen:
-            yield Problem(f"balls[{i}].id", ball.id, f"is the id of balls[{seen[ball.id]}] already")
-        seen.setdefault(ball.id, i)
-    cues = [i for i, ball in enumerate(balls) if ball.cue]
-    for i in cues[1:]:
-        yield Problem(f"balls[{i}].cue", True, f"balls[{cues[0]}] is the cue ball already")
+    for k, name in names.items():
+        if seen.setdefault(name, k) != k:
+            yield Problem(
+                f"{key}[{k}].{field}", name, f"is the {field} of {key}[{seen[name]}] already"
+            )
+
+
+def place_problems(balls: Mapping[int, Ball], table: Table | None) -> Iterator[Problem]:
+    """Balls off the table, in a cushion, in each other."""
     if table is not None:
-        for i, ball in enumerate(balls):
-            yield from _table_problems(i, ball, table)
-    yield from _overlaps(balls)
+        for k, ball in balls.items():
+            yield from _table_problems(k, ball, table)
+    for i, j in sorted(islice(_overlaps(balls), MOST_OVERLAPS)):
+        message = f"ball {shown(balls[j].id)} overlaps ball {shown(balls[i].id)}"
+        yield Problem(f"balls[{j}].position", list(balls[j].position), message)
 
 
-def _table_problems(i: int, ball: Ball, table: Table) -> Iterator[Problem]:
+def _table_problems(k: int, ball: Ball, table: Table) -> Iterator[Problem]:
     x, y = ball.position
     slack = TOUCHING * ball.radius + ROUNDING * max(map(abs, table.bounds))
+    key, name = f"balls[{k}].position", f"ball {shown(ball.id)}"
     if not table.contains(x, y):
-        yield Problem(f"balls[{i}].position", [x, y], f'ball "{ball.id}" is off the table')
+        yield Problem(key, [x, y], f"{name} is off the table")
         return
-    for k, edge in enumerate(table.edges):
-        if edge.distance(x, y) < ball.radius - slack:
-            message = f'ball "{ball.id}" overlaps cushion {k}'
-            yield Problem(f"balls[{i}].position", [x, y], message)
+    reach = ball.radius - slack
+    touched = [str(n) for n, edge in enumerate(table.edges) if edge.distance(x, y) < reach]
+    if touched:
+        cushions = "cushion" if len(touched) == 1 else "cushions"
+        yield Problem(key, [x, y], f"{name} overlaps {cushions} {listed(touched)}")
 
 
-def _overlaps(balls: Sequence[Ball]) -> Iterator[Problem]:
-    """Overlapping balls, by a sweep along x: thousands of balls are checked in a moment."""
-    order = sorted(range(len(balls)), key=lambda i: balls[i].position[0] - balls[i].radius)
-    found: list[tuple[int, int]] = []
+def _overlaps(balls: Mapping[int, Ball]) -> Iterator[tuple[int, int]]:
+    """Overlapping balls, by a sweep along the longer side of what the balls cover."""
+    if not balls:
+        return
+    spread = [max(s) - min(s) for s in zip(*(b.position for b in balls.values()), strict=True)]
+    axis = spread.index(max(spread))
     active: list[int] = []
-    for i in order:
-        left = balls[i].position[0] - balls[i].radius
-        active = [j for j in active if balls[j].position[0] + balls[j].radius > left]
-        found += [(min(i, j), max(i, j)) for j in active if _overlap(balls[i], balls[j])]
+    for i in sorted(balls, key=lambda k: balls[k].position[axis] - balls[k].radius):
+        near = balls[i].position[axis] - balls[i].radius
+        active = [j for j in active if balls[j].position[axis] + balls[j].radius > near]
+        yield from ((min(i, j), max(i, j)) for j in active if _overlap(balls[i], balls[j]))
         active.append(i)
-    for i, j in sorted(found):
-        message = f'ball "{balls[j].id}" overlaps ball "{balls[i].id}"'
-        yield Problem(f"balls[{j}].position", list(balls[j].position), message)
 
 
 def _overlap(a: Ball, b: Ball) -> bool:
@@ -526,34 +642,49 @@ def _overlap(a: Ball, b: Ball) -> bool:
     return math.dist(a.position, b.position) < reach - slack
 
 
-def shot_problems(shots: Sequence[Shot], balls: Sequence[Ball]) -> Iterator[Problem]:
-    """Shots that name unknown balls, aim at nothing, or go on from no shot."""
-    ids = [ball.id for ball in balls]
-    for k, shot in enumerate(shots):
-        known = f"there is no such ball (there are: {', '.join(ids)})"
-        if shot.ball not in ids:
-            yield Problem(f"shots[{k}].ball", shot.ball, known)
-        if shot.aim == shot.ball:
-            yield Problem(f"shots[{k}].aim", shot.aim, "a ball cannot aim at itself")
-        elif shot.aim == "nearest" and len(balls) < 2:
-            yield Problem(f"shots[{k}].aim", shot.aim, "there is no other ball to aim at")
-        elif shot.aim not in (None, "nearest", *ids):
-            yield Problem(f"shots[{k}].aim", shot.aim, known)
-        for id_ in shot.published:
-            if id_ not in ids:
-                yield Problem(f"shots[{k}].published.{id_}", list(shot.published[id_]), known)
+def shot_problems(shots: Mapping[int, Shot], ids: Collection[str]) -> Iterator[Problem]:
+    """Repeated names, unknown balls, shots that aim at nothing or go on from no shot."""
+    yield from _repeated("shots", "name", {k: shot.name for k, shot in shots.items()})
+    known = set(ids)
+    unknown = f"there is no such ball (there are: {listed(ids)})"
+    for k, shot in shots.items():
+        if shot.ball not in known:
+            yield Problem(f"shots[{k}].ball", shot.ball, unknown)
+        yield from _aim_problems(f"shots[{k}].aim", shot, known, unknown)
+        for id_, end in shot.published.items():
+            if id_ not in known:
+                yield Problem(f"shots[{k}].published.{key_of(id_)}", list(end), unknown)
         if k == 0 and shot.from_previous:
             yield Problem("shots[0].from", "previous", "there is no shot before the first")
 
 
-def need_problems(scene: Scene) -> Iterator[Problem]:
-    """What the scene leaves out although something in it needs it."""
-    if scene.table is not None and scene.restitution.cushion is None:
+def _aim_problems(key: str, shot: Shot, ids: set[str], unknown: str) -> Iterator[Problem]:
+    if shot.aim is None:
+        return
+    if shot.aim == shot.ball:
+        yield Problem(key, shot.aim, "a ball cannot aim at itself")
+    elif shot.aim == NEAREST and len(ids) < 2:
+        yield Problem(key, shot.aim, "there is no other ball to aim at")
+    elif shot.aim != NEAREST and shot.aim not in ids:
+        yield Problem(key, shot.aim, unknown)
+
+
+def restitution_needs(
+    restitution: Restitution, has_table: bool, balls: int, cues: Sequence[int]
+) -> Iterator[Problem]:
+    """Coefficients of restitution that the scene needs and leaves out."""
+    if has_table and restitution.cushion is None:
         yield Problem("restitution.cushion", LEFT_OUT, "is wanted where there is a table")
-    others = sum(not ball.cue for ball in scene.balls)
-    if (others > 1 and scene.restitution.ball_ball is None) or (len(scene.balls) > 1 and ball_ball_restitution(scene.restitution, True) is None):
+    plain_pairs = balls - len(cues) > 1
+    cue_pairs = balls > 1 and len(cues) > 0
+    if (plain_pairs and ball_ball_restitution(restitution, False) is None) or (
+        cue_pairs and ball_ball_restitution(restitution, True) is None
+    ):
         yield Problem("restitution.ball_ball", LEFT_OUT, "is wanted where two balls can meet")
-    moves = scene.shots or any(ball.velocity != (0.0, 0.0) for ball in scene.balls)
-    if moves and scene.deceleration == 0.0 and scene.physics.max_time is None:
-        message = "is wanted: without surface friction nothing brings the scene to rest"
+
+
+def rest_needs(friction: Friction, physics: Physics, moves: bool) -> Iterator[Problem]:
+    """A bound in time, where something moves and nothing slows it."""
+    if moves and _deceleration(friction, physics) == 0.0 and physics.max_time is None:
+        message = "is wanted: without surface friction and gravity the balls never come to rest"
         yield Problem("physics.max_time", LEFT_OUT, message)

@@ -7,6 +7,9 @@ turned by cosine and sine, in the same order, so that its rounding is reproduced
 Looking for overlaps is skipped where it provably finds nothing: a ball at rest, a cushion or
 another ball farther off than the balls can come in the slices that are skipped. The arithmetic of
 every slice is done all the same, so that skipping does not change a single bit.
+
+On polygon tables the listing's rule holds edge by edge, and at corners that stick out; a ball at
+rest stays where it is. A ball that comes farther than its radius in a slice can pass an edge there.
 """
 
 from __future__ import annotations

@@ -1,0 +1,183 @@
+"""Motion between contacts: the closed form against Eq. 10, slice by slice, and its own laws."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pool_pymunk.motion import kinetic_energy, slide, slide_many, stopping_time
+
+EPSILON = 2.0**-52
+G = 9.80665
+
+coordinates = st.floats(-100.0, 100.0)
+speeds = st.just(0.0) | st.floats(1e-9, 100.0)  # squares of less would lose digits
+angles = st.floats(-math.pi, math.pi)
+decelerations = st.just(0.0) | st.floats(1e-3, 100.0)
+times = st.floats(0.0, 100.0)
+
+
+def along(speed: float, angle: float) -> tuple[float, float]:
+    return (speed * math.cos(angle), speed * math.sin(angle))
+
+
+def rounding(speed: float, time: float) -> float:
+    """Some ten operations on numbers of the size of the coordinates and the way."""
+    return 16 * EPSILON * (100.0 + speed * time)
+
+
+def stepped(speed: float, deceleration: float, time: float, slices: int) -> tuple[float, float]:
+    """Eq. 10 as the report has it: v' = max(0, v - a dt), s' = s + (v + v') / 2 dt."""
+    s, v, dt = 0.0, speed, time / slices
+    for _ in range(slices):
+        new = max(0.0, v - deceleration * dt)
+        s += (v + new) / 2 * dt
+        v = new
+    return s, v
+
+
+@pytest.mark.parametrize("time", [0.1, 1.0, 1.5, 3.0])
+@pytest.mark.parametrize("surface", [0.1, 0.5])
+def test_closed_form_is_the_limit_of_eq_10(surface: float, time: float) -> None:
+    """Only the slice in which the ball stops is wrong, by less than a dt^2 / 8."""
+    speed, a, slices = 4.0, surface * G, 10_000
+    s, v = stepped(speed, a, time, slices)
+    x, y, vx, vy = slide(0.0, 0.0, speed, 0.0, a, time)
+    tolerance = a * (time / slices) ** 2 / 8 + slices * EPSILON * 4 * speed  # sums round
+    assert (y, vy) == (0.0, 0.0)
+    assert abs(x - s) <= tolerance
+    assert abs(vx - v) <= slices * EPSILON * speed
+
+
+@given(speed=st.floats(0.1, 10.0), surface=st.floats(0.01, 1.0))
+def test_eq_10_errs_by_the_square_of_its_slice(speed: float, surface: float) -> None:
+    a = surface * G
+    exact = speed**2 / (2 * a)
+    for slices in (16, 64, 256):
+        time = 1.1 * speed / a
+        s, v = stepped(speed, a, time, slices)
+        assert v == 0.0
+        assert abs(s - exact) <= a * (time / slices) ** 2 / 8 + slices * EPSILON * exact
+
+
+@given(speed=st.floats(1e-6, 1e3), angle=angles, a=st.floats(1e-3, 100.0))
+def test_a_ball_stops_after_v_over_a_having_gone_v_squared_over_2a(
+    speed: float, angle: float, a: float
+) -> None:
+    vx, vy = along(speed, angle)
+    speed = math.hypot(vx, vy)
+    end = stopping_time(speed, a)
+    assert end == speed / a
+    x, y, wx, wy = slide(0.0, 0.0, vx, vy, a, end * (1 + 4 * EPSILON))
+    assert (wx, wy) == (0.0, 0.0)
+    assert math.hypot(x, y) == pytest.approx(speed**2 / (2 * a), rel=8 * EPSILON)
+    assert slide(0.0, 0.0, vx, vy, a, 10 * end) == (x, y, 0.0, 0.0)
+
+
+@given(x=coordinates, y=coordinates, speed=speeds, angle=angles, a=decelerations, t=times)
+def test_the_velocity_keeps_its_direction_and_loses_a_t(
+    x: float, y: float, speed: float, angle: float, a: float, t: float
+) -> None:
+    vx, vy = along(speed, angle)
+    _, _, wx, wy = slide(x, y, vx, vy, a, t)
+    left = max(math.hypot(vx, vy) - a * t, 0.0)
+    # v - a t is formed as v (1 - a t / v): an error of EPSILON in the bracket is one of v's size
+    assert abs(math.hypot(wx, wy) - left) <= 8 * EPSILON * speed
+    assert abs(wx * vy - wy * vx) <= 8 * EPSILON * speed**2
+    assert wx * vx + wy * vy >= 0.0
+
+
+@given(
+    x=coordinates, y=coordinates, speed=speeds, angle=angles, a=decelerations, t1=times, t2=times
+)
+def test_sliding_on_is_sliding_in_one_go(
+    x: float, y: float, speed: float, angle: float, a: float, t1: float, t2: float
+) -> None:
+    start = (x, y, *along(speed, angle))
+    once = slide(*start, a, t1 + t2)
+    twice = slide(*slide(*start, a, t1), a, t2)
+    assert math.dist(once[:2], twice[:2]) <= rounding(speed, t1 + t2) + 8 * EPSILON * speed * t2
+    # an error of EPSILON a t in when it stops is one in the velocity just before
+    assert math.dist(once[2:], twice[2:]) <= 16 * EPSILON * (speed + a * (t1 + t2))
+
+
+@given(x=coordinates, y=coordinates, speed=speeds, angle=angles, t=times)
+def test_without_friction_a_ball_goes_straight_on(
+    x: float, y: float, speed: float, angle: float, t: float
+) -> None:
+    vx, vy = along(speed, angle)
+    assert slide(x, y, vx, vy, 0.0, t) == (x + vx * t, y + vy * t, vx, vy)
+    assert stopping_time(speed, 0.0) == (math.inf if speed > 0.0 else 0.0)
+
+
+@given(x=coordinates, y=coordinates, a=decelerations, t=times)
+def test_a_ball_at_rest_stays(x: float, y: float, a: float, t: float) -> None:
+    assert slide(x, y, 0.0, 0.0, a, t) == (x, y, 0.0, 0.0)
+    assert stopping_time(0.0, a) == 0.0
+
+
+@given(x=coordinates, y=coordinates, speed=speeds, angle=angles, a=decelerations)
+def test_no_time_no_change(x: float, y: float, speed: float, angle: float, a: float) -> None:
+    vx, vy = along(speed, angle)
+    assert slide(x, y, vx, vy, a, 0.0) == (x, y, vx, vy)
+
+
+@given(
+    st.lists(st.tuples(times, coordinates, coordinates, speeds, angles, times), max_size=20),
+    decelerations,
+)
+def test_slide_many_is_slide_many_times(
+    rows: list[tuple[float, float, float, float, float, float]], a: float
+) -> None:
+    knots = [(t, x, y, *along(speed, angle)) for t, x, y, speed, angle, _ in rows]
+    elapsed = [row[-1] for row in rows]
+    at = np.array([knot[0] for knot in knots]) + np.array(elapsed)
+    position, velocity = slide_many(np.array(knots).reshape(-1, 5), a, at)
+    for k, (t, x, y, vx, vy) in enumerate(knots):
+        single = slide(x, y, vx, vy, a, at[k] - t)
+        speed = math.hypot(vx, vy)
+        assert math.dist(position[k], single[:2]) <= rounding(speed, at[k] - t)
+        assert math.dist(velocity[k], single[2:]) <= 16 * EPSILON * speed
+
+
+@given(
+    speed=st.floats(1e-3, 1e3), angle=angles, a=st.floats(1e-3, 100.0), late=st.floats(1e-9, 9.0)
+)
+def test_slide_many_stops_balls_exactly(speed: float, angle: float, a: float, late: float) -> None:
+    vx, vy = along(speed, angle)
+    knot = np.array([[0.0, 0.0, 0.0, vx, vy]])
+    time = stopping_time(math.hypot(vx, vy), a) * (1.0 + late)
+    _, velocity = slide_many(knot, a, np.array([time]))
+    assert velocity.tolist() == [[0.0, 0.0]]
+
+
+def test_slide_many_of_nothing() -> None:
+    position, velocity = slide_many(np.empty((0, 5)), 1.0, np.empty(0))
+    assert position.shape == velocity.shape == (0, 2)
+
+
+@given(speed=speeds, angle=angles, a=st.floats(1e-3, 100.0), t=times)
+def test_friction_does_the_work_that_the_energy_loses(
+    speed: float, angle: float, a: float, t: float
+) -> None:
+    """m v^2 / 2 - m v'^2 / 2 = m a s: the closed form is consistent with Newton's second law."""
+    vx, vy = along(speed, angle)
+    x, y, wx, wy = slide(0.0, 0.0, vx, vy, a, t)
+    lost = kinetic_energy(2.0, vx, vy) - kinetic_energy(2.0, wx, wy)
+    scale = speed**2 + 2.0 * a * math.hypot(x, y)
+    assert lost == pytest.approx(2.0 * a * math.hypot(x, y), rel=0, abs=16 * EPSILON * scale)
+
+
+def test_slide_by_hand() -> None:
+    """3-4-5: 5 m/s at 2 m/s^2 for 1.5 s: 5 * 1.5 - 1.5^2 = 5.25 m, and 2 m/s left."""
+    assert slide(1.0, 2.0, 3.0, -4.0, 2.0, 1.5) == pytest.approx(
+        (1.0 + 0.6 * 5.25, 2.0 - 0.8 * 5.25, 0.6 * 2.0, -0.8 * 2.0), rel=4 * EPSILON
+    )
+
+
+def test_kinetic_energy_by_hand() -> None:
+    assert kinetic_energy(0.2, 3.0, 4.0) == 2.5

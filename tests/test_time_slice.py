@@ -1,0 +1,440 @@
+"""The report's algorithm: the plain loop to the last bit, and the report's published numbers."""
+
+from __future__ import annotations
+
+import math
+import random
+from math import atan2, cos, hypot, pi, sin
+
+import pytest
+
+from pool_pymunk import Run, Scene, State, load, simulate
+from pool_pymunk.contact import LAWS, NT, Pair, cushion, published
+from pool_pymunk.result import Trace
+from pool_pymunk.scene import Ball, Friction, Physics, Restitution, Shot, Table
+from pool_pymunk.solvers import time_slice
+
+Point = tuple[float, float]
+
+
+# -- the plain loop ------------------------------------------------------------------------------
+
+
+class PlainLoop:
+    """Every slice: move all balls, let all answer the cushions, then all pairs in their order.
+
+    Nothing is skipped and nothing remembered but which pairs overlap. What is written down:
+    a knot wherever a velocity changes, a stop where it becomes zero.
+    """
+
+    def __init__(self, scene: Scene, start: State, dt: float) -> None:
+        self.scene, self.dt, self.trace = scene, dt, Trace(start)
+        self.p = [list(p) for p in start.position]
+        self.v = [list(v) for v in start.velocity]
+        self.balls = range(len(self.p))
+        self.overlapping: set[tuple[int, int]] = set()
+        self.t = 0.0
+        # On a polygon a ball may come to rest in an acute corner, put back from one cushion into
+        # the other; there the rule is that a ball at rest stays where it is.
+        self.all_answer = scene.table is None or scene.table.is_rectangle
+
+    def run(self, last: int) -> Trace:
+        """At most ``last`` slices."""
+        for k in range(1, last + 1):
+            if not any(self.moves(i) for i in self.balls):
+                break
+            self.t = k * self.dt
+            self.slice()
+        return self.trace
+
+    def slice(self) -> None:
+        moved = [i for i in self.balls if self.moves(i)]
+        for i in self.balls:
+            self.move(i)
+        for i in self.balls if self.all_answer else moved:
+            self.answer_cushions(i)
+        for i in self.balls:
+            for j in self.balls[i + 1 :]:
+                self.answer_ball(i, j)
+
+    def moves(self, i: int) -> bool:
+        return self.v[i] != [0.0, 0.0]
+
+    def move(self, i: int) -> None:
+        """Eq. 10: v' = max(0, v - mu g dt), s' = s + (v + v') / 2 dt, along the velocity."""
+        moved, dt = self.moves(i), self.dt
+        (vx, vy), loss = self.v[i], dt * self.scene.friction.surface * self.scene.physics.gravity
+        if loss > 0.0:
+            angle, old = atan2(vy, vx), hypot(vx, vy)
+            new = max(old - loss, 0.0)
+            self.p[i][0] += cos(angle) * (old + new) / 2 * dt
+            self.p[i][1] += sin(angle) * (old + new) / 2 * dt
+            self.v[i] = [cos(angle) * new, sin(angle) * new]
+        else:
+            self.p[i][0] += vx * dt
+            self.p[i][1] += vy * dt
+        if moved and not self.moves(i):
+            self.trace.stop(i, self.t, self.place(i))
+
+    def answer_cushions(self, i: int) -> None:
+        table = self.scene.table
+        if table is not None and table.is_rectangle:
+            self.answer_limits(i, 0, (table.bounds[0], table.bounds[2]), (3, 1))
+            self.answer_limits(i, 1, (table.bounds[1], table.bounds[3]), (0, 2))
+        elif table is not None:
+            self.answer_edges(i, table)
+
+    def answer_limits(self, i: int, axis: int, ends: Point, numbers: tuple[int, int]) -> None:
+        """Cushions answer whenever the ball is beyond the limit: it is put back, and Eq. 9."""
+        r, v = self.scene.balls[i].radius, self.v[i]
+        limits, at = (ends[0] + r, ends[1] - r), self.p[i][axis]
+        if limits[0] <= at <= limits[1]:
+            return
+        self.p[i][axis] = limits[0] if at < limits[0] else limits[1]
+        met = v[axis] != 0.0
+        v[axis], v[1 - axis] = self.eq_9(NT(v[axis], v[1 - axis]))
+        self.note_cushion(i, numbers[at > limits[1]], met)
+
+    def answer_edges(self, i: int, table: Table) -> None:
+        r = self.scene.balls[i].radius
+        for number, edge in enumerate(table.edges):
+            height, along = edge.height(*self.p[i]), edge.along(*self.p[i])
+            if -r < height < r and 0.0 <= along <= edge.length:
+                self.bounce(i, number, edge.normal, r - height)
+        for number in table.reflex_corners:
+            dx, dy = (self.p[i][axis] - table.outline[number][axis] for axis in (0, 1))
+            if 0.0 < (distance := hypot(dx, dy)) < r:
+                self.bounce(i, number, (dx / distance, dy / distance), r - distance)
+
+    def bounce(self, i: int, number: int, normal: Point, depth: float) -> None:
+        (nx, ny), (vx, vy) = normal, self.v[i]
+        self.p[i] = [self.p[i][0] + depth * nx, self.p[i][1] + depth * ny]
+        v = NT(vx * nx + vy * ny, vy * nx - vx * ny)
+        if v.n < 0.0:
+            n, t = self.eq_9(v)
+            self.v[i] = [n * nx - t * ny, n * ny + t * nx]
+        self.note_cushion(i, number, v.n < 0.0)
+
+    def eq_9(self, v: NT) -> NT:
+        e = self.scene.restitution.cushion
+        assert e is not None
+        return cushion(v, e, self.scene.friction.cushion)
+
+    def answer_ball(self, i: int, j: int) -> None:
+        """A pair answers once per overlap, and again only after it has separated."""
+        distance = hypot(self.p[i][0] - self.p[j][0], self.p[i][1] - self.p[j][1])
+        if not distance < self.scene.balls[i].radius + self.scene.balls[j].radius:
+            self.overlapping.discard((i, j))
+        elif (i, j) not in self.overlapping:
+            self.overlapping.add((i, j))
+            if self.moves(i) or self.moves(j):
+                self.listing_3(i, j)
+
+    def listing_3(self, i: int, j: int) -> None:
+        (ax, ay), (bx, by) = self.p[i], self.p[j]
+        impact = atan2(by - ay, bx - ax)
+        frame = []
+        for vx, vy in (self.v[i], self.v[j]):
+            angle, speed = atan2(vy, vx) - impact, hypot(vx, vy)
+            frame.append(NT(cos(angle) * speed, sin(angle) * speed))
+        law = LAWS[self.scene.physics.law]
+        after = law(frame[0], frame[1], self.scene.pair(i, j))
+        self.trace.ball_ball(self.t, i, j)
+        for k, v in zip((i, j), after, strict=True):
+            self.v[k] = [
+                cos(impact) * v.n - cos(pi / 2 - impact) * v.t,
+                sin(impact) * v.n + sin(pi / 2 - impact) * v.t,
+            ]
+            self.note(k)
+
+    def place(self, i: int) -> Point:
+        return (self.p[i][0], self.p[i][1])
+
+    def note(self, i: int) -> None:
+        if self.moves(i):
+            self.trace.knot(i, self.t, self.place(i), (self.v[i][0], self.v[i][1]))
+        else:
+            self.trace.stop(i, self.t, self.place(i))
+
+    def note_cushion(self, i: int, number: int, met: bool) -> None:
+        if met:
+            self.trace.ball_cushion(self.t, i, number)
+            self.note(i)
+        else:  # only put back
+            self.trace.knot(i, self.t, self.place(i), (self.v[i][0], self.v[i][1]))
+
+
+def assert_same_bits(scene: Scene, shot: Shot | None, dt: float, max_time: float) -> Run:
+    """The solver's run, after it was found equal to the plain loop's in every bit it has."""
+    run = simulate(scene, shot, solver="time-slice", dt=dt, max_time=max_time)
+    plain = PlainLoop(scene, scene.start(shot), dt).run(math.ceil(max_time / dt))
+    ids = [ball.id for ball in scene.balls]
+    events = [
+        (t, kind, tuple(ids[i] for i in balls), number)
+        for t, kind, balls, number in sorted(plain.events, key=lambda event: event[0])
+    ]
+    assert [(e.t, e.kind, e.balls, e.cushion) for e in run.events] == events
+    for i, knots in enumerate(run.knots):
+        found = knots.tolist()
+        if run.status != "settled" and len(found) > len(plain.knots[i]):
+            found.pop()  # where the ball still moved when the time was up
+        assert found == [list(knot) for knot in plain.knots[i]]
+    return run
+
+
+REPORT, CORRECTED = load("report"), load("report-corrected")
+REPORT_SHOTS = [pytest.param(shot, id=shot.name) for shot in REPORT.shots]
+
+
+@pytest.mark.parametrize("dt", [1e-3, 1e-4])
+@pytest.mark.parametrize("scene", [REPORT, CORRECTED], ids=["published", "coulomb"])
+@pytest.mark.parametrize("number", range(4))
+def test_skipping_changes_no_bit_of_the_report(scene: Scene, number: int, dt: float) -> None:
+    run = assert_same_bits(scene, scene.shots[number], dt, max_time=10.0)
+    assert run.status == "settled" and run.events
+
+
+@pytest.mark.parametrize("dt", [1e-3, 1e-4])
+def test_skipping_changes_no_bit_without_table_and_friction(dt: float) -> None:
+    scene = load("two-balls")
+    run = assert_same_bits(scene, scene.shots[0], dt, max_time=0.5)
+    assert run.status == "max_time"
+    assert [event.kind for event in run.events] == ["ball-ball"]
+
+
+# An L with a slanted end, and a triangle: reflex and acute corners, cushions along no axis.
+OUTLINES: dict[str, tuple[Point, ...]] = {
+    "rectangle": Table.rectangle(2.0, 1.0).outline,
+    "far rectangle": tuple((x + 1e4, y - 1e3) for x, y in Table.rectangle(2.0, 1.0).outline),
+    "L": ((0.0, 0.0), (2.0, 0.0), (2.2, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)),
+    "triangle": ((0.0, 0.0), (2.0, 0.3), (0.5, 1.7)),
+}
+
+
+def room_for(table: Table | None, balls: list[Ball], place: Point, radius: float) -> bool:
+    if table is not None and not table.contains(*place):
+        return False
+    if table is not None and any(edge.distance(*place) < radius for edge in table.edges):
+        return False
+    return all(math.dist(place, b.position) >= radius + b.radius for b in balls)
+
+
+def random_scene(seed: int, outline: str | None, law: str) -> Scene:
+    """Up to eight balls of different sizes and masses, most of them moving."""
+    rng = random.Random(f"{seed} {outline} {law}")
+    table = Table(OUTLINES[outline]) if outline else None
+    x0, y0, x1, y1 = table.bounds if table else (0.0, 0.0, 1.0, 1.0)
+    balls: list[Ball] = []
+    while len(balls) < rng.choice((2, 5, 8)):
+        place = (rng.uniform(x0, x1), rng.uniform(y0, y1))
+        radius, speed = rng.uniform(0.03, 0.1), rng.choice((0.0, 1.0, 3.0))
+        angle = rng.uniform(-pi, pi)
+        if room_for(table, balls, place, radius):
+            velocity = (speed * cos(angle), speed * sin(angle))
+            balls.append(
+                Ball(str(len(balls)), place, radius, 10 ** rng.uniform(-2, 1), velocity=velocity)
+            )
+    return Scene(
+        tuple(balls),
+        table,
+        Restitution(ball_ball=rng.choice((0.0, 0.9, 1.0)), cushion=rng.choice((0.0, 0.7, 1.0))),
+        Friction(rng.choice((0.0, 0.1, 0.5)), rng.choice((0.0, 0.2)), rng.choice((0.0, 0.05, 1.0))),
+        Physics(law, max_time=2.0),
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("outline", [None, *OUTLINES])
+def test_skipping_changes_no_bit_of_random_scenes(outline: str | None, law: str) -> None:
+    contacts = 0
+    for seed in range(6):
+        run = assert_same_bits(random_scene(seed, outline, law), None, 1e-3, max_time=2.0)
+        contacts += sum(event.kind != "stop" for event in run.events)
+    assert contacts > 0  # otherwise nothing was shown
+
+
+# Where everything happens along an axis, zeros have signs, and atan2 turns these into angles.
+AXES: tuple[Point, ...] = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (-0.0, -1.5))
+
+
+def lattice_scene(seed: int, law: str) -> Scene:
+    """Balls on a lattice that move along its lines: head-on hits, and hits at one instant."""
+    rng = random.Random(f"{seed} {law}")
+    cells = [(0.25 + 0.25 * i, 0.25 + 0.25 * j) for i in range(7) for j in range(7)]
+    balls = tuple(
+        Ball(str(k), place, 0.05, 0.2, velocity=rng.choice((*AXES, (0.0, 0.0), (0.0, 0.0))))
+        for k, place in enumerate(rng.sample(cells, 6))
+    )
+    return Scene(
+        balls,
+        Table.rectangle(2.0, 2.0),
+        Restitution(ball_ball=rng.choice((0.0, 0.9, 1.0)), cushion=rng.choice((0.7, 1.0))),
+        Friction(rng.choice((0.0, 0.05)), rng.choice((0.0, 0.2)), rng.choice((0.0, 0.05, 1.0))),
+        Physics(law, max_time=3.0),
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_skipping_changes_no_bit_of_head_on_scenes(law: str) -> None:
+    hits = 0
+    for seed in range(20):
+        run = assert_same_bits(lattice_scene(seed, law), None, 1e-3, max_time=3.0)
+        hits += sum(event.kind == "ball-ball" for event in run.events)
+    assert hits > 0
+
+
+def frozen_rack(law: str) -> Scene:
+    """Fifteen balls that touch as well as rounding lets them, and one that comes."""
+    r = 0.03
+    places = [
+        (1.3 + row * r * math.sqrt(3), 0.5 + (2 * k - row) * r)
+        for row in range(5)
+        for k in range(row + 1)
+    ]
+    racked = (Ball(str(n), place, r, 0.17) for n, place in enumerate(places))
+    cue = Ball("C", (0.4, 0.5), r, 0.17, cue=True, velocity=(3.0, 0.0))
+    losses = Friction(0.1, 0.2, 0.05)
+    return Scene(
+        (cue, *racked),
+        Table.rectangle(2.0, 1.0),
+        Restitution(0.95, None, 0.7),
+        losses,
+        Physics(law),
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_skipping_changes_no_bit_of_a_break(law: str) -> None:
+    run = assert_same_bits(frozen_rack(law), None, 1e-3, max_time=2.0)
+    assert sum(event.kind == "ball-ball" for event in run.events) > 10
+
+
+# -- the report's numbers ------------------------------------------------------------------------
+
+
+def printed(scene: Scene, ends: dict[str, Point]) -> dict[str, list[str]]:
+    """Positions as Listing 1 prints them: in inches, to 0.01."""
+    return {
+        ball: [f"{scene.units.from_si(x, 'length'):.2f}" for x in place]
+        for ball, place in ends.items()
+    }
+
+
+@pytest.mark.parametrize("shot", REPORT_SHOTS)
+def test_the_report_is_reproduced_to_every_printed_digit(shot: Shot) -> None:
+    run = simulate(REPORT, shot, solver="time-slice", dt=1e-6)
+    assert len(shot.published) == 11
+    assert printed(REPORT, run.final) == printed(REPORT, dict(shot.published))
+
+
+class FirstHit:
+    """The published law; notes the slip of the first hit, and multiplies it by a factor."""
+
+    def __init__(self, factor: float) -> None:
+        self.factor, self.slip = factor, math.nan
+
+    def __call__(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        if math.isnan(self.slip):
+            self.slip = a.t - b.t
+            a = NT(a.n, b.t + self.factor * self.slip)
+        return published(a, b, pair)
+
+
+def simulation_4(monkeypatch: pytest.MonkeyPatch, factor: float) -> tuple[float, Point]:
+    """The slip of its first hit (m/s), and where ball 9 ends (m)."""
+    law = FirstHit(factor)
+    with monkeypatch.context() as patch:
+        patch.setattr(time_slice, "LAWS", {"published": law})
+        run = simulate(REPORT, "Simulation 4", solver="time-slice", dt=1e-6)
+    return law.slip, run.final["9"]
+
+
+def test_a_rounding_error_decides_the_end_of_simulation_4(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The shot is head-on: its slip is zero but for rounding, and the law jumps there.
+
+    Without the rounding error ball 9 ends 2.4 in from where the report has it, with the opposite
+    one 4.5 in.
+    """
+    slip, as_published = simulation_4(monkeypatch, 1.0)
+    assert slip == pytest.approx(4e-14, rel=0.2)
+    ends = {"9": REPORT.shots[3].published["9"]}
+    assert printed(REPORT, {"9": as_published}) == printed(REPORT, ends)
+    for factor, inches in ((1e-9, 0.0), (0.0, 2.45), (-1.0, 4.48)):
+        _, other = simulation_4(monkeypatch, factor)
+        distance = REPORT.units.from_si(math.dist(other, as_published), "length")
+        assert distance == pytest.approx(inches, abs=0.01)
+
+
+# -- how a run ends ------------------------------------------------------------------------------
+
+
+def one_ball(velocity: Point, surface: float = 0.1, table: Table | None = None) -> Scene:
+    return Scene(
+        (Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=velocity),),
+        table,
+        Restitution(cushion=1.0),
+        Friction(surface),
+        Physics(max_time=5.0),
+    )
+
+
+@pytest.mark.parametrize("dt", [1e-2, 1e-3, 1e-4])
+def test_one_ball_stops_where_and_when_eq_10_says(dt: float) -> None:
+    scene = one_ball((1.2, -0.9))
+    run = simulate(scene, solver="time-slice", dt=dt)
+    a, speed = scene.deceleration, 1.5
+    assert run.status == "settled" and [event.kind for event in run.events] == ["stop"]
+    assert 0.0 <= run.duration - speed / a <= dt * (1 + 1e-9)  # seen at the end of a slice
+    assert run.steps == round(run.duration / dt)
+    way = math.dist(run.final["1"], (0.5, 0.5))
+    # the slice in which it stops errs by a dt^2 / 8 at most, the sum of all others by rounding
+    assert abs(way - speed**2 / (2 * a)) <= a * dt**2 / 8 + run.steps * 2.0**-52 * way
+
+
+def test_a_scene_at_rest_is_settled_at_once() -> None:
+    run = simulate(one_ball((0.0, 0.0)), solver="time-slice")
+    assert (run.status, run.duration, run.steps, run.events) == ("settled", 0.0, 0, ())
+    assert run.final == {"1": (0.5, 0.5)}
+
+
+@pytest.mark.parametrize("shot", REPORT_SHOTS)
+def test_max_time_ends_a_run_in_the_middle(shot: Shot) -> None:
+    whole = simulate(REPORT, shot, solver="time-slice", dt=1e-3)
+    part = simulate(REPORT, shot, solver="time-slice", dt=1e-3, max_time=0.3)
+    assert (part.status, part.duration, part.steps) == ("max_time", 0.3, 300)
+    assert part.events == tuple(event for event in whole.events if event.t <= 0.3)
+    position, velocity = whole.at([0.3])
+    # the plain slices of the one and the closed form of the other differ by rounding
+    assert part.position[-1] == pytest.approx(position[0], abs=1e-12)
+    assert part.velocity[-1] == pytest.approx(velocity[0], abs=1e-12)
+
+
+def test_max_time_beyond_the_end_changes_nothing() -> None:
+    shot = REPORT.shots[0]
+    free = simulate(REPORT, shot, solver="time-slice", dt=1e-3)
+    bound = simulate(REPORT, shot, solver="time-slice", dt=1e-3, max_time=1e6)
+    assert (bound.status, bound.final, bound.events) == ("settled", free.final, free.events)
+
+
+@pytest.mark.parametrize("most", [1, 4])
+def test_max_events_ends_a_run_after_the_slice_that_reaches_it(most: int) -> None:
+    whole = simulate(REPORT, 0, solver="time-slice", dt=1e-3)
+    part = simulate(REPORT, 0, solver="time-slice", dt=1e-3, max_events=most)
+    assert part.status == "max_events"
+    assert part.events == tuple(e for e in whole.events if e.t <= whole.events[most - 1].t)
+    assert part.duration == part.events[-1].t
+
+
+def test_without_losses_a_ball_goes_on_until_max_time_and_keeps_its_energy() -> None:
+    table = Table.rectangle(2.0, 1.0)
+    run = simulate(one_ball((1.0, 0.7), 0.0, table), solver="time-slice", dt=1e-3, max_time=30.0)
+    assert (run.status, run.duration) == ("max_time", 30.0)
+    # 30 m along x: 1.45 m, then 15 times 1.9 m; 21 m along y: 0.45 m, then 22 times 0.9 m
+    assert len(run.events) == 16 + 23
+    assert run.energy["final"] == run.energy["initial"]  # signs turn, nothing is rounded
+
+
+def test_a_start_that_is_not_finite_is_said_to_be_so() -> None:
+    scene, start = one_ball((1.0, 0.0), 0.0), State(((0.5, 0.5),), ((math.inf, 0.0),))
+    run = simulate(scene, solver="time-slice", dt=1e-3, start=start)
+    assert run.status == "non_finite"
