@@ -23,6 +23,7 @@ from pool_pymunk.scene import LEFT_OUT, Problem, Scene, SceneError
 
 Made = TypeVar("Made")
 Location = tuple[int | str, ...]  # where something stands in a file: ("balls", 2, "mass")
+SMALL = 1e-9  # stands in for a size that is missing, so that the rest of a ball is checked
 Vector = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
@@ -299,8 +300,9 @@ class _Builder:
                 if not self._is_broken("ball", key):
                     message = "is wanted, here or in [ball]"
                     self._note_all(_wanted(f"balls[{k}]", {key: value}, message))
-            if None in own.values() or None in size.values():
+            if None in own.values():
                 continue
+            size = {key: SMALL if value is None else value for key, value in size.items()}
             try:
                 yield k, self._ball(entry, **size)
             except SceneError as error:

@@ -1,0 +1,236 @@
+"""``render``: films and pictures of every shot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from pool_pymunk.cli.common import (
+    InputError,
+    OutDir,
+    Scenario,
+    ShotName,
+    SolverName,
+    Step,
+    input_errors,
+    progress,
+    read_scenario,
+    read_shots,
+    read_step,
+)
+
+if TYPE_CHECKING:
+    from pool_pymunk.render import FilmSettings, Show
+    from pool_pymunk.scene import Scene, Shot
+
+FILM_DEFAULTS = {"mp4": ((1600, 900), 60.0), "gif": ((800, 450), 25.0)}  # size, frames a second
+
+
+class Setting(NamedTuple):
+    """A solver, its step (s; None: its own) and the contact law (None: the scene's)."""
+
+    solver: str
+    dt: float | None = None
+    law: str | None = None
+
+
+def render(
+    scenario: Scenario,
+    solver: SolverName = "pymunk",
+    dt: Step = None,
+    shot: ShotName = None,
+    out: OutDir = None,
+    overlay: Annotated[
+        str | None,
+        typer.Option(metavar="SOLVER[:DT][:LAW]", help="Compare with these runs, shown as ghosts."),
+    ] = None,
+    side_by_side: Annotated[
+        bool, typer.Option("--side-by-side", help="Show the runs to compare on two tables.")
+    ] = False,
+    films: Annotated[bool, typer.Option(help="Film the shots, one by one and in one film.")] = True,
+    form: Annotated[str, typer.Option("--format", metavar="mp4|gif", help="Of films.")] = "mp4",
+    size: Annotated[
+        str | None, typer.Option(metavar="WxH", help="Of films: 1600x900 (gif: 800x450).")
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option(help="Frames a second: 60 (gif: 25).", show_default=False)
+    ] = None,
+    slow: Annotated[float, typer.Option(help="So many times slower than life.")] = 1.0,
+    start: Annotated[float, typer.Option("--from", help="Film from this time on (s).")] = 0.0,
+    end: Annotated[
+        float | None, typer.Option("--to", help="Film up to this time (s; default: to the end).")
+    ] = None,
+    pictures: Annotated[bool, typer.Option(help="Draw the start and end of each shot.")] = True,
+    picture_format: Annotated[
+        str, typer.Option(metavar="png|svg|pdf", help="Of pictures.")
+    ] = "png",
+    dpi: Annotated[float, typer.Option(help="Dots an inch of png pictures, 10 in wide.")] = 200.0,
+) -> int:
+    """Film every shot and draw its start and end.
+
+    Files go to renders/<scenario>: for each shot a film and two pictures, and a film of all shots.
+    """
+    scene = read_scenario(scenario)
+    shots = read_shots(scene, shot)
+    settings = film_settings(form, size, fps, FilmTimes(slow, start, end))
+    if side_by_side and overlay is None:
+        raise InputError("--side-by-side: say with --overlay what to show on the second table")
+    if not 10.0 <= dpi <= 2400.0:
+        raise InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
+    if picture_format not in ("png", "svg", "pdf"):
+        raise InputError(f"--picture-format = {picture_format}: must be one of png, svg, pdf")
+    runs = [Setting(solver, read_step(dt)), *([read_setting(overlay)] if overlay else [])]
+    shows = simulate_shows(scene, shots, runs, side_by_side)
+    folder = out or Path("renders") / Path(scenario).stem
+    suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
+    written: list[Path] = []
+    with render_errors():
+        if films:
+            written += save_films(shows, folder, f"{suffix}.{form}", settings)
+        if pictures:
+            written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
+    for path in written:
+        typer.echo(path)
+    return 0
+
+
+@contextmanager
+def render_errors() -> Iterator[None]:
+    """Turn what cannot be drawn or written into :class:`InputError`."""
+    from pool_pymunk.render import RenderError
+
+    try:
+        yield
+    except RenderError as error:
+        raise InputError(str(error)) from error
+
+
+# -- what is asked for -------------------------------------------------------------------------
+
+
+class FilmTimes(NamedTuple):
+    """How many times slower, and from when to when (s)."""
+
+    slow: float
+    start: float
+    end: float | None
+
+
+def film_settings(form: str, size: str | None, fps: float | None, times: FilmTimes) -> FilmSettings:
+    """The films' settings as typed, or as the format has them by default."""
+    from pool_pymunk.render import FilmSettings
+
+    if form not in FILM_DEFAULTS:
+        raise InputError(f"--format = {form}: must be one of {', '.join(FILM_DEFAULTS)}")
+    usual_size, usual_fps = FILM_DEFAULTS[form]
+    with render_errors():
+        return FilmSettings(
+            size=usual_size if size is None else read_size(size),
+            fps=usual_fps if fps is None else fps,
+            **times._asdict(),
+        )
+
+
+def read_size(text: str) -> tuple[int, int]:
+    """A size in pixels as typed.
+
+    >>> read_size("1280x720")
+    (1280, 720)
+    """
+    try:
+        width, height = map(int, text.lower().split("x"))
+    except ValueError:
+        message = "must be width and height in pixels, e.g. 1280x720"
+        raise InputError(f"--size = {text}: {message}") from None
+    return width, height
+
+
+def read_setting(text: str) -> Setting:
+    """A solver, and in any order a step and a contact law, as typed.
+
+    >>> read_setting("pymunk:1/64:published")
+    Setting(solver='pymunk', dt=0.015625, law='published')
+    """
+    from pool_pymunk.contact import LAWS
+    from pool_pymunk.solvers import find_solver
+
+    solver, *more = (part.strip() for part in text.split(":"))
+    with input_errors():
+        find_solver(solver)
+    laws = [part for part in more if part in LAWS]
+    steps = [part for part in more if part not in LAWS]
+    if len(laws) > 1 or len(steps) > 1:
+        raise InputError(f"--overlay = {text}: must be a solver, or with :DT and :LAW behind it")
+    return Setting(solver, *(map(read_step, steps) if steps else [None]), *laws)
+
+
+# -- what is done ------------------------------------------------------------------------------
+
+
+def simulate_shows(
+    scene: Scene, shots: Sequence[Shot | None], settings: Sequence[Setting], side_by_side: bool
+) -> list[Show]:
+    """Every shot by one setting, or by two to compare."""
+    from pool_pymunk.render import Show
+    from pool_pymunk.solvers import simulate_all
+
+    asked = [shot for shot in shots if shot is not None] or None
+    columns = []
+    with progress("simulating", len(settings)) as bar, input_errors():
+        for solver, dt, law in settings:
+            physics = replace(scene.physics, law=law or scene.physics.law)
+            variant = replace(scene, physics=physics)
+            columns.append(list(simulate_all(variant, asked, solver=solver, dt=dt)))
+            bar.update(bar.task_ids[0], advance=1)
+    return [Show(runs, side_by_side) for runs in zip(*columns, strict=True)]
+
+
+def save_films(
+    shows: Sequence[Show], folder: Path, ending: str, settings: FilmSettings
+) -> list[Path]:
+    """Film every shot, and where there are several put them into one film, too."""
+    from pool_pymunk.render import film, frame_count, join
+
+    paths = [folder / f"{_stem(show)}{ending}" for show in shows]
+    together = folder / f"all{ending}"
+    again = len(shows) > 1 and ending.endswith(".gif")  # a gif of all shots has colours of its own
+    total = sum(frame_count(show, settings) for show in shows) * (2 if again else 1)
+    with progress("filming", total) as bar:
+
+        def drawn(frames: int) -> None:
+            bar.update(bar.task_ids[0], advance=frames)
+
+        for show, path in zip(shows, paths, strict=True):
+            film(show, path, settings, drawn)
+        if len(shows) == 1:
+            return paths
+        if again:
+            film(shows, together, settings, drawn)
+        else:
+            join(paths, together)
+    return [*paths, together]
+
+
+def save_pictures(shows: Sequence[Show], folder: Path, ending: str, dpi: float) -> list[Path]:
+    """Draw the start and the end of every shot."""
+    from pool_pymunk.render import picture
+
+    paths = []
+    with progress("drawing", 2 * len(shows)) as bar:
+        for show in shows:
+            for when in ("start", "end"):
+                paths.append(folder / f"{_stem(show)}-{when}{ending}")
+                picture(show, paths[-1], when=when, dpi=dpi)
+                bar.update(bar.task_ids[0], advance=1)
+    return paths
+
+
+def _stem(show: Show) -> str:
+    """``shot-3`` for the scene's third shot."""
+    run = show.runs[0]
+    return f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"

@@ -1,0 +1,186 @@
+"""Balls, ghosts of balls, their tracks and the arrows of a shot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.font_manager import FontProperties
+from matplotlib.patches import Circle, FancyArrowPatch, PathPatch
+from matplotlib.path import Path as Outline
+from matplotlib.patheffects import withStroke
+from matplotlib.textpath import TextPath
+from matplotlib.transforms import Affine2D
+
+from pool_pymunk.motion import Array
+from pool_pymunk.render.style import Style, ball_colors
+from pool_pymunk.render.view import View
+from pool_pymunk.scene import Point, Scene
+
+Color = tuple[float, float, float, float]
+BOLD = FontProperties(family="DejaVu Sans", weight="bold")
+CAPITAL = 0.73  # height of its capitals and digits, in its size
+SPOT = 0.5  # the white spot's radius, in the ball's
+LEGIBLE = 0.34  # capitals are this high at least, in ``letter``, or the label stands beside
+TRACK = 0.24  # half the width of a ball's track, in its radius
+SOFT = 14  # circles that make a soft shadow or light
+
+
+class Disc(NamedTuple):
+    """A ball on the canvas: centre, radius, and small letters' size there, in points."""
+
+    x: float
+    y: float
+    radius: float
+    color: str
+    label: str
+    letter: float
+
+    @property
+    def spot(self) -> float:
+        """The white spot's radius: half the ball's, more where the label could not be read."""
+        return min(max(SPOT * self.radius, 0.55 * self.letter), 0.72 * self.radius)
+
+    @property
+    def is_labelled_inside(self) -> bool:
+        """Whether the label can be read in the spot."""
+        height: float = _lettering(self.label).get_extents().height
+        return self.spot * height > LEGIBLE * self.letter
+
+    @property
+    def reach(self) -> float:
+        """How far from the centre anything of the ball is drawn, at most."""
+        beside = 0.0 if self.is_labelled_inside else self.letter * (1 + len(self.label))
+        return 1.35 * self.radius + 2.0 + beside
+
+
+def discs(scene: Scene, position: Array, view: View) -> list[Disc]:
+    """The scene's balls as ``view`` shows them at ``position`` (N, 2), m."""
+    places = [view.place((float(x), float(y))) for x, y in position]
+    return [
+        Disc(*place, view.scale * ball.radius, color, ball.id, view.letter)
+        for ball, place, color in zip(scene.balls, places, ball_colors(scene), strict=True)
+    ]
+
+
+def draw_balls(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
+    """Balls: shadow, body with a dark outline and soft light, white spot, label."""
+    for k in range(SOFT):  # the shadow, down to the right
+        _circles(axes, balls, (0.10, -0.14), 1.18 - 0.025 * k, (0.0, 0.0, 0.0, 0.026), 2.0)
+    _bodies(axes, balls, style)
+    for k in range(SOFT):  # light from the upper left
+        offset = (-0.022 * k, 0.027 * k)
+        _circles(axes, balls, offset, 0.90 - 0.04 * k, (1.0, 1.0, 1.0, 0.024), 2.2)
+    for ball in balls:
+        _name(axes, ball, style)
+
+
+def draw_ghosts(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
+    """Balls as ghosts: a pale, see-through disc with a ring in the ball's colour, and the label."""
+    for ball in balls:
+        width = min(0.14 * ball.radius, 4.0)
+        disc = Circle((ball.x, ball.y), ball.radius - width / 2, zorder=1.7)
+        disc.set(facecolor=(1.0, 1.0, 1.0, 0.35), edgecolor=ball.color, linewidth=width)
+        axes.add_artist(disc)
+        for radius in (ball.radius, ball.radius - width):
+            edge = Circle((ball.x, ball.y), radius, facecolor="none", zorder=1.8)
+            edge.set(edgecolor=style.outline, linewidth=0.2 * width, alpha=0.7)
+            axes.add_artist(edge)
+        if ball.is_labelled_inside:
+            axes.add_artist(_label(ball, style.outline, alpha=0.6, zorder=1.9))
+
+
+def _circles(
+    axes: Axes, balls: Sequence[Disc], offset: Point, size: float, color: Color, zorder: float
+) -> None:
+    """One circle a ball, ``size`` radii large, ``offset`` radii beside its centre, as one area."""
+    circle = Outline.unit_circle()
+    corners = size * np.asarray(circle.vertices, dtype=float) + np.array(offset)
+    middles = np.array([(ball.x, ball.y) for ball in balls])[:, None]
+    radii = np.array([ball.radius for ball in balls])[:, None, None]
+    placed = (middles + radii * corners).reshape(-1, 2)
+    outline = Outline(placed, np.tile(np.asarray(circle.codes), len(balls)))
+    axes.add_artist(PathPatch(outline, facecolor=color, edgecolor="none", zorder=zorder))
+
+
+def _bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
+    """The discs; the outline lies inside the radius, so that balls that touch are seen to."""
+    lines = [min(0.07 * ball.radius, 1.6) for ball in balls]
+    patches = [
+        Circle((ball.x, ball.y), ball.radius - line / 2)
+        for ball, line in zip(balls, lines, strict=True)
+    ]
+    bodies = PatchCollection(
+        patches, facecolors=[ball.color for ball in balls], edgecolors=style.outline,
+        linewidths=lines, zorder=2.1,
+    )  # fmt: skip
+    axes.add_collection(bodies, autolim=False)
+
+
+def _name(axes: Axes, ball: Disc, style: Style) -> None:
+    """The white spot with the label in it; the label beside the ball where it could not be read."""
+    if ball.is_labelled_inside:
+        spot = Circle((ball.x, ball.y), ball.spot, facecolor="#ffffff", zorder=2.3)
+        spot.set(edgecolor=style.outline, linewidth=min(0.025 * ball.radius, 0.6))
+        axes.add_artist(spot)
+        axes.add_artist(_label(ball, style.outline, zorder=2.4))
+        return
+    corner = (ball.x + 0.8 * ball.radius, ball.y + 0.8 * ball.radius)
+    text = axes.text(*corner, ball.label, fontsize=ball.letter, parse_math=False, zorder=2.4)
+    text.set(color="#ffffff")
+    text.set_path_effects([withStroke(linewidth=0.3 * ball.letter, foreground=style.outline)])
+
+
+def _label(ball: Disc, color: str, **looks: Any) -> PathPatch:
+    """A ball's label as an outline that fills its spot, whatever the ball's size."""
+    shape = Affine2D().scale(ball.spot).translate(ball.x, ball.y)
+    path = _lettering(ball.label).transformed(shape)
+    return PathPatch(path, facecolor=color, edgecolor="none", **looks)
+
+
+@lru_cache(maxsize=1024)
+def _lettering(text: str) -> Outline:
+    """Letters centred on the origin, in a circle of radius 0.87 and no higher than a single one."""
+    path = TextPath((0.0, 0.0), text.replace("$", r"\$"), size=1.0, prop=BOLD)
+    box = path.get_extents()
+    size = min(1.74 / math.hypot(box.width, CAPITAL), 1.05 / CAPITAL)
+    middle = Affine2D().translate(-(box.x0 + box.x1) / 2, -(box.y0 + box.y1) / 2)
+    return path.transformed(middle.scale(size))
+
+
+# -- where balls come from and go to -----------------------------------------------------------
+
+
+def draw_tracks(
+    axes: Axes, paths: Sequence[Sequence[Point]], balls: Sequence[Disc], *, solid: bool
+) -> None:
+    """The paths (points) of the balls as soft lines in their colours; those of ghosts are thin."""
+    share = 1.0 if solid else 0.4
+    for width, alpha in ((2.0, 0.10), (1.7, 0.12), (1.4, 0.14), (1.1, 0.16)):
+        lines = LineCollection(
+            list(paths), colors=[ball.color for ball in balls], alpha=alpha, zorder=1.5,
+            linewidths=[width * share * TRACK * ball.radius for ball in balls],
+        )  # fmt: skip
+        lines.set(capstyle="round", joinstyle="round")
+        axes.add_collection(lines, autolim=False)
+
+
+def draw_arrow(axes: Axes, ball: Disc, way: Point, style: Style) -> None:
+    """An arrow from the ball's edge along ``way`` (points), long enough to be seen."""
+    length = math.hypot(*way)
+    ahead = (way[0] / length, way[1] / length)
+    reach = max(length, 1.2 * ball.radius)
+    near, far = 1.25 * ball.radius, 1.25 * ball.radius + reach
+    arrow = FancyArrowPatch(
+        (ball.x + near * ahead[0], ball.y + near * ahead[1]),
+        (ball.x + far * ahead[0], ball.y + far * ahead[1]),
+        arrowstyle="-|>", mutation_scale=0.8 * ball.radius, shrinkA=0.0, shrinkB=0.0,
+        color=style.arrow, linewidth=0.11 * ball.radius, alpha=0.9, zorder=1.6,
+    )  # fmt: skip
+    arrow.set(capstyle="round")
+    axes.add_artist(arrow)

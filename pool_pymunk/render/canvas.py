@@ -1,0 +1,43 @@
+"""An empty canvas measured in points, text on it, and its pixels. No window, no display."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pool_pymunk.scene import Point
+
+Pixels = NDArray[np.uint8]
+POINTS_PER_INCH = 72.0
+
+
+def canvas(width: float, height: float, color: str = "none") -> tuple[Figure, Axes]:
+    """A canvas of ``width`` x ``height`` points, y upwards; transparent without a ``color``."""
+    inches = (width / POINTS_PER_INCH, height / POINTS_PER_INCH)
+    figure = Figure(inches, dpi=POINTS_PER_INCH, facecolor=color)
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(0.0, width), ylim=(0.0, height))
+    axes.axis("off")
+    return figure, axes
+
+
+def pixels(figure: Figure, per_point: float = 1.0) -> Pixels:
+    """The figure as red, green, blue and alpha, (height, width, 4), so many pixels a point."""
+    figure.set_dpi(per_point * POINTS_PER_INCH)
+    agg = FigureCanvasAgg(figure)
+    agg.draw()  # type: ignore[no-untyped-call]
+    return np.array(agg.buffer_rgba())  # type: ignore[no-untyped-call]
+
+
+def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **looks: Any) -> None:
+    """A line of text in ``size`` points at most, smaller where it is wider than ``room`` points."""
+    drawn = axes.text(*at, text, fontsize=size, parse_math=False, **looks)
+    width = drawn.get_window_extent().width
+    if width > room:
+        drawn.set_fontsize(size * room / width)

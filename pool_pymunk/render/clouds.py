@@ -1,0 +1,99 @@
+"""Where every ball may end: a cloud of ends on the table, one point a sample."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import CircleCollection
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Circle
+
+from pool_pymunk.files import whole
+from pool_pymunk.render.balls import Disc, discs, draw_balls, draw_ghosts
+from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet, picture_layout
+from pool_pymunk.render.style import PRINT, Style
+
+if TYPE_CHECKING:
+    from pool_pymunk.motion import Array
+    from pool_pymunk.sensitivity import Sensitivity
+
+DOTS = 1.1  # radius of a point, in points
+TAG = 0.38  # radius of a label's spot, in the ball's radius
+SHOWN = 0.03  # a cloud is drawn where its standard deviation is at least this share of a radius
+
+
+def cloud_picture(
+    found: Sensitivity, path: Path, *, dpi: float = 200.0, style: Style = PRINT
+) -> None:
+    """Draw the clouds of ends: starts as rings, unperturbed ends as discs, samples as points.
+
+    A ball whose ends hardly spread is drawn as ever. The suffix of ``path`` says the format (png,
+    svg, pdf).
+    """
+    show = Show((found.reference,))
+    layout = picture_layout(show)
+    sheet = draw_sheet(show, layout, style, (0.0, 1.0))
+    _draw_clouds(sheet, found, style)
+    scene = found.reference.scene
+    key = "rings: starts; discs: the ends if nothing is moved"
+    spread = f"{found.samples:,} ends with {found.uncertainty.described(scene)}"
+    text = DOT.join(part for part in (scene.title, found.reference.name, spread, key) if part)
+    draw_caption(sheet, layout, text, style)
+    with whole(path) as part:
+        sheet.figure.savefig(part, dpi=dpi)
+
+
+def _draw_clouds(sheet: Sheet, found: Sensitivity, style: Style) -> None:
+    scene, view = found.reference.scene, sheet.views[0]
+    start, end = (found.reference.at([t])[0][0] for t in (0.0, found.reference.duration))
+    ghosts, balls = discs(scene, start, view), discs(scene, end, view)
+    moved = np.flatnonzero((start != end).any(axis=1))
+    draw_ghosts(sheet.axes, [ghosts[i] for i in moved], style)
+    spread = np.array([ball.deviation for ball in found.balls])
+    clouds = spread >= SHOWN * np.array([ball.radius for ball in scene.balls])
+    if not clouds.all():
+        draw_balls(sheet.axes, [balls[i] for i in np.flatnonzero(~clouds)], style)
+    for i in np.flatnonzero(clouds):
+        points = np.array([view.place((x, y)) for x, y in found.ends[:, i].tolist()])
+        _faded(sheet.axes, balls[i], style)
+        _cloud(sheet.axes, balls[i], points, style)
+        _tag(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
+
+
+def _faded(axes: Axes, ball: Disc, style: Style) -> None:
+    """The unperturbed end of a ball that may as well end elsewhere."""
+    line = 0.07 * ball.radius
+    disc = Circle((ball.x, ball.y), ball.radius - line / 2, zorder=2.05)
+    disc.set(facecolor=(*to_rgb(ball.color), 0.45), edgecolor=style.outline, linewidth=line)
+    axes.add_patch(disc)
+
+
+def _cloud(axes: Axes, ball: Disc, points: Array, style: Style) -> None:
+    """The points in the ball's colour, all of them together with a light and a dark outline."""
+    looks = ((DOTS + 1.0, style.outline), (DOTS + 0.6, "#ffffff"), (DOTS, ball.color))
+    for layer, (radius, color) in enumerate(looks):
+        dots = CircleCollection(
+            [np.pi * radius**2], offsets=points, offset_transform=axes.transData, facecolor=color,
+            edgecolor="none", zorder=2.5 + 0.01 * layer,
+        )  # fmt: skip
+        axes.add_collection(dots, autolim=False)
+
+
+def _tag(axes: Axes, ball: Disc, points: Array, others: list[Disc], style: Style) -> None:
+    """The label on the disc's rim, where it is farthest from the cloud and from other balls."""
+    angles = np.arange(8) * np.pi / 4 + np.pi / 8
+    rim = ball.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1) + (ball.x, ball.y)
+    free = np.array([np.hypot(*(points - at).T).min() for at in rim])
+    for other in others:
+        free = np.minimum(free, np.hypot(*(rim - (other.x, other.y)).T) - other.radius)
+    x, y = rim[free.argmax()]
+    spot = Circle((x, y), TAG * ball.radius, facecolor="#ffffff", zorder=2.6)
+    spot.set(edgecolor=style.outline, linewidth=0.6)
+    axes.add_patch(spot)
+    axes.text(
+        x, y, ball.label, fontsize=1.2 * TAG * ball.radius, weight="bold", color=style.outline,
+        ha="center", va="center_baseline", parse_math=False, zorder=2.61,
+    )  # fmt: skip

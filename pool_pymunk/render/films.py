@@ -1,0 +1,131 @@
+"""Films of shots: one by one, all in one, or two runs of a shot compared."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from pool_pymunk.render.encode import PALETTE, Recipe, encoder, gif, join, mp4
+from pool_pymunk.render.output import RenderError, written
+from pool_pymunk.render.sheet import Show
+from pool_pymunk.render.stage import Stage, Timing
+from pool_pymunk.render.style import SCREEN, Style
+from pool_pymunk.result import Run
+
+Progress = Callable[[int], None]
+FORMATS = (".mp4", ".gif")
+FASTEST_GIF = 50.0  # frames a second; players take the next pace, 1/100 s a frame, for a mistake
+
+
+@dataclass(frozen=True)
+class FilmSettings:
+    """How a film is made.
+
+    ``size`` (width, height) in pixels, ``fps`` frames a second, ``slow`` how many times slower
+    than life, ``start`` and ``end`` the times shown (s; the end: when the last ball stops),
+    ``pause`` how long the last frame stays (s). Raises RenderError for what no film can be.
+    """
+
+    size: tuple[int, int] = (1600, 900)
+    fps: float = 60.0
+    slow: float = 1.0
+    start: float = 0.0
+    end: float | None = None
+    pause: float = 1.0
+    style: Style = SCREEN
+
+    def __post_init__(self) -> None:
+        for key in ("fps", "slow"):
+            if not 0.0 < getattr(self, key) < math.inf:
+                raise RenderError(f"{key} = {getattr(self, key):g}: must be greater than 0")
+        if min(self.size) < 64 or max(self.size) > 8192 or any(side % 2 for side in self.size):
+            raise RenderError(
+                f"size = {self.size[0]}x{self.size[1]}: must be two even numbers from 64 to 8192"
+            )
+        if not 0.0 <= self.pause < math.inf:
+            raise RenderError(f"pause = {self.pause:g}: must be 0 or more")
+        end = math.inf if self.end is None else self.end
+        if not 0.0 <= self.start < end:
+            raise RenderError(f"start = {self.start:g}: must be 0 or more, and before the end")
+
+    def timing(self, show: Show) -> Timing:
+        """The times of a show's frames."""
+        end = show.duration if self.end is None else min(self.end, show.duration)
+        return Timing(min(self.start, end), end, self.fps, self.slow)
+
+    @property
+    def held(self) -> int:
+        """How many times more the last frame is shown."""
+        return round(self.pause * self.fps)
+
+
+def film(
+    what: Run | Show | Sequence[Run | Show],
+    path: Path | str,
+    settings: FilmSettings = FilmSettings(),
+    progress: Progress | None = None,
+) -> None:
+    """Film one shot, or several one after another; the suffix says the format, mp4 or gif.
+
+    Every frame shows the solver's exact positions at its time. ``progress`` is called with the
+    number of frames drawn since its last call. Raises RenderError where the file cannot be
+    written; whatever ends it early leaves no file.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise RenderError(f"{path}: a film's name must end in one of {', '.join(FORMATS)}")
+    if path.suffix.lower() == ".gif" and settings.fps > FASTEST_GIF:
+        raise RenderError(f"fps = {settings.fps:g}: a gif can have {FASTEST_GIF:g} at most")
+    shows = [_show(one) for one in (what if isinstance(what, Sequence) else [what])]
+    with written(path) as part, _recipe(path, shows, settings) as recipe:
+        if len(shows) == 1:
+            _film(shows[0], part, settings, recipe, progress)
+            return
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem}-") as folder:
+            parts = [Path(folder) / f"{k}{path.suffix}" for k in range(len(shows))]
+            for show, one in zip(shows, parts, strict=True):
+                _film(show, one, settings, recipe, progress)
+            join(parts, part)
+
+
+def frame_count(what: Run | Show, settings: FilmSettings) -> int:
+    """How many frames a film of one shot has, without the pause at its end."""
+    return settings.timing(_show(what)).frames
+
+
+def _film(
+    show: Show, path: Path, settings: FilmSettings, recipe: Recipe, progress: Progress | None
+) -> None:
+    """Draw the frames of one shot while ffmpeg encodes those before."""
+    with encoder(path, settings.size, settings.fps, recipe) as write:
+        for frame in _stage(show, settings).frames():
+            write(frame)
+            if progress is not None:
+                progress(1)
+
+
+def _stage(show: Show, settings: FilmSettings) -> Stage:
+    return Stage(show, settings.size, settings.timing(show), settings.style)
+
+
+@contextmanager
+def _recipe(path: Path, shows: Sequence[Show], settings: FilmSettings) -> Iterator[Recipe]:
+    """How to encode what the suffix asks for. A gif's colours are chosen from a few frames."""
+    if path.suffix.lower() == ".mp4":
+        yield mp4(settings.held)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        palette = Path(folder) / "palette.png"
+        with encoder(palette, settings.size, settings.fps, PALETTE) as write:
+            for show in shows:
+                for frame in _stage(show, settings).samples():
+                    write(frame)
+        yield gif(settings.held, palette)
+
+
+def _show(what: Run | Show) -> Show:
+    return what if isinstance(what, Show) else Show((what,))

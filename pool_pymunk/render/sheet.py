@@ -1,0 +1,192 @@
+"""What is to be seen, where it goes on a picture or a frame, and all that stands still there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pool_pymunk.render.canvas import canvas, draw_text
+from pool_pymunk.render.distance import dress_plot, plot_distances
+from pool_pymunk.render.output import RenderError
+from pool_pymunk.render.style import Style
+from pool_pymunk.render.table import draw_plane, draw_table
+from pool_pymunk.render.view import Box, View, extent, fit
+from pool_pymunk.result import Run
+
+DOT = "  \N{MIDDLE DOT}  "
+
+
+@dataclass(frozen=True)
+class Show:
+    """One run, or two of the same shot to compare, one as a ghost or the two side by side."""
+
+    runs: tuple[Run, ...]
+    side_by_side: bool = False
+
+    def __post_init__(self) -> None:
+        """Raise RenderError for runs that cannot be shown together."""
+        if not 1 <= len(self.runs) <= 2:
+            raise RenderError(f"runs = {len(self.runs)}: one can be shown, or two to compare")
+        if len({tuple(ball.id for ball in run.scene.balls) for run in self.runs}) > 1:
+            raise RenderError("runs of other balls cannot be compared")
+
+    @property
+    def panels(self) -> tuple[tuple[Run, ...], ...]:
+        """The runs shown on each table; the first of them is solid, the other a ghost."""
+        return tuple((run,) for run in self.runs) if self.side_by_side else (self.runs,)
+
+    @cached_property
+    def seen(self) -> Box:
+        """The part of the plane (m) that shows all that happens."""
+        return extent(self.runs[0].scene, self.runs)
+
+    @property
+    def duration(self) -> float:
+        """When the last ball of any run stops (s)."""
+        return max(run.duration for run in self.runs)
+
+    def settings(self) -> list[str]:
+        """The setting of each run, with the contact law where they differ in it."""
+        laws = {run.scene.physics.law for run in self.runs}
+        return [setting(run, with_law=len(laws) > 1) for run in self.runs]
+
+    def caption(self, *more: str) -> str:
+        """Scenario, shot, solver and time step in one line."""
+        run, names = self.runs[0], self.settings()
+        if self.side_by_side:
+            names = []
+        elif len(names) > 1:
+            names = [f"{names[0]} (ghost: {names[1]})"]
+        return DOT.join(text for text in (run.scene.title, run.name, *names, *more) if text)
+
+
+def setting(run: Run, with_law: bool = False) -> str:
+    """Solver and time step as one writes them, "pymunk, dt = 1/240 s"; the law on demand."""
+    parts = [run.solver] if run.solver else []
+    if run.dt is not None:
+        parts.append(f"dt = {step(run.dt)} s")
+    if with_law:
+        parts.append(f"{run.scene.physics.law} law")
+    return ", ".join(parts)
+
+
+def step(dt: float) -> str:
+    """A time step as a number, or as a fraction where the number would be rounded.
+
+    >>> step(0.0001), step(1 / 240), step(1e-6), step(0.0123)
+    ('0.0001', '1/240', '1e-06', '0.0123')
+    """
+    number, per_second = f"{dt:g}", round(1.0 / dt)
+    is_fraction = per_second > 0 and abs(per_second * dt - 1.0) < 1e-9
+    return f"1/{per_second}" if is_fraction and float(number) != dt else number
+
+
+# -- where things go ---------------------------------------------------------------------------
+
+
+class Layout(NamedTuple):
+    """The canvas (points), a room for each panel, for the plot and for the caption.
+
+    ``letter`` is the height of the caption's letters; a film's point is a pixel.
+    """
+
+    width: float
+    height: float
+    rooms: tuple[Box, ...]
+    plot: Box | None
+    caption: Box
+    letter: float
+
+
+def picture_layout(show: Show) -> Layout:
+    """A sheet ten inches wide, less where the table would be higher than seven and a half."""
+    margin, letter, strip = 16.0, 10.5, 36.0
+    panels, seen = len(show.panels), show.seen
+    foot = strip + (112.0 if len(show.runs) > 1 else 0.0)
+    head = 1.8 * letter if panels > 1 else 0.0
+    width = min(720.0, (panels + 1) * margin + panels * 540.0 * seen.width / seen.height)
+    inner = (width - (panels + 1) * margin) / panels
+    height = inner * seen.height / seen.width
+    left = [margin + k * (inner + margin) for k in range(panels)]
+    return Layout(
+        width=width,
+        height=foot + height + head + margin,
+        rooms=tuple(Box(x, foot, x + inner, foot + height) for x in left),
+        plot=Box(66.0, strip + 22.0, width - 24.0, foot - 12.0) if len(show.runs) > 1 else None,
+        caption=Box(margin, margin, width - margin, strip),
+        letter=letter,
+    )
+
+
+def film_layout(show: Show, size: tuple[int, int]) -> Layout:
+    """A frame of ``size`` pixels: the panels, below them the plot, then the caption."""
+    width, height = size
+    unit = min(height, 0.7 * width) / 100.0
+    margin, strip, heading = 2.0 * unit, 6.0 * unit, 4.5 * unit
+    panels, compared = len(show.panels), len(show.runs) > 1
+    inner = (width - (panels + 1) * margin) / panels
+    head = height - margin - (heading if panels > 1 else 0.0)
+    tall = head - strip - (26.0 * unit if compared else 0.0)
+    if compared:  # what the tables leave is the plot's
+        tall = min(tall, inner * show.seen.height / show.seen.width)
+    left = [margin + k * (inner + margin) for k in range(panels)]
+    plot = Box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit, head - tall - 1.5 * margin)
+    return Layout(
+        width=width,
+        height=height,
+        rooms=tuple(Box(x, head - tall, x + inner, head) for x in left),
+        plot=plot if compared else None,
+        caption=Box(2 * margin, margin, width - 2 * margin, strip),
+        letter=2.6 * unit,
+    )
+
+
+# -- what stands still -------------------------------------------------------------------------
+
+
+class Sheet(NamedTuple):
+    """A drawn background: a view for each panel, and the plot where there is one."""
+
+    figure: Figure
+    axes: Axes
+    views: tuple[View, ...]
+    plot: Axes | None
+
+
+def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, float]) -> Sheet:
+    """Draw the page, a table or open plane in each room, headings, and the plot over ``times``."""
+    figure, axes = canvas(layout.width, layout.height, style.page)
+    scene = show.runs[0].scene
+    views = tuple(fit(show.seen, room, 0.7 * layout.letter) for room in layout.rooms)
+    for room, view in zip(layout.rooms, views, strict=True):
+        if scene.table is not None:
+            draw_table(axes, scene.table, view, style)
+        else:
+            draw_plane(axes, room, view, style)
+    if show.side_by_side:
+        _headings(axes, show, layout, style)
+    plot = None
+    if layout.plot is not None:
+        a, b = show.runs
+        plot = plot_distances(figure, layout.plot, (a, b), times)
+        dress_plot(plot, style, letter=0.85 * layout.letter)
+    return Sheet(figure, axes, views, plot)
+
+
+def _headings(axes: Axes, show: Show, layout: Layout, style: Style) -> None:
+    for room, text in zip(layout.rooms, show.settings(), strict=True):
+        at = ((room.x0 + room.x1) / 2, room.y1 + 0.6 * layout.letter)
+        draw_text(axes, text, at, layout.letter, room.width, ha="center", color=style.ink)
+
+
+def draw_caption(sheet: Sheet, layout: Layout, text: str, style: Style, share: float = 1.0) -> None:
+    """Write a line into the ``share`` of the caption's room: in the middle, or from the left."""
+    room = layout.caption
+    x, side = ((room.x0 + room.x1) / 2, "center") if share == 1.0 else (room.x0, "left")
+    draw_text(
+        sheet.axes, text, (x, room.y0), layout.letter, share * room.width, ha=side, color=style.ink
+    )

@@ -1,0 +1,180 @@
+"""Drawing into pixels, fast: sprites at quarter-pixel positions, soft rings and soft lines.
+
+A frame is an array (height, width, 3) of uint8, row 0 on top. Positions are in pixels from the
+lower left corner, as on the canvas (one point is one pixel in a film).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from pool_pymunk.motion import Array
+from pool_pymunk.render.canvas import Pixels, canvas, pixels
+from pool_pymunk.scene import Point
+
+FINE = 4  # sprites are drawn this many times finer than the frame, and placed as finely
+
+
+class Sprite:
+    """A small picture with soft edges that can be put anywhere on a frame.
+
+    ``fine`` (side, side, 4) has FINE times the frame's pixels, its colours darkened by its alpha.
+    """
+
+    def __init__(self, fine: Pixels) -> None:
+        self.half = len(fine) // FINE // 2
+        self._fine = np.pad(fine, ((FINE, 2 * FINE), (FINE, 2 * FINE), (0, 0)))
+        self._shifted: dict[tuple[int, int], tuple[NDArray[np.uint16], NDArray[np.uint16]]] = {}
+
+    def stamp(self, frame: Pixels, x: float, y: float) -> None:
+        """Put the sprite's middle at (x, y); a ball that is nowhere (NaN) is not seen."""
+        if not math.isfinite(x + y):
+            return
+        column, across = divmod(round(x * FINE), FINE)
+        row, down = divmod(round((frame.shape[0] - y) * FINE), FINE)
+        light, clear = self._at(across, down)
+        top, left = row - self.half, column - self.half
+        r0, r1 = max(top, 0), min(top + len(light), frame.shape[0])
+        c0, c1 = max(left, 0), min(left + len(light), frame.shape[1])
+        if r0 < r1 and c0 < c1:
+            part = np.s_[r0 - top : r1 - top, c0 - left : c1 - left]
+            under = frame[r0:r1, c0:c1]
+            frame[r0:r1, c0:c1] = (light[part] + under * clear[part] + 127) // 255
+
+    def _at(self, across: int, down: int) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+        """The sprite moved right and down by quarters of a pixel: 255 x its light, 255 - alpha."""
+        if (across, down) not in self._shifted:
+            n = 2 * self.half + 1
+            total = np.zeros((n, n, 4), dtype=np.float32)
+            for i in range(FINE - down, 2 * FINE - down):
+                for j in range(FINE - across, 2 * FINE - across):
+                    total += self._fine[i::FINE, j::FINE][:n, :n]
+            light = np.rint(total[..., :3] * (255.0 / FINE**2)).astype(np.uint16)
+            clear = np.rint(255.0 - total[..., 3:] / FINE**2).astype(np.uint16)
+            self._shifted[across, down] = np.minimum(light, 255 * (255 - clear)), clear
+        return self._shifted[across, down]
+
+
+def sprites(
+    count: int, reach: float, draw: Callable[[Axes, list[Point]], None]
+) -> tuple[Sprite, ...]:
+    """So many sprites that reach so far (pixels) from their middles, drawn all at once.
+
+    ``draw`` is given axes and the points around which each is to be drawn.
+    """
+    half = math.ceil(reach) + 1
+    columns = math.ceil(math.sqrt(count))
+    rows = math.ceil(count / columns)
+    figure, axes = canvas(2 * half * columns, 2 * half * rows)
+    cells = [divmod(k, columns) for k in range(count)]
+    draw(axes, [(half * (2.0 * c + 1.0), half * (2.0 * (rows - r) - 1.0)) for r, c in cells])
+    fine = pixels(figure, FINE)
+    light = (fine[..., :3].astype(np.uint16) * fine[..., 3:] + 127) // 255
+    fine[..., :3] = light
+    side = 2 * half * FINE
+    return tuple(
+        Sprite(fine[r * side : (r + 1) * side, c * side : (c + 1) * side]) for r, c in cells
+    )
+
+
+def _window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | None:
+    """Rows and columns of a box (x0, y0, x1, y1); its pixels' middles x (1, c) and y (r, 1)."""
+    if not np.isfinite(box).all():
+        return None
+    height, width = frame.shape[:2]
+    c0, c1 = max(int(box[0]), 0), min(int(box[2]) + 1, width)
+    r0, r1 = max(int(height - box[3]), 0), min(int(height - box[1]) + 1, height)
+    if c0 >= c1 or r0 >= r1:
+        return None
+    x = np.arange(c0, c1, dtype=np.float32)[None, :] + 0.5
+    y = height - np.arange(r0, r1, dtype=np.float32)[:, None] - 0.5
+    return slice(r0, r1), slice(c0, c1), x, y
+
+
+def _blend(frame: Pixels, rows: slice, columns: slice, share: Array, color: Array) -> None:
+    """Mix ``color`` into the frame, by ``share`` (r, c) in [0, 1]."""
+    under = frame[rows, columns]
+    frame[rows, columns] = np.rint(under + share[..., None] * (color - under)).astype(np.uint8)
+
+
+def glow(
+    frame: Pixels, at: Point, radius: float, soft: float, color: Array, strength: float
+) -> None:
+    """A ring of light around ``at`` that fades over ``soft`` pixels to both sides of ``radius``."""
+    reach = radius + 2.2 * soft
+    window = _window(frame, np.array([at[0] - reach, at[1] - reach, at[0] + reach, at[1] + reach]))
+    if window is None:
+        return
+    rows, columns, x, y = window
+    distance = np.sqrt((x - at[0]) ** 2 + (y - at[1]) ** 2)
+    share = strength * np.exp(-(((distance - radius) / soft) ** 2))
+    _blend(frame, rows, columns, share, color)
+
+
+class Track:
+    """The soft line a ball leaves behind, drawn piece by piece, nowhere twice.
+
+    ``corners`` (K, 3) are the times and places (pixels) where its straight path bends.
+    """
+
+    def __init__(self, corners: Array, width: float, color: Array, strength: float) -> None:
+        self.corners, self.width, self.color, self.strength = corners, width, color, strength
+        self.points = [corners[0, 1:]]
+        self.passed = 1
+
+    def reach(self, frame: Pixels, t: float, at: Array) -> None:
+        """Draw the line on to where the ball is at ``t``; steps too short to see can wait."""
+        while self.passed < len(self.corners) and self.corners[self.passed, 0] <= t:
+            self._piece(frame, self.corners[self.passed, 1:])
+            self.passed += 1
+        if np.hypot(*(at - self.points[-1])) > max(4.0, self.width):
+            self._piece(frame, at)
+
+    def _piece(self, frame: Pixels, end: Array) -> None:
+        """Raise the line's cover from that of the pieces so far to that with one more."""
+        start = self.points[-1]
+        if (start == end).all():
+            return
+        box = np.concatenate([np.minimum(start, end), np.maximum(start, end)])
+        box += np.array([-1.0, -1.0, 1.0, 1.0]) * self.width
+        window = _window(frame, box)
+        if window is not None:
+            rows, columns, x, y = window
+            old = np.zeros((y.size, x.size))
+            for a, b in self._near(box):
+                old = np.maximum(old, self._cover(x, y, a, b))
+            new = np.maximum(old, self._cover(x, y, start, end))
+            _blend(frame, rows, columns, 1.0 - (1.0 - new) / (1.0 - old), self.color)
+        self._append(start, end)
+
+    def _append(self, start: Array, end: Array) -> None:
+        """Remember the new end; a piece that goes straight on makes the last one longer."""
+        if len(self.points) > 1:
+            before, after = start - self.points[-2], end - start
+            cross = before[0] * after[1] - before[1] * after[0]
+            if abs(cross) < 0.1 * np.hypot(*before) and before @ after > 0.0:
+                self.points[-1] = end
+                return
+        self.points.append(end)
+
+    def _near(self, box: Array) -> list[tuple[Array, Array]]:
+        """The pieces drawn so far that may show in the box."""
+        points = np.array(self.points)
+        low = np.minimum(points[:-1], points[1:]) - self.width
+        high = np.maximum(points[:-1], points[1:]) + self.width
+        meets = (low <= box[2:]).all(axis=1) & (high >= box[:2]).all(axis=1)
+        return [(points[k], points[k + 1]) for k in np.flatnonzero(meets)]
+
+    def _cover(self, x: Array, y: Array, a: Array, b: Array) -> Array:
+        """How much of each pixel the piece from a to b covers, soft towards the sides."""
+        along = b - a
+        share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / float(along @ along)
+        share = np.clip(share, 0.0, 1.0)
+        distance = np.hypot(x - a[0] - share * along[0], y - a[1] - share * along[1])
+        depth: Array = np.clip(1.6 * (1.0 - distance / self.width), 0.0, 1.0)
+        return self.strength * depth * depth * (3.0 - 2.0 * depth)

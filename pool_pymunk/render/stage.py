@@ -1,0 +1,250 @@
+"""A film's frames: a background drawn once, and what moves put on it, frame by frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+
+from pool_pymunk.motion import Array
+from pool_pymunk.render.balls import TRACK, Disc, discs, draw_balls, draw_ghosts
+from pool_pymunk.render.canvas import Pixels, draw_text, pixels
+from pool_pymunk.render.sheet import Layout, Sheet, Show, draw_caption, draw_sheet, film_layout
+from pool_pymunk.render.sprites import Sprite, Track, glow, sprites
+from pool_pymunk.render.style import Style
+from pool_pymunk.render.view import View
+from pool_pymunk.result import Event, Run
+from pool_pymunk.scene import Point
+
+FLASH = 0.22  # s of film that a flash lasts
+TRACK_STRENGTH = 0.5
+CLEAR = 2.0  # a ball that makes this many radii in a second of film has its full halo
+
+
+class Cast:
+    """The balls of one run in one view, solid or as ghosts, with tracks, halos and flashes."""
+
+    def __init__(self, run: Run, view: View, style: Style, slow: float, *, solid: bool) -> None:
+        self.run, self.view, self.solid, self.slow = run, view, solid, slow
+        self.light = _rgb(style.flash)
+        start = run.at([0.0])[0][0]
+        self.discs = discs(run.scene, start, view)
+        anywhere = tuple(disc._replace(x=0.0, y=0.0) for disc in self.discs)
+        self.sprites = _balls(anywhere, style, solid=solid)
+        self.tracks = [self._track(i) for i in range(len(self.discs))]
+        self.flashes = Flashes(run, view) if solid else None
+
+    def _track(self, i: int) -> Track:
+        disc, knots = self.discs[i], self.run.knots[i]
+        places = self.view.scale * knots[:, 1:3] + (self.view.x, self.view.y)
+        width = (1.0 if self.solid else 0.5) * max(1.2 * TRACK * disc.radius, 1.5)
+        corners = np.column_stack([knots[:, 0], places])
+        return Track(corners, width, _rgb(disc.color), TRACK_STRENGTH)
+
+    def leave_tracks(self, ground: Pixels, t: float, position: Array) -> None:
+        """Draw the tracks on the ground up to where the balls are."""
+        places = self.view.scale * position + (self.view.x, self.view.y)
+        for track, place in zip(self.tracks, places, strict=True):
+            track.reach(ground, t, place)
+
+    def appear(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
+        """Put the balls on the frame; light around them shines from below and hides nothing."""
+        if self.flashes is not None:
+            self.flashes.appear(frame, t, FLASH / self.slow, self.light)
+            self._halos(frame, position, velocity)
+        for sprite, place in zip(self.sprites, position, strict=True):
+            sprite.stamp(frame, *self.view.place((float(place[0]), float(place[1]))))
+
+    def _halos(self, frame: Pixels, position: Array, velocity: Array) -> None:
+        """A pale ring around every ball that moves; it fades as the ball comes to rest."""
+        speeds = np.hypot(velocity[:, 0], velocity[:, 1])
+        for i in np.flatnonzero(speeds):
+            radius = self.discs[i].radius
+            strength = min(1.0, speeds[i] * self.view.scale / self.slow / (CLEAR * radius))
+            at = self.view.place((float(position[i, 0]), float(position[i, 1])))
+            glow(frame, at, radius, 0.16 * radius, self.light, 0.5 * float(strength))
+
+
+class Flashes:
+    """Contacts light up where they happen and fade at once."""
+
+    def __init__(self, run: Run, view: View) -> None:
+        self.run, self.view = run, view
+        self.coming = [event for event in run.events if event.kind != "stop"][::-1]
+        self.lit: list[tuple[float, Point, float]] = []
+
+    def appear(self, frame: Pixels, t: float, life: float, light: Array) -> None:
+        """Draw the flashes that are lit at ``t``, each for ``life`` (s)."""
+        while self.coming and self.coming[-1].t <= t:
+            event = self.coming.pop()
+            if event.t > t - life:
+                self.lit.append((event.t, *self._place(event)))
+        self.lit = [flash for flash in self.lit if flash[0] > t - life]
+        for born, at, radius in self.lit:
+            age = (t - born) / life
+            fade = (1.0 - age) ** 2
+            glow(frame, at, 0.0, (0.5 + 0.5 * age) * radius, light, 0.9 * fade)
+            glow(frame, at, (0.3 + 1.2 * age) * radius, 0.14 * radius, light, 0.8 * fade)
+
+    def _place(self, event: Event) -> tuple[Point, float]:
+        """Where the contact is on the canvas, and the radius of the smaller ball."""
+        scene = self.run.scene
+        balls = [scene.index[id_] for id_ in event.balls]
+        position = self.run.at([event.t])[0][0]
+        x, y = map(float, position[balls[0]])
+        radius = scene.balls[balls[0]].radius
+        if event.kind == "ball-ball":
+            (x2, y2), other = map(float, position[balls[1]]), scene.balls[balls[1]].radius
+            share = radius / (radius + other)
+            x, y, radius = x + share * (x2 - x), y + share * (y2 - y), min(radius, other)
+        elif scene.table is not None and event.cushion is not None:
+            edge = scene.table.edges[event.cushion]
+            s = min(max(edge.along(x, y), 0.0), edge.length)
+            x, y = edge.start[0] + s * edge.tangent[0], edge.start[1] + s * edge.tangent[1]
+        return self.view.place((x, y)), radius * self.view.scale
+
+
+class Clock:
+    """The time, in figures of one width that stand still."""
+
+    def __init__(self, layout: Layout, style: Style, decimals: int) -> None:
+        size = 1.15 * layout.letter
+        self.decimals = decimals
+        self.right, self.y = layout.caption.x1, layout.caption.y0 + 0.36 * size
+        self.letters = _letters("0123456789.s", size, style.ink)
+        self.width = dict.fromkeys("0123456789", 0.65 * size)
+        self.width |= {".": 0.36 * size, " ": 0.3 * size, "s": 0.5 * size}
+
+    def appear(self, frame: Pixels, t: float) -> None:
+        """Write ``t`` (s) at the right."""
+        x = self.right
+        for letter in reversed(f"{t:.{self.decimals}f} s"):
+            x -= self.width[letter]
+            if letter != " ":
+                self.letters[letter].stamp(frame, round(x + self.width[letter] / 2), self.y)
+
+
+class Curves:
+    """The plot of the distances, drawn faintly at first, in full up to the time of the frame."""
+
+    def __init__(self, sheet: Sheet, layout: Layout, style: Style) -> None:
+        assert sheet.plot is not None and layout.plot is not None
+        box = layout.plot
+        self.rows = slice(round(layout.height - box.y1), round(layout.height - box.y0))
+        self.start, self.end = sheet.plot.get_xlim()
+        self.left, self.right = round(box.x0), round(box.x1)
+        self.full = pixels(sheet.figure)[self.rows, :, :3]
+        self.ink = _rgb(style.ink).astype(np.uint8)
+        for line in sheet.plot.lines:
+            line.set(alpha=0.3, path_effects=[])
+
+    def appear(self, frame: Pixels, t: float) -> None:
+        """Show the curves up to ``t`` (s), with an upright line there."""
+        share = min(max((t - self.start) / (self.end - self.start), 0.0), 1.0)
+        now = self.left + round(share * (self.right - self.left))
+        columns = slice(self.left, now)
+        frame[self.rows, columns] = self.full[:, columns]
+        frame[self.rows, now : now + 2] = self.ink
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Which times (s) a film shows: 1/(fps slow) apart, and the last one exactly."""
+
+    start: float
+    end: float
+    fps: float
+    slow: float
+
+    @property
+    def frames(self) -> int:
+        """How many frames there are."""
+        return math.ceil((self.end - self.start) * self.fps * self.slow - 1e-6) + 1
+
+    def times(self, first: int, last: int) -> Array:
+        """The times of the frames from ``first`` to before ``last``."""
+        t = self.start + np.arange(first, last) / (self.fps * self.slow)
+        return np.minimum(t, self.end)
+
+
+class Stage:
+    """All that a film of one shot is drawn from; its frames come from :meth:`frames`."""
+
+    BLOCK = 64  # frames whose positions are asked for at once
+
+    def __init__(self, show: Show, size: tuple[int, int], timing: Timing, style: Style) -> None:
+        self.timing = timing
+        layout = film_layout(show, size)
+        sheet = draw_sheet(show, layout, style, (timing.start, timing.end))
+        pace = "" if timing.slow == 1.0 else _pace(timing.slow)
+        draw_caption(sheet, layout, show.caption(pace), style, share=0.84)
+        self.curves = Curves(sheet, layout, style) if sheet.plot is not None else None
+        self.ground = np.ascontiguousarray(pixels(sheet.figure)[..., :3])
+        self.clock = Clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(timing.slow))))
+        self.casts = [
+            Cast(run, view, style, timing.slow, solid=run is runs[0])
+            for runs, view in zip(show.panels, sheet.views, strict=True)
+            for run in reversed(runs)
+        ]
+
+    def frames(self) -> Iterator[Pixels]:
+        """The frames in order, (height, width, 3) of uint8 each; to be asked for once."""
+        for first in range(0, self.timing.frames, self.BLOCK):
+            times = self.timing.times(first, min(first + self.BLOCK, self.timing.frames))
+            yield from self._drawn(times)
+
+    def samples(self) -> Iterator[Pixels]:
+        """A few frames that have the film's colours between them; to be asked for once."""
+        return self._drawn(np.linspace(self.timing.start, self.timing.end, 5))
+
+    def _drawn(self, times: Array) -> Iterator[Pixels]:
+        moves = [cast.run.at(times) for cast in self.casts]
+        for k, t in enumerate(times):
+            yield self._frame(float(t), [(p[k], v[k]) for p, v in moves])
+
+    def _frame(self, t: float, states: list[tuple[Array, Array]]) -> Pixels:
+        for cast, (position, _) in zip(self.casts, states, strict=True):
+            cast.leave_tracks(self.ground, t, position)
+        frame = self.ground.copy()
+        for cast, (position, velocity) in zip(self.casts, states, strict=True):
+            cast.appear(frame, t, position, velocity)
+        if self.curves is not None:
+            self.curves.appear(frame, t)
+        self.clock.appear(frame, t)
+        return frame
+
+
+@lru_cache(maxsize=8)
+def _balls(discs: tuple[Disc, ...], style: Style, *, solid: bool) -> tuple[Sprite, ...]:
+    """The sprites of balls, wherever they are; a label beside its ball included."""
+
+    def draw(axes: Axes, middles: list[Point]) -> None:
+        placed = [d._replace(x=x, y=y) for d, (x, y) in zip(discs, middles, strict=True)]
+        (draw_balls if solid else draw_ghosts)(axes, placed, style)
+
+    return sprites(len(discs), max(disc.reach for disc in discs), draw)
+
+
+@lru_cache(maxsize=8)
+def _letters(text: str, size: float, color: str) -> dict[str, Sprite]:
+    """A sprite for each letter; they stand 0.36 sizes below their middles."""
+
+    def draw(axes: Axes, middles: list[Point]) -> None:
+        for letter, (x, y) in zip(text, middles, strict=True):
+            at = (x, y - 0.36 * size)
+            draw_text(axes, letter, at, size, 4.0 * size, ha="center", color=color)
+
+    return dict(zip(text, sprites(len(text), size, draw), strict=True))
+
+
+def _rgb(color: str) -> Array:
+    return 255.0 * np.array(to_rgb(color))
+
+
+def _pace(slow: float) -> str:
+    return f"{slow:g} times slower" if slow > 1.0 else f"{1.0 / slow:g} times faster"

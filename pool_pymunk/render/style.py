@@ -1,0 +1,64 @@
+"""How things look: the colours of table, page and balls, as plain numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pool_pymunk.scene import Scene
+
+# Okabe and Ito's palette, told apart with any kind of colour vision.
+# The eighth is black, as players have it.
+PALETTE = ("#e69f00", "#0072b2", "#f0e442", "#d55e00", "#56b4e9", "#cc79a7", "#009e73", "#000000")
+CUE = "#ffffff"
+SHADES = ((0.0, 0.45), (1.0, 0.55))  # further rounds through the palette: darker, lighter
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """Colours of everything but the balls: page and words, table, open plane, light."""
+
+    page: str = "#ffffff"
+    ink: str = "#22262a"
+    faint: str = "#8a9199"
+    cloth: str = "#1f7d53"
+    cushion: str = "#17603f"
+    nose: str = "#114a31"
+    rail: str = "#5b3a24"
+    rail_edge: str = "#3a2416"
+    inlay: str = "#8a6242"
+    sight: str = "#efe6d2"
+    plane: str = "#c9d3d2"
+    grid: str = "#bbc6c5"
+    outline: str = "#101418"
+    arrow: str = "#ffffff"
+    flash: str = "#fff6c8"
+
+
+PRINT = Style()
+SCREEN = Style(page="#15191d", ink="#e8ebee", faint="#8b949c", plane="#4b5860", grid="#57656e")
+
+
+def ball_colors(scene: Scene) -> tuple[str, ...]:
+    """The scenario's colour of every ball, or else one of its own; the cue ball's is white."""
+    places = {ball.id: k for k, ball in enumerate(b for b in scene.balls if not b.cue)}
+    return tuple(
+        ball.color or (CUE if ball.cue else default_color(places[ball.id])) for ball in scene.balls
+    )
+
+
+def default_color(place: int) -> str:
+    """A colour for the ball at a ``place`` (from 0): first the palette, then shades of it.
+
+    >>> default_color(0), default_color(7), default_color(8)
+    ('#e69f00', '#000000', '#7e5700')
+    """
+    if place < len(PALETTE):
+        return PALETTE[place]
+    again, hue = divmod(place - len(PALETTE), len(PALETTE) - 1)  # black has no shades
+    return _mixed(PALETTE[hue], *SHADES[again % len(SHADES)])
+
+
+def _mixed(color: str, other: float, share: float) -> str:
+    """A colour mixed with a grey: 0 black, 1 white."""
+    parts = (int(color[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(part + (255 * other - part) * share):02x}" for part in parts)

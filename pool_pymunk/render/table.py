@@ -1,0 +1,102 @@
+"""The table seen from above, whatever its outline, or an open plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Literal
+
+from matplotlib.axes import Axes
+from matplotlib.collections import CircleCollection, LineCollection
+from matplotlib.patches import Polygon
+
+from pool_pymunk.render.style import Style
+from pool_pymunk.render.view import CUSHION, RAIL, Box, View
+from pool_pymunk.scene import Point, Table
+
+SHARPEST_MITRE = math.radians(60.0)  # a sharper corner of the cushions is drawn round
+
+
+def draw_table(axes: Axes, table: Table, view: View, style: Style) -> None:
+    """Wooden rails, cushions and cloth. Each band is a wide stroke around whatever lies on it."""
+    x0, y0, x1, y1 = table.bounds
+    short = min(x1 - x0, y1 - y0) * view.scale
+    cushion, rail, thin = CUSHION * short, (CUSHION + RAIL) * short, 0.006 * short
+    corners = [view.place(corner) for corner in table.outline]
+    mitre: Join = "miter" if _sharpest(table) > SHARPEST_MITRE else "round"
+    _stroke(axes, corners, style.rail_edge, rail, "round")
+    _stroke(axes, corners, style.rail, rail - thin, "round")
+    _stroke(axes, corners, style.inlay, cushion + thin, mitre)
+    _stroke(axes, corners, style.cushion, cushion, mitre)
+    _stroke(axes, corners, style.nose, thin / 2, mitre)
+    cloth = Polygon(corners, facecolor=style.cloth, edgecolor="none", zorder=1.1)
+    axes.add_artist(cloth)
+    for k in range(1, 7):  # the cushions' soft shadow
+        shade = _stroke(axes, corners, "#000000", 0.12 * k * cushion, "round")
+        shade.set(alpha=0.05, zorder=1.2)
+        shade.set_clip_path(cloth)
+    out = (cushion + rail) / 2 / view.scale
+    _dots(axes, [view.place(point) for point in _sights(table, out)], 0.007 * short, style.sight)
+
+
+Join = Literal["miter", "round"]
+
+
+def _stroke(axes: Axes, corners: list[Point], color: str, width: float, join: Join) -> Polygon:
+    """A line that reaches ``width`` points to either side of the outline."""
+    line = Polygon(corners, facecolor="none", edgecolor=color, linewidth=2.0 * width, zorder=1.0)
+    line.set_joinstyle(join)
+    axes.add_artist(line)
+    return line
+
+
+def _sharpest(table: Table) -> float:
+    """The smallest angle (rad) between cushions that meet."""
+    headings = [math.atan2(edge.tangent[1], edge.tangent[0]) for edge in table.edges]
+    turns = [b - a for a, b in zip(headings, headings[1:] + headings[:1], strict=True)]
+    return min(math.pi - math.remainder(turn, math.tau) for turn in turns)
+
+
+def _sights(table: Table, out: float) -> Iterator[Point]:
+    """Points on the rails, ``out`` (m) from the cushions' noses, in quarters of the shortest side.
+
+    None lie near a corner that sticks out into the table: there the rails have no room for them.
+    """
+    step = min(edge.length for edge in table.edges) / 4.0
+    for k, edge in enumerate(table.edges):
+        low = 2.0 * out if k in table.reflex_corners else 0.0
+        high = 2.0 * out if (k + 1) % len(table.edges) in table.reflex_corners else 0.0
+        parts = min(round(edge.length / step), 40)
+        for s in (edge.length * part / parts for part in range(1, parts)):
+            if low < s < edge.length - high:
+                yield (
+                    edge.start[0] + s * edge.tangent[0] - out * edge.normal[0],
+                    edge.start[1] + s * edge.tangent[1] - out * edge.normal[1],
+                )
+
+
+def _dots(axes: Axes, points: list[Point], radius: float, color: str) -> None:
+    dots = CircleCollection(
+        [math.pi * radius**2], offsets=points, offset_transform=axes.transData, facecolor=color,
+        edgecolor="none", zorder=1.3,
+    )  # fmt: skip
+    axes.add_collection(dots, autolim=False)
+
+
+def draw_plane(axes: Axes, room: Box, view: View, style: Style) -> None:
+    """An open plane: a calm sheet with a faint grid, its pitch a power of ten in metres."""
+    corners = [(room.x0, room.y0), (room.x1, room.y0), (room.x1, room.y1), (room.x0, room.y1)]
+    axes.add_artist(Polygon(corners, facecolor=style.plane, edgecolor="none", zorder=1.0))
+    pitch = view.scale * 10.0 ** round(math.log10(0.08 * room.width / view.scale))
+    xs = _grid(view.x, pitch, room.x0, room.x1)
+    ys = _grid(view.y, pitch, room.y0, room.y1)
+    upright = [[(x, room.y0), (x, room.y1)] for x in xs]
+    level = [[(room.x0, y), (room.x1, y)] for y in ys]
+    grid = LineCollection(upright + level, colors=style.grid, linewidths=0.8, zorder=1.1)
+    axes.add_collection(grid, autolim=False)
+
+
+def _grid(origin: float, pitch: float, low: float, high: float) -> list[float]:
+    """Where the grid's lines lie between two points of the canvas."""
+    first, last = math.ceil((low - origin) / pitch), math.floor((high - origin) / pitch)
+    return [origin + k * pitch for k in range(first, last + 1)]

@@ -1,0 +1,602 @@
+"""Pictures and films: what the files hold, and whether balls are seen where the solver has them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tracemalloc
+import warnings
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from pool_pymunk import Run, load, loads, simulate
+from pool_pymunk.cli import main
+from pool_pymunk.motion import Array
+from pool_pymunk.render import (
+    FilmSettings,
+    RenderError,
+    Show,
+    encode,
+    film,
+    frame_count,
+    join,
+    picture,
+    sheet,
+    style,
+)
+from pool_pymunk.render.sprites import Sprite, Track
+from pool_pymunk.render.stage import Stage
+from pool_pymunk.scene import Ball, Scene
+
+Frame = NDArray[np.uint8]
+
+# One ball that moves (magenta) and two that never do (cyan, orange), in colours cloth has not.
+SCENE = """
+title = "Three balls"
+[table]
+{table}
+[restitution]
+ball_ball = 0.9
+cushion = 0.8
+[friction]
+surface = 0.1
+[ball]
+radius = 0.06
+mass = 0.2
+[[balls]]
+id = "M"
+position = [0.5, 0.5]
+color = "#ff00ff"
+[[balls]]
+id = "10"
+position = [0.2, 0.2]
+color = "#00ffff"
+[[balls]]
+id = "2"
+position = [1.8, 0.2]
+color = "#ff9000"
+[[shots]]
+ball = "M"
+velocity = {velocity}
+"""
+TABLES = {
+    "rectangle": "length = 2.0\nwidth = 1.0",
+    "hexagon": "outline = [[0.0,0.0],[2.0,0.0],[2.4,0.5],[2.0,1.0],[0.0,1.0],[-0.4,0.5]]",
+    "L": "outline = [[0.0,0.0],[2.0,0.0],[2.0,1.0],[1.2,1.0],[1.2,1.6],[0.0,1.6]]",
+}
+SMALL = FilmSettings(size=(640, 360))
+
+
+def shoot(table: str = "rectangle", velocity: str = "[1.8, 0.35]") -> Run:
+    scene = loads(SCENE.format(table=TABLES[table], velocity=velocity))
+    return simulate(scene, solver="event-driven")
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return shoot()
+
+
+@pytest.fixture(scope="module")
+def filmed(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("film") / "film.mp4"
+    film(run, path, SMALL)
+    return path
+
+
+def centre(
+    frame: Frame, color: str, left: int = 0, right: int | None = None
+) -> tuple[Array, float]:
+    """Middle (x, y upwards) and radius of the disc of a colour in a frame's columns, in pixels.
+
+    The body of the ball is found by its colour; spot, label and outline don't shift its middle.
+    """
+    wanted = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)])
+    mask = (np.abs(frame[:, left:right].astype(int) - wanted) < 70).all(axis=-1)
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    x = left + (columns[0] + columns[-1] + 1) / 2
+    y = len(frame) - (rows[0] + rows[-1] + 1) / 2
+    return np.array([x, y]), (len(rows) + len(columns)) / 4
+
+
+class Gauge:
+    """Pixels per metre and the origin, taken from the two balls that never move."""
+
+    def __init__(self, frame: Frame, left: int = 0, right: int | None = None) -> None:
+        a, self.radius = centre(frame, "#00ffff", left, right)
+        b, _ = centre(frame, "#ff9000", left, right)
+        self.scale = float(b[0] - a[0]) / 1.6
+        self.origin = a - self.scale * 0.2
+        assert abs(a[1] - b[1]) <= 1.0
+
+    def place(self, position: Array) -> Array:
+        return self.origin + self.scale * position
+
+
+def frames_of(path: Path) -> list[Frame]:
+    with warnings.catch_warnings():  # imageio leaves its pipes to the garbage collector
+        warnings.simplefilter("ignore", ResourceWarning)
+        return list(iio.imiter(path, plugin="FFMPEG"))
+
+
+def facts_of(path: Path) -> dict[str, Any]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        return iio.immeta(path, plugin="FFMPEG")
+
+
+# -- films -------------------------------------------------------------------------------------
+
+
+def test_film_is_h264_that_plays_everywhere(filmed: Path, run: Run) -> None:
+    facts = facts_of(filmed)
+    frames = len(frames_of(filmed))
+    assert facts["codec"] == "h264"
+    assert facts["pix_fmt"].startswith("yuv420p")
+    assert facts["fps"] == 60.0
+    assert facts["size"] == (640, 360)
+    assert frames == int(np.ceil(run.duration * 60)) + 1 + 60
+    assert facts["duration"] == pytest.approx(frames / 60, abs=0.02)
+    assert frame_count(run, SMALL) == frames - 60
+
+
+def test_balls_in_film_are_where_the_solver_has_them(filmed: Path, run: Run) -> None:
+    gauge: Gauge | None = None
+    checked = 0
+    for k, frame in enumerate(frames_of(filmed)):
+        gauge = gauge or Gauge(frame)
+        if k % 9 == 0:
+            position = run.at([k / 60])[0][0]
+            for i, color in enumerate(("#ff00ff", "#00ffff", "#ff9000")):
+                found, radius = centre(frame, color)
+                assert np.abs(found - gauge.place(position[i])).max() < 1.0, (k, color)
+                assert 0.88 < radius / (0.06 * gauge.scale) <= 1.0  # all but the outline
+            checked += 1
+    assert checked > 12
+
+
+def test_frames_are_exact_to_a_fraction_of_a_pixel(run: Run) -> None:
+    """Without the codec the moving ball's middle is right to half a pixel in every frame."""
+    stage = Stage(Show((run,)), SMALL.size, SMALL.timing(Show((run,))), SMALL.style)
+    gauge: Gauge | None = None
+    for k, frame in enumerate(stage.frames()):
+        gauge = gauge or Gauge(frame)
+        found, _ = centre(frame, "#ff00ff")
+        assert np.abs(found - gauge.place(run.at([k / 60])[0][0, 0])).max() <= 0.76, k
+
+
+def test_last_frame_stays_for_a_second(filmed: Path) -> None:
+    frames = frames_of(filmed)
+    changes = [np.abs(a.astype(int) - b).max() for a, b in pairwise(frames)]
+    assert max(changes[-59:]) < 40  # the encoder still sharpens the picture a little
+    assert max(changes[:10]) > 100
+
+
+@pytest.mark.parametrize(
+    ("settings", "frames", "first"),
+    [
+        (replace(SMALL, slow=4.0, start=0.1, end=0.3), 48 + 1, 0.1),
+        (replace(SMALL, fps=30.0, end=0.51, pause=0.0), 16 + 1, 0.0),
+        (replace(SMALL, slow=0.5, fps=25.0, start=0.2, end=1.0), 10 + 1, 0.2),
+    ],
+    ids=["slow", "30 fps", "fast"],
+)
+def test_window_and_pace(
+    run: Run, tmp_path: Path, settings: FilmSettings, frames: int, first: float
+) -> None:
+    path = tmp_path / "a.mp4"
+    film(run, path, settings)
+    shown = frames_of(path)
+    assert len(shown) == frames + round(settings.pause * settings.fps)
+    assert facts_of(path)["fps"] == settings.fps
+    assert settings.end is not None
+    gauge = Gauge(shown[0])
+    for frame, t in ((shown[0], first), (shown[-1], settings.end)):
+        found, _ = centre(frame, "#ff00ff")
+        assert np.abs(found - gauge.place(run.at([t])[0][0, 0])).max() < 1.0
+
+
+def test_join_and_film_of_several_shots(filmed: Path, run: Run, tmp_path: Path) -> None:
+    single = len(frames_of(filmed))
+    join([filmed, filmed], tmp_path / "it's joined.mp4")
+    film([run, run], tmp_path / "several.mp4", SMALL)
+    for path in (tmp_path / "it's joined.mp4", tmp_path / "several.mp4"):
+        frames = frames_of(path)
+        assert len(frames) == 2 * single
+        assert facts_of(path)["duration"] == pytest.approx(2 * single / 60, abs=0.05)
+        again = frames[0].astype(int) - frames[single]
+        assert np.abs(again).max() < 40
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("shots", [1, 2])
+def test_gif(run: Run, tmp_path: Path, shots: int) -> None:
+    path = tmp_path / "a.gif"
+    settings = FilmSettings(size=(400, 226), fps=25.0, end=0.4, pause=0.4)
+    film([run] * shots, path, settings)
+    with Image.open(path) as gif:
+        assert (gif.n_frames, gif.size, gif.info["loop"]) == (shots * (11 + 10), (400, 226), 0)  # type: ignore[attr-defined]
+        durations = []
+        for k in range(gif.n_frames):  # type: ignore[attr-defined]
+            gif.seek(k)
+            durations.append(gif.info["duration"])
+            if k in (0, 10):
+                frame = np.asarray(gif.convert("RGB"))
+                found, _ = centre(frame, "#ff00ff")
+                place = Gauge(frame).place(run.at([k / 25])[0][0, 0])
+                assert np.abs(found - place).max() < 1.5
+    assert set(durations) == {40}
+
+
+def test_memory_does_not_grow_with_the_film(run: Run) -> None:
+    def peak(slow: float) -> float:
+        settings = FilmSettings(size=(320, 180), slow=slow, end=0.4)
+        stage = Stage(Show((run,)), settings.size, settings.timing(Show((run,))), settings.style)
+        frames = stage.frames()
+        for _ in range(20):  # the sprites at all their fractions of a pixel
+            next(frames)
+        tracemalloc.start()
+        try:
+            count = sum(1 for _ in frames)
+            assert count > 20 * slow - 20
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    peak(20.0)  # fills the caches
+    assert peak(40.0) < 1.2 * peak(4.0) + 100_000
+
+
+# -- what is drawn -----------------------------------------------------------------------------
+
+
+def test_overlay_shows_both_runs_and_their_distance(run: Run) -> None:
+    other = shoot(velocity="[0.5, -0.5]")
+    show = Show((run, other))
+    stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
+    frames = list(stage.frames())
+    assert len(frames) == frame_count(run, SMALL)
+    plot = stage.curves
+    assert plot is not None
+    shown = [int((frame[plot.rows] != frames[0][plot.rows]).any(axis=-1).sum()) for frame in frames]
+    assert shown[20] < shown[60] < shown[-1]
+    gauge = Gauge(frames[0])
+    x, y = gauge.place(np.array(other.end.position[0]))
+    ghost = frames[-1][360 - round(y) - 3 : 360 - round(y) + 4, round(x) - 3 : round(x) + 4]
+    cloth = frames[0][360 - round(y) - 3 : 360 - round(y) + 4, round(x) - 3 : round(x) + 4]
+    assert np.abs(ghost.astype(int) - cloth).mean() > 20
+
+
+def test_side_by_side_shows_the_runs_apart(run: Run) -> None:
+    show = Show((run, shoot(velocity="[0.5, -0.5]")), side_by_side=True)
+    stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
+    *_, last = stage.frames()
+    assert stage.curves is not None
+    last = last[: stage.curves.rows.start]  # the tables only: the curves have the balls' colours
+    for one, left, right in ((show.runs[0], 0, 320), (show.runs[1], 320, 640)):
+        found, _ = centre(last, "#ff00ff", left, right)
+        place = Gauge(last, left, right).place(np.array(one.end.position[0]))
+        assert np.abs(found - place).max() < 1.0
+
+
+def test_tracks_show_where_balls_came_from(run: Run) -> None:
+    show = Show((run,))
+    stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
+    first, *_, last = stage.frames()
+    gauge = Gauge(first)
+    for t in np.linspace(0.0, 0.7 * run.duration, 12):
+        x, y = gauge.place(run.at([t])[0][0, 0])
+        pixel = last[360 - round(y), round(x)].astype(int)
+        assert pixel[0] > 100 and pixel[1] < 90, t  # half magenta, half cloth
+    x, y = gauge.place(np.array([1.0, 0.15]))  # nobody came by here
+    assert (last[360 - round(y), round(x)] == first[360 - round(y), round(x)]).all()
+
+
+def test_track_that_comes_back_on_itself_is_drawn_once() -> None:
+    corners = np.array([[0.0, 20.0, 20.0], [1.0, 80.0, 20.0], [2.0, 20.0, 20.0]])
+    frame = np.zeros((40, 100, 3), dtype=np.uint8)
+    track = Track(corners, 5.0, np.array([200.0, 200.0, 200.0]), 0.5)
+    for t in np.linspace(0.0, 1.0, 40):
+        track.reach(frame, t, np.array([20.0 + 60.0 * t, 20.0]))
+    once = frame.copy()
+    for t in np.linspace(1.0, 2.0, 40):
+        track.reach(frame, t, np.array([80.0 - 60.0 * (t - 1.0), 20.0]))
+    assert np.abs(once[19, 24:70].astype(int) - 100).max() <= 3
+    assert np.abs(frame.astype(int) - once).max() <= 3
+
+
+def test_flash_lights_the_contact_and_hides_no_ball(run: Run) -> None:
+    contact = next(event for event in run.events if event.kind == "ball-cushion")
+    show = Show((run,))
+    settings = replace(SMALL, start=contact.t - 0.02, end=contact.t + 1.0)
+    stage = Stage(show, settings.size, settings.timing(show), settings.style)
+    before, *after = list(stage.frames())
+    found, radius = centre(after[3], "#ff00ff")
+    x, y = Gauge(before).place(run.at([contact.t])[0][0, 0])
+    nose = np.array([x + radius + 3, y])
+    row, column = 360 - round(float(nose[1])), round(float(nose[0]))
+    dark, lit = (int(f[row, column].astype(int).sum()) for f in (before, after[3]))
+    assert lit > dark + 100
+    assert abs(int(after[-1][row, column].astype(int).sum()) - dark) < 30
+    spot = after[3][360 - round(float(found[1])), round(float(found[0] + 0.4 * radius))]
+    assert spot.min() > 235
+
+
+def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
+    side = 32
+    distance = np.hypot(*(np.indices((side, side)) + 0.5 - side / 2))
+    fine = np.repeat(((distance < 10.0) * 255).astype(np.uint8)[..., None], 4, axis=-1)
+    sprite = Sprite(fine)
+    rows, columns = np.indices((30, 40)) + 0.5
+    for x, y in ((20.0, 15.0), (20.25, 14.5), (19.6, 15.9)):
+        frame = np.zeros((30, 40, 3), dtype=np.uint8)
+        sprite.stamp(frame, x, y)
+        light = frame[..., 0].astype(float)
+        assert (light * columns).sum() / light.sum() == pytest.approx(x, abs=0.13)
+        assert 30 - (light * rows).sum() / light.sum() == pytest.approx(y, abs=0.13)
+    for x, y in ((-50.0, 15.0), (1.0, 1.0), (39.0, 40.0)):
+        sprite.stamp(frame, x, y)  # partly or wholly off the frame
+
+
+def test_default_colors_differ_for_every_eye() -> None:
+    """Balls without a colour get one of their own, told apart by deuteranopes, too."""
+    balls = tuple(Ball(str(k), (float(k), 0.0), 0.1, 1.0, cue=k == 0) for k in range(16))
+    scene = Scene(balls, restitution=load("report").restitution)
+    colors = style.ball_colors(scene)
+    assert colors[0] == "#ffffff"
+    assert len(set(colors)) == 16
+    rgb = np.array([[int(c[k : k + 2], 16) / 255 for k in (1, 3, 5)] for c in colors[:9]])
+    # Machado, Oliveira and Fernandes (2009), deuteranopia
+    deuteranope = np.array(
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.01182, 0.04294, 0.968881],
+        ]
+    )
+    seen = rgb**2.2 @ deuteranope.T
+    gaps = np.linalg.norm(seen[:, None] - seen[None], axis=-1) + 10.0 * np.eye(9)
+    assert gaps.min() > 0.1
+
+
+def test_words() -> None:
+    run = shoot()
+    assert sheet.setting(run) == "event-driven"
+    pymunk = replace(run, solver="pymunk", dt=1 / 240)
+    assert Show((pymunk,)).caption("end").split("  \N{MIDDLE DOT}  ") == [
+        "Three balls", "Shot 1", "pymunk, dt = 1/240 s", "end",
+    ]  # fmt: skip
+    published = replace(
+        pymunk, scene=replace(run.scene, physics=replace(run.scene.physics, law="published"))
+    )
+    assert Show((run, published)).settings() == [
+        "event-driven, coulomb law", "pymunk, dt = 1/240 s, published law",
+    ]  # fmt: skip
+
+
+# -- pictures ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("when", ["start", "end"])
+def test_picture_has_the_balls_in_place(table: str, when: Any, tmp_path: Path) -> None:
+    run = shoot(table)
+    picture(run, tmp_path / "a.png", when=when, dpi=72)
+    image = iio.imread(tmp_path / "a.png")[..., :3]
+    gauge = Gauge(image)
+    place = gauge.place(run.at([0.0 if when == "start" else run.duration])[0][0, 0])
+    found, radius = centre(image, "#ff00ff")
+    assert np.abs(found - place).max() < 1.0
+    assert 0.88 < radius / (0.06 * gauge.scale) <= 1.0  # all but the outline
+    x, y = gauge.place(np.array([1.0, 0.9]))
+    red, green, blue = map(int, image[len(image) - round(y), round(x)])
+    assert green > 1.3 * max(red, blue)  # cloth
+
+
+def test_picture_is_as_fine_as_asked(run: Run, tmp_path: Path) -> None:
+    for dpi, width in ((100, 1000), (300, 3000)):
+        picture(run, tmp_path / "a.png", dpi=dpi)
+        assert iio.improps(tmp_path / "a.png").shape[1] == width
+
+
+@pytest.mark.parametrize(("suffix", "head"), [(".svg", b"<?xml"), (".pdf", b"%PDF")])
+def test_pictures_to_print(run: Run, tmp_path: Path, suffix: str, head: bytes) -> None:
+    for what in (run, Show((run, shoot(velocity="[0.5, -0.5]")))):
+        path = tmp_path / f"a{suffix}"
+        picture(what, path, when="end")
+        assert path.read_bytes().startswith(head)
+
+
+def test_picture_of_a_scene_and_of_an_open_plane(tmp_path: Path) -> None:
+    picture(load("two-balls"), tmp_path / "scene.png", dpi=50)
+    run = simulate(load("two-balls"), solver="event-driven")
+    picture(run, tmp_path / "end.png", when="end", dpi=72)
+    image = iio.imread(tmp_path / "end.png")[..., :3]
+    found, radius = centre(image, "#d55e00")
+    assert 3 * radius < found[0] < image.shape[1] - 2 * radius  # the whole path is in the picture
+    assert 3 * radius < found[1] < image.shape[0] - 2 * radius
+    assert iio.improps(tmp_path / "scene.png").shape[1] <= 500
+
+
+# -- trouble -----------------------------------------------------------------------------------
+
+
+def test_what_cannot_be_is_said_in_one_line(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("not a folder")
+    for make, words in (
+        (lambda: picture(run, tmp_path / "a.bmp"), "must end in one of .png, .svg, .pdf"),
+        (lambda: film(run, tmp_path / "a.avi"), "must end in one of .mp4, .gif"),
+        (
+            lambda: film(run, tmp_path / "a.gif", FilmSettings(fps=60.0)),
+            "a gif can have 50 at most",
+        ),
+        (lambda: film(run, tmp_path / "file" / "a.mp4", SMALL), "file/a.mp4: "),
+        (lambda: picture(run, tmp_path / "file" / "a.png"), "file/a.png: "),
+        (lambda: join([tmp_path / "none.mp4"], tmp_path / "b.mp4"), "b.mp4: ffmpeg: "),
+        (lambda: FilmSettings(size=(641, 360)), "size = 641x360: must be two even numbers"),
+        (lambda: FilmSettings(fps=0.0), "fps = 0: must be greater than 0"),
+        (lambda: FilmSettings(slow=float("nan")), "slow = nan: must be greater than 0"),
+        (lambda: FilmSettings(start=2.0, end=1.0), "start = 2: must be 0 or more, and before"),
+        (lambda: FilmSettings(pause=-1.0), "pause = -1: must be 0 or more"),
+    ):
+        with pytest.raises(RenderError) as caught:
+            make()
+        assert words in str(caught.value)
+        assert "\n" not in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_no_ffmpeg_or_no_codec(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(encode, "mp4", lambda held: ("-c:v", "no-such-codec"))
+    monkeypatch.setattr("pool_pymunk.render.films.mp4", encode.mp4)
+    with pytest.raises(RenderError, match=r"a\.mp4: ffmpeg: .*"):
+        film(run, tmp_path / "a.mp4", SMALL)
+
+    def missing() -> str:
+        raise RuntimeError("No ffmpeg exe could be found. And many more\nlines")
+
+    monkeypatch.setattr("imageio_ffmpeg.get_ffmpeg_exe", missing)
+    with pytest.raises(RenderError, match=r"a\.mp4: there is no ffmpeg"):
+        film(run, tmp_path / "a.mp4", SMALL)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("shots", [1, 2])
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_interruption_leaves_nothing(run: Run, tmp_path: Path, suffix: str, shots: int) -> None:
+    drawn = 0
+
+    def interrupt(frames: int) -> None:
+        nonlocal drawn
+        drawn += frames
+        if drawn == 9 * shots - 3:
+            raise KeyboardInterrupt
+
+    started: list[subprocess.Popen[bytes]] = []
+    start = encode._start
+
+    def watched(*arguments: Any) -> subprocess.Popen[bytes]:
+        started.append(start(*arguments))
+        return started[-1]
+
+    path = tmp_path / f"a{suffix}"
+    path.write_text("the film before")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(encode, "_start", watched)
+        with pytest.raises(KeyboardInterrupt):
+            settings = FilmSettings(size=(320, 180), fps=25.0, end=0.3)
+            film([run] * shots, path, settings, interrupt)
+    assert path.read_text() == "the film before"
+    assert list(tmp_path.iterdir()) == [path]
+    assert started and all(process.poll() is not None for process in started)
+
+
+def test_matplotlib_is_imported_late_and_without_pyplot() -> None:
+    code = (
+        "import sys, pool_pymunk, pool_pymunk.cli;"
+        "assert 'matplotlib' not in sys.modules, 'too early';"
+        "import pool_pymunk.render;"
+        "assert 'matplotlib.pyplot' not in sys.modules, 'pyplot'"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_numbers_that_are_none_are_left_out(run: Run, tmp_path: Path) -> None:
+    """A run that left the range of floating point is drawn as far as it went."""
+    knots = run.knots[1].copy()
+    knots[-1, 1:] = np.nan
+    broken = replace(run, knots=(run.knots[0], knots, *run.knots[2:]))
+    for what in (broken, Show((run, broken))):
+        picture(what, tmp_path / "a.png", when="end", dpi=40)
+        film(what, tmp_path / "a.mp4", replace(SMALL, end=0.1))
+    with pytest.raises(RenderError, match="one can be shown, or two"):
+        Show((run, run, run))
+    with pytest.raises(RenderError, match="other balls"):
+        Show((run, simulate(load("two-balls"), solver="event-driven")))
+
+
+@pytest.mark.parametrize(
+    ("radius", "label", "inside"),
+    [(0.06, "10", True), (0.06, "a long name", False), (0.006, "10", False)],
+)
+def test_label_that_cannot_be_read_inside_stands_beside(
+    tmp_path: Path, radius: float, label: str, inside: bool
+) -> None:
+    ball = Ball(label, (0.5, 0.5), radius, 0.2, color="#ff00ff")
+    picture(replace(shoot().scene, balls=(ball,), shots=()), tmp_path / "a.png", dpi=288)
+    image = iio.imread(tmp_path / "a.png")[..., :3]
+    found, size = centre(image, "#ff00ff")
+    row, column = len(image) - round(float(found[1])), round(float(found[0] + size))
+    beside = image[row - 120 : row, column + 2 : column + 160]
+    is_cloth = int(beside[..., 0].max()) < 60  # letters are white
+    assert is_cloth is inside
+
+
+# -- the command -------------------------------------------------------------------------------
+
+
+def typed(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "pool_pymunk", "render", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_command_writes_films_and_pictures(tmp_path: Path) -> None:
+    done = typed("report", "--out", tmp_path, "--size", "320x180", "--dpi", "40", "--to", "0.2")
+    assert done.returncode == 0, done.stderr
+    films = [f"shot-{k}.mp4" for k in (1, 2, 3, 4)] + ["all.mp4"]
+    pictures = [f"shot-{k}-{when}.png" for k in (1, 2, 3, 4) for when in ("start", "end")]
+    assert [Path(line).name for line in done.stdout.splitlines()] == films + pictures
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(films + pictures)
+    counts = [len(frames_of(tmp_path / name)) for name in films]
+    assert counts == [73, 73, 73, 73, 4 * 73]
+
+
+def test_command_compares(tmp_path: Path) -> None:
+    done = typed(
+        "report", "--shot", 1, "--out", tmp_path, "--overlay", "pymunk-discrete:1/240:coulomb",
+        "--side-by-side", "--format", "gif", "--size", "320x180", "--from", "0.1", "--to", "0.2",
+        "--slow", "2", "--picture-format", "svg",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    names = ["shot-1-side-by-side.gif"]
+    names += [f"shot-1-{when}-side-by-side.svg" for when in ("start", "end")]
+    assert [Path(line).name for line in done.stdout.splitlines()] == names
+    with Image.open(tmp_path / names[0]) as gif:
+        assert (gif.size, gif.n_frames) == ((320, 180), 6 + 25)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--format", "avi"), "--format = avi: must be one of mp4, gif"),
+        (("--size", "wide"), "--size = wide: must be width and height"),
+        (("--size", "321x180"), "size = 321x180: must be two even numbers"),
+        (("--side-by-side",), "--side-by-side: say with --overlay"),
+        (("--overlay", "none"), "solver = none: there is no such solver"),
+        (("--overlay", "pymunk:1/60:1/240"), "--overlay = pymunk:1/60:1/240: must be a solver"),
+        (("--overlay", "pymunk:fast"), "--dt = fast: must be a number"),
+        (("--slow", "0"), "slow = 0: must be greater than 0"),
+        (("--from", "2", "--to", "1"), "start = 2: must be 0 or more, and before the end"),
+        (("--dpi", "1e9"), "--dpi = 1e+09: must be between"),
+        (("--picture-format", "bmp"), "--picture-format = bmp: must be one of"),
+        (("--out", "/proc/none"), "/proc/none/shot-1.mp4: "),
+        (("--format", "gif", "--fps", "60"), "fps = 60: a gif can have 50 at most"),
+    ],
+)
+def test_command_answers_bad_input_in_one_line(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: str
+) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["render", "report", *arguments])
+    said = capsys.readouterr()
+    assert (end.value.code, said.out) == (2, "")
+    assert words in said.err and len(said.err.splitlines()) == 1
