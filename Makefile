@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test lint format bench clean
+.PHONY: run test lint format bench gallery clean
 
 run: $(VENV)/installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -23,6 +23,12 @@ format: $(VENV)/installed
 
 bench: $(VENV)/installed
 	$(BIN)/pytest tests/benchmarks --benchmark-enable --benchmark-only -p no:xdist -q
+
+gallery: $(VENV)/installed
+	$(BIN)/python -m pool_pymunk.cli.gallery
+	$(BIN)/pool-pymunk tradeoff report --out renders/gallery
+	$(BIN)/pool-pymunk sensitivity report --shot 1 --out renders/gallery
+	$(BIN)/pool-pymunk stability --out renders/gallery
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -9,6 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
+class RenderError(RuntimeError):
+    """A picture or film that cannot be made; the message is one line."""
+
+
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """A temporary name beside ``path`` to write to; it becomes ``path`` when the block succeeds.

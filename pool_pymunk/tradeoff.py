@@ -85,8 +85,8 @@ def tradeoff(
     ``budget`` (s) is about what repeated runs may take in all; each setting runs once at least.
     ``advance`` hears of every setting that is done.
     """
-    exact = [simulate(scene, shot, solver=EXACT) for shot in _shots(scene, shots)]
-    sound = [run for run in exact if not run.warnings] or exact
+    exact = _exact(scene, shots)
+    sound = _sound(exact)
     rounding = max(_rounding(run) for run in sound)
     count = sum(len(steps) for steps in ladders.values())
     measured = []
@@ -98,8 +98,18 @@ def tradeoff(
     return Tradeoff(scene, tuple(measured), spread, rounding, left_out, seed)
 
 
-def _shots(scene: Scene, shots: Sequence[Shot | None] | None) -> Sequence[Shot | None]:
-    return shots if shots is not None else scene.shots or (None,)
+def sound_shots(scene: Scene, shots: Sequence[Shot | None] | None = None) -> list[Shot | None]:
+    """The shots whose exact end does not hang on rounding (or all, where none is sound)."""
+    return [run.shot for run in _sound(_exact(scene, shots))]
+
+
+def _exact(scene: Scene, shots: Sequence[Shot | None] | None) -> list[Run]:
+    played = shots if shots is not None else scene.shots or (None,)
+    return [simulate(scene, shot, solver=EXACT) for shot in played]
+
+
+def _sound(exact: list[Run]) -> list[Run]:
+    return [run for run in exact if not run.warnings] or exact
 
 
 def _measure(
@@ -198,7 +208,9 @@ def sentences(result: Tradeoff) -> list[str]:
     published = [s for s in result.of("time-slice") if s.dt == PUBLISHED_STEP]
     lines = []
     for digits in (1.0, 0.1, 0.01, 0.001):
-        best = cheapest((s for s in result.settings if s.solver != EXACT), units.to_si(digits, "length"))
+        best = cheapest(
+            (s for s in result.settings if s.solver != EXACT), units.to_si(digits, "length")
+        )
         if best is None or best.dt is None:
             lines.append(f"No step tried comes within {digits:g} {units.length}.")
             continue

@@ -13,9 +13,12 @@ from typing import Annotated, cast
 import typer
 
 from pool_pymunk.cli.check import check
+from pool_pymunk.cli.collide import collide
 from pool_pymunk.cli.compare import compare
 from pool_pymunk.cli.render import render
 from pool_pymunk.cli.run import run
+from pool_pymunk.cli.sensitivity import sensitivity
+from pool_pymunk.cli.tradeoff import tradeoff
 
 app = typer.Typer(
     name="pool-pymunk",
@@ -23,7 +26,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (run, compare, render, check):
+for command in (run, collide, compare, tradeoff, sensitivity, render, check):
     app.command()(command)
 
 # What typer raises for a command line it cannot read; it exports only this subclass of it.
@@ -50,27 +53,36 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _exit_code(arguments: list[str] | None) -> int:
     from pool_pymunk.cli.common import InputError
+    from pool_pymunk.files import RenderError
 
     try:
-        return app(args=arguments, standalone_mode=False) or 0
-    except InputError as error:
+        code: int = app(args=arguments, standalone_mode=False) or 0
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    except (InputError, UsageError) as error:
         _complain(str(error))
         return 2
-    except UsageError as error:
+    except RenderError as error:
         _complain(str(error))
-        return 2
-    except (KeyboardInterrupt, typer.Abort):
-        _complain("interrupted")
-        return 130
+        return _file_code(error.__cause__)
     except BrokenPipeError:  # the reader of our output left, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
         _complain(f"{error.filename or 'file'}: {error.strerror or error}")
-        return 1 if error.errno in _DEVICE_ERRORS else 2
+        return _file_code(error)
+    if code == INTERRUPTED:
+        _complain("interrupted")
+    return code
 
 
-_DEVICE_ERRORS = {5, 27, 28, 122}  # input/output error, file too large, disk full, over quota
+def _file_code(error: BaseException | None) -> int:
+    """1 where the device failed, 2 where the place that was asked for will not do."""
+    return 1 if isinstance(error, OSError) and error.errno in DEVICE_ERRORS else 2
+
+
+INTERRUPTED = 130
+DEVICE_ERRORS = {5, 27, 28, 122}  # input/output error, file too large, disk full, over quota
 
 
 def _complain(text: str) -> None:

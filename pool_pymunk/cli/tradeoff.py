@@ -21,8 +21,11 @@ from pool_pymunk.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.table import Table
 
+    from pool_pymunk.scene import Scene, Shot
     from pool_pymunk.tradeoff import Tradeoff
 
 
@@ -53,13 +56,12 @@ def tradeoff(
     folder = out or Path("renders") / Path(scenario).stem
     ladders = _ladders(solvers)
     shots = read_shots(scene, shot)
-    from pool_pymunk.sensitivity import start_spread
     from pool_pymunk.tradeoff import sentences
     from pool_pymunk.tradeoff import tradeoff as measure
 
     count = sum(len(steps) for steps in ladders.values())
     with input_errors(), progress("measuring", count + 1) as bar:
-        spread = start_spread(scenario, scene, shots, samples, seed)
+        spread = _spread(scenario, scene, shots, samples, seed)
         bar.update(bar.task_ids[0], advance=1)
         result = measure(
             scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed,
@@ -71,6 +73,21 @@ def tradeoff(
     _save(result, folder)
     typer.echo(f"Diagram and data: {folder}")
     return 0
+
+
+def _spread(
+    scenario: str, scene: Scene, shots: Sequence[Shot | None], samples: int, seed: int
+) -> float:
+    """How far (m) half of the last digit of the start positions moves an end: the worst ball's."""
+    from pool_pymunk.sensitivity import sensitivity
+    from pool_pymunk.tradeoff import sound_shots
+    from pool_pymunk.uncertainty import written_uncertainty
+
+    written = written_uncertainty(scenario)
+    return max(
+        sensitivity(scene, shot, written, samples, seed).worst.deviation
+        for shot in sound_shots(scene, shots)
+    )
 
 
 def _ladders(solvers: str | None) -> dict[str, tuple[float | None, ...]]:

@@ -23,7 +23,11 @@ FILLS = {"A": "#eef1f4", "B": "#f6e6cf"}
 LONGEST = 1.3  # of the velocities' arrows; like all lengths here in sums of the radii
 AHEAD = 1.5  # how far A still has to go, as B sees it, where the approach is drawn
 AT_REST = 0.02  # a shorter arrow is left out
+ARC = 1.12  # radius of the impact angle's arc
+WIDTH, HEAD, FOOT = 11.0, 0.4, 0.85  # of the sheet and its margins, in inches
 LETTER = 12.0  # points
+APPROACH = "before (dash-dotted: A's way, as B sees it)"
+CONTACT = "after (n: line of centres, t: tangent)"
 
 
 def collision_picture(hit: Collision, path: Path, units: Units, *, dpi: float = 200.0) -> None:
@@ -31,21 +35,32 @@ def collision_picture(hit: Collision, path: Path, units: Units, *, dpi: float = 
 
     Arrows are velocities before and after, to one scale. The suffix of ``path`` says the format.
     """
-    figure = Figure(figsize=(11.0, 6.6), facecolor="white")
+    figure = Figure(facecolor="white")
     FigureCanvasAgg(figure)
     velocities = (hit.a.velocity, hit.b.velocity, hit.velocity_a, hit.velocity_b)
-    fastest = max(math.hypot(*v) for v in velocities)
-    for k, (draw, title) in enumerate(((_approach, "before"), (_contact, "after"))):
-        axes = figure.add_axes((0.01 + 0.5 * k, 0.13, 0.48, 0.80))
-        axes.set_title(title, fontsize=LETTER + 2, color=INK)
-        panel = _Panel(axes, LONGEST / fastest)
-        draw(panel, hit, units)
-        panel.frame()
+    scale = LONGEST / max(math.hypot(*v) for v in velocities)
+    left, right = (_Panel(figure.add_axes((0.0, 0.0, 1.0, 1.0)), scale) for _ in range(2))
+    _approach(left, hit, units)
+    _contact(right, hit)
+    _arrange(figure, left, right)
     for line, text in enumerate(_facts(hit, units)):
-        y = 0.085 - 0.045 * line
+        y = (0.55 - 0.3 * line) / figure.get_figheight()
         figure.text(0.5, y, text, ha="center", fontsize=LETTER - 1, color=INK)
     with whole(path) as part:
         figure.savefig(part, dpi=dpi)
+
+
+def _arrange(figure: Figure, left: _Panel, right: _Panel) -> None:
+    """Two panels of one scale side by side, the sheet as high as they need."""
+    sizes = [panel.size for panel in (left, right)]
+    width, height = (max(side) + 0.2 for side in zip(*sizes, strict=True))
+    inches = WIDTH / 2 * height / width
+    total = inches + FOOT + HEAD
+    figure.set_size_inches(WIDTH, total)
+    for k, (panel, title) in enumerate(((left, APPROACH), (right, CONTACT))):
+        panel.axes.set_position((0.5 * k, FOOT / total, 0.5, inches / total))
+        panel.axes.set_title(title, fontsize=LETTER, color=INK)
+        panel.frame(width, height)
 
 
 @dataclass(frozen=True)
@@ -56,12 +71,26 @@ class _Panel:
     scale: float
     seen: list[Point] = field(default_factory=list)
 
-    def frame(self) -> None:
-        """Show all that was drawn, and nothing of the axes."""
+    @property
+    def box(self) -> tuple[Point, Point]:
+        """Two corners of what was drawn."""
         xs, ys = zip(*self.seen, strict=True)
-        half = max(max(xs) - min(xs), max(ys) - min(ys)) / 2 + 0.15
-        x, y = (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2
-        self.axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half), aspect="equal")
+        return (min(xs), min(ys)), (max(xs), max(ys))
+
+    @property
+    def size(self) -> Point:
+        """Width and height of what was drawn."""
+        (x0, y0), (x1, y1) = self.box
+        return (x1 - x0, y1 - y0)
+
+    def frame(self, width: float, height: float) -> None:
+        """Show a rectangle of this size around what was drawn, and nothing of the axes."""
+        (x0, y0), (x1, y1) = self.box
+        x, y = (x0 + x1) / 2, (y0 + y1) / 2
+        self.axes.set(
+            xlim=(x - width / 2, x + width / 2), ylim=(y - height / 2, y + height / 2),
+            aspect="equal",
+        )  # fmt: skip
         self.axes.axis("off")
 
     def ball(self, at: Point, radius: float, name: str, **looks: Any) -> None:
@@ -90,17 +119,21 @@ class _Panel:
         self.axes.text(
             *at, text, color=color, ha="center", va="center", fontsize=LETTER, bbox=box, zorder=5
         )
-        self.seen.extend([(at[0] - 0.15, at[1] - 0.1), (at[0] + 0.15, at[1] + 0.1)])
+        half = 0.1 + 0.04 * len(text.replace(r"$\theta$", "0"))  # of its width, roughly
+        self.seen.extend([(at[0] - half, at[1] - 0.1), (at[0] + half, at[1] + 0.1)])
 
     def velocity(self, at: Point, v: Point, name: str, color: str) -> None:
-        """An arrow from a ball's centre with its name past the tip; none for a ball at rest."""
+        """The arrow of ball ``name`` from its centre, with the names of both."""
         length = self.scale * math.hypot(*v)
+        arrow = f"$v_{name}'$" if color == AFTER else f"$v_{name}$"
         if length < AT_REST:
-            self.text(_along(at, (0.0, -1.0), 0.2), f"{name} = 0", color)
+            self.text(at, name)
+            self.text(_along(at, (0.0, -1.0), 0.25), f"{arrow} = 0", color)
             return
         tip = _along(at, v, self.scale)
         self.arrow(at, tip, color, "-|>", 2.4)
-        self.text(_along(tip, v, 0.17 * self.scale / length), name, color)
+        self.text(_along(at, v, -0.24 * self.scale / length), name)
+        self.text(_along(tip, v, 0.17 * self.scale / length), arrow, color)
 
 
 def _along(a: Point, v: Point, by: float) -> Point:
@@ -128,37 +161,58 @@ def _approach(panel: _Panel, hit: Collision, units: Units) -> None:
     ends = _along(foot, u, 0.8), _along(b, u, 0.8)
     if abs(offset) > 0.05:
         panel.arrow(*ends, INK, "<->", 1.0)
-    panel.text(_along(ends[0], u, 0.45), label)
-    panel.velocity(a, hit.a.velocity, r"$v_A$", BEFORE)
-    panel.velocity(b, hit.b.velocity, r"$v_B$", BEFORE)
-    for name, at in (("A", a), ("B", b)):
-        panel.text(_along(at, _left(u), 0.28), name)
+    middle = ((ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2)
+    panel.text(_along(middle, u, 0.2 + 0.25 * abs(u[0])), label)
+    panel.velocity(a, hit.a.velocity, "A", BEFORE)
+    panel.velocity(b, hit.b.velocity, "B", BEFORE)
 
 
-def _contact(panel: _Panel, hit: Collision, _units: Units) -> None:
+def _contact(panel: _Panel, hit: Collision) -> None:
     """The balls as they touch: line of centres, tangent, impact angle, velocities after."""
     n, t, origin = hit.normal, _left(hit.normal), (0.0, 0.0)
     a, b = (_along(origin, n, r / hit.reach) for r in (-hit.a.radius, hit.b.radius))
     panel.ball(a, hit.a.radius / hit.reach, "A")
     panel.ball(b, hit.b.radius / hit.reach, "B")
-    for axis, name in ((n, "n"), (t, "t")):
-        panel.line(_along(origin, axis, -1.2), _along(origin, axis, 1.2))
-        panel.arrow(_along(origin, axis, 1.2), _along(origin, axis, 1.3), FAINT, "-|>", 1.0)
-        panel.text(_along(origin, axis, 1.42), f"${name}$", FAINT)
+    for axis, name, tip in ((n, "n", _free(panel, hit)), (t, "t", 1.2)):
+        panel.line(_along(origin, axis, -1.2), _along(origin, axis, tip))
+        panel.arrow(_along(origin, axis, tip), _along(origin, axis, tip + 0.1), FAINT, "-|>", 1.0)
+        panel.text(_along(origin, axis, tip + 0.22), f"${name}$", FAINT)
     _angle(panel, math.degrees(hit.angle))
-    panel.velocity(a, hit.velocity_a, r"$v_A'$", AFTER)
-    panel.velocity(b, hit.velocity_b, r"$v_B'$", AFTER)
+    panel.velocity(a, hit.velocity_a, "A", AFTER)
+    panel.velocity(b, hit.velocity_b, "B", AFTER)
+
+
+def _free(panel: _Panel, hit: Collision) -> float:
+    """How far the normal is drawn: past B, and past B's arrow where that lies on it."""
+    after = hit.after[1]
+    on_it = after.n > 0.0 and abs(after.t) < 0.2 * after.n
+    return max(1.2, hit.b.radius / hit.reach + panel.scale * after.n + 0.35 if on_it else 0.0)
 
 
 def _angle(panel: _Panel, degrees: float) -> None:
     """The impact angle, from x to n."""
-    panel.line((0.0, 0.0), (0.85, 0.0), ":")
-    panel.text((0.95, 0.0), "$x$", FAINT)
+    panel.line((0.0, 0.0), (1.3, 0.0), ":")
+    panel.text((1.4, 0.0) if abs(degrees) > 12.0 else (1.3, -0.12), "$x$", FAINT)
     low, high = sorted((0.0, degrees))
-    panel.axes.add_patch(Arc((0, 0), 1.2, 1.2, theta1=low, theta2=high, color=INK, zorder=3))
-    middle = math.radians(degrees / 2)
-    at = (0.78 * math.cos(middle), 0.78 * math.sin(middle))
-    panel.text(at, rf"$\theta$ = {degrees:.1f}°")
+    arc = Arc((0, 0), 2 * ARC, 2 * ARC, theta1=low, theta2=high, color=INK, zorder=3)
+    panel.axes.add_patch(arc)
+    panel.seen.append((0.0, math.copysign(ARC, degrees) if abs(degrees) > 90.0 else 0.0))
+    at = math.radians(_free_of_tangent(degrees))
+    place = ((ARC + 0.35) * math.cos(at), (ARC + 0.2) * math.sin(at))
+    if abs(degrees) < 12.0:
+        place = (ARC, math.copysign(0.3, -degrees))
+    panel.text(place, rf"$\theta$ = {degrees:.1f}°")
+
+
+def _free_of_tangent(degrees: float) -> float:
+    """Where on the arc its label lies: in the middle, or as far as may be from the tangent."""
+    if abs(degrees) < 60.0:
+        return degrees / 2
+    apart = {
+        share * degrees: abs(math.remainder(share * degrees - degrees - 90.0, 180.0))
+        for share in (0.3, 0.5, 0.7)
+    }
+    return max(apart, key=lambda at: apart[at])
 
 
 def _facts(hit: Collision, units: Units) -> tuple[str, str]:

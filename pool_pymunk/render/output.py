@@ -6,11 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pool_pymunk.files import whole
+from pool_pymunk.files import RenderError, whole
 
-
-class RenderError(RuntimeError):
-    """A picture or film that cannot be made; the message is one line."""
+__all__ = ["RenderError", "written"]
 
 
 @contextmanager

@@ -1,0 +1,235 @@
+"""``sensitivity``: what the uncertainty of the inputs does to the ends."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pool_pymunk.cli.common import (
+    InputError,
+    OutDir,
+    Scenario,
+    ShotName,
+    input_errors,
+    progress,
+    read_scenario,
+    read_shots,
+)
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from pool_pymunk.scene import Scene, Shot
+    from pool_pymunk.sensitivity import Sensitivity
+    from pool_pymunk.uncertainty import Uncertainty
+
+
+def sensitivity(
+    scenario: Scenario,
+    position_error: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Of every start; default: half its last digit."),
+    ] = None,
+    speed_error: Annotated[str, typer.Option(metavar="SPEED", help="Of the struck ball.")] = "0",
+    angle_error: Annotated[float, typer.Option(metavar="DEGREES", help="Of its direction.")] = 0.0,
+    samples: Annotated[int, typer.Option(metavar="N", help="Runs of each shot.", min=2)] = 1000,
+    seed: Annotated[int, typer.Option(metavar="N", help="Of the random numbers.", min=0)] = 0,
+    processes: Annotated[
+        int | None, typer.Option(metavar="N", help="Default: one for each core.", min=1)
+    ] = None,
+    shot: ShotName = None,
+    json: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the results here.")
+    ] = None,
+    out: OutDir = None,
+    pictures: Annotated[bool, typer.Option(help="Draw the cloud of ends of every ball.")] = True,
+) -> int:
+    """Move the starts, and on request the cue's speed and angle, a little: where may balls end?
+
+    Errors are half the widths of uniform distributions; a length or speed may have a unit (0.1mm)
+    and is in the scenario's unit without one.
+    """
+    scene = read_scenario(scenario)
+    uncertainty = _uncertainty(scenario, scene, position_error, speed_error, angle_error)
+    shots = read_shots(scene, shot)
+    folder = out or Path("renders") / Path(scenario).stem / "sensitivity"
+    typer.echo(f"{samples:,} samples a shot with {uncertainty.described(scene)}; seed {seed}")
+    found: list[Sensitivity] = []
+    for one in shots:
+        found.append(_play(scene, one, uncertainty, (samples, seed, processes)))
+        _print(found[-1])
+    _save(found, folder, pictures)
+    if json is not None:
+        _write_json(json, scenario, scene, found)
+    return 1 if any(one.unfinished for one in found) else 0
+
+
+def _uncertainty(
+    scenario: str, scene: Scene, position: str | None, speed: str, angle: float
+) -> Uncertainty:
+    """The errors as typed; those of positions as the scenario writes them, if not typed."""
+    from pool_pymunk.quantities import quantity
+    from pool_pymunk.uncertainty import Uncertainty, written_uncertainty
+
+    with input_errors():
+        faster = quantity("--speed-error", speed, "speed", scene.units)
+        if position is not None:
+            width = quantity("--position-error", position, "length", scene.units)
+            return Uncertainty(width, faster, math.radians(angle))
+        written = written_uncertainty(scenario).position
+        if not isinstance(written, dict) or written.keys() != scene.index.keys():
+            raise InputError(
+                "--position-error = (left out): is wanted, the scenario cannot be reread"
+            )
+        return Uncertainty(written, faster, math.radians(angle))
+
+
+def _play(
+    scene: Scene,
+    shot: Shot | None,
+    uncertainty: Uncertainty,
+    how: tuple[int, int, int | None],
+) -> Sensitivity:
+    from pool_pymunk.sensitivity import sensitivity
+
+    with input_errors(), progress("playing", how[0]) as bar:
+
+        def advance(done: int) -> None:
+            bar.update(bar.task_ids[0], advance=done)
+
+        return sensitivity(scene, shot, uncertainty, *how, on_done=advance)
+
+
+# -- the terminal ----------------------------------------------------------------------------------
+
+
+def _print(found: Sensitivity) -> None:
+    from rich.console import Console
+
+    console = Console(width=None if Console().is_terminal else 160, highlight=False)
+    console.print(f"\n[bold]{found.reference.name}[/bold]")
+    console.print(_table(found))
+    for line in sentences(found):
+        console.print(line, soft_wrap=True)
+
+
+def _table(found: Sensitivity) -> Table:
+    from rich.table import Table
+
+    scene = found.reference.scene
+    unit = scene.units.length
+    table = Table()
+    headings = f"ball|end ({unit})|holds|std of x, y|95 % off x|95 % off y|amplified|apart from"
+    for heading in headings.split("|"):
+        table.add_column(heading, justify="right")
+    for ball in found.balls:
+        low, high, end, std = (
+            tuple(scene.units.from_si(v, "length") for v in point)
+            for point in (ball.low, ball.high, ball.end, ball.std)
+        )
+        table.add_row(
+            ball.ball,
+            f"{end[0]:.2f}, {end[1]:.2f}",
+            ", ".join(ball.digits(scene)),
+            f"{std[0]:.2g}, {std[1]:.2g}",
+            *(f"{a - c:+.2g} {b - c:+.2g}" for a, b, c in zip(low, high, end, strict=True)),
+            _times(ball.amplification),
+            _when(ball.horizon),
+        )
+    return table
+
+
+def _when(t: float) -> str:
+    return f"{t:.2f} s" if math.isfinite(t) else "never"
+
+
+def sentences(found: Sensitivity) -> list[str]:
+    """What the spread of one shot says, in words."""
+    from pool_pymunk.listing import counted
+
+    scene = found.reference.scene
+    unit = scene.units.length
+    agree = scene.units.from_si(found.agree, "length")
+    kept, printed = found.kept_digits
+    lines = [_worst_sentence(found)]
+    lines.append(f"Of the {printed} digits of the printed ends, {kept} mean anything.")
+    if math.isfinite(found.horizon):
+        first = min(found.balls, key=lambda ball: ball.horizon).ball
+        lines.append(
+            f"From {found.horizon:.2f} s on, half of the runs are more than {agree:.2g} {unit} off "
+            f"the unperturbed one (ball {first} first)."
+        )
+    else:
+        lines.append(f"Half of the runs stay within {agree:.2g} {unit} of the unperturbed one.")
+    lines.append(f"In {found.same:.0%} of the runs every ball has the same contacts in its order.")
+    if found.rejected:
+        lines.append(
+            f"{found.rejected:,} starts of balls overlapped something and were drawn anew."
+        )
+    if found.unfinished:
+        lines.append(f"{counted(found.unfinished, 'run')} could not be finished and are left out.")
+    return lines
+
+
+def _worst_sentence(found: Sensitivity) -> str:
+    scene, worst = found.reference.scene, found.worst
+    unit = scene.units.length
+    std = scene.units.from_si(worst.deviation, "length")
+    x0, y0, x1, y1 = (
+        scene.units.from_si(v, "length") for point in (worst.low, worst.high) for v in point
+    )
+    text = f"Ball {worst.ball} spreads most: its end has a standard deviation of {std:.2g} {unit}"
+    if worst.amplification is not None:
+        text += f", {_times(worst.amplification)} that of the starts"
+    return (
+        f"{text}; 95 % of its ends lie between {x0:.2f} and {x1:.2f} {unit} in x and between "
+        f"{y0:.2f} and {y1:.2f} {unit} in y."
+    )
+
+
+def _times(factor: float | None) -> str:
+    return "" if factor is None else f"{factor:.0f} x" if factor >= 9.95 else f"{factor:.1f} x"
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+def _save(found: list[Sensitivity], folder: Path, pictures: bool) -> None:
+    """Write one row a shot and ball, and the samples and the picture of each shot."""
+    from pool_pymunk.files import whole
+    from pool_pymunk.sensitivity import write_csv
+
+    with whole(folder / "spread.csv") as part:
+        write_csv(found, part)
+    with progress("drawing", len(found)) as bar:
+        for one in found:
+            run = one.reference
+            stem = f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"
+            with whole(folder / f"{stem}.npz") as part:
+                one.write_npz(part)
+            if pictures:
+                from pool_pymunk.render.clouds import cloud_picture
+
+                cloud_picture(one, folder / f"{stem}.png")
+            bar.update(bar.task_ids[0], advance=1)
+    typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
+
+
+def _write_json(path: Path, scenario: str, scene: Scene, found: list[Sensitivity]) -> None:
+    import json
+
+    from pool_pymunk import __version__
+    from pool_pymunk.files import whole
+    from pool_pymunk.scenario import label
+
+    content = {
+        "scenario": label(scenario),
+        "title": scene.title,
+        "version": __version__,
+        "shots": [one.as_dict() for one in found],
+    }
+    with whole(path) as part:
+        part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

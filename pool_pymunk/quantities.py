@@ -1,0 +1,70 @@
+"""Lengths, masses and speeds as people type them: ``0.01in``, ``160 g``, ``2.5m/s``."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+from pool_pymunk.scene import UNITS, Point, Problem, SceneError, Units
+
+
+def quantity(key: str, text: str, kind: str, units: Units) -> float:
+    """A length, mass or speed (``kind``) as typed, in SI; a bare number is in ``units``.
+
+    Raises :class:`~pool_pymunk.scene.SceneError`, which names ``key``, for anything else.
+
+    >>> quantity("--tolerance", "0.01in", "length", Units()), quantity("m", "160", "mass", Units())
+    (0.000254, 160.0)
+    >>> quantity("radius", "big", "length", Units())
+    Traceback (most recent call last):
+        ...
+    pool_pymunk.scene.SceneError: radius = "big": must be a length, such as 1 cm (m, cm, mm, in)
+    """
+    known = UNITS[kind]
+    longest_first = sorted(known, key=len, reverse=True)
+    match = re.fullmatch(rf"(.*?)\s*({'|'.join(longest_first)})?", text.strip())
+    number = _number(match[1]) if match else math.nan
+    if match is None or not math.isfinite(number):
+        message = f"must be a {kind}, such as 1 {longest_first[0]} ({', '.join(known)})"
+        raise SceneError([Problem(key, text, message)])
+    return number * known[match[2]] if match[2] else units.to_si(number, kind)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def positive(key: str, text: str, kind: str, units: Units) -> float:
+    """A :func:`quantity` that must be greater than 0."""
+    value = quantity(key, text, kind, units)
+    if value <= 0.0:
+        raise SceneError([Problem(key, text, "must be greater than 0")])
+    return value
+
+
+def vector(key: str, texts: Sequence[str], kind: str, units: Units) -> Point:
+    """Two quantities, along x and y, in SI."""
+    x, y = (quantity(key, text, kind, units) for text in texts)
+    return (x, y)
+
+
+def read_units(key: str, text: str) -> Units:
+    """Units by their names, in any order; what is left out is SI.
+
+    >>> read_units("--units", "in, g")
+    Units(length='in', mass='g', speed='m/s')
+    """
+    kinds = {name: kind for kind, known in UNITS.items() for name in known}
+    names = text.replace(",", " ").split()
+    chosen: dict[str, str] = {}
+    for name in names:
+        if name not in kinds:
+            raise SceneError([Problem(key, name, f"there is no such unit ({', '.join(kinds)})")])
+        if chosen.setdefault(kinds[name], name) != name:
+            message = f"stands beside {chosen[kinds[name]]}: one {kinds[name]} only"
+            raise SceneError([Problem(key, name, message)])
+    return Units(**chosen)

@@ -1,0 +1,410 @@
+"""What the uncertainty of the inputs does to the ends: many runs from starts a little different.
+
+Every draw of the inputs is played by the exact solver: what spreads is the scene's own doing. A
+shot that aims at a ball aims at where that ball is in each draw. A shot that goes on from the one
+before starts where that one, played from the same draw, ends.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pool_pymunk.motion import Array
+from pool_pymunk.result import STATUSES, Run
+from pool_pymunk.scene import Point, Scene, Shot, State
+from pool_pymunk.solvers import SettingError, find_shot, simulate
+from pool_pymunk.tolerance import contact_order
+from pool_pymunk.uncertainty import Mask, Room, Uncertainty
+
+EXACT = "event-driven"
+UNFINISHED = ("max_events", "non_finite")
+CHUNK = 25  # samples that a process plays before it reports
+INSTANTS = 256  # at how many times of a run, besides its start, it is compared
+UNKNOWN = "?"
+PRINTED_DECIMALS = 2  # of an end, in the scenario's unit of length
+
+
+# -- what comes out --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How far one ball's ends lie apart (m); points are x and y.
+
+    ``end`` is where the unperturbed run ends. ``std`` are the standard deviations along x and y,
+    ``deviation`` is the larger one; 95 % of the ends lie between ``low`` and ``high`` along x, and
+    along y. ``amplification`` is ``deviation`` over that of the
+    starts (the root mean square over balls; None where no start is moved). ``horizon`` (s) is when
+    half of the runs have left the unperturbed one by more than ``Sensitivity.agree``; it is
+    infinite where that never happens.
+    """
+
+    ball: str
+    start: Point
+    end: Point
+    std: Point
+    deviation: float
+    low: Point
+    high: Point
+    amplification: float | None
+    horizon: float
+
+    def digits(self, scene: Scene) -> tuple[str, str]:
+        """The end's x and y as the log prints them, in the scenario's unit, with ``?`` for digits.
+
+        A digit means something if the standard deviation is at most half its place value.
+        """
+        units = scene.units
+        x, y = (
+            digits_that_hold(units.from_si(value, "length"), units.from_si(std, "length"))
+            for value, std in zip(self.end, self.std, strict=True)
+        )
+        return x, y
+
+
+COLUMNS = (
+    "shot", "ball", "start_x", "start_y", "end_x", "end_y", "std_x", "std_y", "low_x", "low_y",
+    "high_x", "high_y", "amplification", "horizon", "samples", "seed",
+)  # fmt: skip
+
+
+def write_csv(found: Sequence[Sensitivity], path: Path) -> None:
+    """Write one row a shot and ball, in SI; empty where there is no amplification or horizon."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(COLUMNS)
+        for one in found:
+            for ball in one.balls:
+                points = (ball.start, ball.end, ball.std, ball.low, ball.high)
+                numbers = (v for point in points for v in point)
+                rest = (ball.amplification, _finite(ball.horizon), one.samples, one.seed)
+                rows.writerow([one.reference.name, ball.ball, *numbers, *rest])
+
+
+def digits_that_hold(value: float, std: float) -> str:
+    """``value`` with two decimals, and ``?`` for every digit below twice ``std``.
+
+    >>> digits_that_hold(14.76, 0.003), digits_that_hold(14.76, 0.04), digits_that_hold(14.76, 1.7)
+    ('14.76', '14.7?', '1?.??')
+    """
+    text = f"{value:.{PRINTED_DECIMALS}f}"
+    point = text.index(".")
+    places = [point - k - (k < point) for k in range(len(text))]  # powers of ten
+    return "".join(
+        UNKNOWN if c.isdigit() and std > 0.5 * 10.0**place else c
+        for c, place in zip(text, places, strict=True)
+    )
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """The spread of one shot's ends.
+
+    ``starts`` and ``ends`` (S, N, 2) are positions (m) of the samples that could be finished,
+    ``left`` (S, N) when each ball left the unperturbed run by more than ``agree`` (s; inf: never),
+    ``same_contacts`` (S,) whether every ball met the same others in the same order. ``rejected``
+    counts draws of single balls that overlapped something, ``unfinished`` samples left out.
+    """
+
+    reference: Run
+    uncertainty: Uncertainty
+    seed: int
+    agree: float
+    starts: Array
+    ends: Array
+    left: Array
+    same_contacts: Mask
+    rejected: int
+    unfinished: int
+    wall_time: float
+
+    @property
+    def samples(self) -> int:
+        """How many samples were finished."""
+        return len(self.ends)
+
+    @cached_property
+    def balls(self) -> tuple[Spread, ...]:
+        """Each ball's spread, in the scene's order."""
+        widths = self.uncertainty.widths(self.reference.scene)
+        moved = math.sqrt(float((widths**2).mean()) / 3.0)  # uniform within +-h: variance h^2 / 3
+        low, high = np.quantile(self.ends, (0.025, 0.975), axis=0)
+        std, horizon = self.ends.std(axis=0), np.quantile(self.left, 0.5, axis=0, method="higher")
+        return tuple(
+            Spread(
+                ball=ball.id,
+                start=_point(self.reference.knots[i][0, 1:3]),
+                end=self.reference.final[ball.id],
+                std=_point(std[i]),
+                deviation=(deviation := float(std[i].max())),
+                low=_point(low[i]),
+                high=_point(high[i]),
+                amplification=deviation / moved if moved > 0.0 else None,
+                horizon=float(horizon[i]),
+            )
+            for i, ball in enumerate(self.reference.scene.balls)
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """The shot as it stands in the JSON of ``sensitivity --json``, in SI; null is never."""
+        scene = self.reference.scene
+        return {
+            "name": self.reference.name,
+            "uncertainty": {
+                "position": self.uncertainty.widths(scene).tolist(),
+                "speed": self.uncertainty.speed,
+                "angle": self.uncertainty.angle,
+            },
+            "seed": self.seed,
+            "samples": self.samples,
+            "unfinished": self.unfinished,
+            "rejected": self.rejected,
+            "same_contacts": self.same,
+            "agree": self.agree,
+            "horizon": _finite(self.horizon),
+            "balls": {
+                ball.ball: asdict(ball) | {"horizon": _finite(ball.horizon)} for ball in self.balls
+            },
+            "wall_time": self.wall_time,
+        }
+
+    def write_npz(self, path: Path) -> None:
+        """Write starts, ends, left, same_contacts and the balls' ids as a NumPy archive (SI)."""
+        np.savez_compressed(
+            path,
+            starts=self.starts,
+            ends=self.ends,
+            left=self.left,
+            same_contacts=self.same_contacts,
+            balls=np.array([ball.ball for ball in self.balls]),
+        )
+
+    @property
+    def worst(self) -> Spread:
+        """The ball that spreads most."""
+        return max(self.balls, key=lambda ball: ball.deviation)
+
+    @property
+    def horizon(self) -> float:
+        """When the first ball's horizon is reached (s): the predictability of the whole shot."""
+        return min(ball.horizon for ball in self.balls)
+
+    @property
+    def kept_digits(self) -> tuple[int, int]:
+        """How many digits of all balls' printed ends mean anything, and how many there are."""
+        texts = [text for ball in self.balls for text in ball.digits(self.reference.scene)]
+        kept = sum(c.isdigit() for text in texts for c in text)
+        return kept, sum(c.isdigit() or c == UNKNOWN for text in texts for c in text)
+
+    @property
+    def same(self) -> float:
+        """The share of the runs in which every ball has the same contacts in the same order."""
+        return float(self.same_contacts.mean())
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _point(xy: Array) -> Point:
+    return (float(xy[0]), float(xy[1]))
+
+
+# -- drawing the inputs ----------------------------------------------------------------------------
+
+
+def sensitivity(
+    scene: Scene,
+    shot: Shot | str | int | None,
+    uncertainty: Uncertainty,
+    samples: int = 1000,
+    seed: int = 0,
+    processes: int | None = None,
+    *,
+    on_done: Callable[[int], object] | None = None,
+) -> Sensitivity:
+    """Play ``samples`` starts drawn within ``uncertainty``, with the exact solver.
+
+    ``shot`` is chosen as in :func:`~pool_pymunk.simulate`. ``processes`` (None: one for each core)
+    share the work; the numbers do not depend on how many, only on ``seed``. Where Python starts
+    processes afresh (Windows, macOS), a script must call this under ``if __name__ == "__main__"``.
+    ``on_done(n)`` is called whenever ``n`` more samples are done.
+
+    Raises SettingError for settings that make no sense, for a ball that leaves no room for another,
+    and where the unperturbed run, or every other, cannot be finished.
+
+    >>> from pool_pymunk import load
+    >>> found = sensitivity(load("report"), "Simulation 1", Uncertainty(0.005 * 0.0254), 200,
+    ...                     processes=1)
+    >>> found.worst.ball, round(found.worst.deviation / 0.0254), found.worst.amplification > 400
+    ('8', 2, True)
+    """
+    if samples < 2:
+        raise SettingError(f"samples = {samples}: must be 2 or more")
+    if seed < 0:
+        raise SettingError(f"seed = {seed}: must be 0 or more")
+    began = time.perf_counter()
+    study = _study(scene, find_shot(scene, shot), uncertainty)
+    starts, kicks, rejected = _draw(study, uncertainty, samples, np.random.default_rng(seed))
+    parts = []
+    for part in _play_all(study, starts, kicks, _processes(processes)):
+        parts.append(part)
+        if on_done is not None:
+            on_done(len(part.finished))
+    played = _Played(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    if not played.finished.any():
+        raise SettingError(f"shot = {study.reference.name}: none of the samples could be finished")
+    finished = played.finished
+    return Sensitivity(
+        reference=study.reference,
+        uncertainty=uncertainty,
+        seed=seed,
+        agree=study.agree,
+        starts=starts[finished],
+        ends=played.ends[finished],
+        left=played.left[finished],
+        same_contacts=played.same_contacts[finished],
+        rejected=rejected,
+        unfinished=int((~finished).sum()),
+        wall_time=time.perf_counter() - began,
+    )
+
+
+@dataclass(frozen=True)
+class _Study:
+    """What a process needs to play samples of one shot: ``chain`` are the shots up to it."""
+
+    chain: tuple[Shot | None, ...]
+    reference: Run
+    agree: float
+
+    @cached_property
+    def times(self) -> Array:
+        """When runs are compared (s)."""
+        return np.linspace(0.0, self.reference.duration, INSTANTS + 1)
+
+    @cached_property
+    def path(self) -> Array:
+        """Where the unperturbed run has the balls at ``times`` (T, N, 2), m."""
+        return self.reference.at(self.times)[0]
+
+
+def _study(scene: Scene, shot: Shot | None, uncertainty: Uncertainty) -> _Study:
+    chain: list[Shot | None] = [shot]
+    while (first := chain[0]) is not None and first.from_previous:
+        chain.insert(0, scene.shots[scene.shots.index(first) - 1])
+    if shot is None and (uncertainty.speed or uncertainty.angle):
+        raise SettingError("shot = none: there is no shot whose speed or angle could be uncertain")
+    reference = simulate(scene, shot, solver=EXACT)
+    if reference.status in UNFINISHED:
+        raise SettingError(f"shot = {reference.name}: {STATUSES[reference.status]}")
+    digit = 2.0 * float(uncertainty.widths(scene).max())
+    agree = digit or scene.units.to_si(10.0**-PRINTED_DECIMALS, "length")
+    return _Study(tuple(chain), reference, agree)
+
+
+def _draw(
+    study: _Study, uncertainty: Uncertainty, samples: int, rng: np.random.Generator
+) -> tuple[Array, Array, int]:
+    """Starts (S, N, 2), the errors of speed and angle of each shot (S, K, 2), and the rejected."""
+    scene = study.reference.scene
+    kicks = rng.uniform(-1.0, 1.0, (samples, len(study.chain), 2))
+    kicks *= (uncertainty.speed, uncertainty.angle)
+    room = Room(scene, uncertainty.widths(scene))
+    starts = room.starts(samples, rng)
+    return starts, kicks, room.rejected
+
+
+# -- playing them ----------------------------------------------------------------------------------
+
+
+class _Played(NamedTuple):
+    """What became of some samples, arrays as in :class:`Sensitivity`."""
+
+    ends: Array
+    left: Array
+    same_contacts: Mask
+    finished: Mask
+
+
+def _processes(asked: int | None) -> int:
+    if asked is None:
+        return (
+            len(os.sched_getaffinity(0))
+            if hasattr(os, "sched_getaffinity")
+            else os.cpu_count() or 1
+        )
+    if asked < 1:
+        raise SettingError(f"processes = {asked}: must be 1 or more")
+    return asked
+
+
+def _play_all(study: _Study, starts: Array, kicks: Array, processes: int) -> Iterator[_Played]:
+    """Play all samples, chunk by chunk, in their order."""
+    chunks = [slice(k, k + CHUNK) for k in range(0, len(starts), CHUNK)]
+    play = partial(_play, study)
+    if processes == 1 or len(chunks) == 1:
+        yield from map(play, (starts[c] for c in chunks), (kicks[c] for c in chunks))
+        return
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(min(processes, len(chunks)), initializer=_leave_interrupts) as pool:
+        yield from pool.map(play, [starts[c] for c in chunks], [kicks[c] for c in chunks])
+
+
+def _leave_interrupts() -> None:
+    """Ctrl-C is for the process that asked."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _play(study: _Study, starts: Array, kicks: Array) -> _Played:
+    """Play some samples: their starts (S, N, 2) and errors of speed and angle (S, K, 2)."""
+    contacts = contact_order(study.reference)
+    ends, left, same, finished = [], [], [], []
+    for start, kick in zip(starts.tolist(), kicks.tolist(), strict=True):
+        run = _run(study, start, kick)
+        ends.append(run.end.position)
+        left.append(_left(study, run))
+        same.append(contact_order(run) == contacts)
+        finished.append(run.status not in UNFINISHED)
+    return _Played(np.array(ends), np.array(left), np.array(same), np.array(finished))
+
+
+def _run(study: _Study, start: Sequence[Sequence[float]], kicks: Sequence[Sequence[float]]) -> Run:
+    """Play one sample: every shot of the chain from where the one before ended."""
+    scene = study.reference.scene
+    state = State(tuple((x, y) for x, y in start), tuple(ball.velocity for ball in scene.balls))
+    for shot, (faster, turned) in zip(study.chain, kicks, strict=True):
+        struck = _struck(scene, shot, state, faster, turned)
+        run = simulate(scene, struck, solver=EXACT, start=state)
+        state = run.end
+    return run
+
+
+def _struck(
+    scene: Scene, shot: Shot | None, state: State, faster: float, turned: float
+) -> Shot | None:
+    """The shot with its velocity changed by ``faster`` (m/s) and ``turned`` (rad)."""
+    if shot is None or (faster == 0.0 and turned == 0.0):
+        return shot
+    vx, vy = scene.start(shot, state).velocity[scene.index[shot.ball]]
+    speed, angle = max(math.hypot(vx, vy) + faster, 0.0), math.atan2(vy, vx) + turned
+    return Shot(shot.name, shot.ball, (speed * math.cos(angle), speed * math.sin(angle)))
+
+
+def _left(study: _Study, run: Run) -> Array:
+    """When each ball (N,) left the unperturbed run by more than ``agree`` (s; inf: never)."""
+    off = run.at(study.times)[0] - study.path
+    apart = np.hypot(off[..., 0], off[..., 1]) > study.agree
+    return np.where(apart.any(axis=0), study.times[apart.argmax(axis=0)], math.inf)

@@ -1,0 +1,339 @@
+"""Which time step keeps an error below a tolerance, told from runs alone.
+
+:func:`choose_step` needs no exact solution, so it serves any pymunk world: it halves the step until
+the ends no longer change, and then makes sure. Halving alone would be optimistic. Where contacts
+are found at the end of a step, the error is the share of a step by which each contact came late,
+and two steps of which one is half the other find half of all contacts at the very same time: their
+ends agree by chance. So a step dt is accepted only if
+
+- the ends at 2 dt and at dt agree, and
+- so do those at three steps between, 2^(1/4), 2^(1/2) and 2^(3/4) times dt, which share no grid,
+- each to a quarter of the tolerance (``SAFETY`` is 4), and
+- in all five runs the same contacts happen, in the same order for every ball.
+
+What no comparison of runs can see is a contact that all five miss: a graze shorter than the step.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from pool_pymunk.listing import step_text
+from pool_pymunk.result import Run
+from pool_pymunk.scene import Point, Scene, Shot, Units
+from pool_pymunk.solvers import SettingError, find_solver, simulate
+
+SAFETY = 4.0  # the estimated error is so many times the largest difference of the five ends
+BETWEEN = (2**0.75, 2**0.5, 2**0.25)  # further steps that must agree with dt, in units of dt
+COARSEST = 1 / 60  # s
+FINEST = {"pymunk": 1e-4, "pymunk-discrete": 1e-6, "time-slice": 1e-6}  # s
+OTHER_PHYSICS = "pymunk-builtin"
+NO_ORDER = 0.3  # changes that shrink more slowly than dt to this power do not converge
+
+
+class Outcome(NamedTuple):
+    """What one run ended in: ``positions`` (m) and, where known, its contacts and steps.
+
+    ``contacts`` is anything that compares equal where the same contacts happened in the same order;
+    ``resolved`` is False where some follow each other so closely that steps blur their order.
+    """
+
+    positions: Sequence[Point]
+    contacts: Hashable = None
+    steps: int = 0
+    resolved: bool = True
+
+
+Trial = Callable[[float], Outcome | Sequence[Point]]
+
+
+class Level(NamedTuple):
+    """One halving: its step (s), by how much the ends changed (m), and the estimated error (m).
+
+    ``change`` is infinite at the first level, ``error`` also where the contacts are others than at
+    twice the step, or where the run did not end in numbers.
+    """
+
+    dt: float
+    change: float
+    same_contacts: bool
+    error: float
+
+    @property
+    def settled(self) -> float:
+        """The change (m) where the contacts are the same, else infinite."""
+        return self.change if self.same_contacts else math.inf
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The step (s) that was chosen, whether it reaches the ``tolerance`` (m), and the work spent.
+
+    ``error`` (m) is the estimate for ``dt``, safety factor included; ``order`` the observed order
+    of convergence, None where fewer than three changes tell; ``reason`` says why no step does.
+    """
+
+    dt: float
+    tolerance: float
+    reached: bool
+    error: float
+    order: float | None
+    levels: tuple[Level, ...]
+    runs: int
+    steps: int
+    wall_time: float
+    reason: str = ""
+
+    def lines(self, units: Units) -> Iterator[str]:
+        """The choice in words: the step, the error, the work, and why it falls short if it does."""
+        tolerance, error = (units.from_si(x, "length") for x in (self.tolerance, self.error))
+        text = f"Tolerance {tolerance:.3g} {units.length}: "
+        text += "reached" if self.reached else "not reached; the finest run is kept:"
+        size = f"{error:.2g} {units.length}" if 0.0 < error < math.inf else "unknown"
+        size = "none, to rounding" if error == 0.0 else size
+        yield f"{text} with dt = {step_text(self.dt)}, estimated error {size}"
+        order = "" if self.order is None else f"; observed order {self.order:.2f}"
+        yield f"Work: {self.runs} runs, {self.steps:,} steps, {self.wall_time:.3g} s{order}"
+        if self.reason:
+            yield f"Why: {self.reason}"
+
+    def as_dict(self) -> dict[str, object]:
+        """The choice as it stands in the JSON of ``run``, in SI; an unknown error is null."""
+        return {
+            "tolerance": self.tolerance,
+            "reached": self.reached,
+            "dt": self.dt,
+            "error": self.error if self.error < math.inf else None,
+            "order": self.order,
+            "runs": self.runs,
+            "steps": self.steps,
+            "wall_time": self.wall_time,
+            "reason": self.reason,
+        }
+
+
+def choose_step(
+    run: Trial,
+    tolerance: float,
+    start: float = COARSEST,
+    smallest: float = 1e-6,
+    on_run: Callable[[float], object] | None = None,
+) -> Choice:
+    """Halve the step from ``start`` (s) until the ends are within ``tolerance`` (m) of converged.
+
+    ``run(dt)`` simulates anything with steps of dt seconds and returns where it ended: points (m),
+    or an :class:`Outcome`, which also tells the contacts. No step below ``smallest`` (s) is tried;
+    where none will do, the best is kept and ``reason`` says why. ``on_run(dt)`` is called before
+    each run. Raises SettingError for a tolerance or steps that make no sense.
+
+    >>> def euler(dt):  # x' = -x from 1, to t = 1: first order
+    ...     return [((1.0 - dt) ** round(1.0 / dt), 0.0)]
+    >>> choice = choose_step(euler, tolerance=1e-3, start=1 / 4)
+    >>> choice.reached, 1 / choice.dt, abs(euler(choice.dt)[0][0] - math.exp(-1.0)) < 1e-3
+    (True, 1024.0, True)
+    """
+    _check(tolerance, start, smallest)
+    search = _Search(run, tolerance, on_run)
+    dt = start
+    while dt >= smallest:
+        if search.descend(dt).error <= tolerance:
+            break
+        dt /= 2.0
+    return search.choice()
+
+
+def _check(tolerance: float, start: float, smallest: float) -> None:
+    for key, value in (("tolerance", tolerance), ("start", start), ("smallest", smallest)):
+        if not (value > 0.0 and math.isfinite(value)):
+            raise SettingError(f"{key} = {value}: must be greater than 0 and finite")
+    if smallest > start:
+        raise SettingError(f"smallest = {smallest}: must not be larger than start = {start}")
+
+
+class _Search:
+    """The ladder of halvings so far, and what it cost."""
+
+    def __init__(
+        self, run: Trial, tolerance: float, on_run: Callable[[float], object] | None
+    ) -> None:
+        self.run = run
+        self.tolerance = tolerance
+        self.on_run = on_run
+        self.levels: list[Level] = []
+        self.last: Outcome | None = None
+        self.runs = 0
+        self.steps = 0
+        self.began = time.perf_counter()
+
+    def descend(self, dt: float) -> Level:
+        """Run at ``dt``, half of the last step, and where the ends agree, at steps between."""
+        before, here = self.last, self._outcome(dt)
+        change = _distance(before, here)
+        same = before is not None and before.contacts == here.contacts and here.resolved
+        largest = max(change, self.levels[-1].settled / 2.0 if self.levels else math.inf)
+        for factor in BETWEEN:
+            if not same or SAFETY * largest > self.tolerance:
+                break
+            between = self._outcome(factor * dt)
+            same = between.contacts == here.contacts
+            largest = max(largest, _distance(between, here))
+        self.last = here
+        self.levels.append(Level(dt, change, same, SAFETY * largest if same else math.inf))
+        return self.levels[-1]
+
+    def _outcome(self, dt: float) -> Outcome:
+        if self.on_run is not None:
+            self.on_run(dt)
+        ended = self.run(dt)
+        outcome = ended if isinstance(ended, Outcome) else Outcome(ended)
+        self.runs += 1
+        self.steps += outcome.steps
+        return outcome
+
+    def choice(self) -> Choice:
+        """The last level: the first to reach the tolerance, or the finest there is."""
+        last = self.levels[-1]
+        reached = last.error <= self.tolerance
+        return Choice(
+            dt=last.dt,
+            tolerance=self.tolerance,
+            reached=reached,
+            error=last.error,
+            order=_order(self.levels),
+            levels=tuple(self.levels),
+            runs=self.runs,
+            steps=self.steps,
+            wall_time=time.perf_counter() - self.began,
+            reason="" if reached else _reason(self.levels),
+        )
+
+
+def _distance(a: Outcome | None, b: Outcome) -> float:
+    """The largest distance (m) of two runs' ends; infinite where they cannot be compared."""
+    if a is None:
+        return math.inf
+    off = [math.dist(p, q) for p, q in zip(a.positions, b.positions, strict=True)]
+    return max(off, default=0.0) if all(map(math.isfinite, off)) else math.inf
+
+
+def _order(levels: Sequence[Level]) -> float | None:
+    """The slope of log(change) over log(dt) in the last five levels with the same contacts."""
+    told = [level for level in levels if level.same_contacts and 0.0 < level.change < math.inf][-5:]
+    if len(told) < 3:
+        return None
+    x = [math.log(level.dt) for level in told]
+    y = [math.log(level.change) for level in told]
+    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
+    slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True))
+    return slope / sum((a - mean_x) ** 2 for a in x)
+
+
+def _reason(levels: Sequence[Level]) -> str:
+    """Why no level reaches the tolerance."""
+    last, order = levels[-1], _order(levels)
+    if len(levels) < 2:
+        return f"no step below {last.dt:.3g} s may be tried"
+    if not math.isfinite(last.change):
+        return f"at {last.dt:.3g} s the run does not end in numbers"
+    if not last.same_contacts:
+        return (
+            f"at {last.dt:.3g} s, the smallest step tried, the contacts or their order still "
+            "depend on the step: the scene is ill-conditioned for this solver"
+        )
+    if order is not None and order < NO_ORDER:
+        return (
+            f"halving does not help: down to {last.dt:.3g} s the ends change from step to step and "
+            f"do not settle (observed order {order:.1f})"
+        )
+    return f"at {last.dt:.3g} s, the smallest step tried, the ends still change too much"
+
+
+# -- scenes ----------------------------------------------------------------------------------------
+
+
+def simulate_within(
+    scene: Scene,
+    shots: Sequence[Shot | None],
+    tolerance: float,
+    solver: str = "pymunk",
+    on_run: Callable[[float], object] | None = None,
+) -> Iterator[tuple[Run, Choice]]:
+    """Simulate each shot with the step that keeps every ball's end within ``tolerance`` (m).
+
+    A shot that goes on from the one before is run with it, at one step. Raises SettingError for a
+    solver that has no step, or whose physics is not the scene's.
+
+    >>> from pool_pymunk import load
+    >>> scene = load("report")
+    >>> [(run, choice)] = simulate_within(scene, [scene.shots[2]], tolerance=0.000254)
+    >>> choice.reached, round(1 / run.dt), choice.runs
+    (True, 240, 6)
+    """
+    check_solver(solver)
+    for shot in shots:
+        runs: dict[float, Run] = {}
+
+        def trial(dt: float, shot: Shot | None = shot, runs: dict[float, Run] = runs) -> Outcome:
+            runs[dt] = simulate(scene, shot, solver=solver, dt=dt)
+            return outcome(runs[dt])
+
+        choice = choose_step(trial, tolerance, smallest=FINEST[solver], on_run=on_run)
+        yield runs[choice.dt], choice
+
+
+def check_solver(solver: str) -> None:
+    """Raise SettingError where a solver's step cannot be chosen by a tolerance."""
+    if find_solver(solver).dt is None:
+        raise SettingError(
+            f"solver = {solver}: it is exact and has no step: no tolerance is needed"
+        )
+    if solver not in FINEST:
+        message = "its physics is not the scene's, so no step brings it within a tolerance"
+        raise SettingError(f"solver = {solver}: {message}")
+
+
+def outcome(run: Run) -> Outcome:
+    """Where a run ended, which contacts every ball had, one after the other, and its steps.
+
+    A run that is cut off ends with a step, up to one after ``max_time``: runs with different steps
+    are compared at ``max_time`` itself.
+    """
+    last = run.scene.physics.max_time if run.status == "max_time" else None
+    ends = run.at([last])[0][0].tolist() if last is not None else run.end.position
+    if run.status == "non_finite":
+        ends = [(math.nan, math.nan)] * len(ends)
+    contacts = (run.status, contact_order(run))
+    return Outcome([(x, y) for x, y in ends], contacts, run.steps, _resolved(run))
+
+
+def _resolved(run: Run) -> bool:
+    """Whether no ball has two contacts within two steps, where steps are what contacts wait for."""
+    assert run.dt is not None
+    last: dict[str, float] = {}
+    for event in run.events:
+        if event.kind != "stop" and run.solver != "pymunk":
+            if any(event.t - last.get(id_, -math.inf) < 1.5 * run.dt for id_ in event.balls):
+                return False
+            last |= dict.fromkeys(event.balls, event.t)
+    return True
+
+
+def contact_order(run: Run) -> tuple[tuple[object, ...], ...]:
+    """For every ball what it met, in its own order.
+
+    Contacts far apart on the table may swap their order in time without meaning.
+
+    >>> from pool_pymunk import load
+    >>> contact_order(simulate(load("report"), "Simulation 3"))[:2]
+    (((('C',), 2),), ())
+    """
+    met: dict[str, list[object]] = {ball.id: [] for ball in run.scene.balls}
+    for event in run.events:
+        if event.kind != "stop":
+            for id_ in event.balls:
+                met[id_].append((tuple(sorted(event.balls)), event.cushion))
+    return tuple(map(tuple, met.values()))
