@@ -7,6 +7,7 @@
 ('settled', 2)
 """
 
+from pool_pymunk.collide import Collision, Disc, Material, collide, collide_at
 from pool_pymunk.result import Event, Run
 from pool_pymunk.scenario import load, loads
 from pool_pymunk.scene import (
@@ -21,27 +22,43 @@ from pool_pymunk.scene import (
     Table,
     Units,
 )
+from pool_pymunk.sensitivity import Sensitivity, sensitivity
 from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
+from pool_pymunk.tolerance import Choice, Outcome, choose_step, simulate_within
+from pool_pymunk.uncertainty import Uncertainty, written_uncertainty
 
 __version__ = "0.1.0"
 
 __all__ = [
     "SOLVERS",
     "Ball",
+    "Choice",
+    "Collision",
+    "Disc",
     "Event",
     "Friction",
+    "Material",
+    "Outcome",
     "Physics",
     "Restitution",
     "Run",
     "Scene",
     "SceneError",
+    "Sensitivity",
     "SettingError",
     "Shot",
     "State",
     "Table",
+    "Uncertainty",
     "Units",
+    "choose_step",
+    "collide",
+    "collide_at",
     "load",
     "loads",
+    "sensitivity",
     "simulate",
     "simulate_all",
+    "simulate_within",
+    "written_uncertainty",
 ]

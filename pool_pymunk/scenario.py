@@ -300,13 +300,14 @@ class _Builder:
                 if not self._is_broken("ball", key):
                     message = "is wanted, here or in [ball]"
                     self._note_all(_wanted(f"balls[{k}]", {key: value}, message))
-            if None in own.values():
-                continue
             size = {key: SMALL if value is None else value for key, value in size.items()}
             try:
-                yield k, self._ball(entry, **size)
+                ball = self._ball(entry, **size)
             except SceneError as error:
                 self._note_all(_under(f"balls[{k}]", error))
+                continue
+            if None not in own.values():
+                yield k, ball
 
     def _size(self, entry: _Ball, key: str) -> float | None:
         value: float | None = getattr(entry, key)
@@ -314,8 +315,8 @@ class _Builder:
 
     def _ball(self, entry: _Ball, radius: float, mass: float) -> s.Ball:
         return s.Ball(
-            id=entry.id or "",
-            position=self._point(entry.position or []),
+            id="?" if entry.id is None else entry.id,
+            position=self._point(entry.position or [0.0, 0.0]),
             radius=self.units.to_si(radius, "length"),
             mass=self.units.to_si(mass, "mass"),
             cue=entry.cue,

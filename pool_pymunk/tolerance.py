@@ -1,17 +1,20 @@
 """Which time step keeps an error below a tolerance, told from runs alone.
 
 :func:`choose_step` needs no exact solution, so it serves any pymunk world: it halves the step until
-the ends no longer change, and then makes sure. Halving alone would be optimistic. Where contacts
-are found at the end of a step, the error is the share of a step by which each contact came late,
-and two steps of which one is half the other find half of all contacts at the very same time: their
-ends agree by chance. So a step dt is accepted only if
+the ends no longer change, and then makes sure. Halving alone is optimistic. Where contacts are
+found at the end of a step, the error is the share of a step by which each contact came late, and of
+two steps, one half of the other, every second contact is as late in both: their ends agree by
+chance. (Of single contacts at random instants, a quarter would end outside of the tolerance.) So a
+step dt is accepted only if
 
-- the ends at 2 dt and at dt agree, and
-- so do those at three steps between, 2^(1/4), 2^(1/2) and 2^(3/4) times dt, which share no grid,
-- each to a quarter of the tolerance (``SAFETY`` is 4), and
-- in all five runs the same contacts happen, in the same order for every ball.
+- the ends at 4 dt, 2 dt and dt agree: two halvings, of which the first may change twice as much;
+- those at five steps between dt and 2 dt, which share no grid with it, agree with those at dt;
+- all to a quarter of the tolerance (``SAFETY`` is 4: the estimated error is four times the largest
+  change);
+- in all these runs the same contacts happen, in the same order for every ball, and no ball has two
+  of them so close together that steps blur their order.
 
-What no comparison of runs can see is a contact that all five miss: a graze shorter than the step.
+What no comparison of runs can see is a contact that all of them miss: a graze shorter than a step.
 """
 
 from __future__ import annotations
@@ -27,8 +30,8 @@ from pool_pymunk.result import Run
 from pool_pymunk.scene import Point, Scene, Shot, Units
 from pool_pymunk.solvers import SettingError, find_solver, simulate
 
-SAFETY = 4.0  # the estimated error is so many times the largest difference of the five ends
-BETWEEN = (2**0.75, 2**0.5, 2**0.25)  # further steps that must agree with dt, in units of dt
+SAFETY = 4.0  # the estimated error is so many times the largest change
+BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # further steps that must agree, in dt
 COARSEST = 1 / 60  # s
 FINEST = {"pymunk": 1e-4, "pymunk-discrete": 1e-6, "time-slice": 1e-6}  # s
 OTHER_PHYSICS = "pymunk-builtin"
@@ -126,12 +129,13 @@ def choose_step(
     """Halve the step from ``start`` (s) until the ends are within ``tolerance`` (m) of converged.
 
     ``run(dt)`` simulates anything with steps of dt seconds and returns where it ended: points (m),
-    or an :class:`Outcome`, which also tells the contacts. No step below ``smallest`` (s) is tried;
-    where none will do, the best is kept and ``reason`` says why. ``on_run(dt)`` is called before
-    each run. Raises SettingError for a tolerance or steps that make no sense.
+    or an :class:`Outcome`, which also tells the contacts. All runs must end at rest, or at one
+    moment, of which not every dt is a part. No step below ``smallest`` (s) is tried; where none
+    will do, the finest is kept and ``reason`` says why. ``on_run(dt)`` is called before each run.
+    Raises SettingError for a tolerance or steps that make no sense.
 
     >>> def euler(dt):  # x' = -x from 1, to t = 1: first order
-    ...     return [((1.0 - dt) ** round(1.0 / dt), 0.0)]
+    ...     return [((1.0 - dt) ** (1.0 / dt), 0.0)]
     >>> choice = choose_step(euler, tolerance=1e-3, start=1 / 4)
     >>> choice.reached, 1 / choice.dt, abs(euler(choice.dt)[0][0] - math.exp(-1.0)) < 1e-3
     (True, 1024.0, True)
@@ -260,10 +264,13 @@ def simulate_within(
     shots: Sequence[Shot | None],
     tolerance: float,
     solver: str = "pymunk",
+    smallest: float | None = None,
     on_run: Callable[[float], object] | None = None,
 ) -> Iterator[tuple[Run, Choice]]:
     """Simulate each shot with the step that keeps every ball's end within ``tolerance`` (m).
 
+    No step below ``smallest`` (s; None: the solver's own) is tried; the run at the chosen step and
+    the Choice are given even where the tolerance is not reached.
     A shot that goes on from the one before is run with it, at one step. Raises SettingError for a
     solver that has no step, or whose physics is not the scene's.
 
@@ -271,7 +278,7 @@ def simulate_within(
     >>> scene = load("report")
     >>> [(run, choice)] = simulate_within(scene, [scene.shots[2]], tolerance=0.000254)
     >>> choice.reached, round(1 / run.dt), choice.runs
-    (True, 240, 6)
+    (True, 240, 8)
     """
     check_solver(solver)
     for shot in shots:
@@ -281,7 +288,7 @@ def simulate_within(
             runs[dt] = simulate(scene, shot, solver=solver, dt=dt)
             return outcome(runs[dt])
 
-        choice = choose_step(trial, tolerance, smallest=FINEST[solver], on_run=on_run)
+        choice = choose_step(trial, tolerance, COARSEST, smallest or FINEST[solver], on_run)
         yield runs[choice.dt], choice
 
 

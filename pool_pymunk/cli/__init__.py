@@ -18,6 +18,7 @@ from pool_pymunk.cli.compare import compare
 from pool_pymunk.cli.render import render
 from pool_pymunk.cli.run import run
 from pool_pymunk.cli.sensitivity import sensitivity
+from pool_pymunk.cli.stability import stability
 from pool_pymunk.cli.tradeoff import tradeoff
 
 app = typer.Typer(
@@ -26,7 +27,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (run, collide, compare, tradeoff, sensitivity, render, check):
+for command in (run, collide, compare, tradeoff, sensitivity, stability, render, check):
     app.command()(command)
 
 # What typer raises for a command line it cannot read; it exports only this subclass of it.

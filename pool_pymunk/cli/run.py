@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -47,16 +47,31 @@ def run(
     """Simulate every shot: the log, agreement with published ends, pictures and data.
 
     Files go to renders/<scenario>: for each shot its start and end as pictures, times, positions
-    and velocities as npz and CSV, and the events as CSV.
+    and velocities as npz and CSV, and the events as CSV. What ends the command early leaves the
+    files of the shots that were finished.
     """
+    from pool_pymunk.listing import opening
+
     scene = read_scenario(scenario)
     step, limit = read_step(dt), _read_tolerance(tolerance, scene, solver, dt)
+    shots = read_shots(scene, shot)
     folder = out or Path("renders") / Path(scenario).stem
-    runs, choices = _simulate(scene, shot, solver, step, limit)
-    _save(runs, folder, pictures)
-    if json is not None:
-        _write_json(json, scenario, scene, runs, choices)
-    return _verdict(runs, choices)
+    played = _played(scene, shots, solver, step, limit)
+    for line in opening(scene):
+        typer.echo(line)
+    done: list[Played] = []
+    try:
+        with progress("simulating", len(shots)) as bar, input_errors():
+            for one in played:
+                done.append(one)
+                _log(one)
+                _save(one.run, folder, len(done), pictures)
+                bar.update(bar.task_ids[0], advance=1)
+    finally:
+        if json is not None and done:
+            _write_json(json, scenario, scene, done)
+    _close(done, folder, pictures)
+    return _verdict(done)
 
 
 def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None) -> float | None:
@@ -73,34 +88,11 @@ def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None)
         return positive("--tolerance", text, "length", scene.units)
 
 
-def _simulate(
-    scene: Scene, shot: str | None, solver: str, dt: float | None, tolerance: float | None
-) -> tuple[list[Run], list[Choice]]:
-    """Simulate the shots asked for, and log each as soon as it is there."""
-    from pool_pymunk.listing import closing, opening, shot_lines
-    from pool_pymunk.solvers import find_solver
+class Played(NamedTuple):
+    """A shot that is finished, and the choice of its step where there was one."""
 
-    shots = read_shots(scene, shot)
-    with input_errors():
-        find_solver(solver)
-    for line in opening(scene):
-        typer.echo(line)
-    runs: list[Run] = []
-    choices: list[Choice] = []
-    with progress("simulating", len(shots)) as bar, input_errors():
-        for done, choice in _played(scene, shots, solver, dt, tolerance):
-            runs.append(done)
-            bar.update(bar.task_ids[0], advance=1)
-            for line in shot_lines(done):
-                typer.echo(line)
-            if choice is not None:
-                choices.append(choice)
-                for line in choice.lines(scene.units):
-                    typer.echo(f"    {line}")
-                typer.echo()
-    for line in closing(runs):
-        typer.echo(line)
-    return runs, choices
+    run: Run
+    choice: Choice | None = None
 
 
 def _played(
@@ -109,39 +101,54 @@ def _played(
     solver: str,
     dt: float | None,
     tolerance: float | None,
-) -> Iterator[tuple[Run, Choice | None]]:
-    """Each shot's run at the step ``dt``, or at the one chosen for it by ``tolerance``."""
-    from pool_pymunk.solvers import simulate_all
+) -> Iterator[Played]:
+    """Each shot, as soon as it is there, at the step ``dt`` or at the one that is chosen for it."""
+    from pool_pymunk.solvers import find_solver, simulate_all
     from pool_pymunk.tolerance import simulate_within
 
+    with input_errors():
+        find_solver(solver)
     if tolerance is not None:
-        yield from simulate_within(scene, shots, tolerance, solver)
-        return
-    for one in simulate_all(scene, shots, solver=solver, dt=dt):
-        yield one, None
+        return (Played(*one) for one in simulate_within(scene, shots, tolerance, solver))
+    return (Played(one) for one in simulate_all(scene, shots, solver=solver, dt=dt))
 
 
-def _save(runs: list[Run], folder: Path, pictures: bool) -> None:
-    """Write each shot's data and pictures."""
+def _log(one: Played) -> None:
+    from pool_pymunk.listing import shot_lines
+
+    for line in shot_lines(one.run):
+        typer.echo(line)
+    if one.choice is not None:
+        for line in one.choice.lines(one.run.scene.units):
+            typer.echo(f"    {line}")
+        typer.echo()
+
+
+def _save(run: Run, folder: Path, k: int, pictures: bool) -> None:
+    """Write the data and pictures of one shot, the ``k``-th of this command."""
     from pool_pymunk.files import whole
-    from pool_pymunk.listing import counted
 
-    with progress("drawing", len(runs)) as bar:
-        for k, one in enumerate(runs, start=1):
-            number = one.scene.shots.index(one.shot) + 1 if one.shot else k
-            stem = f"shot-{number}"
-            for name, write in (
-                (f"{stem}.npz", one.write_npz),
-                (f"{stem}.csv", one.write_csv),
-                (f"{stem}-events.csv", one.write_events_csv),
-            ):
-                with whole(folder / name) as part:
-                    write(part)
-            if pictures:
-                _draw(one, folder, stem)
-            bar.update(bar.task_ids[0], advance=1)
+    number = run.scene.shots.index(run.shot) + 1 if run.shot else k
+    stem = f"shot-{number}"
+    for name, write in (
+        (f"{stem}.npz", run.write_npz),
+        (f"{stem}.csv", run.write_csv),
+        (f"{stem}-events.csv", run.write_events_csv),
+    ):
+        with whole(folder / name) as part:
+            write(part)
+    if pictures:
+        _draw(run, folder, stem)
+
+
+def _close(done: Sequence[Played], folder: Path, pictures: bool) -> None:
+    """The last lines: agreement over all shots, and where the files are."""
+    from pool_pymunk.listing import closing, counted
+
+    for line in closing([one.run for one in done]):
+        typer.echo(line)
     what = "pictures and data" if pictures else "data"
-    typer.echo(f"{what.capitalize()} of {counted(len(runs), 'shot')}: {folder}")
+    typer.echo(f"{what.capitalize()} of {counted(len(done), 'shot')}: {folder}")
 
 
 def _draw(one: Run, folder: Path, stem: str) -> None:
@@ -153,43 +160,44 @@ def _draw(one: Run, folder: Path, stem: str) -> None:
             picture(one, part, when=when)
 
 
-def _write_json(
-    path: Path, scenario: str, scene: Scene, runs: list[Run], choices: list[Choice]
-) -> None:
+def _write_json(path: Path, scenario: str, scene: Scene, done: Sequence[Played]) -> None:
     import json
 
     from pool_pymunk import __version__
     from pool_pymunk.files import whole
-    from pool_pymunk.listing import Agreement
     from pool_pymunk.scenario import label
 
-    shots = []
-    for one in runs:
-        record = one.as_dict()
-        if one.shot and one.shot.published:
-            record["published"] = Agreement.of(one).as_dict()
-        shots.append(record)
-    for record, choice in zip(shots, choices, strict=False):
-        record["tolerance"] = choice.as_dict()
-    steps = {one.dt for one in runs}
+    steps = {one.run.dt for one in done}
     content = {
         "scenario": label(scenario),
         "title": scene.title,
         "version": __version__,
-        "solver": {"name": runs[0].solver, "dt": runs[0].dt if len(steps) == 1 else None},
-        "shots": shots,
+        "solver": {"name": done[0].run.solver, "dt": steps.pop() if len(steps) == 1 else None},
+        "shots": [_record(one) for one in done],
     }
     with whole(path) as part:
         part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def _verdict(runs: list[Run], choices: list[Choice]) -> int:
+def _record(one: Played) -> dict[str, object]:
+    """A shot as it stands in the JSON."""
+    from pool_pymunk.listing import Agreement
+
+    record = one.run.as_dict()
+    if one.run.shot and one.run.shot.published:
+        record["published"] = Agreement.of(one.run).as_dict()
+    if one.choice is not None:
+        record["tolerance"] = one.choice.as_dict()
+    return record
+
+
+def _verdict(done: Sequence[Played]) -> int:
     from pool_pymunk.result import STATUSES
 
-    unfinished = [one for one in runs if one.status in ("non_finite", "max_events")]
+    unfinished = [one for one in done if one.run.status in ("non_finite", "max_events")]
     for one in unfinished:
-        typer.echo(f"error: {one.name}: {STATUSES[one.status]}", err=True)
-    missed = [one for one, choice in zip(runs, choices, strict=False) if not choice.reached]
+        typer.echo(f"error: {one.run.name}: {STATUSES[one.run.status]}", err=True)
+    missed = [one for one in done if one.choice is not None and not one.choice.reached]
     for one in missed:
-        typer.echo(f"error: {one.name}: the tolerance is not reached", err=True)
+        typer.echo(f"error: {one.run.name}: the tolerance is not reached", err=True)
     return 1 if unfinished or missed else 0

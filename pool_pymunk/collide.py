@@ -1,0 +1,254 @@
+"""Part 1 of the report: two balls of any masses and velocities meet at an offset (Figs. 1 and 2).
+
+Seen from B, A comes along a straight line, the direction of approach. The *offset* e is the
+distance of B's centre from that line, positive if B's centre lies to its left: across the direction
+of approach u the centres are e apart, along it sqrt(R^2 - e^2) when they touch, R being the sum of
+the radii. So the line of centres, the normal n from A to B, is turned from u by asin(e / R); e = 0
+is a head-on hit, and where |e| reaches R the balls just miss.
+
+The velocities then change along n and t = (-n_y, n_x) by the contact law of every solver.
+
+The report turns velocities through the impact angle instead (Eqs. 4 to 7), which is the same thing
+as long as the angle is atan2(d_y, d_x) of the line of centres. As it stands there, with atan(d_y /
+d_x), the form breaks down
+
+- at d_x = 0, where it divides by zero;
+- at d_x < 0, where normal and tangent come out turned by 180 degrees. Momentum and restitution
+  (Eqs. 1 to 3) are linear and do not notice. Friction does: mu (v_n - v_n') is positive for A only
+  if n points at B. Turned round it changes sign and drives the slip that it should brake, so that
+  energy may grow; and whoever asks whether the balls approach, v_An > v_Bn, is told that they part.
+  With mu |v_n' - v_n| against the slip, 180 degrees do not matter.
+
+Friction's sign is the form's second trap: the same mu (v_n - v_n'), written with each ball's own
+velocities, is negative for B (its v_n grows). Listing 3 has it so in line 132, and B is pushed with
+the slip; tangential momentum is not kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+from pool_pymunk.contact import LAWS, NT, Pair
+from pool_pymunk.impact import Impacts, Touch, split
+from pool_pymunk.motion import kinetic_energy
+from pool_pymunk.scene import Point, Problem, SceneError, number_problems, size_problems
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """One of two balls that meet: mass (kg), radius (m), velocity (m/s)."""
+
+    mass: float
+    radius: float
+    velocity: Point = (0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """How two balls answer: coefficients of restitution and of friction, and the contact law."""
+
+    restitution: float = 1.0
+    friction: float = 0.0
+    law: str = "coulomb"
+
+
+ELASTIC = Material()
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """A collision of balls ``a`` and ``b``: what came in, and the velocities after it.
+
+    ``normal`` is the unit vector from A's centre to B's when they touch; ``velocity_a`` and
+    ``velocity_b`` are those after the collision, along x and y (m/s). Everything else follows.
+    """
+
+    a: Disc
+    b: Disc
+    material: Material
+    normal: Point
+    velocity_a: Point
+    velocity_b: Point
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def angle(self) -> float:
+        """The impact angle (rad): the direction of the line of centres from A to B."""
+        return math.atan2(self.normal[1], self.normal[0])
+
+    @property
+    def reach(self) -> float:
+        """The distance of the centres (m): the sum of the radii."""
+        return self.a.radius + self.b.radius
+
+    @property
+    def approach(self) -> Point:
+        """The velocity of A seen from B before the collision (m/s)."""
+        return _difference(self.a.velocity, self.b.velocity)
+
+    @property
+    def offset(self) -> float:
+        """How far B's centre lies to the left of the line on which A comes, seen from B (m)."""
+        ux, uy = _unit(self.approach)
+        return self.reach * (ux * self.normal[1] - uy * self.normal[0])
+
+    @property
+    def before(self) -> tuple[NT, NT]:
+        """The velocities of A and of B before the collision, along n and t (m/s)."""
+        return split(self.a.velocity, self.normal), split(self.b.velocity, self.normal)
+
+    @property
+    def after(self) -> tuple[NT, NT]:
+        """The velocities of A and of B after the collision, along n and t (m/s)."""
+        return split(self.velocity_a, self.normal), split(self.velocity_b, self.normal)
+
+    @property
+    def impulses(self) -> tuple[NT, NT]:
+        """What A and B receive, along n and t (kg m/s).
+
+        Equal and opposite under the law coulomb; under published not along t.
+        """
+        masses = (self.a.mass, self.b.mass)
+        a, b = (
+            NT(mass * (after.n - before.n), mass * (after.t - before.t))
+            for mass, before, after in zip(masses, self.before, self.after, strict=True)
+        )
+        return a, b
+
+    @property
+    def momentum(self) -> tuple[Point, Point]:
+        """Momentum of both balls along x and y, before and after (kg m/s)."""
+        return (
+            self._momentum(self.a.velocity, self.b.velocity),
+            self._momentum(self.velocity_a, self.velocity_b),
+        )
+
+    def _momentum(self, v_a: Point, v_b: Point) -> Point:
+        m_a, m_b = self.a.mass, self.b.mass
+        return (m_a * v_a[0] + m_b * v_b[0], m_a * v_a[1] + m_b * v_b[1])
+
+    @property
+    def energy(self) -> tuple[float, float]:
+        """Kinetic energy of both balls before and after (J)."""
+        a, b = self.a, self.b
+        return (
+            kinetic_energy(a.mass, *a.velocity) + kinetic_energy(b.mass, *b.velocity),
+            kinetic_energy(a.mass, *self.velocity_a) + kinetic_energy(b.mass, *self.velocity_b),
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """The collision as it stands in the JSON of ``collide --json``, in SI; angle in degrees."""
+        momentum, energy, impulses = self.momentum, self.energy, self.impulses
+        balls = {
+            name: {
+                "mass": ball.mass,
+                "radius": ball.radius,
+                "before": {"xy": list(ball.velocity), "nt": list(before)},
+                "after": {"xy": list(velocity), "nt": list(after)},
+                "impulse": list(impulse),
+            }
+            for name, ball, velocity, before, after, impulse in zip(
+                "AB", (self.a, self.b), (self.velocity_a, self.velocity_b), self.before, self.after,
+                impulses, strict=True,
+            )
+        }  # fmt: skip
+        return {
+            "material": asdict(self.material),
+            "offset": self.offset,
+            "normal": list(self.normal),
+            "angle": math.degrees(self.angle),
+            "balls": balls,
+            "momentum": {"before": list(momentum[0]), "after": list(momentum[1])},
+            "energy": {"before": energy[0], "after": energy[1]},
+            "warnings": list(self.warnings),
+        }
+
+
+def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC) -> Collision:
+    """The collision of two balls whose centres are ``offset`` (m) apart across their approach.
+
+    Raises :class:`~pool_pymunk.scene.SceneError` for sizes and coefficients that make no sense, and
+    where there is no collision: an offset as large as the sum of the radii, balls that keep their
+    distance.
+
+    >>> hit = collide(Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03), offset=0.03)
+    >>> round(math.degrees(hit.angle), 9), [round(v, 9) for v in hit.velocity_b]
+    (30.0, [0.75, 0.433012702])
+    >>> collide(Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03), offset=-0.07)
+    Traceback (most recent call last):
+        ...
+    pool_pymunk.scene.SceneError: offset = -0.07: the balls miss: the radii add up to less
+    """
+    _raise_any([*_problems(a, b, material), *number_problems("offset", abs(offset), 0.0)])
+    reach = a.radius + b.radius
+    if abs(offset) >= reach:
+        message = "the balls miss: the radii add up to less"
+        raise SceneError([Problem("offset", offset, message)])
+    if a.velocity == b.velocity:
+        message = "is that of ball a: the balls never meet"
+        raise SceneError([Problem("b.velocity", list(b.velocity), message)])
+    ux, uy = _unit(_difference(a.velocity, b.velocity))
+    along, across = math.sqrt((reach - offset) * (reach + offset)) / reach, offset / reach
+    return _answered(a, b, material, (along * ux - across * uy, along * uy + across * ux))
+
+
+def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> Collision:
+    """The collision of two balls that touch; ``angle`` (rad) is that of the line from A to B.
+
+    Raises SceneError as :func:`collide` does, and for balls that recede.
+
+    >>> hit = collide_at(Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03), math.radians(30.0))
+    >>> round(hit.offset, 9)
+    0.03
+    """
+    _raise_any([*_problems(a, b, material), *number_problems("angle", abs(angle), 0.0)])
+    hit = _answered(a, b, material, (math.cos(angle), math.sin(angle)))
+    before_a, before_b = hit.before
+    if before_a.n <= before_b.n:
+        message = "the balls recede along this line of centres"
+        raise SceneError([Problem("angle", angle, message)])
+    return hit
+
+
+def _answered(a: Disc, b: Disc, material: Material, normal: Point) -> Collision:
+    """What the contact law makes of it, as in every solver."""
+    impacts = Impacts(LAWS[material.law])
+    velocity = {0: a.velocity, 1: b.velocity}
+    pair = Pair(a.mass, b.mass, material.restitution, material.friction)
+    impacts.answer([Touch(0, 1, normal, pair)], velocity)
+    warnings = (ZERO_SLIP_WARNING,) if impacts.zero_slips else ()
+    return Collision(a, b, material, normal, velocity[0], velocity[1], warnings)
+
+
+ZERO_SLIP_WARNING = (
+    "law published jumps at zero slip: the slip was below 1e-9 of the closing speed and was taken "
+    "for zero (no friction); rounding would have decided"
+)
+
+
+def _problems(a: Disc, b: Disc, material: Material) -> Iterator[Problem]:
+    for name, ball in (("a", a), ("b", b)):
+        yield from size_problems(f"{name}.mass", ball.mass)
+        yield from size_problems(f"{name}.radius", ball.radius)
+        for v in ball.velocity:
+            yield from number_problems(f"{name}.velocity", abs(v), 0.0)
+    yield from number_problems("restitution", material.restitution, 0.0, 1.0)
+    yield from number_problems("friction", material.friction, 0.0)
+    if material.law not in LAWS:
+        yield Problem("law", material.law, f"must be one of {', '.join(LAWS)}")
+
+
+def _raise_any(problems: list[Problem]) -> None:
+    if problems:
+        raise SceneError(problems)
+
+
+def _difference(v: Point, w: Point) -> Point:
+    return (v[0] - w[0], v[1] - w[1])
+
+
+def _unit(v: Point) -> Point:
+    length = math.hypot(*v)
+    return (v[0] / length, v[1] / length)
