@@ -44,10 +44,9 @@ class Spread:
 
     ``end`` is where the unperturbed run ends. ``std`` are the standard deviations along x and y,
     ``deviation`` is the larger one; 95 % of the ends lie between ``low`` and ``high`` along x, and
-    along y. ``amplification`` is ``deviation`` over that of the
-    starts (the root mean square over balls; None where no start is moved). ``horizon`` (s) is when
-    half of the runs have left the unperturbed one by more than ``Sensitivity.agree``; it is
-    infinite where that never happens.
+    along y. ``amplification`` is ``deviation`` over that of the starts (the root mean square over
+    balls; None where no start is moved). ``horizon`` (s, to 1/256 of the run) is when half of the
+    runs have left the unperturbed one by more than ``Sensitivity.agree``; infinite if never.
     """
 
     ball: str
@@ -61,7 +60,7 @@ class Spread:
     horizon: float
 
     def digits(self, scene: Scene) -> tuple[str, str]:
-        """The end's x and y as the log prints them, in the scenario's unit, with ``?`` for digits.
+        """The end's x and y as the log prints them, ``?`` for each digit that means nothing.
 
         A digit means something if the standard deviation is at most half its place value.
         """
@@ -112,9 +111,12 @@ class Sensitivity:
     """The spread of one shot's ends.
 
     ``starts`` and ``ends`` (S, N, 2) are positions (m) of the samples that could be finished,
-    ``left`` (S, N) when each ball left the unperturbed run by more than ``agree`` (s; inf: never),
-    ``same_contacts`` (S,) whether every ball met the same others in the same order. ``rejected``
-    counts draws of single balls that overlapped something, ``unfinished`` samples left out.
+    ``left`` (S, N) when each ball left the unperturbed run by more than ``agree`` (m) for the first
+    time (s; inf: never). ``agree`` is one unit of the last digit that the starts are written to
+    (twice the largest uncertainty; of the printed ends where no start is moved).
+    ``same_contacts`` (S,) says whether every ball met the same others in the same order;
+    ``rejected`` counts draws of single balls that overlapped something, ``unfinished`` samples
+    that are left out.
     """
 
     reference: Run
@@ -140,7 +142,8 @@ class Sensitivity:
         widths = self.uncertainty.widths(self.reference.scene)
         moved = math.sqrt(float((widths**2).mean()) / 3.0)  # uniform within +-h: variance h^2 / 3
         low, high = np.quantile(self.ends, (0.025, 0.975), axis=0)
-        std, horizon = self.ends.std(axis=0), np.quantile(self.left, 0.5, axis=0, method="higher")
+        std = (self.ends - self.reference.end.position).std(axis=0)  # equal ends: exactly 0
+        horizon = np.quantile(self.left, 0.5, axis=0, method="higher")
         return tuple(
             Spread(
                 ball=ball.id,

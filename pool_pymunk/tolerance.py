@@ -34,7 +34,6 @@ SAFETY = 4.0  # the estimated error is so many times the largest change
 BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # further steps that must agree, in dt
 COARSEST = 1 / 60  # s
 FINEST = {"pymunk": 1e-4, "pymunk-discrete": 1e-6, "time-slice": 1e-6}  # s
-OTHER_PHYSICS = "pymunk-builtin"
 NO_ORDER = 0.3  # changes that shrink more slowly than dt to this power do not converge
 
 

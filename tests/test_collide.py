@@ -177,7 +177,8 @@ def test_momentum_is_kept_energy_is_not_gained(
     on_a, on_b = hit.impulses
     assert (on_a.n, on_a.t) == pytest.approx((-on_b.n, -on_b.t), abs=1e-11)
     assert abs(on_b.t) <= material.friction * on_b.n + 1e-11
-    (a_n, _), (b_n, _) = hit.before
+    (a_n, a_t), (b_n, b_t) = hit.before
+    assert on_b.t * (a_t - b_t) >= -1e-12  # A drags B along, and B holds A back
     (a_n2, _), (b_n2, _) = hit.after
     assert b_n2 - a_n2 == pytest.approx(material.restitution * (a_n - b_n), abs=1e-11)
 

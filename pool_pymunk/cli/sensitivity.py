@@ -35,10 +35,10 @@ def sensitivity(
     ] = None,
     speed_error: Annotated[str, typer.Option(metavar="SPEED", help="Of the struck ball.")] = "0",
     angle_error: Annotated[float, typer.Option(metavar="DEGREES", help="Of its direction.")] = 0.0,
-    samples: Annotated[int, typer.Option(metavar="N", help="Runs of each shot.", min=2)] = 1000,
-    seed: Annotated[int, typer.Option(metavar="N", help="Of the random numbers.", min=0)] = 0,
+    samples: Annotated[int, typer.Option(metavar="N", help="Runs of each shot.")] = 1000,
+    seed: Annotated[int, typer.Option(metavar="N", help="Of the random numbers.")] = 0,
     processes: Annotated[
-        int | None, typer.Option(metavar="N", help="Default: one for each core.", min=1)
+        int | None, typer.Option(metavar="N", help="Default: one for each core.")
     ] = None,
     shot: ShotName = None,
     json: Annotated[
@@ -56,14 +56,17 @@ def sensitivity(
     uncertainty = _uncertainty(scenario, scene, position_error, speed_error, angle_error)
     shots = read_shots(scene, shot)
     folder = out or Path("renders") / Path(scenario).stem / "sensitivity"
-    typer.echo(f"{samples:,} samples a shot with {uncertainty.described(scene)}; seed {seed}")
     found: list[Sensitivity] = []
     for one in shots:
         found.append(_play(scene, one, uncertainty, (samples, seed, processes)))
+        if len(found) == 1:
+            what = uncertainty.described(scene)
+            typer.echo(f"{samples:,} samples a shot with {what}; seed {seed}")
         _print(found[-1])
-    _save(found, folder, pictures)
-    if json is not None:
-        _write_json(json, scenario, scene, found)
+        _save(found, folder, pictures)
+        if json is not None:
+            _write_json(json, scenario, scene, found)
+    typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
     return 1 if any(one.unfinished for one in found) else 0
 
 
@@ -82,7 +85,7 @@ def _uncertainty(
         written = written_uncertainty(scenario).position
         if not isinstance(written, dict) or written.keys() != scene.index.keys():
             raise InputError(
-                "--position-error = (left out): is wanted, the scenario cannot be reread"
+                "--position-error = (left out): is wanted, the scenario cannot be read twice"
             )
         return Uncertainty(written, faster, math.radians(angle))
 
@@ -171,7 +174,7 @@ def sentences(found: Sensitivity) -> list[str]:
         )
     if found.unfinished:
         lines.append(f"{counted(found.unfinished, 'run')} could not be finished and are left out.")
-    return lines
+    return lines + [f"Warning: {warning}." for warning in found.reference.warnings]
 
 
 def _worst_sentence(found: Sensitivity) -> str:
@@ -185,8 +188,8 @@ def _worst_sentence(found: Sensitivity) -> str:
     if worst.amplification is not None:
         text += f", {_times(worst.amplification)} that of the starts"
     return (
-        f"{text}; 95 % of its ends lie between {x0:.2f} and {x1:.2f} {unit} in x and between "
-        f"{y0:.2f} and {y1:.2f} {unit} in y."
+        f"{text}; 95 % of its ends lie between {x0:.2f} and {x1:.2f} {unit} along x and between "
+        f"{y0:.2f} and {y1:.2f} {unit} along y."
     )
 
 
@@ -198,24 +201,20 @@ def _times(factor: float | None) -> str:
 
 
 def _save(found: list[Sensitivity], folder: Path, pictures: bool) -> None:
-    """Write one row a shot and ball, and the samples and the picture of each shot."""
+    """Write one row a shot and ball, and the last shot's samples and picture."""
     from pool_pymunk.files import whole
     from pool_pymunk.sensitivity import write_csv
 
     with whole(folder / "spread.csv") as part:
         write_csv(found, part)
-    with progress("drawing", len(found)) as bar:
-        for one in found:
-            run = one.reference
-            stem = f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"
-            with whole(folder / f"{stem}.npz") as part:
-                one.write_npz(part)
-            if pictures:
-                from pool_pymunk.render.clouds import cloud_picture
+    run = found[-1].reference
+    stem = f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"
+    with whole(folder / f"{stem}.npz") as part:
+        found[-1].write_npz(part)
+    if pictures:
+        from pool_pymunk.render.clouds import cloud_picture
 
-                cloud_picture(one, folder / f"{stem}.png")
-            bar.update(bar.task_ids[0], advance=1)
-    typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
+        cloud_picture(found[-1], folder / f"{stem}.png")
 
 
 def _write_json(path: Path, scenario: str, scene: Scene, found: list[Sensitivity]) -> None:

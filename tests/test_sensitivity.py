@@ -1,0 +1,420 @@
+"""The spread of ends: known where the ends are known in closed form, and reproducible."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Physics,
+    Restitution,
+    Scene,
+    Sensitivity,
+    SettingError,
+    Shot,
+    Table,
+    Uncertainty,
+    load,
+    sensitivity,
+    written_uncertainty,
+)
+from pool_pymunk.cli import main
+from pool_pymunk.motion import Array
+from pool_pymunk.scenario import bundled
+from pool_pymunk.sensitivity import digits_that_hold
+from pool_pymunk.uncertainty import uncertainty_of
+
+INCH = 0.0254
+RESTITUTION, BRAKE, RADIUS, SPEED = 0.8, 0.2 * 9.80665, 0.03, 2.0
+HALF = 1e-4  # m; half the width of what starts may be
+STD = HALF / math.sqrt(3.0)  # the standard deviation of numbers uniform within +-HALF
+
+
+def off_one_cushion() -> Scene:
+    """A ball rolls into the cushion x = 1.5 and back."""
+    ball = Ball("C", (0.7, 0.5), RADIUS, 0.2, cue=True)
+    return Scene(
+        (ball,),
+        Table.rectangle(1.5, 1.0),
+        Restitution(cushion=RESTITUTION),
+        Friction(surface=0.2),
+        shots=(Shot("in and out", "C", (SPEED, 0.0)),),
+    )
+
+
+def head_on_pair() -> Scene:
+    """A ball hits another of the same mass in the middle."""
+    a = Ball("A", (0.0, 0.0), RADIUS, 0.2, cue=True)
+    b = Ball("B", (0.5, 0.0), RADIUS, 0.2)
+    return Scene(
+        (a, b),
+        None,
+        Restitution(ball_ball=RESTITUTION),
+        Friction(surface=0.2),
+        shots=(Shot("straight", "A", (SPEED, 0.0)),),
+    )
+
+
+def played(
+    scene: Scene, uncertainty: Uncertainty, samples: int = 2000, seed: int = 1
+) -> Sensitivity:
+    return sensitivity(scene, None, uncertainty, samples, seed, processes=1)
+
+
+def standard_error(values: Array) -> float:
+    """Of the standard deviation of ``values``, from their fourth moment."""
+    off = (values - values.mean()) ** 2
+    return float(off.std() / (2.0 * math.sqrt(off.mean() * len(values))))
+
+
+# -- known spreads ---------------------------------------------------------------------------------
+
+
+def test_off_one_cushion_the_spread_shrinks_by_the_square_of_the_restitution() -> None:
+    """The end is x = L - r - e^2 (v^2 / 2 a - (L - r - x0)): its slope in x0 is -e^2."""
+    found = played(off_one_cushion(), Uncertainty(HALF))
+    (ball,) = found.balls
+    assert ball.std == pytest.approx((RESTITUTION**2 * STD, STD), rel=0.05)
+    assert ball.deviation == max(ball.std)
+    assert ball.amplification == pytest.approx(1.0, rel=0.05)
+    assert np.subtract(ball.high, ball.low) == pytest.approx(
+        [1.9 * HALF * RESTITUTION**2, 1.9 * HALF], rel=0.02
+    )
+    off = found.starts[:, 0, 0] - 0.7
+    assert found.ends[:, 0, 0] == pytest.approx(ball.end[0] - RESTITUTION**2 * off, abs=1e-12)
+
+
+def test_a_faster_ball_comes_farther_back() -> None:
+    found = played(off_one_cushion(), Uncertainty(speed=0.01))
+    slope = RESTITUTION**2 * SPEED / BRAKE
+    assert found.balls[0].std[0] == pytest.approx(slope * 0.01 / math.sqrt(3.0), rel=0.05)
+    assert found.balls[0].std[1] == pytest.approx(0.0, abs=1e-15)
+    assert found.balls[0].amplification is None
+    assert found.agree == pytest.approx(0.01)  # a digit of the printed end, here of metres
+
+
+def test_a_turned_cue_misses_sideways() -> None:
+    found = played(off_one_cushion(), Uncertainty(angle=0.001))
+    way = 1.5 - RADIUS - 0.7
+    sideways = way + (way - RESTITUTION**2 * way)  # to first order, if friction did not matter
+    assert found.balls[0].std[1] > 0.001 * way / math.sqrt(3.0)
+    assert found.balls[0].std[1] < 0.001 * 2.0 * sideways / math.sqrt(3.0)
+    assert found.balls[0].std[0] < 1e-6
+
+
+def test_a_head_on_pair() -> None:
+    """B ends at x_B + c^2 (v^2 / 2 a - gap), c = (1 + e) / 2: slope c^2 in x_A, 1 - c^2 in x_B."""
+    along = Uncertainty({"A": (HALF, 0.0), "B": (HALF, 0.0)})
+    found = played(head_on_pair(), along)
+    for ball, c in zip(found.balls, ((1 - RESTITUTION) / 2, (1 + RESTITUTION) / 2), strict=True):
+        assert ball.std[0] == pytest.approx(STD * math.hypot(c**2, 1 - c**2), rel=0.05)
+        assert ball.std[1] == pytest.approx(0.0, abs=1e-15)
+    assert found.same == 1.0
+
+
+def test_no_uncertainty_no_spread() -> None:
+    found = played(load("report"), Uncertainty(), samples=10)
+    for ball in found.balls:
+        assert ball.std == (0.0, 0.0)
+        assert ball.low == ball.high == ball.end
+        assert ball.amplification is None
+        assert ball.horizon == math.inf
+        assert "?" not in "".join(ball.digits(load("report")))
+    assert found.same == 1.0
+    assert found.horizon == math.inf
+
+
+# -- the report ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def simulation_1() -> Sensitivity:
+    return sensitivity(load("report"), "Simulation 1", written_uncertainty("report"))
+
+
+def test_ball_8_of_simulation_1_spreads_by_about_1_7_inches(simulation_1: Sensitivity) -> None:
+    assert simulation_1.samples == 1000
+    assert simulation_1.worst.ball == "8"
+    assert simulation_1.worst.deviation / INCH == pytest.approx(1.7, abs=0.25)
+    amplification = simulation_1.worst.amplification
+    assert amplification is not None
+    assert 500 < amplification < 700
+    assert simulation_1.worst.digits(load("report")) == ("1?.??", "?.??")
+
+
+def test_a_ball_that_nothing_hits_ends_where_it_starts(simulation_1: Sensitivity) -> None:
+    rester = simulation_1.balls[4]
+    assert rester.ball == "4"
+    assert rester.amplification == pytest.approx(1.0, rel=0.06)
+    assert rester.horizon == math.inf
+    assert rester.digits(load("report")) == ("10.47", "25.10")
+    assert (simulation_1.ends[:, 4] == simulation_1.starts[:, 4]).all()
+
+
+def test_runs_part_when_balls_meet(simulation_1: Sensitivity) -> None:
+    first = simulation_1.reference.events[0].t
+    assert first < simulation_1.horizon < first + 0.2
+    assert 0.4 < simulation_1.same < 0.7
+    off = np.hypot(*(simulation_1.ends - simulation_1.reference.end.position).T).T
+    assert (off[np.isinf(simulation_1.left)] < 1.5 * simulation_1.agree).mean() > 0.99
+
+
+def test_two_seeds_agree_within_their_standard_error(simulation_1: Sensitivity) -> None:
+    other = sensitivity(load("report"), 0, written_uncertainty("report"), 1000, seed=1)
+    assert not np.array_equal(other.starts, simulation_1.starts)
+    for i, (one, two) in enumerate(zip(simulation_1.balls, other.balls, strict=True)):
+        for axis in (0, 1):
+            values = simulation_1.ends[:, i, axis], other.ends[:, i, axis]
+            error = math.hypot(*map(standard_error, values))
+            assert abs(one.std[axis] - two.std[axis]) < 4.5 * error, one.ball
+
+
+@pytest.mark.parametrize("processes", [2, 3])
+def test_the_seed_decides_and_not_the_number_of_processes(processes: int) -> None:
+    scene, uncertainty = load("report"), written_uncertainty("report")
+    alone = sensitivity(scene, 0, uncertainty, samples=90, seed=7, processes=1)
+    shared = sensitivity(scene, 0, uncertainty, samples=90, seed=7, processes=processes)
+    for name in ("starts", "ends", "left", "same_contacts"):
+        assert np.array_equal(getattr(alone, name), getattr(shared, name)), name
+    assert alone.balls == shared.balls
+
+
+def test_progress_counts_every_sample() -> None:
+    done: list[int] = []
+    sensitivity(off_one_cushion(), 0, Uncertainty(HALF), 60, processes=1, on_done=done.append)
+    assert sum(done) == 60
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "kept"),
+    [
+        (14.76, 0.0, "14.76"),
+        (14.76, 0.0049, "14.76"),
+        (14.76, 0.0051, "14.7?"),
+        (14.76, 0.051, "14.??"),
+        (-9.5, 4.9, "-?.??"),
+        (123.0, 4.9, "12?.??"),
+        (123.0, 51.0, "???.??"),
+    ],
+)
+def test_a_digit_holds_if_it_is_twice_the_deviation(value: float, std: float, kept: str) -> None:
+    assert digits_that_hold(value, std) == kept
+
+
+# -- what a scenario writes ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("written", "half"),
+    [("66.00", 0.005), ("66.0", 0.05), ("66", 0.5), ("0.0", 0.05), ("6.6e1", 0.5), ("1_0.5", 0.05),
+     ("-3.25e-2", 0.00005)],
+)  # fmt: skip
+def test_the_last_written_digit(written: str, half: float) -> None:
+    text = f'[units]\nlength = "in"\n[[balls]]\nid = "1"\nposition = [{written}, 1.000]\n'
+    position = uncertainty_of(text).position
+    assert isinstance(position, dict)
+    assert position["1"] == pytest.approx((half * INCH, 0.0005 * INCH))
+
+
+def test_each_ball_has_its_own_digits() -> None:
+    widths = written_uncertainty("two-balls").widths(load("two-balls"))
+    assert widths == pytest.approx(np.full((2, 2), 0.05 * INCH))
+    mixed = Uncertainty({"A": (0.1, 0.2)}).widths(load("two-balls"))
+    assert mixed.tolist() == [[0.1, 0.2], [0.0, 0.0]]
+
+
+# -- starts that overlap ---------------------------------------------------------------------------
+
+
+def rack(rows: int = 4) -> Scene:
+    """A cue ball and a frozen triangle of touching balls."""
+    balls = [Ball("C", (0.3, 0.5), RADIUS, 0.2, cue=True)]
+    for row in range(rows):
+        for k in range(row + 1):
+            x, y = 1.0 + row * RADIUS * math.sqrt(3.0), 0.5 + (2 * k - row) * RADIUS
+            balls.append(Ball(str(len(balls)), (x, y), RADIUS, 0.2))
+    return Scene(
+        tuple(balls),
+        Table.rectangle(2.0, 1.0),
+        Restitution(0.95, None, 0.8),
+        Friction(0.2),
+        shots=(Shot("break", "C", (3.0, 0.0)),),
+    )
+
+
+def test_starts_that_overlap_are_drawn_anew() -> None:
+    found = played(rack(), Uncertainty(HALF), samples=100)
+    assert found.rejected > 100
+    gap = found.starts[:, :, None] - found.starts[:, None]
+    distance = np.hypot(gap[..., 0], gap[..., 1]) + 10.0 * np.eye(11)
+    assert distance.min() >= 2 * RADIUS * (1 - 1e-8)
+    base = np.array([ball.position for ball in rack().balls])
+    assert np.abs(found.starts - base).max() <= HALF
+
+
+def test_a_ball_at_a_slanting_cushion_stays_on_the_table() -> None:
+    triangle = Table(((0.0, 0.0), (2.0, 0.0), (0.0, 2.0)))
+    place = 1.0 - RADIUS / math.sqrt(2.0)
+    ball = Ball("C", (place, place), RADIUS, 0.2, cue=True)
+    scene = Scene(
+        (ball,), triangle, Restitution(cushion=0.8), Friction(0.2),
+        shots=(Shot("away", "C", (-1.0, 0.0)),),
+    )  # fmt: skip
+    found = played(scene, Uncertainty(0.01), samples=500)
+    assert found.rejected == pytest.approx(500, rel=0.3)  # half of all draws
+    x, y = found.starts[:, 0].T
+    assert ((2.0 - x - y) / math.sqrt(2.0)).min() >= RADIUS * (1 - 1e-8)
+    wide = played(scene, Uncertainty(0.9), samples=100)  # farther than a radius past the cushion
+    assert (wide.starts > 0.0).all()
+    assert (wide.starts.sum(axis=2) < 2.0).all()
+
+
+def test_a_ball_without_room_is_an_error() -> None:
+    ball = Ball("C", (1.0, RADIUS), RADIUS, 0.2, cue=True)
+    scene = Scene(
+        (ball,), Table.rectangle(2.0, 2 * RADIUS), Restitution(cushion=0.8), Friction(0.2),
+        shots=(Shot("along", "C", (1.0, 0.0)),),
+    )  # fmt: skip
+    with pytest.raises(SettingError, match="lie so close that no starts"):
+        played(scene, Uncertainty(0.01), samples=10)
+
+
+# -- shots -----------------------------------------------------------------------------------------
+
+
+def test_a_shot_that_goes_on_spreads_by_both() -> None:
+    scene = off_one_cushion()
+    twice = Scene(
+        scene.balls, scene.table, scene.restitution, scene.friction,
+        shots=(scene.shots[0], Shot("again", "C", (SPEED, 0.0), from_previous=True)),
+    )  # fmt: skip
+    found = sensitivity(twice, 1, Uncertainty(HALF), 500, processes=1)
+    assert found.balls[0].std[0] == pytest.approx(RESTITUTION**4 * STD, rel=0.1)
+
+
+def test_a_shot_that_aims_follows_its_ball() -> None:
+    pair = head_on_pair()
+    aimed = Scene(
+        pair.balls, None, pair.restitution, pair.friction,
+        shots=(Shot("aimed", "A", speed=SPEED, aim="B"),),
+    )  # fmt: skip
+    fixed, following = (played(scene, Uncertainty(HALF), 300) for scene in (pair, aimed))
+    assert following.worst.deviation < 0.2 * fixed.worst.deviation
+
+
+def test_a_scene_without_shots() -> None:
+    ball = Ball("1", (0.0, 0.0), RADIUS, 0.2, velocity=(1.0, 0.0))
+    scene = Scene((ball,), friction=Friction(), physics=Physics(max_time=2.0))
+    found = played(scene, Uncertainty(HALF))
+    assert found.balls[0].std == pytest.approx((STD, STD), rel=0.05)
+    assert found.reference.status == "max_time"
+    with pytest.raises(SettingError, match="no shot whose speed or angle"):
+        played(scene, Uncertainty(speed=0.1))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"samples": 1}, "samples = 1: must be 2 or more"),
+        ({"seed": -1}, "seed = -1: must be 0 or more"),
+        ({"processes": 0}, "processes = 0: must be 1 or more"),
+        ({"shot": "none such"}, "there is no such shot"),
+        ({"uncertainty": Uncertainty({"Z": (0.1, 0.1)})}, "position of ball Z: there is no such"),
+    ],
+)
+def test_settings_that_make_no_sense(change: dict[str, object], message: str) -> None:
+    settings: dict[str, object] = {"shot": 0, "uncertainty": Uncertainty(HALF), "samples": 60}
+    with pytest.raises(SettingError, match=message):
+        sensitivity(off_one_cushion(), **(settings | change))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("half", [-1.0, math.nan, math.inf])
+def test_uncertainties_are_numbers_from_0(half: float) -> None:
+    for settings in (
+        {"position": half},
+        {"position": {"1": (0.0, half)}},
+        {"speed": half},
+        {"angle": half},
+    ):
+        with pytest.raises(SettingError, match="must be 0 or more, and finite"):
+            Uncertainty(**settings)
+
+
+# -- the command line ------------------------------------------------------------------------------
+
+
+def exit_code(*arguments: object) -> int:
+    with pytest.raises(SystemExit) as caught:
+        main([*map(str, arguments)])
+    assert isinstance(caught.value.code, int)
+    return caught.value.code
+
+
+def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = tmp_path / "data.json"
+    options = ["--shot", 1, "--samples", 100, "--seed", 3, "--out", tmp_path, "--json", data]
+    assert exit_code("sensitivity", "report", *options) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("100 samples a shot with starts within ±0.005 in; seed 3\n")
+    assert "Ball 8 spreads most: its end has a standard deviation of" in printed
+    assert "half of the runs are more than 0.01 in off the unperturbed one" in printed
+    rows = list(csv.DictReader((tmp_path / "spread.csv").read_text("utf-8").splitlines()))
+    assert [row["ball"] for row in rows] == [ball.id for ball in load("report").balls]
+    found = json.loads(data.read_text(encoding="utf-8"))["shots"][0]
+    assert float(rows[8]["std_x"]) == found["balls"]["8"]["std"][0]
+    assert found["samples"] == 100
+    ends = np.load(tmp_path / "shot-1.npz")["ends"]
+    assert ends.shape == (100, 11, 2)
+    assert ends[:, 8, 0].std() == pytest.approx(found["balls"]["8"]["std"][0])
+    assert (tmp_path / "shot-1.png").stat().st_size > 50_000
+
+
+def test_errors_as_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    errors = ["--position-error", "1mm", "--speed-error", "2in/s", "--angle-error", 0.5]
+    options = [*errors, "--samples", 30, "--no-pictures", "--out", tmp_path]
+    assert exit_code("sensitivity", "two-balls", *options) == 0
+    expected = "starts within ±0.0394 in, speed ±0.0508 m/s, angle ±0.5°"
+    assert expected in capsys.readouterr().out
+    assert not (tmp_path / "shot-1.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["report", "--position-error", "much"], "must be a length"),
+        (["report", "--position-error", "-1mm"], "must be 0 or more"),
+        (["report", "--speed-error", "1in"], "must be a speed"),
+        (["report", "--angle-error", "nan"], "must be 0 or more"),
+        (["report", "--shot", "9"], "there is no such shot"),
+        (["report", "--samples", "1"], "samples = 1: must be 2 or more"),
+        (["report", "--seed", "-1"], "seed = -1: must be 0 or more"),
+        (["report", "--processes", "0"], "processes = 0: must be 1 or more"),
+        (["no-such-file.toml"], "there is no such file"),
+    ],
+)
+def test_bad_arguments_get_one_line(
+    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert exit_code("sensitivity", *arguments, "--out", tmp_path) == 2
+    answer = capsys.readouterr()
+    assert answer.out == ""
+    assert message in answer.err
+    assert len(answer.err.splitlines()) == 1
+
+
+def test_a_scenario_that_can_be_read_but_once(capsys: pytest.CaptureFixture[str]) -> None:
+    """A pipe has no digits the second time: the errors must be typed."""
+    read, write = os.pipe()
+    os.write(write, bundled()["two-balls"].read_bytes())
+    os.close(write)
+    assert exit_code("sensitivity", f"/dev/fd/{read}") == 2
+    os.close(read)
+    assert "--position-error = (left out): is wanted" in capsys.readouterr().err
