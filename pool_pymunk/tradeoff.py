@@ -224,9 +224,8 @@ def sentences(result: Tradeoff) -> list[str]:
     exact = result.of(EXACT)
     if exact:
         error = units.from_si(exact[0].largest, "length")
-        lines.append(
-            f"Without a step: {EXACT} in {exact[0].time * 1e3:.3g} ms, to {error:.1g} {units.length}."
-        )
+        cost = f"{exact[0].time * 1e3:.3g} ms"
+        lines.append(f"Without a step: {EXACT} in {cost}, to {error:.1g} {units.length}.")
     if result.spread is not None:
         lines.append(
             f"The start positions are known to the last digit written: that alone moves an end by "
