@@ -121,7 +121,7 @@ class ReferenceRun:
     events: list[tuple[Number, str, tuple[int, ...], int | None]] = field(default_factory=list)
     final: list[Vec] = field(default_factory=list)
     velocity: list[Vec] = field(default_factory=list)
-    duration: Number = mpf(0)
+    duration: Number = 0
     gentlest: Number = mp.inf
 
 
@@ -272,9 +272,7 @@ class Reference:
             self.out.events.append((self.now, "ball-cushion", (i,), j))
             self._bounce(self.discs[i], self._cushion_normal(kind, i, j))
         for k in _balls(key):
-            if self.discs[k].moves and self.discs[k].speed < ROUNDING:
-                self._stop(k)
-            elif not self.discs[k].moves:
+            if not self.discs[k].moves or self.discs[k].speed < ROUNDING:
                 self._stop(k)
         return _balls(key)
 
@@ -402,7 +400,7 @@ MOST_BALLS = 12
 
 
 def random_scene(law: str, table: str, rng: random.Random) -> Scene:
-    """2 to 12 balls of any mass and size, most of them moving; coefficients from their whole range."""
+    """2 to 12 balls of any mass and size, most of them moving; any coefficients."""
     outline = OUTLINES[table]
     surface = rng.choice([0.0, round(rng.uniform(0.02, 0.3), 3)])
     balls: list[Ball] = []

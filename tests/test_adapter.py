@@ -136,7 +136,7 @@ def test_bodies_follow_their_paths_step_by_step(friction: str) -> None:
     assert body.velocity_func == pymunk.Body.update_velocity
 
 
-# -- the discrete adapter ---------------------------------------------------------------------------
+# -- the discrete adapter --------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_zero_slip_of_the_published_law_is_reported() -> None:
         assert not simulate(load("report-corrected"), "Simulation 4", solver=solver).warnings
 
 
-# -- what a scene leaves out is not installed -------------------------------------------------------
+# -- what a scene leaves out is not installed ------------------------------------------------------
 
 
 def test_a_part_that_is_left_out_costs_nothing() -> None:
@@ -199,7 +199,7 @@ def test_an_exception_in_a_callback_comes_out_of_the_step() -> None:
             table.step()
 
 
-# -- any pymunk world -------------------------------------------------------------------------------
+# -- any pymunk world ------------------------------------------------------------------------------
 
 
 def _ball(table: Billiards, position: tuple[float, float], radius: float = 0.03) -> TableBall:

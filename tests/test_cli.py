@@ -66,7 +66,7 @@ def test_version() -> None:
     assert typed("--version").stdout.strip() == __version__
 
 
-# -- run --------------------------------------------------------------------------------------------
+# -- run -------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +196,7 @@ def test_a_run_cut_off_by_max_time_is_a_result(tmp_path: Path) -> None:
     assert shot["duration"] == 0.5
 
 
-# -- check and compare ------------------------------------------------------------------------------
+# -- check and compare -----------------------------------------------------------------------------
 
 
 def test_check_says_what_is_modelled() -> None:
@@ -236,7 +236,7 @@ def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
     assert {"solver", "dt", "largest", "rms", "time", "python", "seed"} <= set(rows[0])
 
 
-# -- bad input --------------------------------------------------------------------------------------
+# -- bad input -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

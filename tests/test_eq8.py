@@ -18,7 +18,7 @@ BOUND = SPEED * DT / R
 
 
 def angle_after(offset: float, lead: float, solver: str) -> float | None:
-    """The direction (rad) in which a resting ball leaves a frictionless hit; None if it is missed."""
+    """The direction (rad) in which a resting ball leaves a frictionless hit; None if missed."""
     scene = Scene(
         balls=(
             Ball("a", (0.0, 0.0), R, 0.16, velocity=(SPEED, 0.0)),
@@ -33,7 +33,8 @@ def angle_after(offset: float, lead: float, solver: str) -> float | None:
 
 def test_eq_8_is_the_way_of_a_slice_over_the_radius() -> None:
     assert math.degrees(BOUND) == pytest.approx(0.0401, abs=5e-5)
-    assert BOUND * WAY == pytest.approx(1.40e-3, abs=5e-6)
+    off = BOUND * WAY
+    assert off == pytest.approx(1.40e-3, abs=5e-6)
 
 
 def test_the_worst_grazing_hit_is_off_by_half_the_bound() -> None:

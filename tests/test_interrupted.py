@@ -1,0 +1,221 @@
+"""Ctrl-C and a full disk: whole files or none, finished work is kept, one line, the right code."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pool_pymunk import stability
+from pool_pymunk.cli import main
+from pool_pymunk.result import Run
+
+PATIENCE = 60.0  # s
+# Slices of 1e-6 s take about a second for each of the report's shots: time enough to interrupt.
+SLOW_RUN = ("run", "report", "--solver", "time-slice", "--dt", "1e-6", "--no-pictures")
+MOST_BYTES = 20_000  # of a file on the disk that is full
+
+
+def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:
+    """``pool-pymunk`` with these arguments, in a process and group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "pool_pymunk", *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=_limit_files if limited else None,
+    )
+
+
+def _limit_files() -> None:
+    """No file may grow beyond this; writing more fails as it does on a full disk."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES, MOST_BYTES))
+
+
+def wait_until(so: Callable[[], bool]) -> None:
+    """Wait until it is so."""
+    latest = time.monotonic() + PATIENCE
+    while not so():
+        assert time.monotonic() < latest, "it never came to be"
+        time.sleep(0.01)
+
+
+def _is_alive(group: int) -> bool:
+    """Whether the group has a process left."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def interrupt(process: subprocess.Popen[str]) -> str:
+    """Ctrl-C, as a terminal sends it to the whole group; returns what stderr says."""
+    os.killpg(process.pid, signal.SIGINT)
+    _, stderr = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130, stderr
+    return stderr
+
+
+def rows(path: Path) -> list[list[str]]:
+    """The rows of a CSV, the heading included."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.reader(file))
+
+
+def all_whole(folder: Path) -> set[str]:
+    """The names of the files in a folder: each can be read to its end, none is temporary."""
+    for path in folder.iterdir():
+        assert not path.name.startswith(".") and path.stat().st_size > 0, path
+        if path.suffix == ".npz":
+            with np.load(path) as data:
+                assert len(data["t"]) == len(data["position"])
+        elif path.suffix == ".csv":
+            assert len({len(row) for row in rows(path)}) == 1
+        elif path.suffix == ".json":
+            json.loads(path.read_text(encoding="utf-8"))
+    return {path.name for path in folder.iterdir()}
+
+
+# -- Ctrl-C ----------------------------------------------------------------------------------------
+
+
+def test_ctrl_c_keeps_the_shots_that_were_finished(tmp_path: Path) -> None:
+    results = tmp_path / "all.json"
+    process = start(*SLOW_RUN, "--out", tmp_path / "out", "--json", results)
+    wait_until((tmp_path / "out" / "shot-1-events.csv").exists)
+    assert interrupt(process) == "error: interrupted\n"
+    shots = json.loads(results.read_text(encoding="utf-8"))["shots"]
+    assert [shot["name"] for shot in shots] == ["Simulation 1"]
+    assert shots[0]["status"] == "settled"
+    assert all_whole(tmp_path / "out") >= {"shot-1.npz", "shot-1.csv", "shot-1-events.csv"}
+    assert "shot-4.npz" not in all_whole(tmp_path / "out")
+
+
+def test_ctrl_c_before_the_first_shot_leaves_nothing(tmp_path: Path) -> None:
+    results = tmp_path / "all.json"
+    process = start("run", "report", "--solver", "time-slice", "--dt", "1e-8",
+                    "--out", tmp_path / "out", "--json", results)  # fmt: skip
+    assert process.stdout is not None
+    process.stdout.readline()  # the log has begun, the first shot runs
+    assert interrupt(process) == "error: interrupted\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_ends_stability_and_its_processes(tmp_path: Path) -> None:
+    """Some cells are done after a few seconds, or none: the CSV is whole, or not there."""
+    process = start("stability", "--out", tmp_path / "out")
+    time.sleep(4.0)
+    assert interrupt(process) == "error: interrupted\n"
+    if (tmp_path / "out").exists():
+        assert all_whole(tmp_path / "out") >= {"stability.csv"}
+    wait_until(lambda: not _is_alive(process.pid))
+
+
+def test_ctrl_c_keeps_the_rows_of_stability(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(stability, "check_all", lambda *_: one_cell(KeyboardInterrupt()))
+    assert exit_code("stability", "--out", str(tmp_path)) == 130
+    assert capsys.readouterr().err == "error: interrupted\n"
+    assert all_whole(tmp_path) == {"stability.csv", "stability.png"}
+    heading, *measured = rows(tmp_path / "stability.csv")
+    extreme, solver = heading.index("extreme"), heading.index("solver")
+    assert {(row[extreme], row[solver]) for row in measured} == {("speeds", "event-driven")}
+
+
+def one_cell(then: BaseException | None = None) -> Iterator[stability.Cell]:
+    """The first cell of the table, and what comes then."""
+    yield stability.check(stability.EXTREMES[0], "event-driven", quick=True)
+    if then is not None:
+        raise then
+
+
+def exit_code(*arguments: str) -> object:
+    """What the command line would exit with."""
+    with pytest.raises(SystemExit) as exit_:
+        main(list(arguments))
+    return exit_.value.code
+
+
+# -- a full disk -----------------------------------------------------------------------------------
+
+
+def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
+    process = start("run", "report", "--out", tmp_path / "out", limited=True)
+    _, stderr = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 1, stderr
+    assert stderr.startswith(f"error: {tmp_path / 'out' / 'shot-1'}")
+    assert stderr.endswith(": File too large\n")
+    assert len(stderr.splitlines()) == 1
+    all_whole(tmp_path / "out")
+
+
+def test_a_disk_that_fills_up_keeps_what_was_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(run: Run, path: Path) -> None:
+        if run.name == "Simulation 2":
+            path.write_text("t,ball,x")
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write_csv(run, path)
+
+    write_csv = Run.write_csv
+    monkeypatch.setattr(Run, "write_csv", full)
+    folder, results = tmp_path / "out", tmp_path / "all.json"
+    arguments = ("run", "report", "--no-pictures", "--out", str(folder), "--json", str(results))
+    assert exit_code(*arguments) == 1
+    error = f"error: {folder / 'shot-2.csv'}: No space left on device\n"
+    assert capsys.readouterr().err == error
+    first = {"shot-1.npz", "shot-1.csv", "shot-1-events.csv"}
+    assert all_whole(folder) == first | {"shot-2.npz"}
+    shots = json.loads(results.read_text(encoding="utf-8"))["shots"]
+    assert [shot["name"] for shot in shots] == ["Simulation 1", "Simulation 2"]
+
+
+def test_a_full_disk_stops_stability_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(_cells: object, path: Path) -> None:
+        path.write_text("extreme,case")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(stability, "check_all", lambda *_: one_cell())
+    monkeypatch.setattr("pool_pymunk.stability.table.write_csv", full)
+    assert exit_code("stability", "--out", str(tmp_path)) == 1
+    error = f"error: {tmp_path / 'stability.csv'}: No space left on device\n"
+    assert capsys.readouterr().err == error
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 64 kB, where we may mount one."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(disk)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("needs the right to mount a file system")
+    yield disk
+    subprocess.run(["umount", str(disk)], check=True)
+
+
+def test_a_disk_that_is_really_full(small_disk: Path) -> None:
+    process = start("run", "report", "--out", small_disk / "out")
+    _, stderr = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 1
+    assert stderr.startswith("error: ") and stderr.endswith("No space left on device\n")
+    assert len(stderr.splitlines()) == 1
+    all_whole(small_disk / "out")
