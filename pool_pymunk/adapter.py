@@ -18,32 +18,25 @@ carries the mean velocity of its path over the coming step, which makes position
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
+from heapq import heappop, heappush
 from typing import Literal, NamedTuple
 
 import pymunk
 
 from pool_pymunk.contact import LAWS, Pair
-from pool_pymunk.impact import NO_BALL, Impacts, Touch, closing_speed
+from pool_pymunk.hits import Answer, Hits
+from pool_pymunk.impact import NO_BALL, Touch, closing_speed
 from pool_pymunk.motion import Vector
-from pool_pymunk.path import (
-    EPSILON,
-    Face,
-    Path,
-    Post,
-    face_length,
-    pair_time,
-    post_length,
-)
+from pool_pymunk.path import EPSILON, Face, Path, Post, pair_time
+from pool_pymunk.walls import Wall, length_to, sides_of, unit
 
 Contacts = Literal["swept", "discrete"]
 FrictionBy = Literal["joint", "callback"]
 Near = tuple[int, int]  # two balls, lower number first; or a ball and -1 - the number of a wall
 
 BALL, FEELER, WALL = 0x42616C6C, 0x4665656C, 0x57616C6C  # collision types of our own
-NEARLY_NOW = 1e-9  # s; contacts so close in time may be of one instant: their gaps decide
-COLLAPSE = 500  # hits in a row, each within CONTACT_TIME of the last: elastic from there
-CONTACT_TIME = 1e-3  # in units of radius / speed
+NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
 
 
 class Contact(NamedTuple):
@@ -54,19 +47,20 @@ class Contact(NamedTuple):
     wall: int | None
 
 
-class Wall(NamedTuple):
-    """What a ball can bounce off: the sides of a shape, its coefficients, and its number."""
+class Due(NamedTuple):
+    """A contact that is due at ``t`` (s), unless one of the two has another path by then."""
 
-    sides: tuple[Face | Post, ...]
-    restitution: float
-    friction: float
-    number: int
+    t: float
+    order: int
+    pair: Near
+    path: Path
+    other: Path | None
 
 
 class Ball:
     """A ball on the table: its body, the circle that feels what is near, and its path."""
 
-    __slots__ = ("body", "feeler", "hits", "joint", "last_hit", "number", "path", "radius", "rests")
+    __slots__ = ("body", "feeler", "joint", "number", "path", "radius", "rests")
 
     def __init__(self, number: int, radius: float, feeler: pymunk.Circle, path: Path) -> None:
         assert feeler.body is not None
@@ -77,8 +71,6 @@ class Ball:
         self.path = path
         self.rests = path.speed == 0.0
         self.joint: pymunk.PivotJoint | None = None  # friction, while it moves
-        self.hits = 0  # in a row, each soon after the one before
-        self.last_hit = -math.inf
 
 
 class Billiards:
@@ -123,15 +115,17 @@ class Billiards:
         self.contacts = contacts
         self.friction = friction
         self.alone = alone
-        self.impacts = Impacts(LAWS[law])
+        self.hits: Hits[Near] = Hits(LAWS[law], self)
         self.on_contact: Callable[[Contact], None] | None = None
         self.on_path: Callable[[Ball], None] | None = None
         self.on_stop: Callable[[Ball], None] | None = None
         self.on_warning: Callable[[str], None] | None = None
+        self.name_of: Callable[[int], str] = str
         self.balls: list[Ball] = []
         self.walls: list[Wall] = []
         self.moving: dict[int, Ball] = {}
         self.time = 0.0
+        self.latest = math.inf  # when to stop (s), in the middle of a step if need be
         self.steps = 0
         self.is_finite = True
         self._next_stop = math.inf
@@ -139,6 +133,7 @@ class Billiards:
         self._number: dict[pymunk.Shape, int] = {}  # of a feeler's ball, or -1 - that of a wall
         self._ball_of: dict[pymunk.Body, Ball] = {}
         self._moved_by_others: list[Ball] = []
+        self._order = 0  # of contacts that fall due
         self._error: Exception | None = None
         self._install()
 
@@ -203,6 +198,7 @@ class Billiards:
 
     def strike(self, ball: Ball, velocity: Vector) -> None:
         """Give a ball a velocity (m/s) now, between two steps."""
+        self.hits.strike(ball.number, velocity)
         self._set_off(ball, self.time, ball.path.at(self.time)[0], velocity)
         self._carry(ball)
 
@@ -216,14 +212,28 @@ class Billiards:
         self.space.step(self.dt)
         self._after_step()
 
+    def play(self) -> None:
+        """Step until everything rests, it is ``latest``, or a number is out of range."""
+        step, dt, moving = self.space.step, self.dt, self.moving
+        while moving and self.time < self.latest and self.is_finite:
+            step(dt)
+            self._after_step()
+
+    def end_at(self, t: float) -> None:
+        """End now, in the middle of a step: balls that have stopped by ``t`` (s) rest."""
+        self.time = t
+        self._stop_balls()
+
     def _after_step(self, *_: object) -> None:
         """Answer what happened in the step that pymunk has just made; mostly nothing."""
         since = self.time
         self.steps += 1
         self.time = self.steps * self.dt
+        if self.time > self.latest:
+            self.time = self.latest
         if self._near or self._moved_by_others:
             near, self._near = self._near, {}
-            self._answer_contacts(list(near), since)
+            self._answer_contacts(near, since)
         if self.time + self.dt >= self._next_stop:
             self._stop_balls()
         if self._error is not None:
@@ -254,6 +264,7 @@ class Billiards:
         if abs(vx - ex) + abs(vy - ey) <= 1e-9 * scale and math.dist((x, y), expected) <= slack:
             return
         begin = (x - vx * self.dt, y - vy * self.dt)
+        self.hits.strike(ball.number, (vx, vy))
         self._set_off(ball, self.time, begin, (vx, vy))
         self._moved_by_others.append(ball)
 
@@ -303,9 +314,10 @@ class Billiards:
         if path.stop <= self.time:
             self._rest(ball)
             return
-        ball.body.velocity = self._mean_velocity(path, self.time)
+        (x, y), (next_x, next_y) = position, path.at(self.time + self.dt)[0]
+        ball.body.velocity = ((next_x - x) / self.dt, (next_y - y) / self.dt)
         margin = math.hypot(*velocity) * self.dt if self.contacts == "swept" else 0.0
-        rounding = 1e-9 * ball.radius + 16.0 * EPSILON * (abs(position[0]) + abs(position[1]))
+        rounding = 1e-9 * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
         ball.feeler.unsafe_set_radius(ball.radius + margin + rounding)
         if ball.number not in self.moving:
             self.moving[ball.number] = ball
@@ -351,55 +363,85 @@ class Billiards:
 
     # -- contacts --------------------------------------------------------------------------------
 
-    def _answer_contacts(self, near: list[Near], since: float) -> None:
+    def _answer_contacts(self, near: Collection[Near], since: float) -> None:
         """Find the contacts of the step that began at ``since``, and answer them in their order."""
         changed = {ball.number: ball for ball in self._moved_by_others}
         self._moved_by_others.clear()
+        due: list[Due] = []
+        self._foresee(due, near, since)
         for i in changed:
-            near += self._what_may_follow(i, changed)
-        times = {pair: self._contact_time(pair, since) for pair in near}
-        while times:
-            t = min(times.values())
-            if t > self.time:
-                break
-            now = [p for p, at in times.items() if at == t or self._meets_at(p, at, t)]
-            touched = self._answer(now, t)
-            for pair in now:
-                times[pair] = math.inf
-            for i in touched:
-                changed[i] = self.balls[i]
-                times.update((pair, 0.0) for pair in self._what_may_follow(i, changed))
-            for pair in [pair for pair in times if touched.intersection(pair)]:
-                times[pair] = self._contact_time(pair, t)
+            self._foresee(due, self._what_may_follow(i, changed, near), since)
+        while due and due[0].t <= self.time:
+            first = heappop(due)
+            if self._is_current(first):
+                answer = self.hits.answer(self._at_this_instant(first, due), first.t)
+                self._go_on(answer, first.t, changed)
+                for i in answer.velocity:
+                    self._foresee(due, self._what_may_follow(i, changed, near), first.t)
+                self._foresee(due, (touch[:2] for touch in answer.missed), first.t)
         for ball in changed.values():
             self._carry(ball)
 
+    def _foresee(self, due: list[Due], pairs: Iterable[Near], since: float) -> None:
+        """Note when these pairs meet, those that do in what is left of this step."""
+        contact_time = self._overlap_time if self.contacts == "discrete" else self._contact_time
+        for pair in pairs:
+            t = contact_time(pair, since)
+            if t < math.inf:
+                self._order += 1
+                heappush(due, Due(t, self._order, pair, *self._paths(pair)))
+
     def _contact_time(self, pair: Near, since: float) -> float:
-        """When the two meet in what is left of this step; infinite if they do not."""
+        """When the two meet, if they do in what is left of this step, or at its very end."""
         i, j = pair
-        if self.contacts == "discrete":
-            closes = self._gap(pair, self.time) < 0.0 and self._closes(pair, self.time)
-            return self.time if closes else math.inf
         a = self.balls[i]
+        until = self.time + self._instant(pair)
         if j >= 0:
             b = self.balls[j]
-            begin = max(since, a.path.t, b.path.t)
-            return pair_time(a.path, b.path, a.radius + b.radius, begin, self.time)
-        length = min(
-            face_length(a.path, a.radius, side)
-            if isinstance(side, Face)
-            else post_length(a.path, a.radius, side)
-            for side in self.walls[-1 - j].sides
-        )
+            since = max(since, a.path.t, b.path.t)
+            return pair_time(
+                a.path, b.path, a.radius + b.radius, since, until,
+                noise=self.hits.noise_of(i, j), contact_time=self.hits.contact_time(i, j, since),
+            )  # fmt: skip
+        length = min([length_to(side, a.path, a.radius) for side in self.walls[-1 - j].sides])
         t = max(a.path.time_at(length), since) if length < a.path.reach else math.inf
-        return t if t <= self.time else math.inf
+        return t if t <= until else math.inf
 
-    def _meets_at(self, pair: Near, at: float, t: float) -> bool:
-        """Whether a contact predicted for ``at`` has its gap closed, to rounding, at ``t``."""
-        if at > t + NEARLY_NOW:
-            return False
-        x, y = self.balls[pair[0]].path.at(t)[0]
-        return self._gap(pair, t) <= 32.0 * EPSILON * (abs(x) + abs(y) + self.balls[pair[0]].radius)
+    def _overlap_time(self, pair: Near, _since: float) -> float:
+        """The end of the step, if they overlap there and close; "discrete" knows no other time."""
+        closes = self._gap(pair, self.time) < 0.0 and self._closes(pair, self.time)
+        return self.time if closes else math.inf
+
+    def _instant(self, pair: Near) -> float:
+        """How far apart in time (s) contacts of one instant may seem to be."""
+        i, j = pair
+        speed = self.balls[i].path.speed
+        if j >= 0:
+            speed = max(speed, self.balls[j].path.speed)
+        return NEARLY_NOW * self.balls[i].radius / speed if speed > 0.0 else 0.0
+
+    def _paths(self, pair: Near) -> tuple[Path, Path | None]:
+        i, j = pair
+        return self.balls[i].path, self.balls[j].path if j >= 0 else None
+
+    def _is_current(self, due: Due) -> bool:
+        path, other = self._paths(due.pair)
+        return path is due.path and other is due.other
+
+    def _at_this_instant(self, first: Due, due: list[Due]) -> list[Near]:
+        """The pair that is due, and all whose gaps are closed with its."""
+        latest = first.t + self._instant(first.pair)
+        same, later = {first.pair: None}, []
+        while due and due[0].t <= latest:
+            other = heappop(due)
+            if self._is_current(other):
+                if self._gap(other.pair, first.t) <= self._rounding(other.pair, first.t):
+                    same[other.pair] = None
+                else:
+                    later.append(other)
+        for other in later:
+            heappush(due, other)
+        return list(same)
 
     def _gap(self, pair: Near, t: float) -> float:
         """Distance (m) between two surfaces at ``t``; negative where they overlap."""
@@ -408,73 +450,65 @@ class Billiards:
         if j >= 0:
             other = self.balls[j].path.at(t)[0]
             return math.dist(position, other) - self.balls[i].radius - self.balls[j].radius
-        return _nearest_side(self.walls[-1 - j], position)[0] - self.balls[i].radius
+        return self.walls[-1 - j].nearest(position)[0] - self.balls[i].radius
+
+    def _rounding(self, pair: Near, t: float) -> float:
+        x, y = self.balls[pair[0]].path.at(t)[0]
+        reach = sum(self.balls[i].radius for i in pair if i >= 0)
+        return 32.0 * EPSILON * (abs(x) + abs(y) + reach)
 
     def _closes(self, pair: Near, t: float) -> bool:
         velocity = {i: self.balls[i].path.at(t)[1] for i in pair if i >= 0}
-        speeds = sum(math.hypot(*v) for v in velocity.values())
-        return closing_speed(self._touch(pair, t), velocity) > 16.0 * EPSILON * speeds
+        return closing_speed(self.touch(pair, t), velocity) > self.hits.noise_of(*pair)
 
-    def _touch(self, pair: Near, t: float) -> Touch:
+    def _what_may_follow(
+        self, i: int, changed: Collection[int], near: Collection[Near]
+    ) -> list[Near]:
+        """What a ball with a new path can meet in the rest of the step."""
+        if self.contacts == "discrete":
+            return [pair for pair in near if i in pair]
+        path, r = self.balls[i].path, self.balls[i].radius
+        (x0, y0), (x1, y1) = path.position, path.at(self.time)[0]
+        r += 1e-6 * r + 16.0 * EPSILON * (abs(x0) + abs(y0))
+        box = pymunk.BB(min(x0, x1) - r, min(y0, y1) - r, max(x0, x1) + r, max(y0, y1) + r)
+        found = [self._number.get(s) for s in self.space.bb_query(box, pymunk.ShapeFilter())]
+        others = {j for j in found if j is not None and j != i} | {*changed} - {i}
+        return [(i, j) if j < 0 or i < j else (j, i) for j in others]
+
+    def _go_on(self, answer: Answer, t: float, changed: dict[int, Ball]) -> None:
+        """New paths for the balls that were hit; tell of the hits."""
+        for i, velocity in answer.velocity.items():
+            ball = changed[i] = self.balls[i]
+            self._set_off(ball, t, ball.path.at(t)[0], velocity)
+        if self.on_contact is not None:
+            for touch in answer.listed:
+                self.on_contact(Contact(t, touch.balls, touch.cushion))
+
+    # -- what the policies ask for ---------------------------------------------------------------
+
+    def path_of(self, i: int) -> Path:
+        """The path of ball ``i``."""
+        return self.balls[i].path
+
+    def radius_of(self, i: int) -> float:
+        """The radius (m) of ball ``i``."""
+        return self.balls[i].radius
+
+    def touch(self, pair: Near, t: float) -> Touch:
+        """How the two touch at ``t``."""
         i, j = pair
         x, y = self.balls[i].path.at(t)[0]
         if j >= 0:
             bx, by = self.balls[j].path.at(t)[0]
-            return Touch(
-                i, j, _unit(bx - x, by - y), self._elastic_if_squeezed(pair, self.pair(i, j))
-            )
+            return Touch(i, j, unit(bx - x, by - y), self.pair(i, j))
         wall = self.walls[-1 - j]
-        normal = _nearest_side(wall, (x, y))[1]
-        mass = self.balls[i].body.mass
-        coefficients = Pair(mass, math.inf, wall.restitution, wall.friction)
-        return Touch(i, NO_BALL, normal, self._elastic_if_squeezed(pair, coefficients), wall.number)
+        pair_ = Pair(self.balls[i].body.mass, math.inf, wall.restitution, wall.friction)
+        return Touch(i, NO_BALL, wall.nearest((x, y))[1], pair_, wall.number)
 
-    def _answer(self, pairs: list[Near], t: float) -> set[int]:
-        """Answer contacts of one instant by the law; returns the balls that have a new path."""
-        touches = _distinct([self._touch(p, t) for p in pairs if self._closes(p, t)])
-        balls = {i for touch in touches for i in touch[:2] if i != NO_BALL}
-        state = {i: self.balls[i].path.at(t) for i in balls}
-        velocity = {i: v for i, (_, v) in state.items()}
-        self.impacts.answer(touches, velocity)
-        for touch in touches:
-            self._report(touch, t)
-        for i in sorted(balls):
-            self._count_hit(self.balls[i], t)
-            self._set_off(self.balls[i], t, state[i][0], velocity[i])
-        return balls
-
-    def _what_may_follow(self, i: int, changed: dict[int, Ball]) -> list[Near]:
-        """What a ball with a new path can meet in the rest of the step."""
-        ball = self.balls[i]
-        if ball.path.stop <= ball.path.t or self.contacts == "discrete":
-            return []
-        x0, y0 = ball.path.position
-        x1, y1 = ball.path.at(self.time)[0]
-        r = ball.radius * (1.0 + 1e-6)
-        box = pymunk.BB(min(x0, x1) - r, min(y0, y1) - r, max(x0, x1) + r, max(y0, y1) + r)
-        found = [self._number.get(s) for s in self.space.bb_query(box, pymunk.ShapeFilter())]
-        others = {j for j in found if j is not None and j != i} | (changed.keys() - {i})
-        return [(i, j) if j < 0 or i < j else (j, i) for j in others]
-
-    def _report(self, touch: Touch, t: float) -> None:
-        if self.on_contact is not None:
-            balls = (touch.a,) if touch.b == NO_BALL else (touch.a, touch.b)
-            self.on_contact(Contact(t, balls, touch.cushion))
-
-    # -- inelastic collapse ----------------------------------------------------------------------
-
-    def _count_hit(self, ball: Ball, t: float) -> None:
-        contact_time = CONTACT_TIME * ball.radius / max(ball.path.speed, 1e-100)
-        ball.hits = ball.hits + 1 if t - ball.last_hit <= contact_time else 0
-        ball.last_hit = t
-
-    def _elastic_if_squeezed(self, pair: Near, coefficients: Pair) -> Pair:
-        squeezed = any(self.balls[i].hits > COLLAPSE for i in pair if i >= 0)
-        if not squeezed or coefficients.restitution == 1.0:
-            return coefficients
+    def warn(self, text: str) -> None:
+        """Tell the user something about this run."""
         if self.on_warning is not None:
-            self.on_warning("inelastic collapse: hits taken as elastic from there (TC model)")
-        return coefficients._replace(restitution=1.0)
+            self.on_warning(text)
 
 
 def same_balls(restitution: float, friction: float, mass: float) -> Callable[[int, int], Pair]:
@@ -484,56 +518,6 @@ def same_balls(restitution: float, friction: float, mass: float) -> Callable[[in
     Pair(m_a=0.2, m_b=0.2, restitution=0.9, friction=0.05)
     """
     return lambda _i, _j: Pair(mass, mass, restitution, friction)
-
-
-def sides_of(shape: pymunk.Shape) -> tuple[Face | Post, ...]:
-    """The faces and corners of a static segment, circle or polygon."""
-    body = shape.body
-    assert body is not None
-    if isinstance(shape, pymunk.Circle):
-        return (Post(_vector(body.local_to_world(shape.offset)), shape.radius),)
-    if isinstance(shape, pymunk.Segment):
-        corners = [_vector(body.local_to_world(end)) for end in (shape.a, shape.b)]
-    else:
-        assert isinstance(shape, pymunk.Poly), "walls are segments, circles or polygons"
-        corners = [_vector(body.local_to_world(corner)) for corner in shape.get_vertices()]
-    outline = zip(corners, corners[1:] + corners[:1], strict=True)
-    faces = [face_between(b, a, shape.radius) for a, b in outline]  # a polygon's outside
-    return (*faces, *(Post(corner, shape.radius) for corner in corners))
-
-
-def face_between(start: Vector, end: Vector, radius: float = 0.0) -> Face:
-    """The face on the left of the way from ``start`` to ``end``."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    length = math.hypot(dx, dy)
-    tangent = (dx / length, dy / length)
-    return Face(start, tangent, (-tangent[1], tangent[0]), length, radius)
-
-
-def _nearest_side(wall: Wall, point: Vector) -> tuple[float, Vector]:
-    """Distance (m) of a point from the wall's surface, and the normal there."""
-    found: list[tuple[float, Vector]] = []
-    for side in wall.sides:
-        if isinstance(side, Post):
-            dx, dy = point[0] - side.center[0], point[1] - side.center[1]
-            found.append((math.hypot(dx, dy) - side.radius, _unit(dx, dy)))
-        elif 0.0 <= side.along(point) <= side.length:
-            found.append((side.height(point) - side.radius, side.normal))
-    return min(found, key=lambda item: abs(item[0])) if found else (math.inf, (1.0, 0.0))
-
-
-def _distinct(touches: list[Touch]) -> list[Touch]:
-    """The touches without those that say the same twice, as two cushions at a common corner do."""
-    kept: list[Touch] = []
-    for touch in touches:
-        if not any(touch.b == NO_BALL and _same(touch, other) for other in kept):
-            kept.append(touch)
-    return kept
-
-
-def _same(one: Touch, other: Touch) -> bool:
-    turn = one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1]
-    return one.a == other.a and other.b == NO_BALL and turn > 1.0 - 1e-12
 
 
 def _friction_joint(
@@ -552,8 +536,3 @@ def _no_response(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -
 
 def _vector(v: tuple[float, float]) -> Vector:
     return (v[0], v[1])
-
-
-def _unit(x: float, y: float) -> Vector:
-    length = math.hypot(x, y)
-    return (x / length, y / length) if length > 0.0 else (1.0, 0.0)

@@ -17,15 +17,22 @@ the listing: one after the other, cushions first, then pairs in the scene's orde
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.contact import NT, Law, Pair, cushion, published, slips_by_rounding
 from pool_pymunk.motion import Array, Vector
 
 NO_BALL = -1
+SAME_NORMAL = 1e-12
+ROUNDING = 64.0 * 2.0**-52
+MOST_EXCHANGES = 10  # for each contact
+NOTHING = 1e-14
 
 
 class Velocities(Protocol):
@@ -48,6 +55,11 @@ class Touch(NamedTuple):
     normal: Vector
     pair: Pair
     cushion: int | None = None
+
+    @property
+    def balls(self) -> tuple[int, ...]:
+        """The balls of the contact, one or two."""
+        return (self.a,) if self.b == NO_BALL else (self.a, self.b)
 
 
 def split(v: Vector, normal: Vector) -> NT:
@@ -90,11 +102,16 @@ class Impacts:
             if len(group) == 1:
                 self._one(group[0], velocity)
             elif self.law is published:
-                for touch in sorted(group, key=lambda touch: (touch.b != NO_BALL, touch[:2])):
+                for touch in sorted(group, key=_as_listed):
                     if closing_speed(touch, velocity) > 0.0:
                         self._one(touch, velocity)
             else:
                 _together(group, velocity)
+
+    def settle(self, touches: Sequence[Touch], velocity: Velocities) -> None:
+        """The limit of hits without end: no contact closes any more (plastic, no friction)."""
+        for group in _groups(touches):
+            _push_normally(group, [closing_speed(touch, velocity) for touch in group], velocity)
 
     def _one(self, touch: Touch, velocity: Velocities) -> None:
         i, j, normal, pair, _ = touch
@@ -112,47 +129,65 @@ class Impacts:
         velocity[j] = changed(velocity[j], b, new_b, normal)
 
 
+def distinct(touches: Iterable[Touch]) -> list[Touch]:
+    """The touches without those that say the same twice, as two cushions at a common corner do."""
+    kept: list[Touch] = []
+    for touch in touches:
+        if not any(_same(touch, other) for other in kept):
+            kept.append(touch)
+    return kept
+
+
+def _same(one: Touch, other: Touch) -> bool:
+    turn = one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1]
+    return (one.a, one.b) == (other.a, other.b) and turn > 1.0 - SAME_NORMAL
+
+
 def _groups(touches: Sequence[Touch]) -> Iterator[list[Touch]]:
     """The contacts in groups that share balls."""
     left = list(touches)
     while left:
         group = [left.pop()]
-        balls = set(_balls(group[0]))
+        balls = set(group[0].balls)
         grown = True
         while grown:
-            joined = [touch for touch in left if balls.intersection(_balls(touch))]
+            joined = [touch for touch in left if balls.intersection(touch.balls)]
             left = [touch for touch in left if touch not in joined]
             group += joined
-            balls.update(ball for touch in joined for ball in _balls(touch))
+            balls.update(ball for touch in joined for ball in touch.balls)
             grown = bool(joined)
         yield group
 
 
-def _balls(touch: Touch) -> tuple[int, ...]:
-    return (touch.a,) if touch.b == NO_BALL else (touch.a, touch.b)
+def _as_listed(touch: Touch) -> tuple[bool, int, int, bool]:
+    """The listing's order: cushions first, those across x before those across y; then pairs."""
+    nx, ny = touch.normal
+    return touch.b != NO_BALL, touch.a, touch.b, abs(nx) < abs(ny)
 
 
 def _together(group: Sequence[Touch], velocity: Velocities) -> None:
-    """Normal impulses at once, then friction at every contact."""
-    wanted = np.array(
-        [(1.0 + touch.pair.restitution) * closing_speed(touch, velocity) for touch in group]
-    )
-    impulses = _normal_impulses(_response(group), wanted).tolist()
+    """Normal impulses at once, then friction at every contact that pushes."""
+    wanted = [(1.0 + touch.pair.restitution) * closing_speed(touch, velocity) for touch in group]
+    impulses = _push_normally(group, wanted, velocity)
+    pushing = [touch for touch, j_n in zip(group, impulses, strict=True) if j_n > 0.0]
+    shares = Counter(i for touch in pushing for i in touch.balls)
+    slips = [_slip(touch, velocity) for touch in group]
+    for touch, j_n, slip in zip(group, impulses, slips, strict=True):
+        share = max(shares[i] for i in touch.balls)
+        j_t = min(touch.pair.friction * j_n, abs(slip) / (max(share, 1) * _inverse_mass(touch)))
+        nx, ny = touch.normal
+        _push(touch, (-math.copysign(j_t, slip) * ny, math.copysign(j_t, slip) * nx), velocity)
+
+
+def _push_normally(
+    group: Sequence[Touch], wanted: Sequence[float], velocity: Velocities
+) -> list[float]:
+    """Open every contact by what is wanted (m/s) or more; returns the impulses (kg m/s)."""
+    impulses: list[float] = _normal_impulses(_response(group), np.array(wanted)).tolist()
     for touch, j_n in zip(group, impulses, strict=True):
         nx, ny = touch.normal
         _push(touch, (j_n * nx, j_n * ny), velocity)
-    contacts = {i: sum(i in _balls(touch) for touch in group) for i in _all_balls(group)}
-    slips = [_slip(touch, velocity) for touch in group]
-    for touch, j_n, slip in zip(group, impulses, slips, strict=True):
-        share = max(contacts[i] for i in _balls(touch))
-        j_t = min(touch.pair.friction * j_n, abs(slip) / (share * _inverse_mass(touch)))
-        j_t = j_t if slip > 0.0 else -j_t
-        nx, ny = touch.normal
-        _push(touch, (-j_t * ny, j_t * nx), velocity)
-
-
-def _all_balls(group: Iterable[Touch]) -> set[int]:
-    return {i for touch in group for i in _balls(touch)}
+    return impulses
 
 
 def _inverse_mass(touch: Touch) -> float:
@@ -178,7 +213,7 @@ def _push(touch: Touch, impulse: Vector, velocity: Velocities) -> None:
 
 
 def _slip(touch: Touch, velocity: Velocities) -> float:
-    """Tangential speed (m/s) that friction acts on: of A past B; negated, of a ball on a cushion."""
+    """Slip (m/s) that friction acts on: of A past B; of a cushion past its ball."""
     a = split(velocity[touch.a], touch.normal).t
     return -a if touch.b == NO_BALL else a - split(velocity[touch.b], touch.normal).t
 
@@ -197,14 +232,73 @@ def _response(group: Sequence[Touch]) -> Array:
 
 
 def _normal_impulses(response: Array, wanted: Array) -> Array:
-    """J >= 0 (kg m/s) with response J = wanted on the contacts that push at all."""
-    impulses = np.zeros(len(wanted))
-    pushing = np.arange(len(wanted))
-    while len(pushing):
-        part = response[np.ix_(pushing, pushing)]
-        solved = np.linalg.lstsq(part, wanted[pushing], rcond=1e-12)[0]
-        if (solved >= 0.0).all():
-            impulses[pushing] = solved
-            break
-        pushing = pushing[solved > 0.0]
+    """The impulses J >= 0 (kg m/s) that open every contact by ``wanted`` (m/s) or more.
+
+    A contact that pushes opens by just that: J (response J - wanted) = 0, a linear
+    complementarity problem. It is solved in units in which each contact's own response is 1, as
+    masses may differ widely.
+    """
+    unit = np.sqrt(response.diagonal())
+    impulses: Array = _complementary(response / np.outer(unit, unit), wanted / unit) / unit
     return impulses
+
+
+def _complementary(response: Array, wanted: Array) -> Array:
+    """All contacts that are wrong change sides at once, so that their order does not matter.
+
+    Where this goes in circles, they do so one by one.
+    """
+    pushing = wanted > 0.0
+    for _ in range(len(wanted) + 1):
+        impulses = _pushed(response, wanted, pushing)
+        lacking = wanted - response @ impulses
+        slack = _slack(response, wanted, impulses)
+        wrong = np.where(pushing, (impulses < 0.0) | (lacking < -slack), lacking > slack)
+        if not wrong.any():
+            return impulses
+        pushing ^= wrong
+    return _one_by_one(response, wanted)
+
+
+def _pushed(response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array:
+    """The (smallest) impulses of the pushing contacts that open these by what is wanted."""
+    impulses = np.zeros(len(wanted))
+    part = response[np.ix_(pushing, pushing)]
+    impulses[pushing] = np.linalg.lstsq(part, wanted[pushing], rcond=1e-12)[0]
+    return impulses
+
+
+def _slack(response: Array, wanted: Array, impulses: Array) -> float:
+    """What an opening speed (m/s) may lack by rounding."""
+    pushed = np.abs(response) @ np.abs(impulses)
+    return float(1e-12 * np.abs(wanted).max() + ROUNDING * pushed.max())
+
+
+def _one_by_one(response: Array, wanted: Array) -> Array:
+    """The same by an active set (Lawson and Hanson, 1974, for non-negative least squares).
+
+    Every exchange lowers the energy J response J / 2 - wanted J. Should rounding keep it from an
+    end, contacts that still close are a next impact.
+    """
+    impulses = np.zeros(len(wanted))
+    pushing = np.zeros(len(wanted), dtype=bool)
+    for _ in range(MOST_EXCHANGES * len(wanted)):
+        lacking = np.where(pushing, 0.0, wanted - response @ impulses)
+        if lacking.max() <= _slack(response, wanted, impulses):
+            break
+        pushing[lacking.argmax()] = True
+        impulses = _towards(impulses, response, wanted, pushing)
+    return impulses
+
+
+def _towards(impulses: Array, response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array:
+    """Go to the impulses of the pushing contacts; who would have to pull drops out on the way."""
+    while True:
+        target = _pushed(response, wanted, pushing)
+        pulls = pushing & (target <= 0.0)
+        if not pulls.any():
+            return target
+        share = (impulses[pulls] / (impulses[pulls] - target[pulls])).min()
+        impulses = impulses + share * (target - impulses)
+        pushing &= impulses > NOTHING * impulses.max()
+        impulses[~pushing] = 0.0

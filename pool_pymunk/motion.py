@@ -112,9 +112,10 @@ def time_of_impact(
     """When two discs under constant relative acceleration first touch; infinite if not in time.
 
     ``offset`` (m), ``velocity`` (m/s) and ``acceleration`` (m/s^2) are those of B relative to A,
-    ``reach`` the sum of the radii (m), ``horizon`` how far to look (s). A closing speed below
-    ``noise`` (m/s) counts as rounding where the discs touch at the start: touching and approaching
-    is an impact now, touching and receding is none until they overlap more than now.
+    ``reach`` the sum of the radii (m), ``horizon`` how far to look (s). Discs that touch at the
+    start and close faster than ``noise`` (m/s) have an impact now; discs that touch and part have
+    one when they are as near as now again; at rest with each other, but for rounding, when they
+    are ``TOUCHING`` nearer.
 
     A Newton iteration that cannot overshoot: the distance d has d'' >= -|acceleration|, so
     d + d' t - |acceleration| t^2 / 2 bounds it from below, and its root never lies beyond the
@@ -138,10 +139,12 @@ def time_of_impact(
         rate = (x * (vx + t * ax) + y * (vy + t * ay)) / distance
         gap = distance - reach
         if gap <= tiny:
-            if iteration > 0 or rate < -noise:
+            if rate < (0.0 if iteration else -noise):
                 return t
-            reach = distance - TOUCHING * reach
-            gap = distance - reach
+            if iteration == 0:
+                at_rest = rate <= noise or rate * rate <= 4.0 * pull * tiny
+                reach = min(reach, distance - TOUCHING * reach if at_rest else distance)
+            gap = max(distance - reach, tiny)
         root = math.sqrt(rate * rate + 2.0 * pull * gap)
         if rate < 0.0:
             step = 2.0 * gap / (root - rate)
@@ -155,6 +158,20 @@ def time_of_impact(
         if t == before:
             return t
     return t
+
+
+def pressing(offset: Vector, velocity: Vector, acceleration: Vector) -> float:
+    """How strongly (m/s^2) two discs are driven together, -d'' of their distance d.
+
+    The arguments are as for :func:`time_of_impact`. Sliding past each other drives discs apart.
+
+    >>> pressing((2.0, 0.0), (0.0, 1.0), (-3.0, 0.0))
+    2.5
+    """
+    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, acceleration
+    distance = math.hypot(dx, dy)
+    slip = (dx * vy - dy * vx) / distance
+    return -(dx * ax + dy * ay + slip * slip) / distance
 
 
 def kinetic_energy(mass: float, vx: float, vy: float) -> float:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from pool_pymunk.motion import (
     Vector,
     path_to_disc,
+    pressing,
     slide,
     stopping_time,
     time_of_impact,
@@ -123,39 +124,98 @@ def face_length(path: Path, r: float, face: Face) -> float:
 
 
 def post_length(path: Path, r: float, post: Post) -> float:
-    """Path length (m) after which a ball of radius ``r`` meets a post; infinite if it does not."""
+    """Path length (m) after which a ball of radius ``r`` meets a post; infinite if it does not.
+
+    A path that is tangent to rounding does not: a ball that slides along a cushion goes past its
+    end.
+    """
     if path.speed == 0.0:
         return math.inf
-    offset = (post.center[0] - path.position[0], post.center[1] - path.position[1])
-    return path_to_disc(offset, path.direction, r + post.radius)
+    (x, y), (cx, cy) = path.position, post.center
+    rounding = 8.0 * EPSILON * (abs(x) + abs(y) + r)
+    return path_to_disc((cx - x, cy - y), path.direction, r + post.radius - rounding)
 
 
-def pair_time(a: Path, b: Path, reach: float, since: float, until: float) -> float:
+def pair_time(
+    a: Path,
+    b: Path,
+    reach: float,
+    since: float,
+    until: float,
+    *,
+    noise: float = 0.0,
+    contact_time: float = 0.0,
+) -> float:
     """When two balls meet, between ``since`` and ``until`` (s); infinite if they do not.
 
-    ``reach`` is the sum of the radii (m). Each ball may stop on the way and rest.
+    ``reach`` is the sum of the radii (m). Each ball may stop on the way and rest. ``noise`` (m/s)
+    is what rounding did to the velocities; of ``contact_time`` (s) see :func:`least_bounce`.
     """
     first_stop = min(a.stop, b.stop)
     if since < first_stop:
-        t = _both_move(a, b, reach, since, min(until, first_stop))
+        t = _both_move(a, b, reach, since, min(until, first_stop), noise, contact_time)
         if t < math.inf:
             return t
     mover, rester = (a, b) if b.stop <= a.stop else (b, a)
     if rester.stop == math.inf or mover.stop <= since:
         return math.inf
-    x, y = mover.position
-    offset = (rester.rest[0] - x, rester.rest[1] - y)
-    length = path_to_disc(offset, mover.direction, reach)
-    t = mover.time_at(length) if length < mover.reach else math.inf
-    return t if max(rester.stop, since) <= t <= until else math.inf
+    t = _one_moves(mover, rester, reach)
+    return t if since <= t <= until else math.inf
 
 
-def _both_move(a: Path, b: Path, reach: float, since: float, until: float) -> float:
-    ((ax, ay), (avx, avy)), ((bx, by), (bvx, bvy)) = a.at(since), b.at(since)
-    pull = (
-        a.deceleration * (a.direction[0] - b.direction[0]),
-        a.deceleration * (a.direction[1] - b.direction[1]),
-    )
-    noise = 16.0 * EPSILON * (a.speed + b.speed)
-    offset, velocity = (bx - ax, by - ay), (bvx - avx, bvy - avy)
+def _one_moves(mover: Path, rester: Path, reach: float) -> float:
+    """When the mover meets the other at rest, from its stop on; infinite if it does not."""
+    path = mover
+    if rester.stop > mover.t:
+        path = Path(rester.stop, *mover.at(rester.stop), mover.deceleration)
+    offset = (rester.rest[0] - path.position[0], rester.rest[1] - path.position[1])
+    length = path_to_disc(offset, path.direction, reach)
+    return path.time_at(length) if length < path.reach else math.inf
+
+
+def _both_move(
+    a: Path, b: Path, reach: float, since: float, until: float, noise: float, contact_time: float
+) -> float:
+    offset, velocity, pull = motion = _relative(a, b, since)
+    noise += 16.0 * EPSILON * (a.speed + b.speed)
+    if contact_time > 0.0 and math.hypot(*offset) - reach <= 16.0 * EPSILON * (
+        sum(map(abs, a.position)) + sum(map(abs, b.position)) + reach
+    ):
+        reach -= _give(motion, reach, contact_time)
     return since + time_of_impact(offset, velocity, pull, reach, until - since, noise)
+
+
+def _relative(a: Path, b: Path, t: float) -> tuple[Vector, Vector, Vector]:
+    """Offset (m), velocity (m/s) and acceleration (m/s^2) of b relative to a while both move."""
+    ((ax, ay), (avx, avy)), ((bx, by), (bvx, bvy)) = a.at(t), b.at(t)
+    (aux, auy), (bux, buy) = a.direction, b.direction
+    pull = (a.deceleration * (aux - bux), a.deceleration * (auy - buy))
+    return (bx - ax, by - ay), (bvx - avx, bvy - avy), pull
+
+
+def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
+    """The speed (m/s) at which touching balls part, so that they meet anew a contact time later.
+
+    Surface friction may drive together two balls that touch and both move. They would touch
+    without end, or hit each other infinitely often in finite time; with bounces of this least
+    speed they hit each other once in every ``contact_time`` (s). Zero where they are driven apart.
+    """
+    if contact_time == 0.0 or t >= min(a.stop, b.stop):
+        return 0.0
+    return max(pressing(*_relative(a, b, t)), 0.0) * contact_time / 2.0
+
+
+def _give(motion: tuple[Vector, Vector, Vector], reach: float, contact_time: float) -> float:
+    """How far (m) touching balls get nearer than ``reach`` until it is a hit.
+
+    Balls that are pressed together and close more slowly than :func:`least_bounce` fall on until
+    they do not.
+    """
+    (dx, dy), (vx, vy), _ = motion
+    distance = math.hypot(dx, dy)
+    rate = (dx * vx + dy * vy) / distance
+    press = pressing(*motion)
+    least = press * contact_time / 2.0
+    if press <= 0.0 or abs(rate) >= 0.99 * least:
+        return 0.0
+    return (least * least - rate * rate) / (2.0 * press) + max(reach - distance, 0.0)

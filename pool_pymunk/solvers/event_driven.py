@@ -1,52 +1,53 @@
 """The exact solver: between contacts the motion is closed-form, so jump from contact to contact.
 
-There is no time step and no error but rounding. Every ball has a :class:`Path`, its motion from
-one contact to the next. When a path begins, its contacts with cushions and with all other paths
-are predicted and put in a queue; an event whose paths are no longer the balls' own is void.
+There is no time step and no error but rounding. Every ball has a :class:`~pool_pymunk.path.Path`,
+its motion from one contact to the next. When a path begins, its contacts with cushions and with
+all other paths are predicted and put in a queue; an event whose paths are no longer the balls' own
+is void.
 
-Policies for what is hard:
+What is hard has a policy. Those for contacts of one instant, rows of touching balls, inelastic
+collapse and balls that friction presses together stand in :mod:`pool_pymunk.hits`; further:
 
-- *Grazing*: whether a path hits is decided by its distance from the centre, in full precision.
-- *One instant*: contacts whose gaps are closed to rounding at one time are answered together
-  (:mod:`pool_pymunk.impact`), so the order of the balls does not matter; a corner's two cushions
-  both answer.
+- *Grazing*: whether a path hits is decided by its distance from the centre, in full precision. A
+  path that is tangent to rounding misses a corner; on a ball it changes nothing but rounding.
+- *One instant*: contacts are of one instant if their gaps are closed, to rounding, at the time of
+  the first. A corner's two cushions both answer.
 - *Touching*: approaching is a contact now; receding, or overlapping by rounding, is none.
-- *A ball that stops at contact* stops: a closing speed below rounding is no contact.
-- *Inelastic collapse* (infinitely many hits in finite time): a ball with more than
-  ``COLLAPSE`` hits in a row, each within ``CONTACT_TIME`` of the one before, is squeezed; while it
-  is, its hits are elastic (the TC model of Luding and McNamara, Granular Matter 1, 1998, 113), and
-  a warning says so.
+- *A ball that stops at contact* stops.
+- *Out of range*: a run ends as non-finite when a number overflows, or a ball is so fast that in a
+  rounding error of the time it comes as far as a share of its radius. With law ``published``, which
+  may gain energy in a hit, hits can feed each other until then.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from heapq import heappop, heappush
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.contact import LAWS, Pair
-from pool_pymunk.impact import NO_BALL, Impacts, Touch, closing_speed
-from pool_pymunk.motion import (
-    Vector,
-    path_to_disc,
-    slide,
-    stopping_time,
-    time_of_impact,
-    time_to_slide,
-)
+from pool_pymunk.hits import Hits
+from pool_pymunk.impact import NO_BALL, Touch
+from pool_pymunk.motion import Array, Vector
+from pool_pymunk.path import EPSILON, Face, Path, Post, face_length, pair_time, post_length
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Scene, State
 from pool_pymunk.solvers.settings import Settings, slip_warning
 
-EPSILON = 2.0**-52
-COLLAPSE = 500  # hits in a row, each within CONTACT_TIME of the last, that mark a collapse
-CONTACT_TIME = 1e-3  # in units of radius / speed
-SLOWEST = 1e-100  # m/s
+NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
+LOST = 1e-3  # radii; who comes so far in a rounding error of the time is lost
 MOST_EVENTS = 2_000_000
-NEARLY_NOW = 1e-9  # s; contacts so close in time may be of one instant: their gaps decide
+CROWD = 24  # balls in the way, from which on they are sifted all at once
+LEAPS = 3  # of a sifting
+NO_WALL = -1
+X, Y, VX, VY, AX, AY, T, R, STOP, END = range(10)  # what a row of ``lines`` holds
+
+Indices = NDArray[np.intp]
+Key = tuple[int, int, int]  # a contact: two balls and NO_WALL, or a ball, NO_BALL, and a wall
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
@@ -58,56 +59,47 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     trace = table.trace
     latest = math.inf if settings.max_time is None else settings.max_time
     most = MOST_EVENTS if settings.max_events is None else settings.max_events
-    while table.queue:
-        t = table.queue[0].t
-        if t > latest or len(trace.events) >= most:
-            trace.status = "max_time" if t > latest else "max_events"
+    while table.is_finite:
+        t = table.upcoming()
+        if t == math.inf and not table.drifts():
+            return trace
+        if t > latest or t == math.inf:
+            trace.status = "max_time"
+            table.now = latest if latest < math.inf else table.now
+            break
+        if max(len(trace.events), trace.steps) >= most:
+            trace.status = "max_events"
             break
         table.next()
     else:
-        if any(path.speed > 0.0 for path in table.paths if path.stop == math.inf):
-            trace.status = "max_time" if latest < math.inf else "settled"
-    if trace.status != "settled":
-        trace.duration = latest if trace.status == "max_time" else table.now
-        table.note_moving(trace.duration)
+        trace.status = "non_finite"
+    trace.duration = table.now
+    table.note_moving()
     return trace
 
 
-class Path:
-    """One ball's motion from a contact to the next, in closed form; it may end at rest."""
-
-    __slots__ = ("direction", "end", "position", "reach", "rest", "speed", "stop", "t", "velocity")
-
-    def __init__(self, t: float, position: Vector, velocity: Vector, deceleration: float) -> None:
-        self.t = t
-        self.position = position
-        self.velocity = velocity
-        speed = self.speed = math.hypot(*velocity)
-        self.stop = t + stopping_time(speed, deceleration)  # when it rests
-        self.end = math.inf  # when it meets a cushion
-        if speed == 0.0:
-            self.direction = (1.0, 0.0)
-            self.reach, self.rest = 0.0, position
-            return
-        self.direction = (velocity[0] / speed, velocity[1] / speed)
-        self.reach = speed * speed / (2.0 * deceleration) if deceleration > 0.0 else math.inf
-        x, y, _, _ = slide(*position, *velocity, deceleration, self.stop - t if deceleration else 0)
-        self.rest = (x, y)
-
-
 class Event(NamedTuple):
-    """What may happen at ``t``: a contact of ``a`` with ``b``, a cushion, or (neither) a stop."""
+    """What may happen at ``t``: a contact of ``a`` with ``b``, a wall, or (neither) a stop."""
 
     t: float
     order: int
     a: int
     b: int
-    cushion: int  # a face's number; a corner's number plus the number of faces; NO_CUSHION
+    wall: int  # its place in the table's walls; NO_WALL
     path_a: Path
     path_b: Path
 
+    @property
+    def key(self) -> Key:
+        return self.a, self.b, self.wall
 
-NO_CUSHION = -1
+    @property
+    def balls(self) -> tuple[int, ...]:
+        return (self.a,) if self.b == NO_BALL else (self.a, self.b)
+
+    @property
+    def is_stop(self) -> bool:
+        return self.b == NO_BALL and self.wall == NO_WALL
 
 
 class EventTable:
@@ -116,301 +108,311 @@ class EventTable:
     def __init__(self, scene: Scene, start: State) -> None:
         self.scene = scene
         self.deceleration = scene.deceleration
-        self.impacts = Impacts(LAWS[scene.physics.law])
         self.trace = Trace(start)
         self.now = 0.0
         self.order = 0
         self.queue: list[Event] = []
         self.radius = [ball.radius for ball in scene.balls]
-        self.edges = scene.table.edges if scene.table else ()
-        self.corners = scene.table.reflex_corners if scene.table else ()
-        self.boxes = np.zeros((4, len(scene.balls)))  # lowest x, y, highest x, y of each path
-        self.hits = [0] * len(scene.balls)  # in a row, each soon after the one before
-        self.last_hit = [-math.inf] * len(scene.balls)
+        self.walls = list(_walls(scene))
         self.paths = [
             Path(0.0, p, v, self.deceleration)
             for p, v in zip(start.position, start.velocity, strict=True)
         ]
-        for i in range(len(self.paths)):
-            self._meet_cushions(i)
-        for i, path in enumerate(self.paths):
-            if path.speed > 0.0:
-                self._meet_balls(i)
+        count = range(len(self.paths))
+        self.hits: Hits[Key] = Hits(LAWS[scene.physics.law], self)
+        for i in count:
+            self.hits.strike(i, start.velocity[i])
+        self.rested = [math.inf if path.speed > 0.0 else -math.inf for path in self.paths]  # since
+        self.end = [math.inf for _ in count]  # when each path meets a wall
+        self.boxes = np.array([self._box(i) for i in count]).T.copy()
+        self.lines = np.array([self._line(i) for i in count]).T.copy()
+        self.is_finite = bool(np.isfinite(self.lines[:T]).all())
+        moving = [i for i in count if self.paths[i].speed > 0.0]
+        for i in moving:
+            self._meet_walls(i)
+        self._meet_balls(moving)
 
     # -- prediction ------------------------------------------------------------------------------
 
-    def _push(self, t: float, a: int, b: int, cushion: int) -> None:
+    def _push(self, t: float, a: int, b: int, wall: int) -> None:
         self.order += 1
         path_b = self.paths[b] if b != NO_BALL else self.paths[a]
-        heappush(self.queue, Event(t, self.order, a, b, cushion, self.paths[a], path_b))
+        heappush(self.queue, Event(t, self.order, a, b, wall, self.paths[a], path_b))
 
-    def _set_off(self, i: int, position: Vector, velocity: Vector) -> None:
-        """Ball ``i`` begins a new path now."""
-        self.paths[i] = Path(self.now, position, velocity, self.deceleration)
-        self._meet_cushions(i)
-
-    def _meet_cushions(self, i: int) -> None:
-        """Queue the path's first cushion (in a corner: cushions), or its stop if that is first."""
+    def _meet_walls(self, i: int) -> None:
+        """Queue the first wall on ball ``i``'s path (in a corner: walls), or else its stop."""
         path, r = self.paths[i], self.radius[i]
-        if path.speed > 0.0:
-            lengths = list(self._cushion_lengths(path, r))
-            first = min((length for length, _ in lengths), default=math.inf)
-            if first <= path.reach and first < math.inf:
-                path.end = path.t + time_to_slide(first, path.speed, self.deceleration)
-                for length, cushion in lengths:
-                    if length - first <= NEARLY_NOW * path.speed and length <= path.reach:
-                        t = path.t + time_to_slide(length, path.speed, self.deceleration)
-                        self._push(t, i, NO_BALL, cushion)
-            elif path.stop < math.inf:
-                self._push(path.stop, i, NO_BALL, NO_CUSHION)
-        self._box(i)
+        lengths = [
+            face_length(path, r, wall) if isinstance(wall, Face) else post_length(path, r, wall)
+            for wall, _ in self.walls
+        ]
+        first = min(lengths, default=math.inf)
+        self.end[i] = math.inf
+        if first < path.reach:
+            self.end[i] = path.time_at(first) + NEARLY_NOW * r / path.speed
+            for wall, length in enumerate(lengths):
+                if length - first <= NEARLY_NOW * r:
+                    self._push(path.time_at(length), i, NO_BALL, wall)
+        elif path.speed > 0.0 and path.stop < math.inf:
+            self._push(path.stop, i, NO_BALL, NO_WALL)
+        self.boxes[:, i] = self._box(i)
+        self.lines[:, i] = self._line(i)
 
-    def _cushion_lengths(self, path: Path, r: float) -> Iterator[tuple[float, int]]:
-        """Path length (m) to each cushion and corner that the path meets."""
-        (x, y), (ux, uy) = path.position, path.direction
-        faces = len(self.edges)
-        for number, edge in enumerate(self.edges):
-            sink = -(ux * edge.normal[0] + uy * edge.normal[1])
-            if sink <= 0.0:
-                continue
-            height = edge.height(x, y) - r
-            if height <= EPSILON * (abs(x) + abs(y)) and sink < 1e-12:
-                continue  # along the cushion, to rounding
-            length = max(height / sink, 0.0)
-            along = edge.along(x + ux * length, y + uy * length)
-            if height > -r and (not self.corners or 0.0 <= along <= edge.length):
-                yield length, number
-        for number in self.corners:
-            cx, cy = self.edges[number].start
-            length = path_to_disc((cx - x, cy - y), (ux, uy), r)
-            if length < math.inf:
-                yield length, faces + number
+    def _meet_balls(self, balls: Iterable[int]) -> None:
+        """Queue every contact of the paths of these balls with all others."""
+        done: set[int] = set()
+        for i in balls:
+            for j in self._in_the_way(i):
+                if j not in done:
+                    self._meet(min(i, j), max(i, j))
+            done.add(i)
 
-    def _box(self, i: int) -> None:
-        """The box that ball ``i`` does not leave before its path ends."""
+    def _meet(self, i: int, j: int) -> None:
+        t = pair_time(
+            self.paths[i],
+            self.paths[j],
+            self.radius[i] + self.radius[j],
+            self.now,
+            min(self.end[i], self.end[j]),
+            noise=self.hits.noise_of(i, j),
+            contact_time=self.hits.contact_time(i, j, self.now),
+        )
+        if t < math.inf:
+            self._push(t, i, j, NO_WALL)
+
+    # -- what is in the way ----------------------------------------------------------------------
+
+    def _box(self, i: int) -> tuple[float, float, float, float]:
+        """Lowest x and y, highest x and y (m) of the disc on its path."""
         path, r = self.paths[i], self.radius[i]
         x, y = path.position
-        if path.end < math.inf:
-            ex, ey = self._position(i, path.end)
+        if self.end[i] < math.inf:
+            ex, ey = path.at(self.end[i])[0]
         elif path.reach < math.inf:
             ex, ey = path.rest
         else:
-            vx, vy = path.velocity
-            ex = math.copysign(math.inf, vx) if vx else x
-            ey = math.copysign(math.inf, vy) if vy else y
-        r += 1e-9 * (r + abs(x) + abs(y))
-        self.boxes[:, i] = (min(x, ex) - r, min(y, ey) - r, max(x, ex) + r, max(y, ey) + r)
+            ex, ey = (
+                math.copysign(math.inf, v) if v else p
+                for p, v in zip(path.position, path.velocity, strict=True)
+            )
+        r += 2.0 * NEARLY_NOW * r + 1e-9 * (abs(x) + abs(y))
+        return min(x, ex) - r, min(y, ey) - r, max(x, ex) + r, max(y, ey) + r
 
-    def _meet_balls(self, i: int) -> None:
-        """Queue every contact of ball ``i``'s path with the others' paths."""
-        for j in self._in_the_way(i):
-            t = self._pair_time(i, j)
-            if t < math.inf:
-                self._push(t, min(i, j), max(i, j), NO_CUSHION)
+    def _line(self, i: int) -> tuple[float, ...]:
+        """The path as :meth:`_sift` wants it: position, velocity, deceleration, times, radius."""
+        path, a = self.paths[i], self.deceleration
+        ux, uy = path.direction
+        return (*path.position, *path.velocity, a * ux, a * uy,
+                path.t, self.radius[i], path.stop, self.end[i])  # fmt: skip
 
     def _in_the_way(self, i: int) -> list[int]:
-        """The balls whose boxes overlap that of ball ``i``."""
-        lowest_x, lowest_y, highest_x, highest_y = self.boxes
+        """The balls that ball ``i`` may meet on its path: those whose boxes overlap, or fewer."""
+        low_x, low_y, high_x, high_y = self.boxes
         x0, y0, x1, y1 = self.boxes[:, i].tolist()
-        near = (lowest_x <= x1) & (highest_x >= x0) & (lowest_y <= y1) & (highest_y >= y0)
-        return [j for j in np.flatnonzero(near).tolist() if j != i]
+        near = (low_x <= x1) & (high_x >= x0) & (low_y <= y1) & (high_y >= y0)
+        if self.paths[i].stop <= self.now:
+            near &= self.lines[STOP] > self.now
+        near[i] = False
+        others = np.flatnonzero(near)
+        found: list[int] = (others if len(others) < CROWD else self._sift(i, others)).tolist()
+        return found
 
-    def _pair_time(self, i: int, j: int) -> float:
-        """When balls ``i`` and ``j`` meet on their paths; infinite if they do not."""
-        a, b = self.paths[i], self.paths[j]
-        horizon = min(a.end, b.end)
-        reach = self.radius[i] + self.radius[j] - self._give(i, j)
-        rests_a, rests_b = a.stop <= self.now, b.stop <= self.now
-        if rests_a and rests_b:
-            return math.inf
-        if not (rests_a or rests_b):
-            t = self._both_move(a, b, reach, min(horizon, a.stop, b.stop))
-            if t < math.inf:
-                return t
-        mover, rester = (a, b) if b.stop <= a.stop else (b, a)
-        if rester.stop == math.inf:
-            return math.inf
-        t = self._one_moves(mover, rester.rest, reach)
-        return t if max(rester.stop, self.now) <= t <= horizon else math.inf
+    def _sift(self, i: int, others: Indices) -> Indices:
+        """Those of the others that ball ``i`` may meet.
 
-    def _give(self, i: int, j: int) -> float:
-        """How far squeezed balls overlap (m) that friction presses together as they move on.
-
-        They would touch infinitely often; so they bounce, twice in a contact time.
+        Leaps in time that provably pass no contact, as :func:`~pool_pymunk.motion.time_of_impact`
+        does, but all at once; who leaps beyond the end of a path, or both stops, meets nothing.
         """
-        if min(self.hits[i], self.hits[j]) <= COLLAPSE:
-            return 0.0
-        contact_time = min(self._contact_time(i), self._contact_time(j))
-        return self.deceleration * contact_time**2 / 16.0
-
-    def _contact_time(self, i: int) -> float:
-        return CONTACT_TIME * self.radius[i] / max(self.paths[i].speed, SLOWEST)
-
-    def _both_move(self, a: Path, b: Path, reach: float, until: float) -> float:
-        now, deceleration = self.now, self.deceleration
-        ax, ay, avx, avy = slide(*a.position, *a.velocity, deceleration, now - a.t)
-        bx, by, bvx, bvy = slide(*b.position, *b.velocity, deceleration, now - b.t)
-        pull = (
-            deceleration * (a.direction[0] - b.direction[0]),
-            deceleration * (a.direction[1] - b.direction[1]),
-        )
-        noise = 16.0 * EPSILON * (a.speed + b.speed)
-        offset, velocity = (bx - ax, by - ay), (bvx - avx, bvy - avy)
-        return now + time_of_impact(offset, velocity, pull, reach, until - now, noise)
-
-    def _one_moves(self, mover: Path, rest: Vector, reach: float) -> float:
-        x, y = mover.position
-        length = path_to_disc((rest[0] - x, rest[1] - y), mover.direction, reach)
-        if length >= mover.reach:
-            return math.inf
-        return mover.t + time_to_slide(length, mover.speed, self.deceleration)
-
-    def _position(self, i: int, t: float) -> Vector:
-        path = self.paths[i]
-        x, y, _, _ = slide(*path.position, *path.velocity, self.deceleration, t - path.t)
-        return (x, y)
-
-    def _state(self, i: int) -> tuple[Vector, Vector]:
-        """Position and velocity of ball ``i`` now."""
-        path = self.paths[i]
-        x, y, vx, vy = slide(*path.position, *path.velocity, self.deceleration, self.now - path.t)
-        return (x, y), (vx, vy)
+        own, lines = self.lines[:, [i]], self.lines[:, others]
+        until = np.minimum(np.minimum(own[END], lines[END]), np.maximum(own[STOP], lines[STOP]))
+        t = np.full(len(others), self.now)
+        for _ in range(LEAPS):
+            t = t + _leap(own, lines, t)
+            left = t <= until
+            others, lines, until, t = others[left], lines[:, left], until[left], t[left]
+        return others
 
     # -- what happens ----------------------------------------------------------------------------
 
+    def upcoming(self) -> float:
+        """When something happens next (s); infinite if nothing does."""
+        while self.queue and not self._is_current(self.queue[0]):
+            heappop(self.queue)
+        return self.queue[0].t if self.queue else math.inf
+
     def next(self) -> None:
-        """Take the next event from the queue and let it happen, if it still can."""
+        """Let happen what is upcoming."""
         event = heappop(self.queue)
-        if not self._is_current(event):
-            return
         self.now = max(event.t, self.now)
-        if event.b == NO_BALL and event.cushion == NO_CUSHION:
-            path = self.paths[event.a]
-            self.trace.stop(event.a, event.t, path.rest)
+        self.trace.steps += 1
+        if event.is_stop:
+            self._note_stop(event.a, event.path_a.rest)
         else:
-            self._contacts([event, *self._at_this_instant(event.t)])
+            self._contacts({event.key: None for event in (event, *self._at_this_instant(event))})
 
     def _is_current(self, event: Event) -> bool:
         return self.paths[event.a] is event.path_a and (
             event.b == NO_BALL or self.paths[event.b] is event.path_b
         )
 
-    def _at_this_instant(self, t: float) -> list[Event]:
-        """Further contacts whose gap is closed, to rounding, at ``t``."""
+    def _at_this_instant(self, first: Event) -> list[Event]:
+        """Further contacts whose gap is closed, to rounding, now."""
+        speed = max(self.paths[i].speed for i in first.balls)
+        latest = self.now + NEARLY_NOW * self.radius[first.a] / speed
         same: list[Event] = []
         later: list[Event] = []
-        while self.queue and self.queue[0].t <= t + NEARLY_NOW:
+        while self.queue and self.queue[0].t <= latest:
             event = heappop(self.queue)
-            if not self._is_current(event):
-                continue
-            stops = event.b == NO_BALL and event.cushion == NO_CUSHION
-            closed = not stops and self._gap_is_closed(event)
-            (same if closed else later).append(event)
+            if self._is_current(event):
+                closed = not event.is_stop and self._gap_is_closed(event)
+                (same if closed else later).append(event)
         for event in later:
             heappush(self.queue, event)
         return same
 
     def _gap_is_closed(self, event: Event) -> bool:
-        x, y = self._position(event.a, self.now)
-        r = self.radius[event.a]
+        (x, y), r = self.paths[event.a].at(self.now)[0], self.radius[event.a]
         if event.b != NO_BALL:
             r += self.radius[event.b]
-            gap = math.dist((x, y), self._position(event.b, self.now)) - r
-        elif event.cushion < len(self.edges):
-            gap = self.edges[event.cushion].height(x, y) - r
+            gap = math.dist((x, y), self.paths[event.b].at(self.now)[0]) - r
         else:
-            gap = math.dist((x, y), self.edges[event.cushion - len(self.edges)].start) - r
+            wall = self.walls[event.wall][0]
+            if isinstance(wall, Face):
+                gap = wall.height((x, y)) - r
+            else:
+                gap = math.dist((x, y), wall.center) - r
         return gap <= 32.0 * EPSILON * (abs(x) + abs(y) + r)
 
-    def _contacts(self, events: list[Event]) -> None:
+    # -- contacts --------------------------------------------------------------------------------
+
+    def _contacts(self, keys: Collection[Key]) -> None:
         """Answer the contacts of this instant, and predict what comes of it."""
-        states = {i: self._state(i) for event in events for i in (event.a, event.b) if i != NO_BALL}
-        velocity = [(0.0, 0.0)] * len(self.paths)
-        for i, (_, v) in states.items():
-            velocity[i] = v
-        touches = [self._touch(event, states) for event in events]
-        closing = [
-            touch
-            for touch in touches
-            if closing_speed(touch, velocity) > 16.0 * EPSILON * self._speeds(touch)
-        ]
-        self.impacts.answer(closing, velocity)
-        for touch in closing:
+        answer = self.hits.answer(keys, self.now)
+        for touch in answer.listed:
             self._note_contact(touch)
-        moved = sorted({i for touch in closing for i in (touch.a, touch.b) if i != NO_BALL})
-        for i in moved:
-            self._go_on(i, states[i][0], velocity[i])
-        for i in moved:
-            self._meet_balls(i)
-        for i in set(states) - set(moved):
-            self._go_on_unless_touching(i, events)
+        for touch in answer.pressed:
+            self._forget_stops(touch)
+        self._note_zero_slips()
+        for i, velocity in answer.velocity.items():
+            self._set_off(i, velocity)
+        self._meet_balls(answer.velocity)
+        for touch in answer.missed:
+            if all(self.paths[i].stop > self.now for i in touch.balls):
+                self._meet(touch.a, touch.b)
 
-    def _go_on_unless_touching(self, i: int, events: list[Event]) -> None:
-        """A cushion met at no speed does not end the path: queue what follows it."""
-        if any(event.a == i and event.b == NO_BALL for event in events):
-            self._set_off(i, *self._state(i))
-            self._meet_balls(i)
+    def _set_off(self, i: int, velocity: Vector) -> None:
+        """Ball ``i`` begins a new path now, or stays where it is."""
+        position = self.paths[i].at(self.now)[0]
+        if velocity != (0.0, 0.0):
+            self.trace.knot(i, self.now, position, velocity)
+            self.rested[i] = math.inf
+        elif self.rested[i] > self.now:
+            self._note_stop(i, position)
+        path = self.paths[i] = Path(self.now, position, velocity, self.deceleration)
+        way = path.speed * EPSILON * self.now
+        if not (math.isfinite(sum(position) + path.speed) and way <= LOST * self.radius[i]):
+            self.is_finite = False
+        self._meet_walls(i)
 
-    def _speeds(self, touch: Touch) -> float:
-        speed = self.paths[touch.a].speed
-        return speed if touch.b == NO_BALL else speed + self.paths[touch.b].speed
-
-    def _touch(self, event: Event, states: dict[int, tuple[Vector, Vector]]) -> Touch:
-        (x, y), _ = states[event.a]
-        if event.b != NO_BALL:
-            bx, by = states[event.b][0]
-            pair = self.scene.pair(event.a, event.b)
-            normal = _unit(bx - x, by - y)
-            return Touch(event.a, event.b, normal, self._elastic_if_squeezed(event, pair))
+    def touch(self, key: Key, t: float) -> Touch:
+        """The contact of that key at the time ``t`` (s)."""
+        i, j, wall = key
+        x, y = self.paths[i].at(t)[0]
+        if j != NO_BALL:
+            bx, by = self.paths[j].at(t)[0]
+            return Touch(i, j, _unit(bx - x, by - y), self.scene.pair(i, j))
         e = self.scene.restitution.cushion
-        assert e is not None
-        pair = Pair(self.scene.balls[event.a].mass, math.inf, e, self.scene.friction.cushion)
-        pair = self._elastic_if_squeezed(event, pair)
-        if event.cushion < len(self.edges):
-            number = event.cushion
-            return Touch(event.a, NO_BALL, self.edges[number].normal, pair, number)
-        number = event.cushion - len(self.edges)
-        cx, cy = self.edges[number].start
-        return Touch(event.a, NO_BALL, _unit(x - cx, y - cy), pair, number)
+        assert e is not None, "the scene saw to it"
+        pair = Pair(self.scene.balls[i].mass, math.inf, e, self.scene.friction.cushion)
+        side, cushion = self.walls[wall]
+        if isinstance(side, Post):
+            return Touch(i, j, _unit(x - side.center[0], y - side.center[1]), pair, cushion)
+        return Touch(i, j, side.normal, pair, cushion)
+
+    def path_of(self, i: int) -> Path:
+        """The path of ball ``i``."""
+        return self.paths[i]
+
+    def radius_of(self, i: int) -> float:
+        """The radius (m) of ball ``i``."""
+        return self.radius[i]
+
+    def name_of(self, i: int) -> str:
+        """The id of ball ``i``."""
+        return self.scene.balls[i].id
+
+    # -- notes -----------------------------------------------------------------------------------
+
+    def warn(self, text: str) -> None:
+        """Note what the user should know about this run."""
+        self.trace.warn(text)
 
     def _note_contact(self, touch: Touch) -> None:
-        if touch.b == NO_BALL:
-            assert touch.cushion is not None
-            self.trace.ball_cushion(self.now, touch.a, touch.cushion)
-        else:
+        if touch.cushion is None:
             self.trace.ball_ball(self.now, touch.a, touch.b)
-        for i, j in self.impacts.zero_slips:
-            ids = self.scene.balls[i].id, self.scene.balls[j].id
-            self.trace.warn(slip_warning(*ids, self.now))
-        self.impacts.zero_slips.clear()
-
-    def _go_on(self, i: int, position: Vector, velocity: Vector) -> None:
-        soon = self.now - self.last_hit[i] <= self._contact_time(i)
-        self.hits[i] = self.hits[i] + 1 if soon else 0
-        self.last_hit[i] = self.now
-        if velocity == (0.0, 0.0):
-            self.trace.stop(i, self.now, position)
         else:
-            self.trace.knot(i, self.now, position, velocity)
-        self._set_off(i, position, velocity)
+            self.trace.ball_cushion(self.now, touch.a, touch.cushion)
 
-    def _elastic_if_squeezed(self, event: Event, pair: Pair) -> Pair:
-        squeezed = [i for i in (event.a, event.b) if i != NO_BALL and self.hits[i] > COLLAPSE]
-        if not squeezed or pair.restitution == 1.0:
-            return pair
-        ids = ", ".join(self.scene.balls[i].id for i in squeezed)
-        self.trace.warn(
-            f"inelastic collapse of ball {ids} at {self.now:.6g} s: more than {COLLAPSE} hits in a "
-            f"row, taken as elastic from there (TC model)"
-        )
-        return pair._replace(restitution=1.0)
+    def _note_zero_slips(self) -> None:
+        for i, j in self.hits.impacts.zero_slips:
+            self.trace.warn(slip_warning(self.name_of(i), self.name_of(j), self.now))
+        self.hits.impacts.zero_slips.clear()
 
-    def note_moving(self, t: float) -> None:
+    def _note_stop(self, i: int, position: Vector) -> None:
+        self.trace.stop(i, self.now, position)
+        self.rested[i] = self.now
+
+    def _forget_stops(self, touch: Touch) -> None:
+        """A ball that stopped for a moment between two kicks has not come to rest."""
+        events = self.trace.events
+        for i in touch.balls:
+            if self.hits.was_kicked(i, self.rested[i], self.now):
+                stop = (self.rested[i], "stop", (i,), None)
+                del events[len(events) - 1 - events[::-1].index(stop)]
+                self.rested[i] = math.inf
+
+    def drifts(self) -> bool:
+        """Whether a ball moves that nothing will ever stop."""
+        return any(path.stop == math.inf for path in self.paths)
+
+    def note_moving(self) -> None:
         """Write down where the balls are that still move when the run is cut off."""
         for i, path in enumerate(self.paths):
-            if path.stop > t:
-                x, y, vx, vy = slide(*path.position, *path.velocity, self.deceleration, t - path.t)
-                self.trace.knot(i, t, (x, y), (vx, vy))
+            if path.stop > self.now:
+                self.trace.knot(i, self.now, *path.at(self.now))
+
+
+def _walls(scene: Scene) -> Iterator[tuple[Face | Post, int]]:
+    """What a ball can meet of the table, and the number it is reported by."""
+    if scene.table is not None:
+        for number, edge in enumerate(scene.table.edges):
+            yield Face(edge.start, edge.tangent, edge.normal, edge.length), number
+        for number in scene.table.reflex_corners:
+            yield Post(scene.table.outline[number]), number
+
+
+def _leap(own: Array, lines: Array, t: Array) -> Array:
+    """How far (s) from the times ``t`` there is provably no contact."""
+    ax, ay, avx, avy = _slid(own, t)
+    bx, by, bvx, bvy = _slid(lines, t)
+    x, y = bx - ax, by - ay
+    distance = np.hypot(x, y)
+    rate = (x * (bvx - avx) + y * (bvy - avy)) / distance
+    reach = own[R] + lines[R]
+    gap = np.maximum(distance - reach * (1.0 + 1e-9), 0.0)
+    pull = np.hypot(own[AX], own[AY]) + np.hypot(lines[AX], lines[AY])
+    root = np.sqrt(rate * rate + 2.0 * pull * gap)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        leap: Array = np.where(rate < 0.0, 2.0 * gap / (root - rate), (rate + root) / pull)
+    return leap
+
+
+def _slid(lines: Array, t: Array) -> tuple[Array, Array, Array, Array]:
+    """Where the balls are (m) and how they move (m/s) at the times ``t``."""
+    dt = np.minimum(t, lines[STOP]) - lines[T]
+    vx, vy = lines[VX] - lines[AX] * dt, lines[VY] - lines[AY] * dt
+    x = lines[X] + (lines[VX] + vx) * (0.5 * dt)
+    return x, lines[Y] + (lines[VY] + vy) * (0.5 * dt), vx, vy
 
 
 def _unit(x: float, y: float) -> Vector:

@@ -12,11 +12,12 @@ from functools import partial
 
 import pymunk
 
-from pool_pymunk.adapter import Ball, Billiards, Contact, Contacts, FrictionBy, face_between
+from pool_pymunk.adapter import Ball, Billiards, Contact, Contacts, FrictionBy
 from pool_pymunk.path import Face, Post
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Scene, State, Table
 from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings, slip_warning
+from pool_pymunk.walls import face_between
 
 
 def solve(
@@ -35,26 +36,41 @@ def solve(
     assert settings.dt is not None
     trace = Trace(start)
     table = _set_up(scene, start, settings.dt, contacts, friction)
-    _write_down(scene, table, trace)
+    most = NEVER_SETTLES if settings.max_events is None else settings.max_events
+    _write_down(scene, table, trace, most)
     for ball, velocity in zip(table.balls, start.velocity, strict=True):
         if velocity != (0.0, 0.0):
             table.strike(ball, velocity)
     trace.knots = [knots[:1] for knots in trace.knots]
-    last = math.inf if settings.max_time is None else math.ceil(settings.max_time / settings.dt)
-    most = NEVER_SETTLES if settings.max_events is None else settings.max_events
-    while table.moving and table.is_finite:
-        if table.steps >= last or len(trace.events) >= most:
-            trace.status = "max_time" if table.steps >= last else "max_events"
-            break
-        table.step()
-    if not table.is_finite:
-        trace.status = "non_finite"
+    if settings.max_time is not None:
+        table.latest = settings.max_time
+    try:
+        table.play()
+        trace.status = _status(table)
+    except _Enough as enough:
+        trace.status = "max_events"
+        table.end_at(enough.t)
     trace.steps = table.steps
     if trace.status != "settled":
         trace.duration = table.time
-        for ball in table.moving.values():
-            trace.knot(ball.number, table.time, *ball.path.at(table.time))
+        for ball in table.balls:
+            if ball.path.stop > table.time:
+                trace.knot(ball.number, table.time, *ball.path.at(table.time))
     return trace
+
+
+def _status(table: Billiards) -> str:
+    if not table.is_finite:
+        return "non_finite"
+    return "max_time" if table.moving else "settled"
+
+
+class _Enough(Exception):
+    """There were as many events as a run may have; ``t`` (s) is when the last one was."""
+
+    def __init__(self, t: float) -> None:
+        super().__init__()
+        self.t = t
 
 
 discrete = partial(solve, contacts="discrete")
@@ -96,17 +112,19 @@ def _sides(table: Table, number: int) -> tuple[Face | Post, ...]:
     return (face, Post(edge.start)) if number in table.reflex_corners else (face,)
 
 
-def _write_down(scene: Scene, table: Billiards, trace: Trace) -> None:
-    """Let the trace hear of contacts, new paths, stops and warnings."""
+def _write_down(scene: Scene, table: Billiards, trace: Trace, most: int) -> None:
+    """Let the trace hear of contacts, new paths, stops and warnings; stop at so many events."""
 
     def contact(contact: Contact) -> None:
         if contact.wall is None:
             trace.ball_ball(contact.t, *contact.balls)
         else:
             trace.ball_cushion(contact.t, contact.balls[0], contact.wall)
-        for i, j in table.impacts.zero_slips:
+        for i, j in table.hits.impacts.zero_slips:
             trace.warn(slip_warning(scene.balls[i].id, scene.balls[j].id, contact.t))
-        table.impacts.zero_slips.clear()
+        table.hits.impacts.zero_slips.clear()
+        if len(trace.events) >= most:
+            raise _Enough(contact.t)
 
     def path(ball: Ball) -> None:
         trace.knot(ball.number, ball.path.t, ball.path.position, ball.path.velocity)
@@ -118,3 +136,4 @@ def _write_down(scene: Scene, table: Billiards, trace: Trace) -> None:
     table.on_path = path
     table.on_stop = stop
     table.on_warning = trace.warn
+    table.name_of = lambda i: scene.balls[i].id

@@ -1,0 +1,22 @@
+"""The extremes: where each solver breaks, by how much, from where on, and whether it says so.
+
+An extreme is a row of small scenes made from parameters, from mild to extreme; what must hold is
+measured, each with a bound and where the bound comes from (:mod:`pool_pymunk.stability.claims`).
+"""
+
+from pool_pymunk.stability.extremes import EXTREMES, Extreme
+from pool_pymunk.stability.suite import STEPS, Cell, Outcome, check, check_all
+from pool_pymunk.stability.trial import Case, Measure, Trial
+
+__all__ = [
+    "EXTREMES",
+    "STEPS",
+    "Case",
+    "Cell",
+    "Extreme",
+    "Measure",
+    "Outcome",
+    "Trial",
+    "check",
+    "check_all",
+]

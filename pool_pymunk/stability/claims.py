@@ -1,0 +1,223 @@
+"""What must always hold, measured: each claim looks at a trial, and returns a value with its bound.
+
+Where the bounds come from:
+
+- *Rounding*: a contact rounds velocities and positions a few times; after K contacts that is at
+  most ``CARE * (K + 1)`` units of rounding, of the velocities or of the largest coordinate.
+- *Amplification*: how far two exact runs move apart whose starts differ by one unit of rounding is
+  measured (:func:`pool_pymunk.stability.trial.exact`). Every contact may nudge a run like that, so
+  two exact solvers may differ by ``CARE * (K + 1)`` times as much, and by no more.
+- *Lateness*: a solver that answers contacts at the end of a step promises no more than its step:
+  it may overlap by the way that the fastest ball comes in one, and every contact may nudge it by
+  as much; but it is wrong where a ball is off by more than a radius.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from pool_pymunk.motion import Array
+from pool_pymunk.result import Run
+from pool_pymunk.scene import Scene, SceneError, State, Table
+from pool_pymunk.stability.trial import (
+    EPSILON,
+    EXACT,
+    LATE,
+    Measure,
+    Trial,
+    distance,
+    longest,
+    wrong,
+)
+
+CARE = 32.0  # units of rounding that a contact may cost
+OVERLAP = 1e-9  # of the sum of the radii: what a scene may overlap by at its start, too
+AT_ONCE = 1_000_000  # pairs of balls and times looked at in one go
+QUICK = 0.5  # s; slower runs are not repeated
+
+
+def measures(trial: Trial) -> Iterator[Measure]:
+    """Measure what must hold in every trial, then what must hold in this one."""
+    broken = finite(trial)
+    yield broken
+    if not broken.holds:
+        return  # the rest would measure nonsense
+    for claim in (*ALWAYS, *trial.case.claims):
+        measure = claim(trial)
+        if measure is not None:
+            yield measure
+
+
+def finite(trial: Trial) -> Measure:
+    """Every number is one."""
+    sound = all(np.isfinite(knots).all() for knots in trial.run.knots)
+    return wrong("finite", "numbers out of range", not sound or trial.run.status == "non_finite")
+
+
+def ends(trial: Trial) -> Measure:
+    """The run ends as it must, and not after ``max_time``; it may come to rest before."""
+    run, expected = trial.run, trial.case.status
+    if run.status != expected and not (run.status == "settled" and _rests(run)):
+        return wrong("ends", f"ends with {run.status}, not {expected}")
+    over = run.duration - (trial.scene.physics.max_time or math.inf)
+    bound = 1.000001 * (trial.dt or 0.0) if trial.solver in LATE else 0.0
+    return Measure("ends", max(over, 0.0), bound, run.duration, "s", "goes on for {} too long")
+
+
+def _rests(run: Run) -> bool:
+    return all(v == (0.0, 0.0) for v in run.end.velocity)
+
+
+def energy(trial: Trial) -> Measure | None:
+    """Under the law `coulomb` energy never grows; without losses it never falls either."""
+    return energy_kept(trial) if trial.law == "coulomb" else None
+
+
+def energy_kept(trial: Trial) -> Measure:
+    """By which share of all energy it grows; without losses, by which it changes."""
+    speeds = trial.run.at(trial.times)[1]
+    mass = np.array([ball.mass for ball in trial.scene.balls])
+    total = 0.5 * (mass * (speeds**2).sum(axis=2)).sum(axis=1) / trial.run.energy["initial"]
+    keeps = lossless(trial.scene)
+    change = float(np.ptp(total) if keeps else max(np.diff(total).max(), 0.0))
+    words = "energy changes by {} of itself" if keeps else "energy grows by {} of itself"
+    return Measure("energy", change, CARE * EPSILON * (trial.contacts + 1), words=words)
+
+
+def momentum(trial: Trial) -> Measure | None:
+    """Where balls meet only balls, and nothing brakes them, momentum is kept."""
+    alone = trial.scene.table is None and trial.scene.deceleration == 0.0
+    return momentum_kept(trial) if alone and trial.law == "coulomb" else None
+
+
+def momentum_kept(trial: Trial) -> Measure:
+    """By which share momentum changes, of the sum of what all balls have."""
+    mass = np.array([ball.mass for ball in trial.scene.balls])[:, None]
+    _, speeds = trial.run.at([0.0, trial.run.duration])
+    total = (mass * speeds).sum(axis=1)
+    scale = float((mass * np.abs(speeds)).sum(axis=(1, 2)).max())
+    change = float(np.hypot(*(total[1] - total[0]))) / scale
+    bound = CARE * EPSILON * (trial.contacts + 1)
+    return Measure("momentum", change, bound, words="momentum changes by {} of itself")
+
+
+def inside(trial: Trial) -> Measure | None:
+    """No ball reaches beyond a cushion."""
+    table = trial.scene.table
+    if table is None:
+        return None
+    radii = np.array([ball.radius for ball in trial.scene.balls])
+    depth = max(float(beyond(table, trial.run.at(trial.times)[0], radii).max()), 0.0)
+    bound = OVERLAP * trial.smallest + CARE * trial.rounding + trial.late
+    return Measure("inside", depth, bound, trial.smallest, "m", "a ball {} beyond a cushion")
+
+
+def beyond(table: Table, points: Array, radii: Array) -> Array:
+    """How far (m) discs at ``points`` (T, N, 2) reach beyond the cushions; negative: not at all."""
+    x, y = points[..., 0], points[..., 1]
+    nearest = np.full(x.shape, np.inf)
+    within = np.zeros(x.shape, dtype=bool)
+    for edge in table.edges:
+        (ax, ay), (bx, by), (tx, ty) = edge.start, edge.end, edge.tangent
+        along = np.clip((x - ax) * tx + (y - ay) * ty, 0.0, edge.length)
+        nearest = np.minimum(nearest, np.hypot(x - ax - along * tx, y - ay - along * ty))
+        if ay != by:
+            within ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / (by - ay) * (bx - ax))
+    return np.asarray(radii - np.where(within, nearest, -nearest))
+
+
+def overlap(trial: Trial) -> Measure | None:
+    """No two balls overlap beyond what a scene may start with."""
+    radii = np.array([ball.radius for ball in trial.scene.balls])
+    if len(radii) < 2:
+        return None
+    each = max(1, AT_ONCE // len(radii) ** 2)
+    times = trial.times if each > 1 else trial.times[:: len(trial.times) // 20 + 1]
+    reach = radii[:, None] + radii[None, :]
+    np.fill_diagonal(reach, -np.inf)
+    deepest = 0.0
+    for part in range(0, len(times), each):
+        points = trial.run.at(times[part : part + each])[0]
+        gaps = points[:, :, None] - points[:, None]
+        deepest = max(deepest, float((reach - np.hypot(gaps[..., 0], gaps[..., 1])).max()))
+    bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
+    return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
+
+
+def exact_run(trial: Trial) -> Measure | None:
+    """The run stays at the exact one as far as the scene's measured amplification lets it."""
+    if trial.solver == EXACT:
+        return None
+    apart = distance(trial.run, trial.exact.run, trial.exact.times)
+    return farthest("exact run", apart, trial, "{} from the exact run")
+
+
+def farthest(claim: str, apart: Array, trial: Trial, words: str, care: float = 1.0) -> Measure:
+    """The distance (T,) (m) from where balls should be when it is largest beside its bound."""
+    reference = trial.exact
+    unit = EPSILON + trial.late / reference.extent
+    share = care * CARE * (trial.contacts + 1) * unit
+    bound = np.minimum(share * (reference.growth + reference.extent), trial.smallest)
+    k = int((apart / bound).argmax())
+    return Measure(claim, float(apart[k]), float(bound[k]), trial.smallest, "m", words)
+
+
+def same_bits(trial: Trial) -> Measure | None:
+    """The same input gives the same bits."""
+    if trial.run.wall_time > QUICK:
+        return None
+    again = trial.simulate(trial.scene)
+    same = again.final == trial.run.final and again.events == trial.run.events
+    return wrong("same bits", "a second run differs", not same)
+
+
+def any_order(trial: Trial) -> Measure | None:
+    """The order in which balls are listed does not matter (in `published` it does: A is first)."""
+    scene, run, times = trial.scene, trial.run, trial.exact.times
+    if trial.law != "coulomb" or len(scene.balls) < 2 or run.wall_time > QUICK:
+        return None
+    turned = trial.simulate(replace(scene, balls=scene.balls[::-1]))
+    apart = longest(run.at(times)[0] - turned.at(times)[0][:, ::-1])
+    return farthest("any order", apart, trial, "balls listed in another order end {} off")
+
+
+def there_and_back(trial: Trial) -> Measure | None:
+    """Where nothing dissipates, all velocities reversed lead back to the start."""
+    run = trial.run
+    if not lossless(trial.scene) or run.status != "max_time" or run.wall_time > QUICK:
+        return None
+    try:
+        back = moving_as(trial.scene, reversed_state(run))
+    except SceneError:
+        return None  # it ended off the table; `inside` says so
+    home = replace(trial, case=replace(trial.case, scene=back))
+    times = home.exact.times
+    apart = longest(home.run.at(times)[0] - run.at(run.duration - times)[0])
+    return farthest("there and back", apart, home, "comes back {} beside its start", care=2.0)
+
+
+def lossless(scene: Scene) -> bool:
+    """Whether nothing in the scene takes energy."""
+    r, f = scene.restitution, scene.friction
+    elastic = {r.ball_ball, r.cue_ball, r.cushion} <= {None, 1.0}
+    return elastic and scene.deceleration == f.cushion == f.ball_ball == 0.0
+
+
+def reversed_state(run: Run) -> State:
+    """The end of a run, every ball on its way back."""
+    return State(run.end.position, tuple((-vx, -vy) for vx, vy in run.end.velocity))
+
+
+def moving_as(scene: Scene, state: State) -> Scene:
+    """The scene with its balls where and as fast as the state has them."""
+    moved = zip(scene.balls, *state, strict=True)
+    return replace(
+        scene, balls=tuple(replace(ball, position=p, velocity=v) for ball, p, v in moved)
+    )
+
+
+ALWAYS = (ends, energy, momentum, inside, overlap, exact_run, same_bits, any_order, there_and_back)

@@ -1,0 +1,110 @@
+"""Claims that one extreme makes and others do not: its closed form, its symmetry, its likeness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from pool_pymunk.scene import Point, Scene
+from pool_pymunk.stability.claims import CARE, farthest
+from pool_pymunk.stability.trial import Claim, Measure, Trial, distance, longest, under, wrong
+
+
+def by_coulomb(claim: Claim) -> Claim:
+    """A claim that the law `published`, which answers in the listing's order, does not make."""
+    return lambda trial: claim(trial) if trial.law == "coulomb" else None
+
+
+def contacts_are(expected: int) -> Claim:
+    """The run has just so many contacts."""
+
+    def contacts(trial: Trial) -> Measure:
+        words = f"{trial.contacts} contacts, not {expected}"
+        return wrong("contacts", words, trial.contacts != expected)
+
+    return contacts
+
+
+def leave_with(velocities: Mapping[str, Point]) -> Claim:
+    """Balls end with these velocities (m/s)."""
+
+    def velocity(trial: Trial) -> Measure:
+        ends = trial.run.end.velocity
+        index = trial.scene.index
+        off = max(math.dist(ends[index[id_]], v) for id_, v in velocities.items())
+        return _velocity(trial, off)
+
+    return velocity
+
+
+def leaves_at(id_: str, speed: float) -> Claim:
+    """A ball ends with this speed (m/s)."""
+
+    def leaves(trial: Trial) -> Measure:
+        end = math.hypot(*trial.run.end.velocity[trial.scene.index[id_]])
+        return _velocity(trial, abs(end - speed))
+
+    return leaves
+
+
+def _velocity(trial: Trial, off: float) -> Measure:
+    bound = min(_displaced(trial) / trial.smallest, 1.0) * trial.fastest  # normals turn as much
+    return Measure("velocity", off, bound, trial.fastest, "m/s", "a velocity is {} off")
+
+
+def _displaced(trial: Trial) -> float:
+    """How far (m) rounding, or coming late, may displace the contacts of a short run."""
+    return CARE * (trial.contacts + 1) * trial.rounding + trial.late
+
+
+@by_coulomb
+def mirrored(trial: Trial) -> Measure:
+    """What is symmetric about y = 0 at the start stays so."""
+    start = {ball.position: k for k, ball in enumerate(trial.scene.balls)}
+    partner = [start[x, -y] for x, y in start]
+    points = trial.run.at(trial.exact.times)[0]
+    apart = longest(points - points[:, partner] * (1.0, -1.0))
+    return farthest("symmetry", apart, trial, "{} from symmetric")
+
+
+@by_coulomb
+def on_the_diagonal(trial: Trial) -> Measure:
+    """A ball that comes along the diagonal x = y of a square stays on it."""
+    points = trial.run.at(trial.times)[0]
+    off = float(np.abs(points[..., 0] - points[..., 1]).max())
+    return Measure("symmetry", off, _displaced(trial), trial.smallest, "m", "{} from symmetric")
+
+
+@by_coulomb
+def all_as_far(trial: Trial) -> Measure:
+    """Balls that come to the origin alike leave it alike; one that was there stays."""
+    points = trial.run.at(trial.times)[0]
+    far = np.hypot(points[..., 0], points[..., 1])
+    comes = far[0] > 0.0
+    off = max(float(np.ptp(far[:, comes], axis=1).max()), float(far[:, ~comes].max(initial=0.0)))
+    bound = min(_displaced(trial) / trial.smallest, 1.0) * trial.exact.extent
+    return Measure("symmetry", off, bound, trial.smallest, "m", "{} from symmetric")
+
+
+def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
+    """Everything happens as in another scene, scaled and then shifted (m)."""
+
+    def likeness(trial: Trial) -> Measure:
+        like = replace(trial, case=replace(trial.case, scene=under(base, trial.law)))
+        times = trial.exact.times
+        apart = longest(trial.run.at(times)[0] - (like.run.at(times)[0] * scale + shift))
+        return farthest("likeness", apart, trial, "{} from its likeness", care=2.0)
+
+    return likeness
+
+
+def together(trial: Trial) -> Measure | None:
+    """What happens at one instant is answered as `event-driven` does, however it is nudged."""
+    if trial.dt is None:
+        return None
+    apart = float(distance(trial.run, trial.exact.run, trial.times).max())
+    bound = min(_displaced(trial) / trial.smallest, 1.0) * trial.exact.extent
+    return Measure("one instant", apart, bound, trial.smallest, "m", "{} from the exact run")

@@ -1,0 +1,420 @@
+"""The extremes: small scenes made from parameters, each row from mild to extreme."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from pool_pymunk.contact import LAWS
+from pool_pymunk.scene import (
+    STANDARD_GRAVITY,
+    Ball,
+    Friction,
+    Physics,
+    Point,
+    Restitution,
+    Scene,
+    Table,
+)
+from pool_pymunk.stability import closed_forms as must
+from pool_pymunk.stability.claims import energy_kept, momentum_kept
+from pool_pymunk.stability.trial import Case
+
+R = 2.0**-5  # m; sizes and places are short binary numbers, so that what should touch does
+M = 0.2  # kg
+REST = (0.0, 0.0)  # m/s
+LIVELY = Restitution(ball_ball=0.9, cushion=0.7)
+ELASTIC = Restitution(ball_ball=1.0, cushion=1.0)
+CLOTH = Friction(surface=0.1, cushion=0.2, ball_ball=0.05)
+SMOOTH = Friction()
+CHALK = Friction(ball_ball=0.05)
+
+Row = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """A row of the table: cases from mild to extreme, and what they are about.
+
+    ``steps`` (s) replace the solvers' usual ones; ``because`` says why some solvers must fail here.
+    """
+
+    name: str
+    about: str
+    cases: Callable[[], Iterator[Case]]
+    laws: tuple[str, ...] = tuple(LAWS)
+    steps: tuple[float, ...] = ()
+    because: Mapping[str, str] = field(default_factory=dict)
+
+
+# -- what scenes are made of -----------------------------------------------------------------------
+
+
+def alike(rows: Iterable[Row], r: float = R, m: float = M) -> tuple[Ball, ...]:
+    """Balls of one kind (m, kg); the first is the cue ball."""
+    return tuple(
+        Ball(str(k), (x, y), r, m, cue=k == 0, velocity=(vx, vy))
+        for k, (x, y, vx, vy) in enumerate(rows)
+    )
+
+
+def rectangle(length: float, width: float, corner: Point = (0.0, 0.0)) -> Table:
+    """A table of that size (m) with its lower left corner anywhere."""
+    x, y = corner
+    return Table(((x, y), (x + length, y), (x + length, y + width), (x, y + width)))
+
+
+def on_plane(balls: tuple[Ball, ...], e: float, time: float, friction: Friction = CHALK) -> Scene:
+    """Balls that meet nothing but each other, for so long (s)."""
+    return Scene(balls, None, Restitution(e), friction, Physics(max_time=time))
+
+
+def unit(degrees: float) -> Point:
+    """The unit vector in that direction."""
+    return math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+
+
+def grip(speed: float, length: float) -> float:
+    """The coefficient of surface friction that stops a ball after ``length`` (m)."""
+    return speed * speed / (2.0 * length * STANDARD_GRAVITY)
+
+
+# On a table of 2 m by 1 m: two that move among others that rest; and three of them touching.
+MIXED: tuple[Row, ...] = (
+    (0.5, 0.5, 3.0, 0.25),
+    (1.0, 0.5, *REST),
+    (1.25, 0.625, *REST),
+    (1.5, 0.25, *REST),
+    (1.75, 0.5 + R, -1.0, 0.0),
+)
+TOUCHING: tuple[Row, ...] = (
+    *MIXED[:2],
+    (1.0 + 2.0 * R, 0.5, *REST),
+    (1.0 + 2.0 * R, 0.5 + 2.0 * R, *REST),
+    *MIXED[3:],
+)
+
+
+# -- numbers large and small -----------------------------------------------------------------------
+
+
+def speeds() -> Iterator[Case]:
+    """A ball is shot at another, near enough to be reached."""
+    for speed in (1.0, 1e-6, 1e3, 1e6):
+        ux, uy = unit(20.0)
+        way = 2.0 * R + min(0.25, 0.01 * speed**2)
+        target = (0.5 + way * ux, 0.375 + way * uy)
+        rows = ((0.5, 0.375, speed * ux, speed * uy), (*target, *REST), (1.5, 0.75, *REST))
+        yield Case(f"{speed:g} m/s", Scene(alike(rows), rectangle(2.0, 1.0), LIVELY, CLOTH))
+
+
+def masses() -> Iterator[Case]:
+    """One ball of another mass is hit from both sides."""
+    rows = ((0.0, 0.0, 2.0, 0.0625), (0.375, R, *REST), (0.75, R, -1.0, 0.0), (0.5, -0.125, *REST))
+    usual = alike(rows)
+    for ratio in (1.0, 1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9):
+        odd = Ball("1", (0.375, R), R, M * ratio)
+        yield Case(f"1 : {ratio:g}", on_plane((usual[0], odd, *usual[2:]), 0.9, 1.0))
+
+
+def radii() -> Iterator[Case]:
+    """Small balls meet one that is half a metre in radius."""
+    for ratio in (1.0, 10.0, 100.0, 1000.0):
+        big = Ball("big", (1.0, 1.25), 0.5, M, velocity=(0.5, 0.125))
+        (small,) = alike([(3.0, 1.25, -2.0, 0.03125)], 0.5 / ratio)
+        (other,) = alike([(0.5, 0.5, *REST)], 0.125 / ratio)
+        balls = (big, small, Ball("other", other.position, other.radius, M))
+        yield Case(f"1 : {ratio:g}", Scene(balls, rectangle(4.0, 2.5), LIVELY, CLOTH))
+
+
+def restitutions() -> Iterator[Case]:
+    """From elastic to sticking."""
+    for label, ball, cushion in (
+        ("0.9, cushions 0.7", 0.9, 0.7),
+        ("1", 1.0, 1.0),
+        ("0, cushions 0.7", 0.0, 0.7),
+        ("0.9, cushions 0", 0.9, 0.0),
+        ("0", 0.0, 0.0),
+    ):
+        e = Restitution(ball, None, cushion)
+        yield Case(label, Scene(alike(TOUCHING), rectangle(2.0, 1.0), e, CLOTH))
+
+
+def frictions() -> Iterator[Case]:
+    """From none to far more than the laws have use for."""
+    for label, friction in (
+        ("as in the report", CLOTH),
+        ("0", SMOOTH),
+        ("balls 10", Friction(0.1, 0.2, 10.0)),
+        ("cushions 10", Friction(0.1, 10.0, 0.05)),
+        ("surface 10", Friction(10.0, 0.2, 0.05)),
+        ("10", Friction(10.0, 10.0, 10.0)),
+    ):
+        physics = Physics(max_time=None if friction.surface else 3.0)
+        table = rectangle(2.0, 1.0)
+        yield Case(label, Scene(alike(MIXED), table, LIVELY, friction, physics))
+
+
+def time_steps() -> Iterator[Case]:
+    """One small, fast scene for all steps: over in 0.1 s, ten contacts or more."""
+    size = 2.0**-4
+    rows = ((x * size, y * size, vx, vy) for x, y, vx, vy in MIXED)
+    balls = alike(rows, R * size)
+    friction = Friction(grip(3.0, 0.25), 0.2, 0.05)
+    yield Case("", Scene(balls, rectangle(2.0 * size, size), LIVELY, friction))
+
+
+def table_sizes() -> Iterator[Case]:
+    """The same table in every size, then balls of usual size on the largest."""
+    for length in (1.0, 1e-3, 100.0, 1e4):
+        claim = must.as_in(sized(1.0), scale=length)
+        yield Case(f"{length:g} m", sized(length), (claim,))
+    yield Case("1e4 m, usual balls", sized(1e4, R / 1e4))
+
+
+def sized(length: float, radius: float = R) -> Scene:
+    """A table, crossed in about a second; ``radius`` in units of the table's ``length`` (m)."""
+    rows = (
+        (0.25, 0.125, 1.5, 0.25),
+        (0.75, 0.125 + 0.5 / 6.0 - radius, *REST),
+        (0.5, 0.375, *REST),
+        (0.375, 0.25, 0.25, -1.0),
+    )
+    balls = alike(
+        ((length * x, length * y, length * vx, length * vy) for x, y, vx, vy in rows),
+        length * radius,
+    )
+    friction = Friction(grip(1.5 * length, 2.0 * length), 0.2, 0.05)
+    return Scene(balls, rectangle(length, length / 2.0), LIVELY, friction)
+
+
+def origins() -> Iterator[Case]:
+    """The same table, farther and farther from the origin."""
+    for far in (0.0, 1e3, 1e5, 1e7):
+        claim = must.as_in(moved((0.0, 0.0)), shift=(far, -far))
+        yield Case(f"{far:g} m", moved((far, -far)), (claim,))
+
+
+def moved(corner: Point) -> Scene:
+    """The mixed scene on a table with its corner there; all starts are exact to 1e7 m."""
+    rows = ((x + corner[0], y + corner[1], vx, vy) for x, y, vx, vy in MIXED)
+    return Scene(alike(rows), rectangle(2.0, 1.0, corner), LIVELY, CLOTH)
+
+
+# -- contacts at one instant, or nearly ------------------------------------------------------------
+
+
+def racks() -> Iterator[Case]:
+    """A rack of 15, hit head-on: the break stays symmetric."""
+    for gap in (1e-6, 1e-9, 1e-12, 1e-15, 0.0):
+        pitch = 2.0 * R + gap
+        places = (
+            (1.25 + row * pitch * math.sqrt(0.75), (k - row / 2.0) * pitch)
+            for row in range(5)
+            for k in range(row + 1)
+        )
+        balls = alike([(0.5, 0.0, 4.0, 0.0), *((x, y, *REST) for x, y in places)])
+        table = rectangle(2.0, 1.0, (0.0, -0.5))
+        scene = Scene(balls, table, Restitution(0.95, None, 0.7), CLOTH)
+        yield Case(f"gaps of {gap:g} m", scene, (must.mirrored,))
+
+
+def cradles() -> Iterator[Case]:
+    """As many balls leave a row of touching balls as hit it, at the same speed."""
+    for strikers, count in ((1, 2), (1, 3), (1, 4), (1, 5), (1, 6), (1, 7), (2, 5), (3, 7)):
+        rows = [
+            (2.0 * R * k - (0.25 if k < strikers else 0.0), 0.0, float(k < strikers), 0.0)
+            for k in range(count)
+        ]
+        ends = {str(k): (float(k >= count - strikers), 0.0) for k in range(count)}
+        label = f"{strikers} on {count - strikers}"
+        yield Case(label, on_plane(alike(rows), 1.0, 1.0), (must.leave_with(ends),))
+
+
+def meetings() -> Iterator[Case]:
+    """Balls from all sides meet at one instant, around nothing or around a ball at rest."""
+    for e in (0.9, 0.0):
+        for count in (2, 3, 4, 6):
+            around = [(0.5 * x, 0.5 * y, -x, -y) for x, y in map(unit, angles(count))]
+            for centre in ([], [(0.0, 0.0, *REST)]):
+                scene = on_plane(alike([*centre, *around]), e, 1.0)
+                where = "around one" if centre else "meet"
+                yield Case(f"{count} {where}, e = {e:g}", scene, (must.all_as_far,))
+
+
+def angles(count: int) -> list[float]:
+    """Directions (degrees) all around."""
+    return [360.0 * k / count for k in range(count)]
+
+
+def head_ons() -> Iterator[Case]:
+    """No slip: the other ball leaves along the line of centres."""
+    for angle in (0.0, 30.0, 45.0, 90.0, 165.0):
+        x, y = unit(angle)
+        scene = on_plane(alike([(0.0, 0.0, x, y), (0.5 * x, 0.5 * y, *REST)]), 0.95, 1.0)
+        ends = {"0": (0.025 * x, 0.025 * y), "1": (0.975 * x, 0.975 * y)}
+        yield Case(f"{angle:g} degrees", scene, (must.leave_with(ends),))
+
+
+def grazing_hits() -> Iterator[Case]:
+    """A ball passes another at the sum of the radii, give or take a share: a hit, or a miss."""
+    for share in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12, 0.0):
+        beside = 2.0 * R * (1.0 + share)
+        inside = max(2.0 * R - beside, 0.0) * (2.0 * R + beside)
+        kick = 0.95 * math.sqrt(inside) / (2.0 * R)  # normal change of velocity, e = 0.9
+        speed = kick * math.hypot(1.0, CHALK.ball_ball)
+        scene = on_plane(alike([(-0.5, beside, 1.0, 0.0), (0.0, 0.0, *REST)]), 0.9, 1.0)
+        claims = (must.contacts_are(int(beside < 2.0 * R)), must.leaves_at("1", speed))
+        yield Case(f"{share:+g}", scene, claims)
+
+
+# -- walls -----------------------------------------------------------------------------------------
+
+
+def corners() -> Iterator[Case]:
+    """A ball runs along the diagonal into a square's corner, or onto a corner that sticks out."""
+    square = rectangle(1.0, 1.0)
+    ell = Table(((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.5), (0.5, 1.0), (0.0, 1.0)))
+    for label, table, e, mu in (
+        ("smooth", square, 0.7, 0.0),
+        ("rough", square, 0.7, 0.2),
+        ("reflex", ell, 0.7, 0.2),
+        ("e = 1", square, 1.0, 0.0),
+        ("e = 0", square, 0.0, 0.2),
+        ("friction 10", square, 0.7, 10.0),
+        ("reflex, e = 0", ell, 0.0, 0.0),
+    ):
+        v = 1.0 if table is ell else -1.0
+        friction = Friction(0.05, mu)
+        balls = alike([(0.25, 0.25, v, v)])
+        scene = Scene(balls, table, Restitution(1.0, None, e), friction)
+        yield Case(label, scene, (must.on_the_diagonal,))
+
+
+def squeezes() -> Iterator[Case]:
+    """A heavy ball drives a light one to a cushion; elastic, they count the digits of pi.
+
+    Galperin (2003): with a mass ratio N the hits are ceil(pi / atan(sqrt(1/N))) - 1 in number.
+    """
+    for ratio in (1e2, 1e4, 1e6, 1e8):
+        hits = math.ceil(math.pi / math.atan(math.sqrt(1.0 / ratio))) - 1
+        scene = Scene(squeezed(ratio), rectangle(16.0, 1.0), ELASTIC, SMOOTH, Physics(max_time=9.0))
+        yield Case(f"1 : {ratio:g}", scene, (must.contacts_are(hits),), slow=ratio > 1e6)
+    for e in (0.9, 0.5, 0.0):
+        for beside in (0.0, R / 4.0):
+            scene = Scene(
+                squeezed(1e6, beside), rectangle(8.0, 1.0), Restitution(e, None, e), CLOTH
+            )
+            yield Case(f"1 : 1e6, e = {e:g}{', aslant' if beside else ''}", scene)
+
+
+def squeezed(ratio: float, beside: float = 0.0) -> tuple[Ball, ...]:
+    """A heavy ball on its way to a light one, ``beside`` (m) its line, before a cushion."""
+    heavy = Ball("heavy", (2.0, 0.5), R, M * ratio, velocity=(-1.0, 0.0))
+    return heavy, Ball("light", (1.0, 0.5 + beside), R, M)
+
+
+def wedges() -> Iterator[Case]:
+    """A ball runs into a wedge; elastic, its path unfolds to a straight line through images of it.
+
+    From the middle line, aimed a seventh of the angle beside the tip, it meets
+    ceil(180 / angle - 1/7 - 1/2) cushions.
+    """
+    for angle in (60.0, 10.0, 1.0, 0.1):
+        half = math.radians(angle / 2.0)
+        table = Table(((0.0, 0.0), (1.0, -math.tan(half)), (1.0, math.tan(half))))
+        balls = alike([(0.5, 0.0, *unit(180.0 - angle / 7.0))], math.sin(half) / 8.0)
+        hits = must.contacts_are(math.ceil(180.0 / angle - 1.0 / 7.0 - 0.5))
+        scene = Scene(balls, table, ELASTIC, SMOOTH, Physics(max_time=1.0))
+        yield Case(f"{angle:g} degrees", scene, (hits,))
+        for e in (0.7, 0.0):
+            lossy = Scene(balls, table, Restitution(e, None, e), CLOTH)
+            yield Case(f"{angle:g} degrees, e = {e:g}", lossy)
+
+
+# -- many, and without end -------------------------------------------------------------------------
+
+
+def crowd(count: int, box: float, seed: int = 1) -> tuple[Ball, ...]:
+    """Balls on a grid in a square box (m), each in its own direction at 1 m/s."""
+    rng = random.Random(seed)
+    side = math.ceil(math.sqrt(count))
+    pitch = box / side
+    return alike(
+        ((k % side + 0.5) * pitch, (k // side + 0.5) * pitch, *unit(rng.uniform(0.0, 360.0)))
+        for k in range(count)
+    )
+
+
+def many_contacts() -> Iterator[Case]:
+    """Ten balls in a box, without losses, for so many contacts."""
+    physics = Physics(max_time=1e6)
+    for count in (1_000, 10_000, 100_000):
+        scene = Scene(crowd(10, 0.5), rectangle(0.5, 0.5), ELASTIC, SMOOTH, physics)
+        yield Case(f"{count}", scene, max_events=count, ends="max_events", slow=count > 1_000)
+
+
+def many_balls() -> Iterator[Case]:
+    """A box full of balls, for half a second."""
+    for count in (10, 100, 1_000):
+        box = 0.125 * math.ceil(math.sqrt(count))
+        physics = Physics(max_time=0.5)
+        scene = Scene(crowd(count, box), rectangle(box, box), LIVELY, CLOTH, physics)
+        yield Case(f"{count}", scene, slow=count > 100)
+
+
+def never_at_rest() -> Iterator[Case]:
+    """Nothing brakes: the run ends at its ``max_time``, to the last bit, and not before."""
+    physics = Physics(max_time=math.pi)
+    one, table = (0.5, 0.5, 1.0, 0.25), rectangle(2.0, 1.0)
+    for label, rows, where in (
+        ("one ball", [one], table),
+        ("along a cushion", [(0.5, R, 1.0, 0.0)], table),
+        ("no table", [one], None),
+        ("three balls", [one, (1.0, 0.5, *REST), (1.5, 0.5, 0.0, 0.5)], table),
+    ):
+        yield Case(label, Scene(alike(rows), where, ELASTIC, SMOOTH, physics))
+
+
+def the_listing() -> Iterator[Case]:
+    """The report's own law: what Listing 3 does to momentum and energy in an oblique hit."""
+    for degrees in (0.0, 30.0, 60.0):
+        x, y = unit(degrees)
+        rows = ((-0.25 - 2.0 * R * x, -0.125 - 2.0 * R * y, 1.0, 0.5), (0.0, 0.0, *REST))
+        scene = on_plane(alike(rows), 1.0, 1.0, Friction(ball_ball=0.2))
+        yield Case(f"{degrees:g} degrees", scene, (momentum_kept, energy_kept))
+
+
+EVERY_STEP = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1 / 60, 0.1, 0.5)
+LISTING = dict.fromkeys(
+    ("event-driven", "pymunk", "pymunk-discrete", "time-slice"),
+    "line 132 pushes B with the slip, not against it: momentum is not kept",
+)
+
+EXTREMES = (
+    Extreme("speeds", "1e-6 to 1e6 m/s on a 2 m table", speeds),
+    Extreme("mass ratios", "up to 1e9 either way", masses),
+    Extreme("radius ratios", "up to 1000", radii),
+    Extreme("restitution", "0 and 1, three balls touching", restitutions),
+    Extreme("friction", "0 and 10, of balls, cushions and cloth", frictions),
+    Extreme("time steps", "1e-7 to 0.5 s", time_steps, steps=EVERY_STEP),
+    Extreme("table sizes", "1 mm to 10 km, to scale and with usual balls", table_sizes),
+    Extreme("far from the origin", "up to 1e7 m", origins),
+    Extreme("frozen racks of 15", "gaps of 1e-6 to 0 m, hit head-on", racks),
+    Extreme("Newton's cradles", "2 to 7 balls, gaps of 0", cradles),
+    Extreme("meeting at one instant", "2 to 6 balls, and around one", meetings),
+    Extreme("head-on hits", "zero slip, at five angles", head_ons),
+    Extreme("grazing hits", "within 1e-12 of a miss, either way", grazing_hits),
+    Extreme("exact corners", "of a square, and sticking out", corners),
+    Extreme("squeezed to a cushion", "by a ball up to 1e8 times as heavy", squeezes),
+    Extreme("converging cushions", "a wedge of 60 to 0.1 degrees", wedges),
+    Extreme("many contacts", "up to 100,000 without losses", many_contacts),
+    Extreme("many balls", "up to 1,000", many_balls),
+    Extreme("never at rest", "no friction, max_time = pi s", never_at_rest),
+    Extreme(
+        "the report's law", "Listing 3 in an oblique hit", the_listing, ("published",),
+        because=LISTING,
+    ),
+)  # fmt: skip

@@ -1,0 +1,192 @@
+"""All extremes by all solvers: one cell of the table each, worked out in several processes."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from multiprocessing import get_context
+
+from pool_pymunk.listing import step_text
+from pool_pymunk.stability.claims import measures
+from pool_pymunk.stability.extremes import EXTREMES, Extreme
+from pool_pymunk.stability.trial import Measure, Trial, wrong
+
+Steps = tuple[float | None, ...]
+
+# The steps (s) that each solver is tried with, and those of the quick form.
+STEPS: Mapping[str, Steps] = {
+    "event-driven": (None,),
+    "pymunk": (1 / 60, 1 / 240, 1 / 1000),
+    "pymunk-discrete": (1e-4,),
+    "time-slice": (1e-5,),
+    "pymunk-builtin": (1 / 240,),
+}
+QUICK_STEPS: Mapping[str, Steps] = {
+    **STEPS,
+    "pymunk": (1 / 60,),
+    "pymunk-discrete": (1e-3,),
+    "time-slice": (1e-4,),
+}
+MOST_STEPS, QUICK_MOST_STEPS = 1_000_000, 20_000  # of one run; what needs more is not run
+OWN_LAW = "pymunk-builtin"  # knows no contact law but its own
+PROCESSES = 2
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was measured of one case, under one law and at one step (s), or why it was not."""
+
+    case: str
+    law: str
+    dt: float | None
+    measures: tuple[Measure, ...] = ()
+    status: str = ""
+    contacts: int = 0
+    wall_time: float = 0.0
+    not_run: str = ""
+
+    @property
+    def broken(self) -> tuple[Measure, ...]:
+        """The measures that do not hold."""
+        return tuple(measure for measure in self.measures if not measure.holds)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One extreme by one solver: an outcome for every case, law and step."""
+
+    extreme: str
+    solver: str
+    outcomes: tuple[Outcome, ...]
+    because: str = ""  # why it must break, if it does
+
+    @property
+    def run(self) -> tuple[Outcome, ...]:
+        """The outcomes that were measured."""
+        return tuple(outcome for outcome in self.outcomes if not outcome.not_run)
+
+    @property
+    def worst(self) -> Measure | None:
+        """What breaks worst; None where all holds."""
+        broken = [measure for outcome in self.run for measure in outcome.broken]
+        return max(broken, key=lambda measure: measure.severity, default=None)
+
+    @property
+    def where(self) -> str:
+        """The cases at which it breaks; where there is one only, the steps."""
+        cases = list(dict.fromkeys(outcome.case for outcome in self.run))
+        if len(cases) > 1:
+            return _where(cases, {outcome.case for outcome in self.run if outcome.broken})
+        steps = sorted({outcome.dt for outcome in self.run if outcome.dt})
+        broken = {step_text(outcome.dt) for outcome in self.run if outcome.broken and outcome.dt}
+        return _where([step_text(dt) for dt in steps], broken)
+
+    @property
+    def left_out(self) -> str:
+        """Why some of it, or all, was not run."""
+        reasons = [outcome.not_run for outcome in self.outcomes if outcome.not_run]
+        if not self.outcomes:
+            return "not run: it has a law of its own"
+        if not reasons:
+            return ""
+        share = f"{len(reasons)} of {len(self.outcomes)} " if self.run else ""
+        return f"{share}not run: {reasons[-1]}"
+
+    def distance(self, dt: float) -> float | None:
+        """How far (m) it came from the exact run at that step, over all cases and laws."""
+        found = [
+            measure.value
+            for outcome in self.run
+            for measure in outcome.measures
+            if outcome.dt == dt and measure.claim == "exact run"
+        ]
+        return max(found, default=None)
+
+    def __str__(self) -> str:
+        verdict = "holds" if self.worst is None else f"{self.worst}; {self.where}"
+        if not self.run:
+            return self.left_out
+        return f"{verdict} ({self.left_out})" if self.left_out else verdict
+
+
+def _where(labels: Sequence[str], broken: set[str]) -> str:
+    """Which of the labels, from mild to extreme, are broken.
+
+    >>> _where(["1", "10", "100"], {"10", "100"}), _where(["1", "10", "100"], {"10"})
+    ('from 10 on', 'at 10')
+    """
+    at = [label for label in labels if label in broken]
+    if len(at) in (0, len(labels)):
+        return "everywhere" if at else ""
+    if len(at) > 1 and at == list(labels[-len(at) :]):
+        return f"from {at[0]} on"
+    more = f" and {len(at) - 2} more" if len(at) > 2 else ""
+    return f"at {', '.join(at[:2])}{more}"
+
+
+# -- working them out ------------------------------------------------------------------------------
+
+
+def check(extreme: Extreme, solver: str, quick: bool = False) -> Cell:
+    """Try a solver on an extreme's cases, under its laws, at its steps."""
+    outcomes = tuple(
+        _outcome(Trial(case, law, solver, dt), quick)
+        for case in extreme.cases()
+        if not (quick and case.slow)
+        for law in extreme.laws
+        if law == "coulomb" or solver != OWN_LAW
+        for dt in _steps(extreme, solver, quick)
+    )
+    return Cell(extreme.name, solver, outcomes, extreme.because.get(solver, ""))
+
+
+def _steps(extreme: Extreme, solver: str, quick: bool) -> Steps:
+    usual = (QUICK_STEPS if quick else STEPS)[solver]
+    return extreme.steps if extreme.steps and usual != (None,) else usual
+
+
+def _outcome(trial: Trial, quick: bool) -> Outcome:
+    case, most = trial.case, QUICK_MOST_STEPS if quick else MOST_STEPS
+    if trial.steps > most:
+        reason = f"would need {trial.steps:.0e} steps"
+        return Outcome(case.label, trial.law, trial.dt, not_run=reason)
+    try:
+        found = tuple(measures(trial))
+    except Exception as error:  # whatever a solver raises is what is looked for here
+        words = f"{type(error).__name__}: {error}"
+        return Outcome(case.label, trial.law, trial.dt, (wrong("raises nothing", words),))
+    run = trial.run
+    return Outcome(
+        case.label, trial.law, trial.dt, found, run.status, trial.contacts, run.wall_time
+    )
+
+
+def check_all(
+    extremes: Sequence[Extreme] = EXTREMES,
+    solvers: Sequence[str] = tuple(STEPS),
+    quick: bool = False,
+    processes: int = PROCESSES,
+) -> Iterator[Cell]:
+    """Check every extreme with every solver; each cell as soon as it is there.
+
+    Closing the iterator, as Ctrl-C does, ends the processes.
+    """
+    tasks = [(e.name, solver, quick) for e in extremes for solver in solvers]
+    with get_context("spawn").Pool(processes, _ignore_interrupts) as pool:
+        yield from pool.imap_unordered(_check_named, tasks)
+
+
+def _check_named(task: tuple[str, str, bool]) -> Cell:
+    name, solver, quick = task
+    return check(find(name), solver, quick)
+
+
+def find(name: str) -> Extreme:
+    """The extreme of that name."""
+    return next(extreme for extreme in EXTREMES if extreme.name == name)
+
+
+def _ignore_interrupts() -> None:
+    """Leave Ctrl-C, which reaches every process, to the first."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

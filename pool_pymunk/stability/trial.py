@@ -1,0 +1,240 @@
+"""One extreme scene given to one solver: the run, and the exact run that it is measured against."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from pool_pymunk.motion import Array
+from pool_pymunk.result import Run
+from pool_pymunk.scene import Ball, Scene
+from pool_pymunk.solvers import simulate
+
+EPSILON = 2.0**-52
+EXACT = "event-driven"
+LATE = ("pymunk-discrete", "pymunk-builtin", "time-slice")  # answer contacts up to a step late
+
+# Amplification is measured by nudging starts: by this share of the smallest radius, but by no
+# less than so many units of rounding; up to the time when the nudge has grown to LINEAR radii.
+NUDGE, LEAST_NUDGE, NUDGES, LINEAR = 1e-9, 64.0 * EPSILON, 3, 1e-3
+ENOUGH = 2000  # events of a nudged run: far more than any nudge stays small for
+GRID = 200  # times at which runs are compared
+SAMPLES = 400  # times, beside the grid, at which invariants are looked at: contacts, mostly
+
+
+class Measure(NamedTuple):
+    """What was measured, the ``bound`` that it must not pass, and the ``size`` of what it is of.
+
+    All three are in ``unit``; ``words`` say what it means when it does not hold.
+    """
+
+    claim: str
+    value: float
+    bound: float
+    size: float = 1.0
+    unit: str = ""
+    words: str = "{}"
+
+    @property
+    def holds(self) -> bool:
+        return self.value <= self.bound
+
+    @property
+    def severity(self) -> float:
+        """How bad it is: 0 where it holds, 1 where it is all wrong."""
+        return 0.0 if self.holds else min(self.value / self.size, 1.0)
+
+    def __str__(self) -> str:
+        return self.words.format(f"{self.value:.2g} {self.unit}".rstrip())
+
+
+def wrong(claim: str, words: str, is_so: bool = True) -> Measure:
+    """A claim that holds or does not."""
+    return Measure(claim, float(is_so), 0.0, words=words)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene of an extreme, its place on the way from mild to extreme, and what it must do.
+
+    ``ends`` is the status it must end with, ``claims`` what must hold beyond what always must.
+    ``slow`` cases are left out of the quick form.
+    """
+
+    label: str
+    scene: Scene
+    claims: tuple[Claim, ...] = ()
+    max_events: int = 50_000
+    ends: str = ""
+    slow: bool = False
+
+    @property
+    def status(self) -> str:
+        """How the run must end."""
+        return self.ends or ("max_time" if self.scene.physics.max_time else "settled")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A case under a law, for one solver and time step (s)."""
+
+    case: Case
+    law: str
+    solver: str
+    dt: float | None
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The case's scene, under the law."""
+        return under(self.case.scene, self.law)
+
+    @cached_property
+    def exact(self) -> Exact:
+        """The exact run, and how far it can be relied on."""
+        return exact(self.scene, self.case.max_events)
+
+    @cached_property
+    def run(self) -> Run:
+        """The run that is measured."""
+        return self.simulate(self.scene)
+
+    def simulate(self, scene: Scene) -> Run:
+        """Run a scene in bounds: of events, and of time, lest a solver never comes to rest."""
+        if self.solver == EXACT:
+            return simulate(scene, solver=EXACT, max_events=self.case.max_events)
+        most = min(10 * self.exact.contacts + 1000, self.case.max_events)
+        latest = scene.physics.max_time or 4.0 * self.exact.run.duration + 10.0 * (self.dt or 0.0)
+        return simulate(scene, solver=self.solver, dt=self.dt, max_events=most, max_time=latest)
+
+    @property
+    def steps(self) -> float:
+        """How many steps the solver would need."""
+        return self.exact.run.duration / self.dt if self.dt else 0.0
+
+    @cached_property
+    def contacts(self) -> int:
+        """How many contacts the run has."""
+        return contacts(self.run)
+
+    @cached_property
+    def times(self) -> Array:
+        """When to look at the run (s): at contacts, and between them."""
+        events = np.unique([event.t for event in self.run.events])
+        thin = events[:: len(events) // SAMPLES + 1]
+        return np.unique(np.concatenate([[0.0], thin, grid(self.run.duration)]))
+
+    @cached_property
+    def smallest(self) -> float:
+        """The smallest radius (m)."""
+        return min(ball.radius for ball in self.scene.balls)
+
+    @cached_property
+    def fastest(self) -> float:
+        """The largest speed (m/s) at the start."""
+        return max(math.hypot(*ball.velocity) for ball in self.scene.balls)
+
+    @property
+    def late(self) -> float:
+        """How far (m) the fastest ball comes in the time by which contacts are answered late."""
+        return self.fastest * self.dt if self.dt and self.solver in LATE else 0.0
+
+    @property
+    def rounding(self) -> float:
+        """The spacing (m) of floating-point numbers where the balls are."""
+        return EPSILON * self.exact.extent
+
+
+Claim = Callable[[Trial], Measure | None]
+
+
+@dataclass(frozen=True)
+class Exact:
+    """The exact run of a scene, and the scene's amplification of its input.
+
+    ``growth`` (T,) is the distance (m) between runs whose starts differ by one unit, relative to
+    ``extent`` (m) and to the speeds, at the ``times`` (T,) that are compared at: those at which
+    the growth is still proportional to the nudge.
+    """
+
+    run: Run
+    times: Array
+    growth: Array
+    extent: float
+
+    @property
+    def contacts(self) -> int:
+        """How many contacts the exact run has."""
+        return contacts(self.run)
+
+
+@lru_cache(maxsize=64)
+def exact(scene: Scene, max_events: int) -> Exact:
+    """The exact run of a scene; its amplification, measured by nudging what moves at the start."""
+    run = simulate(scene, solver=EXACT, max_events=max_events)
+    extent = _extent(run)
+    smallest = min(ball.radius for ball in scene.balls)
+    nudge = max(NUDGE * smallest / extent, LEAST_NUDGE)
+    times = grid(run.duration)
+    growth = np.zeros(len(times))
+    for seed in range(NUDGES):
+        start = _nudged(scene, nudge, extent, random.Random(seed))
+        other = simulate(start, solver=EXACT, max_events=min(max_events, ENOUGH))
+        if other.status == "max_events":
+            times = times[times <= other.duration]
+        growth = np.maximum(growth[: len(times)], distance(run, other, times))
+    growth = np.maximum.accumulate(growth)
+    linear = growth <= LINEAR * smallest
+    return Exact(run, times[linear], growth[linear] / nudge, extent)
+
+
+def under(scene: Scene, law: str) -> Scene:
+    """The scene under a contact law."""
+    return replace(scene, physics=replace(scene.physics, law=law))
+
+
+def contacts(run: Run) -> int:
+    """How many contacts a run has."""
+    return sum(event.kind != "stop" for event in run.events)
+
+
+def grid(duration: float) -> Array:
+    """Times (s) from the start to the end, evenly."""
+    return np.linspace(0.0, duration, GRID + 1)
+
+
+def distance(one: Run, other: Run, times: Array) -> Array:
+    """The largest distance (m) of a ball from itself in another run, at each of the times (T,)."""
+    return longest(one.at(times)[0] - other.at(times)[0])
+
+
+def longest(gaps: Array) -> Array:
+    """The length (T,) of the longest of the gaps (T, N, 2) at each time."""
+    return np.asarray(np.hypot(gaps[..., 0], gaps[..., 1]).max(axis=1))
+
+
+def _extent(run: Run) -> float:
+    """The largest coordinate (m) that a ball or the table reaches."""
+    reach = max(float(np.abs(knots[:, 1:3]).max()) for knots in run.knots)
+    table = run.scene.table
+    outline = max(map(abs, table.bounds)) if table else 0.0
+    return max(reach, outline, max(ball.radius for ball in run.scene.balls))
+
+
+def _nudged(scene: Scene, nudge: float, extent: float, rng: random.Random) -> Scene:
+    """The scene with everything that moves at the start moved by a relative ``nudge``."""
+
+    def moved(ball: Ball) -> Ball:
+        if ball.velocity == (0.0, 0.0):
+            return ball
+        (x, y), (vx, vy) = ball.position, ball.velocity
+        dx, dy, turn, faster = (nudge * rng.uniform(-1.0, 1.0) for _ in range(4))
+        velocity = (vx * (1.0 + faster) - vy * turn, vy * (1.0 + faster) + vx * turn)
+        return replace(ball, position=(x + extent * dx, y + extent * dy), velocity=velocity)
+
+    return replace(scene, balls=tuple(map(moved, scene.balls)))
