@@ -18,7 +18,7 @@ carries the mean velocity of its path over the coming step, which makes position
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
 from heapq import heappop, heappush
 from typing import Literal, NamedTuple
 
@@ -60,7 +60,7 @@ class Due(NamedTuple):
 class Ball:
     """A ball on the table: its body, the circle that feels what is near, and its path."""
 
-    __slots__ = ("body", "feeler", "joint", "number", "path", "radius", "rests")
+    __slots__ = ("body", "feeler", "joint", "number", "path", "radius", "rested")
 
     def __init__(self, number: int, radius: float, feeler: pymunk.Circle, path: Path) -> None:
         assert feeler.body is not None
@@ -69,7 +69,7 @@ class Ball:
         self.feeler = feeler
         self.body = feeler.body
         self.path = path
-        self.rests = path.speed == 0.0
+        self.rested = path.stop if path.speed == 0.0 else math.inf  # since when (s)
         self.joint: pymunk.PivotJoint | None = None  # friction, while it moves
 
 
@@ -119,6 +119,7 @@ class Billiards:
         self.on_contact: Callable[[Contact], None] | None = None
         self.on_path: Callable[[Ball], None] | None = None
         self.on_stop: Callable[[Ball], None] | None = None
+        self.on_stir: Callable[[Ball], None] | None = None  # on_stop spoke too soon
         self.on_warning: Callable[[str], None] | None = None
         self.name_of: Callable[[int], str] = str
         self.balls: list[Ball] = []
@@ -297,10 +298,9 @@ class Billiards:
         return Path(t, position, velocity, self.deceleration)
 
     def _set_off(self, ball: Ball, t: float, position: Vector, velocity: Vector) -> None:
-        """A ball begins a new path at ``t``; it may have stopped earlier in the same step."""
-        if ball.path.stop <= t:
-            self._note_rest(ball)
-        ball.rests = False
+        """A ball begins a new path at ``t``."""
+        if velocity != (0.0, 0.0):
+            ball.rested = math.inf
         ball.path = self._path(t, position, velocity)
         self.is_finite = self.is_finite and math.isfinite(ball.path.speed)
         if self.on_path is not None:
@@ -348,9 +348,21 @@ class Billiards:
             ball.body.velocity_func = pymunk.Body.update_velocity
 
     def _note_rest(self, ball: Ball) -> None:
-        if not ball.rests and self.on_stop is not None:
+        if ball.rested < math.inf:
+            return
+        ball.rested = ball.path.stop
+        if self.on_stop is not None:
             self.on_stop(ball)
-        ball.rests = True
+
+    def _note_rest_before(self, ball: Ball, t: float, kicked: bool) -> None:
+        """A ball that is hit at ``t`` had come to rest, or stopped for a moment between kicks."""
+        stopped = min(ball.rested, ball.path.stop)
+        if not (kicked and self.hits.was_kicked(ball.number, stopped, t)):
+            self._note_rest(ball)
+        elif ball.rested < math.inf:
+            if self.on_stir is not None:
+                self.on_stir(ball)
+            ball.rested = math.inf
 
     def _stop_balls(self) -> None:
         """Put balls to rest whose paths have ended, and lead those there that end in this step."""
@@ -378,7 +390,7 @@ class Billiards:
                 self._go_on(answer, first.t, changed)
                 for i in answer.velocity:
                     self._foresee(due, self._what_may_follow(i, changed, near), first.t)
-                self._foresee(due, (touch[:2] for touch in answer.missed), first.t)
+                self._foresee(due, self._still_touching(answer, first.t), first.t)
         for ball in changed.values():
             self._carry(ball)
 
@@ -406,6 +418,12 @@ class Billiards:
         length = min([length_to(side, a.path, a.radius) for side in self.walls[-1 - j].sides])
         t = max(a.path.time_at(length), since) if length < a.path.reach else math.inf
         return t if t <= until else math.inf
+
+    def _still_touching(self, answer: Answer, t: float) -> Iterator[Near]:
+        """Pairs that touch and do not close: they may, where both move."""
+        for touch in answer.missed:
+            if all(self.balls[i].path.stop > t for i in touch.balls):
+                yield touch[:2]
 
     def _overlap_time(self, pair: Near, _since: float) -> float:
         """The end of the step, if they overlap there and close; "discrete" knows no other time."""
@@ -477,8 +495,11 @@ class Billiards:
 
     def _go_on(self, answer: Answer, t: float, changed: dict[int, Ball]) -> None:
         """New paths for the balls that were hit; tell of the hits."""
+        kicked = {i for touch in answer.pressed for i in touch.balls}
         for i, velocity in answer.velocity.items():
             ball = changed[i] = self.balls[i]
+            if ball.path.stop <= t:
+                self._note_rest_before(ball, t, i in kicked)
             self._set_off(ball, t, ball.path.at(t)[0], velocity)
         if self.on_contact is not None:
             for touch in answer.listed:

@@ -33,11 +33,11 @@ from pool_pymunk.motion import Vector
 from pool_pymunk.path import EPSILON, Path, least_bounce
 
 NOISE = 16.0 * EPSILON  # share of a hit's speeds that may be rounding
-LEFT_OVER = 4.0 * EPSILON  # share of a hit's speeds that is nothing where it is all that is left
 INSTANT = 1e-12  # radii that a ball comes in what counts as one instant
 ROUNDS = 300  # of hits at one instant, after which they are taken to have no end
 FEW_ROUNDS = 10  # the same, where it is but the hits of balls that are pressed together
 CONTACT_TIME = 3e-3  # of the balls' stopping time when they met, or of the time since then
+MANY_KICKS = 1000  # of a press, in which its contact time doubles
 WINDOW = 3.0  # contact times after the last kick of a press, in which a ball counts as kicked
 
 Key = TypeVar("Key")  # what a solver calls a pair that may touch
@@ -75,10 +75,11 @@ class Answer(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """When two balls met, and the time (s) in which both would have stopped."""
+    """When two balls met, the time (s) in which both would have stopped, and kicks since then."""
 
     t: float
     stopping: float
+    kicks: int = 0
 
 
 class Kick(NamedTuple):
@@ -117,11 +118,13 @@ class Hits(Generic[Key]):
     def contact_time(self, i: int, j: int, now: float) -> float:
         """The time (s) that one contact of the balls takes where friction presses them together.
 
-        It grows while they stay together, so that the number of contacts does not. Before they
-        met it is 0.
+        It grows while they stay together, and with the number of their hits, so that this number
+        stays within bounds. Before they met it is 0.
         """
         met = self.meetings.get((i, j))
-        return CONTACT_TIME * max(met.stopping, now - met.t) if met else 0.0
+        if met is None:
+            return 0.0
+        return CONTACT_TIME * max(met.stopping, now - met.t) * (1.0 + met.kicks / MANY_KICKS)
 
     def was_kicked(self, i: int, since: float, now: float) -> bool:
         """Whether a kick of a press that ball ``i`` had counts now and at the time ``since``."""
@@ -201,6 +204,8 @@ class Hits(Generic[Key]):
                 self.kicks[i] = kick._replace(t=now)
 
     def _note_press(self, touch: Touch, now: float) -> None:
+        met = self.meetings[touch[:2]]
+        self.meetings[touch[:2]] = met._replace(kicks=met.kicks + 1)
         contact_time = self.contact_time(*touch[:2], now)
         kick = Kick(now, 2.0 * self.table.deceleration * contact_time, WINDOW * contact_time)
         self._pass_on(kick, touch, now)
@@ -266,7 +271,7 @@ class Hits(Generic[Key]):
         noise = max(NOISE * fastest, *(self.noise.get(i, 0.0) for i in before))
         for i in moved:
             self.noise[i] = noise
-            if math.hypot(*velocity[i]) <= LEFT_OVER * fastest:
+            if math.hypot(*velocity[i]) <= noise:
                 velocity[i] = (0.0, 0.0)
         missed = [touch for touch in missed if moved.isdisjoint(touch.balls)]
         return Answer({i: velocity[i] for i in sorted(moved)}, found.listed, found.pressed, missed)

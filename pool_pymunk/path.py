@@ -131,9 +131,13 @@ def post_length(path: Path, r: float, post: Post) -> float:
     """
     if path.speed == 0.0:
         return math.inf
-    (x, y), (cx, cy) = path.position, post.center
+    (x, y), (ux, uy) = path.position, path.direction
+    dx, dy = post.center[0] - x, post.center[1] - y
     rounding = 8.0 * EPSILON * (abs(x) + abs(y) + r)
-    return path_to_disc((cx - x, cy - y), path.direction, r + post.radius - rounding)
+    reach = r + post.radius - rounding
+    if dx * ux + dy * uy <= GRAZING * reach and math.hypot(dx, dy) <= reach + 2.0 * rounding:
+        return math.inf
+    return path_to_disc((dx, dy), path.direction, reach)
 
 
 def pair_time(

@@ -77,6 +77,11 @@ class Trace:
         self.events.append((t, "stop", (i,), None))
         self.duration = max(self.duration, t)
 
+    def forget_stop(self, i: int, t: float) -> None:
+        """Ball ``i`` had not come to rest at ``t`` after all."""
+        stop = (t, "stop", (i,), None)
+        del self.events[len(self.events) - 1 - self.events[::-1].index(stop)]
+
     def warn(self, text: str) -> None:
         """Note once what the user should know about this run."""
         if text not in self.warnings:

@@ -40,7 +40,7 @@ from pool_pymunk.solvers.settings import Settings, slip_warning
 
 NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
 LOST = 1e-3  # radii; who comes so far in a rounding error of the time is lost
-MOST_EVENTS = 2_000_000
+MOST_EVENTS = 1_000_000
 CROWD = 24  # balls in the way, from which on they are sifted all at once
 LEAPS = 3  # of a sifting
 NO_WALL = -1

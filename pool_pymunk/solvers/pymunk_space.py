@@ -132,8 +132,12 @@ def _write_down(scene: Scene, table: Billiards, trace: Trace, most: int) -> None
     def stop(ball: Ball) -> None:
         trace.stop(ball.number, ball.path.stop, ball.path.rest)
 
+    def stir(ball: Ball) -> None:
+        trace.forget_stop(ball.number, ball.rested)
+
     table.on_contact = contact
     table.on_path = path
     table.on_stop = stop
+    table.on_stir = stir
     table.on_warning = trace.warn
     table.name_of = lambda i: scene.balls[i].id

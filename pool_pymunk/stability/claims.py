@@ -36,6 +36,7 @@ from pool_pymunk.stability.trial import (
 
 CARE = 32.0  # units of rounding that a contact may cost
 OVERLAP = 1e-9  # of the sum of the radii: what a scene may overlap by at its start, too
+PRESSED = 1e-4  # of a radius: what balls may overlap by that surface friction presses together
 AT_ONCE = 1_000_000  # pairs of balls and times looked at in one go
 QUICK = 0.5  # s; slower runs are not repeated
 
@@ -145,6 +146,8 @@ def overlap(trial: Trial) -> Measure | None:
         gaps = points[:, :, None] - points[:, None]
         deepest = max(deepest, float((reach - np.hypot(gaps[..., 0], gaps[..., 1])).max()))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
+    if any("presses" in warning for warning in trial.run.warnings):
+        bound = max(bound, PRESSED * trial.smallest)
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
 

@@ -103,10 +103,10 @@ TOUCHING: tuple[Row, ...] = (
 def speeds() -> Iterator[Case]:
     """A ball is shot at another, near enough to be reached."""
     for speed in (1.0, 1e-6, 1e3, 1e6):
-        ux, uy = unit(20.0)
+        (vx, vy), (ux, uy) = unit(20.0), unit(23.0)
         way = 2.0 * R + min(0.25, 0.01 * speed**2)
         target = (0.5 + way * ux, 0.375 + way * uy)
-        rows = ((0.5, 0.375, speed * ux, speed * uy), (*target, *REST), (1.5, 0.75, *REST))
+        rows = ((0.5, 0.375, speed * vx, speed * vy), (*target, *REST), (1.5, 0.75, *REST))
         yield Case(f"{speed:g} m/s", Scene(alike(rows), rectangle(2.0, 1.0), LIVELY, CLOTH))
 
 
@@ -410,7 +410,7 @@ EXTREMES = (
     Extreme("exact corners", "of a square, and sticking out", corners),
     Extreme("squeezed to a cushion", "by a ball up to 1e8 times as heavy", squeezes),
     Extreme("converging cushions", "a wedge of 60 to 0.1 degrees", wedges),
-    Extreme("many contacts", "up to 100,000 without losses", many_contacts),
+    Extreme("many contacts", "up to 100,000 without losses", many_contacts, ("coulomb",)),
     Extreme("many balls", "up to 1,000", many_balls),
     Extreme("never at rest", "no friction, max_time = pi s", never_at_rest),
     Extreme(

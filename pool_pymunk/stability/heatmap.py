@@ -89,7 +89,7 @@ def _verdict(axes: Axes, cell: Cell | None, left: float, top: float) -> None:
 
 
 def _degree(severity: float) -> str:
-    return next(color for most, color, _ in DEGREES if severity <= most)
+    return next(color for most, color, _ in DEGREES if min(severity, 1.0) <= most)
 
 
 def _distance(axes: Axes, distance: float | None, left: float, top: float) -> None:

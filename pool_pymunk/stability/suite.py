@@ -29,6 +29,8 @@ QUICK_STEPS: Mapping[str, Steps] = {
     "time-slice": (1e-4,),
 }
 MOST_STEPS, QUICK_MOST_STEPS = 1_000_000, 20_000  # of one run; what needs more is not run
+MOST_PAIRS = 100_000_000  # that a solver without a broad phase looks at in one run
+NO_BROAD_PHASE = "time-slice"
 OWN_LAW = "pymunk-builtin"  # knows no contact law but its own
 PROCESSES = 2
 
@@ -147,19 +149,25 @@ def _steps(extreme: Extreme, solver: str, quick: bool) -> Steps:
 
 
 def _outcome(trial: Trial, quick: bool) -> Outcome:
-    case, most = trial.case, QUICK_MOST_STEPS if quick else MOST_STEPS
-    if trial.steps > most:
-        reason = f"would need {trial.steps:.0e} steps"
-        return Outcome(case.label, trial.law, trial.dt, not_run=reason)
+    about = (trial.case.label, trial.law, trial.dt)
+    too_much = _too_much(trial, QUICK_MOST_STEPS if quick else MOST_STEPS)
+    if too_much:
+        return Outcome(*about, not_run=too_much)
     try:
         found = tuple(measures(trial))
     except Exception as error:  # whatever a solver raises is what is looked for here
-        words = f"{type(error).__name__}: {error}"
-        return Outcome(case.label, trial.law, trial.dt, (wrong("raises nothing", words),))
-    run = trial.run
-    return Outcome(
-        case.label, trial.law, trial.dt, found, run.status, trial.contacts, run.wall_time
-    )
+        return Outcome(*about, (wrong("raises nothing", f"{type(error).__name__}: {error}"),))
+    return Outcome(*about, found, trial.run.status, trial.contacts, trial.run.wall_time)
+
+
+def _too_much(trial: Trial, most: int) -> str:
+    """Why a run would take too long, if it would."""
+    pairs = trial.steps * len(trial.scene.balls) ** 2
+    if trial.steps > most:
+        return f"would need {trial.steps:.0e} steps"
+    if trial.solver == NO_BROAD_PHASE and pairs > MOST_PAIRS:
+        return f"would look at {pairs:.0e} pairs"
+    return ""
 
 
 def check_all(

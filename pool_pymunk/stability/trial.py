@@ -47,8 +47,8 @@ class Measure(NamedTuple):
 
     @property
     def severity(self) -> float:
-        """How bad it is: 0 where it holds, 1 where it is all wrong."""
-        return 0.0 if self.holds else min(self.value / self.size, 1.0)
+        """How bad it is: 0 where it holds, 1 and more where it is all wrong."""
+        return 0.0 if self.holds else self.value / self.size
 
     def __str__(self) -> str:
         return self.words.format(f"{self.value:.2g} {self.unit}".rstrip())

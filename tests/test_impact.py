@@ -1,0 +1,284 @@
+"""Impacts of several contacts at one instant: hand results, and what must hold in any cluster."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping, Sequence
+from itertools import permutations
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pool_pymunk.contact import NT, Law, Pair, coulomb, published
+from pool_pymunk.impact import (
+    NO_BALL,
+    Impacts,
+    Touch,
+    Velocities,
+    _normal_impulses,
+    closing_speed,
+    distinct,
+)
+from pool_pymunk.motion import Vector
+
+RIGHT, UP = (1.0, 0.0), (0.0, 1.0)
+ROUNDING = 1e-13  # some hundred operations on numbers of the size of the speeds
+
+
+class Cluster(NamedTuple):
+    """Discs of diameter 1 that touch each other and cushions, and how they move."""
+
+    masses: list[float]
+    touches: list[Touch]
+    velocity: dict[int, Vector]
+
+    def closing(self) -> list[Touch]:
+        return [touch for touch in self.touches if closing_speed(touch, self.velocity) > 1e-9]
+
+
+def random_cluster(seed: int, widest: float = 3.0) -> Cluster:
+    """Two to twelve discs on a lattice or anywhere, masses over up to ``widest`` decades."""
+    rnd = random.Random(seed)
+    places = [(0.0, 0.0)]
+    on_lattice = rnd.random() < 0.6
+    while len(places) < rnd.randint(2, 12):
+        x, y = rnd.choice(places)
+        angle = rnd.randrange(6) * math.pi / 3 if on_lattice else rnd.uniform(0, 2 * math.pi)
+        place = (x + math.cos(angle), y + math.sin(angle))
+        if all(math.dist(place, other) > 1 - 1e-9 for other in places):
+            places.append(place)
+    masses = [10 ** rnd.uniform(-1, widest - 1) for _ in places]
+    e, mu = rnd.choice([0.0, 0.5, 0.9, 1.0]), rnd.choice([0.0, 0.1, 1.0])
+    touches = []
+    for i, (x, y) in enumerate(places):
+        for j in range(i + 1, len(places)):
+            nx, ny = places[j][0] - x, places[j][1] - y
+            if abs(math.hypot(nx, ny) - 1) < 1e-9:
+                touches.append(Touch(i, j, (nx, ny), Pair(masses[i], masses[j], e, mu)))
+        for cushion in range(rnd.choice([0, 0, 0, 1, 2])):
+            turn = rnd.choice([0.0, math.pi / 2, rnd.uniform(0, 6.28)])
+            normal = (math.cos(turn), math.sin(turn))
+            touches.append(Touch(i, NO_BALL, normal, Pair(masses[i], math.inf, e, mu), cushion))
+    velocity = {i: (rnd.gauss(0, 1), rnd.gauss(0, 1)) for i in range(len(places))}
+    return Cluster(masses, touches, velocity)
+
+
+def energy(masses: Sequence[float], velocity: Mapping[int, Vector]) -> float:
+    return sum(m * (velocity[i][0] ** 2 + velocity[i][1] ** 2) for i, m in enumerate(masses))
+
+
+def answered(
+    touches: Sequence[Touch], velocity: Mapping[int, Vector], law: Law = coulomb
+) -> dict[int, Vector]:
+    after = dict(velocity)
+    Impacts(law).answer(touches, after)
+    return after
+
+
+def ball(a: int, b: int, normal: Vector, e: float = 1.0, mu: float = 0.0) -> Touch:
+    return Touch(a, b, normal, Pair(1.0, 1.0, e, mu))
+
+
+def wall(a: int, normal: Vector, e: float = 1.0, mu: float = 0.0, number: int = 0) -> Touch:
+    return Touch(a, NO_BALL, normal, Pair(1.0, math.inf, e, mu), number)
+
+
+# -- by hand ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_one_ball_between_two_that_stand_symmetrically(e: float) -> None:
+    """J = (1 + e) v cos 30 / (1 + 2 cos^2 30) at each: the ball keeps v (1 - 3 (1 + e) / 5)."""
+    normals = [(math.sqrt(0.75), 0.5), (math.sqrt(0.75), -0.5)]
+    touches = [ball(0, k + 1, normal, e) for k, normal in enumerate(normals)]
+    after = answered(touches, {0: (1.0, 0.0), 1: (0.0, 0.0), 2: (0.0, 0.0)})
+    j = (1 + e) * math.sqrt(0.75) / 2.5
+    assert after[0] == pytest.approx((1 - 0.6 * (1 + e), 0.0), abs=1e-15)
+    for k, (nx, ny) in enumerate(normals):
+        assert after[k + 1] == pytest.approx((j * nx, j * ny), abs=1e-15)
+
+
+def test_friction_between_one_ball_and_two_is_shared() -> None:
+    """Each contact may take half of what would end its slip alone, here less than mu J."""
+    nx, ny = math.sqrt(0.75), 0.5
+    touches = [ball(0, 1, (nx, ny), 1.0, 0.2), ball(0, 2, (nx, -ny), 1.0, 0.2)]
+    after = answered(touches, {0: (1.0, 0.0), 1: (0.0, 0.0), 2: (0.0, 0.0)})
+    j, slip = 2 * nx / 2.5, 0.2 * ny  # the ball comes back with 0.2
+    j_t = slip / 2 / 2
+    assert j_t < 0.2 * j
+    assert after[0] == pytest.approx((-0.2 + 2 * j_t * ny, 0.0), abs=1e-15)
+    assert after[1] == pytest.approx((j * nx - j_t * ny, j * ny + j_t * nx), abs=1e-15)
+    assert after[2] == pytest.approx((j * nx - j_t * ny, -j * ny - j_t * nx), abs=1e-15)
+
+
+def test_two_balls_meet_a_third_from_both_sides() -> None:
+    touches = [ball(0, 1, RIGHT), ball(1, 2, RIGHT)]
+    after = answered(touches, {0: (1.0, 0.0), 1: (0.0, 0.0), 2: (-1.0, 0.0)})
+    for i, v in enumerate((-1.0, 0.0, 1.0)):
+        assert after[i] == pytest.approx((v, 0.0), abs=1e-15)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_both_cushions_of_a_corner_answer(e: float) -> None:
+    after = answered([wall(0, RIGHT, e), wall(0, UP, e, number=1)], {0: (-1.0, -2.0)})
+    assert after[0] == pytest.approx((e, 2 * e), abs=1e-15)
+
+
+def test_the_same_cushion_twice_is_one_cushion() -> None:
+    """Where two cushions run on straight, a ball at the seam meets both."""
+    touches = [wall(0, UP, 0.5, 0.2), wall(0, UP, 0.5, 0.2, number=1)]
+    once, twice = (answered(t, {0: (1.0, -1.0)}) for t in (touches[:1], touches))
+    assert twice[0] == pytest.approx(once[0], abs=1e-15)
+    assert distinct(touches) == touches[:1]
+
+
+def test_contacts_that_share_no_ball_are_answered_as_if_alone() -> None:
+    touches = [ball(0, 1, RIGHT, 0.9, 0.1), ball(2, 3, UP, 0.5, 0.2)]
+    velocity = {0: (1.0, 0.3), 1: (0.0, 0.0), 2: (0.1, 2.0), 3: (0.0, 0.0)}
+    both = answered(touches, velocity)
+    for touch in touches:
+        alone = answered([touch], velocity)
+        assert all(both[i] == alone[i] for i in touch.balls)
+
+
+def test_one_contact_is_the_law() -> None:
+    after = answered([ball(0, 1, RIGHT, 0.9, 0.1)], {0: (1.0, 0.5), 1: (-0.2, 0.1)})
+    a, b = coulomb(NT(1.0, 0.5), NT(-0.2, 0.1), Pair(1.0, 1.0, 0.9, 0.1))
+    assert after[0] == pytest.approx(tuple(a))
+    assert after[1] == pytest.approx(tuple(b))
+
+
+def test_the_published_law_answers_in_the_listings_order() -> None:
+    """Cushions across x, then those across y, then pairs by number; whatever order they come in."""
+    touches = [
+        Touch(1, NO_BALL, (-1.0, 0.0), Pair(1.0, math.inf, 0.7, 0.2), 1),
+        Touch(1, NO_BALL, (0.0, -1.0), Pair(1.0, math.inf, 0.7, 0.2), 2),
+        ball(0, 1, (math.sqrt(0.5), math.sqrt(0.5)), 0.9, 0.05),
+    ]
+    velocity = {0: (2.0, 1.0), 1: (1.0, 0.5)}
+    by_hand = dict(velocity)
+    for touch in touches:
+        Impacts(published).answer([touch], by_hand)
+    assert all(answered(order, velocity, published) == by_hand for order in permutations(touches))
+
+
+def test_a_cradle_is_answered_ball_by_ball() -> None:
+    """Only what closes is answered; so a hit runs down a row, round by round."""
+    row = [ball(k, k + 1, RIGHT) for k in range(4)]
+    velocity: dict[int, Vector] = dict.fromkeys(range(5), (0.0, 0.0)) | {0: (1.0, 0.0)}
+    for _ in range(4):
+        velocity = answered([t for t in row if closing_speed(t, velocity) > 0.0], velocity)
+    assert [velocity[k][0] for k in range(5)] == [0.0, 0.0, 0.0, 0.0, 1.0]
+
+
+# -- in any cluster --------------------------------------------------------------------------------
+
+seeds = st.integers(0, 10**6)
+
+
+@given(seeds)
+def test_energy_never_grows(seed: int) -> None:
+    masses, _, velocity = cluster = random_cluster(seed)
+    after = answered(cluster.closing(), velocity)
+    assert energy(masses, after) <= energy(masses, velocity) * (1 + ROUNDING)
+
+
+def with_pair(touches: Sequence[Touch], **coefficients: float) -> list[Touch]:
+    pairs = [Pair(**{**touch.pair._asdict(), **coefficients}) for touch in touches]
+    return [touch._replace(pair=pair) for touch, pair in zip(touches, pairs, strict=True)]
+
+
+@given(seeds)
+def test_without_losses_energy_is_kept(seed: int) -> None:
+    """Where every contact that pushes opens as fast as it closed, nothing is lost."""
+    masses, _, velocity = cluster = random_cluster(seed)
+    after = answered(with_pair(cluster.closing(), restitution=1.0, friction=0.0), velocity)
+    assert energy(masses, after) == pytest.approx(energy(masses, velocity), rel=1e-11)
+
+
+@given(seeds)
+def test_momentum_is_kept_between_balls(seed: int) -> None:
+    masses, _, velocity = cluster = random_cluster(seed)
+    after = answered([t for t in cluster.closing() if t.b != NO_BALL], velocity)
+    for axis in (0, 1):
+        moments = [(m * after[i][axis], m * velocity[i][axis]) for i, m in enumerate(masses)]
+        change = sum(new - old for new, old in moments)
+        assert abs(change) <= ROUNDING * sum(abs(new) + abs(old) for new, old in moments)
+
+
+@given(seeds)
+def test_every_contact_that_closed_opens_e_times_as_fast_or_faster(seed: int) -> None:
+    """Newton's law for simultaneous impact: J >= 0, and J > 0 only where it is just e times."""
+    cluster = random_cluster(seed)
+    smooth = with_pair(cluster.closing(), friction=0.0)
+    after = answered(smooth, cluster.velocity)
+    for touch in smooth:
+        e, closed = touch.pair.restitution, closing_speed(touch, cluster.velocity)
+        assert -closing_speed(touch, after) >= e * closed - 1e-10
+
+
+@given(seeds, st.randoms(use_true_random=False))
+def test_the_order_of_contacts_does_not_matter(seed: int, rnd: random.Random) -> None:
+    cluster = random_cluster(seed)
+    touches = cluster.closing()
+    shuffled = rnd.sample(touches, len(touches))
+    one, other = (answered(order, cluster.velocity) for order in (touches, shuffled))
+    for i in one:
+        assert one[i] == pytest.approx(other[i], abs=1e-9)
+
+
+@given(seeds, st.floats(-math.pi, math.pi))
+def test_turning_the_cluster_turns_the_outcome(seed: int, angle: float) -> None:
+    c, s = math.cos(angle), math.sin(angle)
+
+    def turned(v: Vector) -> Vector:
+        return (c * v[0] - s * v[1], s * v[0] + c * v[1])
+
+    cluster = random_cluster(seed)
+    touches = cluster.closing()
+    after = answered(touches, cluster.velocity)
+    other = answered(
+        [touch._replace(normal=turned(touch.normal)) for touch in touches],
+        {i: turned(v) for i, v in cluster.velocity.items()},
+    )
+    for i in after:
+        assert other[i] == pytest.approx(turned(after[i]), abs=1e-9)
+
+
+@given(seeds)
+def test_settling_leaves_nothing_that_closes_and_adds_no_energy(seed: int) -> None:
+    """Also what did not close before, also with masses over six decades."""
+    masses, touches, velocity = random_cluster(seed, widest=6.0)
+    after = dict(velocity)
+    Impacts(coulomb).settle(touches, after)
+    assert energy(masses, after) <= energy(masses, velocity) * (1 + ROUNDING)
+    assert all(closing_speed(touch, after) < 1e-7 for touch in touches)
+
+
+@given(seeds)
+def test_impulses_solve_the_complementarity_problem(seed: int) -> None:
+    """J >= 0, G J >= w, and J (G J - w) = 0, for G of any rank and any w that it can reach."""
+    rnd = np.random.default_rng(seed)
+    count, rank = (int(n) for n in rnd.integers(1, 9, size=2))
+    basis = rnd.normal(size=(count, rank))
+    response = basis @ basis.T + 1e-30 * np.eye(count)
+    wanted = basis @ rnd.normal(size=rank)
+    # a self-stress, J >= 0 with G J = 0, could never end; contacts of discs that close have none
+    if (wanted > 0).all() and rank < count:
+        wanted = response @ np.abs(rnd.normal(size=count))
+    impulses = _normal_impulses(response, wanted)
+    opened = response @ impulses
+    scale = np.abs(response).sum() * (1 + impulses.max())
+    assert (impulses >= 0).all()
+    assert (opened - wanted >= -1e-9 * scale).all()
+    assert np.abs(impulses * (opened - wanted)).max() <= 1e-9 * scale * (1 + impulses.max())
+
+
+def test_velocities_may_be_a_list() -> None:
+    velocity: Velocities = [(1.0, 0.0), (0.0, 0.0)]
+    Impacts(coulomb).answer([ball(0, 1, RIGHT)], velocity)
+    assert velocity[1] == (1.0, 0.0)
