@@ -36,6 +36,7 @@ FrictionBy = Literal["joint", "callback"]
 Near = tuple[int, int]  # two balls, lower number first; or a ball and -1 - the number of a wall
 
 BALL, FEELER, WALL = 0x42616C6C, 0x4665656C, 0x57616C6C  # collision types of our own
+TOUCH = 1e-9  # radii by which a feeler is larger than what moves, and smaller than what rests
 NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
 
 
@@ -173,7 +174,11 @@ class Billiards:
         self._number[feeler] = ball.number
         self._ball_of[body] = ball
         self.balls.append(ball)
-        self._carry(ball)
+        if ball.path.speed > 0.0:
+            self.hits.strike(ball.number, velocity)
+            self._carry(ball)
+        else:
+            feeler.unsafe_set_radius(radius * (1.0 - TOUCH))
         return ball
 
     def _join(self, *things: pymunk.Body | pymunk.Shape) -> None:
@@ -317,7 +322,7 @@ class Billiards:
         (x, y), (next_x, next_y) = position, path.at(self.time + self.dt)[0]
         ball.body.velocity = ((next_x - x) / self.dt, (next_y - y) / self.dt)
         margin = math.hypot(*velocity) * self.dt if self.contacts == "swept" else 0.0
-        rounding = 1e-9 * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
+        rounding = TOUCH * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
         ball.feeler.unsafe_set_radius(ball.radius + margin + rounding)
         if ball.number not in self.moving:
             self.moving[ball.number] = ball
@@ -337,7 +342,7 @@ class Billiards:
     def _rest(self, ball: Ball) -> None:
         """A ball stops; from now on it costs nothing."""
         ball.body.velocity = (0.0, 0.0)
-        ball.feeler.unsafe_set_radius(ball.radius * (1.0 - 1e-9))
+        ball.feeler.unsafe_set_radius(ball.radius * (1.0 - TOUCH))
         self._note_rest(ball)
         if self.moving.pop(ball.number, None) is None:
             return
@@ -395,7 +400,7 @@ class Billiards:
             self._carry(ball)
 
     def _foresee(self, due: list[Due], pairs: Iterable[Near], since: float) -> None:
-        """Note when these pairs meet, those that do in what is left of this step."""
+        """Note when these pairs meet."""
         contact_time = self._overlap_time if self.contacts == "discrete" else self._contact_time
         for pair in pairs:
             t = contact_time(pair, since)
@@ -404,10 +409,10 @@ class Billiards:
                 heappush(due, Due(t, self._order, pair, *self._paths(pair)))
 
     def _contact_time(self, pair: Near, since: float) -> float:
-        """When the two meet, if they do in what is left of this step, or at its very end."""
+        """When the two meet, if they do in this step, or in the next if nothing else happens."""
         i, j = pair
         a = self.balls[i]
-        until = self.time + self._instant(pair)
+        until = self.time + self.dt
         if j >= 0:
             b = self.balls[j]
             since = max(since, a.path.t, b.path.t)

@@ -95,8 +95,8 @@ def _degree(severity: float) -> str:
 def _distance(axes: Axes, distance: float | None, left: float, top: float) -> None:
     _box(axes, (left, top), NARROW, "#ffffff" if distance is not None else NOT_RUN)
     if distance is not None:
-        axes.text(left + NARROW / 2, top + HEIGHT / 2, f"{distance:.0e}", fontsize=9,
-                  ha="center", va="center")  # fmt: skip
+        text = f"{distance:.0e}" if distance > 0.0 else "0"
+        axes.text(left + NARROW / 2, top + HEIGHT / 2, text, fontsize=9, ha="center", va="center")
 
 
 def _box(axes: Axes, corner: tuple[float, float], width: float, color: str) -> None:

@@ -29,8 +29,8 @@ QUICK_STEPS: Mapping[str, Steps] = {
     "time-slice": (1e-4,),
 }
 MOST_STEPS, QUICK_MOST_STEPS = 1_000_000, 20_000  # of one run; what needs more is not run
-MOST_PAIRS = 100_000_000  # that a solver without a broad phase looks at in one run
-NO_BROAD_PHASE = "time-slice"
+MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000  # the same, of pairs looked at one by one
+ONE_BY_ONE = "time-slice"  # has no broad phase
 OWN_LAW = "pymunk-builtin"  # knows no contact law but its own
 PROCESSES = 2
 
@@ -150,7 +150,7 @@ def _steps(extreme: Extreme, solver: str, quick: bool) -> Steps:
 
 def _outcome(trial: Trial, quick: bool) -> Outcome:
     about = (trial.case.label, trial.law, trial.dt)
-    too_much = _too_much(trial, QUICK_MOST_STEPS if quick else MOST_STEPS)
+    too_much = _too_much(trial, quick)
     if too_much:
         return Outcome(*about, not_run=too_much)
     try:
@@ -160,12 +160,12 @@ def _outcome(trial: Trial, quick: bool) -> Outcome:
     return Outcome(*about, found, trial.run.status, trial.contacts, trial.run.wall_time)
 
 
-def _too_much(trial: Trial, most: int) -> str:
+def _too_much(trial: Trial, quick: bool) -> str:
     """Why a run would take too long, if it would."""
     pairs = trial.steps * len(trial.scene.balls) ** 2
-    if trial.steps > most:
+    if trial.steps > (QUICK_MOST_STEPS if quick else MOST_STEPS):
         return f"would need {trial.steps:.0e} steps"
-    if trial.solver == NO_BROAD_PHASE and pairs > MOST_PAIRS:
+    if trial.solver == ONE_BY_ONE and pairs > (QUICK_MOST_PAIRS if quick else MOST_PAIRS):
         return f"would look at {pairs:.0e} pairs"
     return ""
 
@@ -176,13 +176,14 @@ def check_all(
     quick: bool = False,
     processes: int = PROCESSES,
 ) -> Iterator[Cell]:
-    """Check every extreme with every solver; each cell as soon as it is there.
+    """Check every extreme with every solver; each row as soon as it is there.
 
-    Closing the iterator, as Ctrl-C does, ends the processes.
+    A row is one process's, which works out its exact runs once. The last rows, which take longest,
+    come first. Closing the iterator, as Ctrl-C does, ends the processes.
     """
-    tasks = [(e.name, solver, quick) for e in extremes for solver in solvers]
+    tasks = [(e.name, solver, quick) for e in reversed(extremes) for solver in solvers]
     with get_context("spawn").Pool(processes, _ignore_interrupts) as pool:
-        yield from pool.imap_unordered(_check_named, tasks)
+        yield from pool.imap_unordered(_check_named, tasks, chunksize=len(solvers))
 
 
 def _check_named(task: tuple[str, str, bool]) -> Cell:

@@ -173,7 +173,7 @@ class Exact:
         return contacts(self.run)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=128)
 def exact(scene: Scene, max_events: int) -> Exact:
     """The exact run of a scene; its amplification, measured by nudging what moves at the start."""
     run = simulate(scene, solver=EXACT, max_events=max_events)

@@ -1,0 +1,272 @@
+"""The extremes, each row in its quick form; and that the claims notice what they are there for."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from pool_pymunk import Ball, Physics, Restitution, Run, Scene, Table, simulate
+from pool_pymunk.contact import LAWS, NT, Pair, coulomb
+from pool_pymunk.stability import (
+    EXTREMES,
+    STEPS,
+    Case,
+    Cell,
+    Extreme,
+    Trial,
+    check,
+    check_all,
+    claims,
+    closed_forms,
+    heatmap,
+    table,
+)
+from pool_pymunk.stability.suite import PROCESSES, Outcome
+from pool_pymunk.stability.trial import exact, wrong
+
+EXACT = ("event-driven", "pymunk")  # hold everywhere, but for what the law itself breaks
+ROWS = [(extreme, law) for extreme in EXTREMES for law in extreme.laws]
+
+
+def label(value: object) -> str:
+    return value.name if isinstance(value, Extreme) else str(value)
+
+
+@pytest.mark.parametrize("solver", STEPS)
+@pytest.mark.parametrize(("extreme", "law"), ROWS, ids=label)
+def test_every_row(extreme: Extreme, law: str, solver: str) -> None:
+    """The exact solvers hold, or the row says why they cannot; the others end, and say why."""
+    cell = check(replace(extreme, laws=(law,)), solver, quick=True)
+    assert all(outcome.measures or outcome.not_run for outcome in cell.outcomes)
+    if solver in EXACT:
+        assert cell.run
+        assert cell.worst is None or cell.because, cell
+    assert cell.worst is None or table.reason(cell)
+
+
+def test_the_reports_law_breaks_in_every_solver_that_has_it() -> None:
+    """It is the law, not the solver: line 132 has a sign wrong."""
+    for solver in ("event-driven", "pymunk", "pymunk-discrete", "time-slice"):
+        cell = check(EXTREMES[-1], solver, quick=True)
+        momentum = [m.value for o in cell.run for m in o.measures if m.claim == "momentum"]
+        assert min(momentum) > 0.1
+        assert "line 132" in cell.because
+
+
+def test_pymunk_is_as_far_from_the_exact_run_as_rounding_at_every_step() -> None:
+    (sizes,) = (extreme for extreme in EXTREMES if extreme.name == "table sizes")
+    cell = check(sizes, "pymunk")
+    for dt in (1 / 60, 1 / 240, 1 / 1000):
+        distance = cell.distance(dt)
+        assert distance is not None and distance < 1e-10  # m, on a table of 10 km
+
+
+# -- the claims notice -----------------------------------------------------------------------------
+
+
+def two_balls(**of_scene: object) -> Scene:
+    """Two balls that meet head-on on an open plane, without losses."""
+    balls = (
+        Ball("a", (0.0, 0.0), 0.05, 0.2, velocity=(1.0, 0.0)),
+        Ball("b", (0.5, 0.0), 0.05, 0.2),
+    )
+    whole = {"balls": balls, "restitution": Restitution(1.0, None, 1.0),
+             "physics": Physics(max_time=1.0), **of_scene}  # fmt: skip
+    return Scene(**whole)  # type: ignore[arg-type]
+
+
+def trial_of(run: Run, solver: str = "pymunk") -> Trial:
+    """A trial whose run is this one, of whatever scene."""
+    trial = Trial(Case("", two_balls()), "coulomb", solver, None)
+    trial.__dict__["run"] = run
+    return trial
+
+
+def broken(trial: Trial) -> set[str]:
+    """The claims that do not hold."""
+    return {measure.claim for measure in claims.measures(trial) if not measure.holds}
+
+
+def tampered(run: Run, change: Callable[[np.ndarray], None]) -> Run:
+    """The run with the last knot of its first ball changed."""
+    knots = [ball.copy() for ball in run.knots]
+    change(knots[0][-1])
+    return replace(run, knots=tuple(knots))
+
+
+def test_an_honest_run_holds() -> None:
+    run = simulate(two_balls(), solver="event-driven")
+    assert run.final["b"][0] == pytest.approx(1.1)
+    assert not broken(trial_of(run))
+
+
+@pytest.mark.parametrize(
+    ("claim", "column", "value"),
+    [
+        ("energy", 3, 1e-6),
+        ("momentum", 3, 1e-6),
+        ("overlap", 1, 1.05),
+        ("exact run", 1, 1e-9),
+        ("finite", 1, math.nan),
+        ("there and back", 2, 1e-6),
+    ],
+)
+def test_a_changed_number_is_noticed(claim: str, column: int, value: float) -> None:
+    run = simulate(two_balls(), solver="event-driven")
+
+    def change(knot: np.ndarray) -> None:
+        knot[column] = value if claim == "overlap" else knot[column] + value
+
+    assert claim in broken(trial_of(tampered(run, change)))
+
+
+def test_a_ball_off_the_table_is_noticed() -> None:
+    square = Table.rectangle(1.0, 1.0)
+    points = np.array([[[0.5, 0.5], [0.95, 0.5], [0.951, 0.5], [1.2, 0.5]]])
+    depth = claims.beyond(square, points, np.full(4, 0.05))
+    assert depth[0] == pytest.approx([-0.45, 0.0, 0.001, 0.25])
+
+
+def test_a_ball_in_the_notch_of_a_table_is_off_it() -> None:
+    ell = Table(((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)))
+    points = np.array([[[0.5, 1.5], [1.5, 1.5], [0.9, 0.9]]])
+    depth = claims.beyond(ell, points, np.full(3, 0.05))
+    assert depth[0] == pytest.approx([-0.45, 0.55, 0.05 - math.hypot(0.1, 0.1)])
+
+
+def test_a_law_that_adds_energy_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def generous(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        new_a, new_b = coulomb(a, b, pair)
+        return new_a, NT(new_b.n * (1.0 + 1e-9), new_b.t)
+
+    monkeypatch.setitem(LAWS, "coulomb", generous)
+    exact.cache_clear()
+    try:
+        trial = Trial(Case("", two_balls()), "coulomb", "pymunk", 1 / 60)
+        assert {"energy", "momentum"} <= broken(trial)
+    finally:
+        exact.cache_clear()
+
+
+def test_a_wrong_end_is_noticed() -> None:
+    case = Case("", two_balls(), ends="settled")
+    measures = list(claims.measures(Trial(case, "coulomb", "pymunk", 1 / 60)))
+    (ends,) = (measure for measure in measures if measure.claim == "ends")
+    assert not ends.holds
+    assert str(ends) == "ends with max_time, not settled"
+
+
+def test_what_a_solver_raises_is_a_break() -> None:
+    """The bounds of a run are honoured, and an error is a row like any other."""
+
+    def broken_claim(trial: Trial) -> None:
+        raise ZeroDivisionError("float division by zero")
+
+    row = Extreme("bad", "", lambda: iter([Case("x", two_balls(), (broken_claim,))]))
+    cell = check(row, "pymunk")
+    assert str(cell) == "ZeroDivisionError: float division by zero; everywhere"
+
+
+def test_amplification_of_a_ball_that_only_runs() -> None:
+    """A ball that runs 1 m in 1 s: nudged by one in its place and its speed, it ends so far off."""
+    scene = Scene(
+        (Ball("a", (0.0, 0.0), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1.0)
+    )
+    reference = exact(scene, 100)
+    assert reference.extent == pytest.approx(1.0)
+    assert len(reference.times) == 201
+    assert 0.3 < reference.growth[-1] < 2.9  # m: both at most 1 along and 1 across
+
+
+def test_a_chaotic_run_is_compared_until_it_is_chaotic() -> None:
+    (row,) = (extreme for extreme in EXTREMES if extreme.name == "many contacts")
+    case = next(row.cases())
+    reference = exact(case.scene, case.max_events)
+    assert 0.01 < reference.times[-1] / reference.run.duration < 0.5
+    assert reference.growth[-1] > 1e3
+
+
+# -- closed forms ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("ratio", "digits"), [("1 : 100", 31), ("1 : 10000", 314)])
+def test_a_squeezed_ball_counts_the_digits_of_pi(ratio: str, digits: int) -> None:
+    (row,) = (extreme for extreme in EXTREMES if extreme.name == "squeezed to a cushion")
+    (case,) = (case for case in row.cases() if case.label == ratio)
+    assert Trial(case, "coulomb", "event-driven", None).contacts == digits
+    assert closed_forms.contacts_are(digits + 1)(
+        Trial(case, "coulomb", "event-driven", None)
+    ) == wrong("contacts", f"{digits} contacts, not {digits + 1}")
+
+
+# -- the table -------------------------------------------------------------------------------------
+
+
+def test_a_cell_tells_what_breaks_and_from_where_on() -> None:
+    bad = wrong("contacts", "3 contacts, not 4")
+    good = wrong("finite", "", is_so=False)
+    outcomes = [
+        Outcome("1 m/s", "coulomb", 0.1, (good,)),
+        Outcome("10 m/s", "coulomb", 0.1, (good, bad)),
+        Outcome("100 m/s", "coulomb", 0.1, (bad,)),
+        Outcome("1 m/s", "coulomb", 1e-9, not_run="would need 1e+09 steps"),
+    ]
+    cell = Cell("speeds", "time-slice", tuple(outcomes))
+    assert str(cell) == (
+        "3 contacts, not 4; from 10 m/s on (1 of 4 not run: would need 1e+09 steps)"
+    )
+    only = Cell("time steps", "pymunk", (Outcome("", "coulomb", 0.1, (bad,)),
+                                         Outcome("", "coulomb", 0.01, (good,))))  # fmt: skip
+    assert str(only) == "3 contacts, not 4; at 0.1 s"
+
+
+@pytest.fixture(scope="module")
+def cells() -> list[Cell]:
+    """Two rows by three solvers, worked out in processes."""
+    rows = (EXTREMES[1], EXTREMES[-1])
+    found = check_all(rows, ("event-driven", "pymunk", "pymunk-builtin"), True, PROCESSES)
+    return table.in_order(found)
+
+
+def test_cells_come_in_order_whoever_worked_them_out(cells: list[Cell]) -> None:
+    assert [(cell.extreme, cell.solver) for cell in cells] == [
+        (extreme, solver)
+        for extreme in ("mass ratios", "the report's law")
+        for solver in ("event-driven", "pymunk", "pymunk-builtin")
+    ]
+
+
+def test_the_table_is_printed_and_its_breaks_are_explained(cells: list[Cell]) -> None:
+    console = Console(width=160, file=None, record=True, quiet=True)
+    with console.capture():
+        console.print(table.rich_table(cells))
+    lines = table.notes(cells)
+    assert any(line.startswith("the report's law: line 132") for line in lines)
+    assert any(line.startswith("pymunk-builtin: another contact law") for line in lines)
+    assert not any("breaks at" in line for line in lines)
+
+
+def test_the_csv_has_every_measure(cells: list[Cell], tmp_path: Path) -> None:
+    path = tmp_path / "stability.csv"
+    table.write_csv(cells, path)
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    measured = [m for cell in cells for outcome in cell.outcomes for m in outcome.measures]
+    assert len(rows) == len(measured)
+    for row, measure in zip(rows, measured, strict=True):
+        assert row["claim"] == measure.claim
+        assert float(row["value"]) == measure.value
+        assert row["holds"] == str(measure.holds)
+
+
+def test_the_heat_map_is_a_picture(cells: list[Cell], tmp_path: Path) -> None:
+    path = tmp_path / "stability.png"
+    heatmap.draw(cells, path)
+    assert path.read_bytes().startswith(b"\x89PNG")
