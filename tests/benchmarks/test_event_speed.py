@@ -1,0 +1,136 @@
+"""What the exact solver costs, and how the cost of one event grows with the number of balls.
+
+``make bench`` shows the times; ``python tests/benchmarks/test_event_speed.py`` prints the table of
+the README. Tables are as crowded as the report's. The cost of an event is that of the run without
+its set-up (paths, boxes and first predictions of all balls), over the events; the set-up is shown
+beside it.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import statistics
+import time
+from typing import Any, NamedTuple
+
+import pytest
+
+from pool_pymunk import Ball, Friction, Restitution, Scene, Shot, Table, load, simulate
+
+INCH = 0.0254
+RADIUS = 2.25 * INCH
+AREA = 88 * 44 * INCH**2 / 11  # of the table, for each ball
+SIZES = (11, 50, 200, 1000)
+MOST_GROWTH = 5.0  # in the cost of an event, from 11 balls to 1,000
+
+
+class Cost(NamedTuple):
+    """Of some tables of one size: events of one, cost (s) of one event, and of one set-up."""
+
+    events: float
+    event: float
+    set_up: float
+
+
+def crowded(count: int, all_move: bool, seed: int = 0) -> Scene:
+    """A table twice as long as wide, with balls anywhere; one of them moves, or all do."""
+    rnd = random.Random(seed)
+    width = math.sqrt(count * AREA / 2)
+    taken: dict[tuple[int, int], tuple[float, float]] = {}
+    balls: list[Ball] = []
+    while len(balls) < count:
+        x, y = rnd.uniform(RADIUS, 2 * width - RADIUS), rnd.uniform(RADIUS, width - RADIUS)
+        cell = (int(x / (2 * RADIUS)), int(y / (2 * RADIUS)))
+        near = [taken.get((cell[0] + i, cell[1] + j)) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        if cell in taken or any(p and math.dist(p, (x, y)) < 2.02 * RADIUS for p in near):
+            continue
+        taken[cell] = (x, y)
+        angle, speed = rnd.uniform(0, 2 * math.pi), rnd.uniform(0.5, 2.0) * all_move
+        if not balls and not all_move:
+            speed = 4.0
+        velocity = (speed * math.cos(angle), speed * math.sin(angle))
+        balls.append(Ball(str(len(balls)), (x, y), RADIUS, 0.16, not balls, velocity))
+    return Scene(
+        balls=tuple(balls),
+        table=Table.rectangle(2 * width, width),
+        restitution=Restitution(0.90, 0.95, 0.70),
+        friction=Friction(0.10, 0.20, 0.05),
+    )
+
+
+def least_time(scene: Scene, **bounds: Any) -> tuple[float, int]:
+    """The least time (s) of three runs, as the solver measures it, and the number of events."""
+    runs = [simulate(scene, solver="event-driven", **bounds) for _ in range(3)]
+    return min(run.wall_time for run in runs), len(runs[0].events)
+
+
+def cost(count: int, all_move: bool) -> Cost:
+    """Over some tables of that size: a few hundred events."""
+    whole = set_up = 0.0
+    events = 0
+    tables = 16 if not all_move else max(1, 400 // count)
+    for seed in range(tables):
+        scene = crowded(count, all_move, seed)
+        seconds, found = least_time(scene)
+        events += found
+        whole += seconds
+        set_up += least_time(scene, max_events=0)[0]
+    return Cost(events / tables, (whole - set_up) / events, set_up / tables)
+
+
+@pytest.mark.parametrize("shot", [0, 1, 2, 3])
+def test_the_reports_shots(benchmark: Any, shot: int) -> None:
+    scene = load("report")
+    benchmark(simulate, scene, shot, solver="event-driven")
+
+
+@pytest.mark.parametrize("all_move", [False, True])
+@pytest.mark.parametrize("count", SIZES)
+def test_a_crowded_table(benchmark: Any, count: int, all_move: bool) -> None:
+    scene = crowded(count, all_move)
+    run = benchmark.pedantic(simulate, (scene,), {"solver": "event-driven"}, rounds=3, iterations=1)
+    assert run.status == "settled"
+    benchmark.extra_info["events"] = len(run.events)
+
+
+@pytest.mark.benchmark
+@pytest.mark.parametrize("all_move", [False, True])
+def test_an_event_at_1000_balls_costs_at_most_five_at_11(benchmark: Any, all_move: bool) -> None:
+    """Both are measured in one run, on one machine; no time is asserted."""
+    small, large = benchmark.pedantic(
+        lambda: [cost(count, all_move) for count in (SIZES[0], SIZES[-1])], rounds=1, iterations=1
+    )
+    benchmark.extra_info["growth"] = large.event / small.event
+    assert large.event <= MOST_GROWTH * small.event
+
+
+def print_table() -> None:
+    """The table of the README."""
+    print("| what moves | balls | events of a run | one event | beside 11 balls | set-up |")
+    print("|---|---:|---:|---:|---:|---:|")
+    for all_move, name in ((False, "one ball, 4 m/s"), (True, "all balls, 0.5 to 2 m/s")):
+        costs = {count: cost(count, all_move) for count in SIZES}
+        for count, (events, event, set_up) in costs.items():
+            growth = event / costs[SIZES[0]].event
+            print(
+                f"| {name} | {count} | {events:.0f} | {event * 1e6:.0f} µs | {growth:.1f} "
+                f"| {set_up * 1e3:.2g} ms |"
+            )
+
+
+def print_shots() -> None:
+    """Median times of the report's shots."""
+    for name in ("report", "report-corrected"):
+        scene = load(name)
+        for shot in scene.shots:
+            assert isinstance(shot, Shot)
+            times = [simulate(scene, shot, solver="event-driven").wall_time for _ in range(101)]
+            print(f"{name}, {shot.name}: median {statistics.median(times) * 1e3:.2f} ms")
+
+
+if __name__ == "__main__":
+    began = time.perf_counter()
+    print_table()
+    print_shots()
+    print(f"(measured in {time.perf_counter() - began:.0f} s)")
