@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from pool_pymunk import Ball, Physics, Restitution, Run, Scene, Table, simulate
+from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
 from pool_pymunk.contact import LAWS, NT, Pair, coulomb
 from pool_pymunk.stability import (
     EXTREMES,
@@ -193,13 +193,59 @@ def test_a_chaotic_run_is_compared_until_it_is_chaotic() -> None:
     assert reference.growth[-1] > 1e3
 
 
+# -- what broke once -------------------------------------------------------------------------------
+
+
+def case_of(row: str, label: str) -> Case:
+    """The case of that label of that row."""
+    (extreme,) = (extreme for extreme in EXTREMES if extreme.name == row)
+    (case,) = (case for case in extreme.cases() if case.label == label)
+    return case
+
+
+def test_an_instant_is_not_split_by_the_end_of_a_step() -> None:
+    """Six balls meet at 105/240 s; rounding puts some of their contacts beyond the step's end."""
+    case = case_of("meeting at one instant", "6 meet, e = 0.9")
+    assert not broken(Trial(case, "coulomb", "pymunk", 1 / 240))
+
+
+def test_a_run_ends_at_max_time_and_in_the_middle_of_a_step() -> None:
+    case = case_of("never at rest", "three balls")
+    run = Trial(case, "coulomb", "pymunk", 1 / 60).run
+    assert (run.status, run.duration) == ("max_time", math.pi)
+    exact_run = Trial(case, "coulomb", "event-driven", None).run
+    assert max(math.dist(run.final[id_], end) for id_, end in exact_run.final.items()) < 1e-12
+
+
+def test_a_run_ends_at_max_events_and_in_the_middle_of_a_step() -> None:
+    case = case_of("squeezed to a cushion", "1 : 1e+06")
+    run = simulate(case.scene, solver="pymunk", dt=0.5, max_events=1000)
+    exact_run = simulate(case.scene, solver="event-driven", max_events=1000)
+    assert (run.status, len(run.events)) == ("max_events", 1000)
+    assert run.duration == exact_run.duration
+    assert run.final == exact_run.final
+
+
+def test_a_ball_that_slides_past_one_at_rest_ends_the_step() -> None:
+    """It touches and does not close: once, pymunk foresaw that contact again and again."""
+    rows = ((-0.3, 0.07, 1.0, 0.0), (0.0, 0.0, 0.0, 0.0))
+    balls = tuple(
+        Ball(str(k), (x, y), 0.05, 0.2 * 1000.0**k, velocity=(vx, vy))
+        for k, (x, y, vx, vy) in enumerate(rows)
+    )
+    scene = Scene(balls, None, Restitution(0.0), Friction(0.1))
+    run = simulate(scene, solver="pymunk", dt=1 / 60, max_events=100)
+    exact_run = simulate(scene, solver="event-driven")
+    assert run.status == exact_run.status == "settled"
+    assert [event.balls for event in run.events] == [event.balls for event in exact_run.events]
+
+
 # -- closed forms ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("ratio", "digits"), [("1 : 100", 31), ("1 : 10000", 314)])
 def test_a_squeezed_ball_counts_the_digits_of_pi(ratio: str, digits: int) -> None:
-    (row,) = (extreme for extreme in EXTREMES if extreme.name == "squeezed to a cushion")
-    (case,) = (case for case in row.cases() if case.label == ratio)
+    case = case_of("squeezed to a cushion", ratio)
     assert Trial(case, "coulomb", "event-driven", None).contacts == digits
     assert closed_forms.contacts_are(digits + 1)(
         Trial(case, "coulomb", "event-driven", None)

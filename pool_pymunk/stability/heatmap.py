@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,8 @@ from matplotlib.patches import Rectangle
 from pool_pymunk.listing import step_text
 from pool_pymunk.stability.extremes import EXTREMES, Extreme
 from pool_pymunk.stability.suite import STEPS, Cell
+from pool_pymunk.stability.table import notes
+from pool_pymunk.stability.trial import EXACT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,9 +28,15 @@ DEGREES = (  # severity up to which, colour, in words
     (0.1, "#f6a243", "below 0.1"),
     (1.0, "#b5541a", "more, or a wrong outcome"),
 )
-LABEL, WIDE, NARROW, GAP, HEIGHT = 3.1, 2.35, 0.95, 0.15, 0.6  # in
-HEAD, FOOT = 1.35, 0.75  # in
+LABEL, WIDE, NARROW, GAP, HEIGHT = 3.1, 2.35, 0.85, 0.15, 0.6  # in
+HEAD, FOOT = 1.8, 0.75  # in
 TITLE = "Stability at the extremes: where each solver breaks, and how badly"
+HOLDING = (
+    "holds: all is finite and ends as it must, energy and momentum are kept, no ball is off the "
+    "table or in another, a second run and another order of the balls give the same,\n"
+    "time runs backwards, and the balls are where the exact run has them: to rounding, and for the "
+    "solvers that answer at the end of a step, to a step's way"
+)
 SCALE = "error as a share of a ball's radius, of the energy, or of the speed"
 
 
@@ -36,14 +44,16 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
     """Draw the heat map of the cells; its suffix (.png, .svg, .pdf) says the format."""
     found = {(cell.extreme, cell.solver): cell for cell in cells}
     rows = [e for e in EXTREMES if any(name == e.name for name, _ in found)]
-    steps = [dt for dt in STEPS["pymunk"] if any(cell.distance(dt or 0.0) for cell in cells)]
-    width = LABEL + WIDE * len(STEPS) + (GAP + NARROW * len(steps) if steps else 0.0) + 0.2
-    height = HEAD + HEIGHT * len(rows) + FOOT
+    used = {solver: _steps_used(cells, solver) for solver in STEPS}
+    steps = used["pymunk"]
+    width = LABEL + WIDE * len(STEPS) + GAP + NARROW * max(len(steps), 3)
+    reasons = [line for note in notes(cells) for line in textwrap.wrap(note, 170)]
+    height = HEAD + HEIGHT * len(rows) + FOOT + 0.2 * len(reasons)
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(height, 0.0))
     axes.axis("off")
-    _headings(axes, steps)
+    _headings(axes, used)
     for k, extreme in enumerate(rows):
         top = HEAD + HEIGHT * k
         _label(axes, extreme, top)
@@ -52,24 +62,37 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
         exact = found.get((extreme.name, "pymunk"))
         for column, dt in enumerate(steps):
             left = LABEL + WIDE * len(STEPS) + GAP + NARROW * column
-            _distance(axes, exact.distance(dt or 0.0) if exact else None, left, top)
-    _legend(axes, HEAD + HEIGHT * len(rows) + 0.2)
+            _distance(axes, exact.distance(dt) if exact else None, left, top)
+    foot = HEAD + HEIGHT * len(rows) + 0.2
+    _legend(axes, foot)
+    axes.text(LABEL, foot + 0.55, "\n".join(reasons), fontsize=9, color="#555555", va="top")
     figure.savefig(path, dpi=120)
 
 
-def _headings(axes: Axes, steps: Sequence[float | None]) -> None:
+def _steps_used(cells: Sequence[Cell], solver: str) -> list[float]:
+    """The steps (s) that a solver was tried with, but for the row that is about steps."""
+    usual = {extreme.name for extreme in EXTREMES if not extreme.steps}
+    outcomes = (o for c in cells if c.solver == solver and c.extreme in usual for o in c.outcomes)
+    return sorted({outcome.dt for outcome in outcomes if outcome.dt}, reverse=True)
+
+
+def _headings(axes: Axes, used: Mapping[str, Sequence[float]]) -> None:
     axes.text(0.15, 0.3, TITLE, fontsize=16, weight="bold", va="center")
+    axes.text(0.15, 0.72, HOLDING, fontsize=9, color="#555555", va="center", linespacing=1.4)
     axes.text(0.15, HEAD - 0.12, "extreme", fontsize=10, color="#555555", va="bottom")
-    for column, solver in enumerate(STEPS):
-        left = LABEL + WIDE * column
-        axes.text(left + 0.05, HEAD - 0.12, solver, fontsize=11, weight="bold", va="bottom")
-    left = LABEL + WIDE * len(STEPS) + GAP
+    for column, (solver, steps) in enumerate(used.items()):
+        left = LABEL + WIDE * column + 0.05
+        about = ", ".join(map(step_text, steps))
+        about = "exact, no step" if solver == EXACT else about
+        axes.text(left, HEAD - 0.34, solver, fontsize=11, weight="bold", va="bottom")
+        axes.text(left, HEAD - 0.12, about, fontsize=9, color="#555555", va="bottom")
+    left, steps = LABEL + WIDE * len(STEPS) + GAP, used["pymunk"]
     if steps:
         text = "pymunk: largest distance from\nthe exact run (m), by step"
         axes.text(left + 0.05, HEAD - 0.38, text, fontsize=9, color="#555555", va="bottom")
     for column, dt in enumerate(steps):
-        label = step_text(dt or 0.0)
-        axes.text(left + 0.05 + NARROW * column, HEAD - 0.12, label, fontsize=10, va="bottom")
+        at = left + 0.05 + NARROW * column
+        axes.text(at, HEAD - 0.12, step_text(dt), fontsize=10, va="bottom")
 
 
 def _label(axes: Axes, extreme: Extreme, top: float) -> None:
@@ -118,7 +141,7 @@ def _text(axes: Axes, text: str, left: float, top: float, color: str, bold: bool
 def _legend(axes: Axes, top: float) -> None:
     entries = [(HOLDS, "holds"), *((color, words) for _, color, words in DEGREES)]
     for k, (color, words) in enumerate([*entries, (NOT_RUN, "not run")]):
-        left = LABEL + 1.9 * k
+        left = LABEL + 2.1 * k
         axes.add_patch(Rectangle((left, top), 0.3, 0.2, facecolor=color, edgecolor="#bbbbbb"))
         axes.text(left + 0.38, top + 0.1, words, fontsize=9, va="center")
     axes.text(LABEL, top + 0.38, SCALE, fontsize=9, color="#555555", va="center")

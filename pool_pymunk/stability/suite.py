@@ -10,7 +10,7 @@ from multiprocessing import get_context
 from pool_pymunk.listing import step_text
 from pool_pymunk.stability.claims import measures
 from pool_pymunk.stability.extremes import EXTREMES, Extreme
-from pool_pymunk.stability.trial import Measure, Trial, wrong
+from pool_pymunk.stability.trial import GRID, Measure, Trial, wrong
 
 Steps = tuple[float | None, ...]
 
@@ -28,7 +28,7 @@ QUICK_STEPS: Mapping[str, Steps] = {
     "pymunk-discrete": (1e-3,),
     "time-slice": (1e-4,),
 }
-MOST_STEPS, QUICK_MOST_STEPS = 1_000_000, 20_000  # of one run; what needs more is not run
+MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000  # of one run; what needs more is not run
 MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000  # the same, of pairs looked at one by one
 ONE_BY_ONE = "time-slice"  # has no broad phase
 OWN_LAW = "pymunk-builtin"  # knows no contact law but its own
@@ -37,7 +37,10 @@ PROCESSES = 2
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was measured of one case, under one law and at one step (s), or why it was not."""
+    """What was measured of one case, under one law and at one step (s), or why it was not.
+
+    ``compared`` is the share of the run that was compared with the exact one, before it was chaos.
+    """
 
     case: str
     law: str
@@ -46,6 +49,7 @@ class Outcome:
     status: str = ""
     contacts: int = 0
     wall_time: float = 0.0
+    compared: float = 0.0
     not_run: str = ""
 
     @property
@@ -123,8 +127,8 @@ def _where(labels: Sequence[str], broken: set[str]) -> str:
         return "everywhere" if at else ""
     if len(at) > 1 and at == list(labels[-len(at) :]):
         return f"from {at[0]} on"
-    more = f" and {len(at) - 2} more" if len(at) > 2 else ""
-    return f"at {', '.join(at[:2])}{more}"
+    more = [f"{len(at) - 2} more"] if len(at) > 2 else []
+    return f"at {' / '.join([*at[:2], *more])}"
 
 
 # -- working them out ------------------------------------------------------------------------------
@@ -157,7 +161,8 @@ def _outcome(trial: Trial, quick: bool) -> Outcome:
         found = tuple(measures(trial))
     except Exception as error:  # whatever a solver raises is what is looked for here
         return Outcome(*about, (wrong("raises nothing", f"{type(error).__name__}: {error}"),))
-    return Outcome(*about, found, trial.run.status, trial.contacts, trial.run.wall_time)
+    run, share = trial.run, len(trial.exact.times) / (GRID + 1)
+    return Outcome(*about, found, run.status, trial.contacts, run.wall_time, share)
 
 
 def _too_much(trial: Trial, quick: bool) -> str:

@@ -24,7 +24,7 @@ METHODS = {
     "contacts come up to a step late",
 }
 FIELDS = (
-    "extreme", "case", "law", "solver", "dt", "status", "contacts", "wall_time",
+    "extreme", "case", "law", "solver", "dt", "status", "contacts", "wall_time", "compared",
     "claim", "value", "bound", "unit", "holds", "note",
 )  # fmt: skip
 
@@ -90,8 +90,8 @@ def write_csv(cells: Iterable[Cell], path: Path) -> None:
             for o in cell.outcomes:
                 about = (cell.extreme, o.case, o.law, cell.solver, o.dt)
                 if o.not_run:
-                    rows.writerow((*about, *[""] * 8, f"not run: {o.not_run}"))
+                    rows.writerow((*about, *[""] * 9, f"not run: {o.not_run}"))
                 for m in o.measures:
                     note = "" if m.holds else f"{m} ({reason(cell)})" if reason(cell) else str(m)
-                    rows.writerow((*about, o.status, o.contacts, o.wall_time,
+                    rows.writerow((*about, o.status, o.contacts, o.wall_time, o.compared,
                                    m.claim, m.value, m.bound, m.unit, m.holds, note))  # fmt: skip
