@@ -28,7 +28,7 @@ gallery: $(VENV)/installed
 	$(BIN)/python -m pool_pymunk.cli.gallery
 	$(BIN)/pool-pymunk tradeoff report --out renders/gallery
 	$(BIN)/pool-pymunk sensitivity report --shot 1 --out renders/gallery
-	$(BIN)/pool-pymunk stability --quick --out renders/gallery
+	$(BIN)/pool-pymunk stability --out renders/gallery
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

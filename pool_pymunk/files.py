@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+# What a device says that fails: EIO, EFBIG, ENOSPC, EDQUOT (other OSErrors are about the place).
+DEVICE_ERRORS = (errno.EIO, errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
 
 
 class RenderError(RuntimeError):
@@ -18,7 +22,7 @@ def whole(path: Path) -> Iterator[Path]:
     """A temporary name beside ``path`` to write to; it becomes ``path`` when the block succeeds.
 
     The folder is made if it is not there. The temporary name keeps the suffix. Whatever ends the
-    block early (an error, a full disk, Ctrl-C) leaves ``path`` as it was.
+    block early (an error, a full disk, Ctrl-C) leaves ``path`` as it was; an OSError names it.
 
     >>> import tempfile
     >>> target = Path(tempfile.mkdtemp()) / "new" / "a.txt"

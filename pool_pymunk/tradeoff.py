@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import platform
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,24 +78,36 @@ def tradeoff(
     budget: float = 60.0,
     spread: float | None = None,
     seed: int = 0,
-    advance: Callable[[float], None] = lambda _share: None,
 ) -> Tradeoff:
     """Measure every solver of ``ladders`` at every step.
 
     ``budget`` (s) is about what repeated runs may take in all; each setting runs once at least.
-    ``advance`` hears of every setting that is done.
     """
+    *_, last = growing(scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed)
+    return last
+
+
+def growing(
+    scene: Scene,
+    ladders: Mapping[str, Sequence[float | None]] = LADDERS,
+    *,
+    shots: Sequence[Shot | None] | None = None,
+    budget: float = 60.0,
+    spread: float | None = None,
+    seed: int = 0,
+) -> Iterator[Tradeoff]:
+    """What :func:`tradeoff` has measured so far, after every setting."""
     exact = _exact(scene, shots)
     sound = _sound(exact)
     rounding = max(_rounding(run) for run in sound)
     count = sum(len(steps) for steps in ladders.values())
-    measured = []
+    left_out = tuple(run.name for run in exact if run not in sound)
+    result = Tradeoff(scene, (), spread, rounding, left_out, seed)
     for solver, steps in ladders.items():
         for dt in steps:
-            measured.append(_measure(sound, solver, dt, budget / count, rounding))
-            advance(1.0)
-    left_out = tuple(run.name for run in exact if run not in sound)
-    return Tradeoff(scene, tuple(measured), spread, rounding, left_out, seed)
+            one = _measure(sound, solver, dt, budget / count, rounding)
+            result = replace(result, settings=(*result.settings, one))
+            yield result
 
 
 def sound_shots(scene: Scene, shots: Sequence[Shot | None] | None = None) -> list[Shot | None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import errno
+import importlib
 import json
 import os
 import resource
@@ -20,6 +21,8 @@ import pytest
 from pool_pymunk import stability
 from pool_pymunk.cli import main
 from pool_pymunk.result import Run
+
+tradeoff = importlib.import_module("pool_pymunk.tradeoff")  # its name is a function's, too
 
 PATIENCE = 60.0  # s
 # Slices of 1e-6 s take about a second for each of the report's shots: time enough to interrupt.
@@ -114,6 +117,67 @@ def test_ctrl_c_before_the_first_shot_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_ctrl_c_keeps_the_films_that_were_finished(tmp_path: Path) -> None:
+    process = start("render", "report", "--size", "640x360", "--out", tmp_path / "out")
+    wait_until((tmp_path / "out" / "shot-1.mp4").exists)
+    assert interrupt(process) == "error: interrupted\n"
+    films = all_whole(tmp_path / "out")
+    assert "shot-1.mp4" in films and "all.mp4" not in films
+    assert frames(tmp_path / "out" / "shot-1.mp4") > 100
+
+
+def frames(film: Path) -> int:
+    """How many frames a film has, read to its end."""
+    from imageio_ffmpeg import count_frames_and_secs
+
+    return int(count_frames_and_secs(str(film))[0])
+
+
+def test_ctrl_c_keeps_the_settings_that_were_measured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(tradeoff, "_measure", twice_then_ctrl_c(tradeoff._measure))
+    arguments = ("tradeoff", "two-balls", "--budget", "0", "--samples", "2")
+    assert exit_code(*arguments, "--out", str(tmp_path)) == 130
+    printed, errors = capsys.readouterr()
+    assert errors == "error: interrupted\n"
+    assert "pymunk" in printed
+    assert all_whole(tmp_path) == {"tradeoff.csv", "tradeoff.png", "tradeoff.svg"}
+    heading, *measured = rows(tmp_path / "tradeoff.csv")
+    solver, step = heading.index("solver"), heading.index("dt")
+    assert [(row[solver], float(row[step])) for row in measured] == [
+        ("pymunk", dt) for dt in tradeoff.LADDERS["pymunk"][:2]
+    ]
+
+
+def test_ctrl_c_keeps_the_shots_that_were_compared(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    compared = importlib.import_module("pool_pymunk.cli.compare")
+    monkeypatch.setattr(compared, "_compared", twice_then_ctrl_c(compared._compared))
+    results = tmp_path / "all.json"
+    arguments = ("compare", "report", "--solvers", "pymunk", "--json", str(results))
+    assert exit_code(*arguments, "--out", str(tmp_path / "out")) == 130
+    assert capsys.readouterr().err == "error: interrupted\n"
+    assert all_whole(tmp_path / "out") == {"ends.csv"}
+    shots = [one["shot"] for one in json.loads(results.read_text())["comparisons"]]
+    assert shots == ["Simulation 1", "Simulation 2"]
+
+
+def twice_then_ctrl_c(work: Callable[..., object]) -> Callable[..., object]:
+    """What works twice, and is then interrupted."""
+    calls = 0
+
+    def so(*arguments: object) -> object:
+        nonlocal calls
+        calls += 1
+        if calls > 2:
+            raise KeyboardInterrupt
+        return work(*arguments)
+
+    return so
+
+
 def test_ctrl_c_ends_stability_and_its_processes(tmp_path: Path) -> None:
     """Some cells are done after a few seconds, or none: the CSV is whole, or not there."""
     process = start("stability", "--out", tmp_path / "out")
@@ -196,7 +260,9 @@ def test_a_full_disk_stops_stability_in_one_line(
     monkeypatch.setattr("pool_pymunk.stability.table.write_csv", full)
     assert exit_code("stability", "--out", str(tmp_path)) == 1
     error = f"error: {tmp_path / 'stability.csv'}: No space left on device\n"
-    assert capsys.readouterr().err == error
+    printed, errors = capsys.readouterr()
+    assert errors == error
+    assert "event-driven" in printed  # the table itself is not lost
     assert list(tmp_path.iterdir()) == []
 
 
@@ -212,10 +278,21 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(disk)], check=True)
 
 
-def test_a_disk_that_is_really_full(small_disk: Path) -> None:
-    process = start("run", "report", "--out", small_disk / "out")
+@pytest.mark.parametrize(
+    ("arguments", "file"),
+    [
+        (("run", "report"), "shot-1.csv"),
+        (("render", "report", "--size", "640x360"), "shot-1.mp4"),
+        (("render", "report", "--no-films"), "shot-1-start.png"),
+        (("tradeoff", "two-balls", "--budget", "0", "--samples", "2"), "tradeoff.png"),
+        (("compare", "report"), "shot-1-pymunk.png"),
+    ],
+)
+def test_a_disk_that_is_really_full(
+    small_disk: Path, arguments: tuple[str, ...], file: str
+) -> None:
+    process = start(*arguments, "--out", small_disk / "out")
     _, stderr = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
-    assert stderr.startswith("error: ") and stderr.endswith("No space left on device\n")
-    assert len(stderr.splitlines()) == 1
-    all_whole(small_disk / "out")
+    assert stderr == f"error: {small_disk / 'out' / file}: No space left on device\n"
+    assert file not in all_whole(small_disk / "out")

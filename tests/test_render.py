@@ -438,8 +438,6 @@ def test_what_cannot_be_is_said_in_one_line(run: Run, tmp_path: Path) -> None:
             lambda: film(run, tmp_path / "a.gif", FilmSettings(fps=60.0)),
             "a gif can have 50 at most",
         ),
-        (lambda: film(run, tmp_path / "file" / "a.mp4", SMALL), "file/a.mp4: "),
-        (lambda: picture(run, tmp_path / "file" / "a.png"), "file/a.png: "),
         (lambda: join([tmp_path / "none.mp4"], tmp_path / "b.mp4"), "b.mp4: ffmpeg: "),
         (lambda: FilmSettings(size=(641, 360)), "size = 641x360: must be two even numbers"),
         (lambda: FilmSettings(fps=0.0), "fps = 0: must be greater than 0"),
@@ -451,6 +449,9 @@ def test_what_cannot_be_is_said_in_one_line(run: Run, tmp_path: Path) -> None:
             make()
         assert words in str(caught.value)
         assert "\n" not in str(caught.value)
+    for suffix, make_in in ((".mp4", film), (".png", picture)):
+        with pytest.raises(OSError, match="/file'"):
+            make_in(run, tmp_path / "file" / f"a{suffix}")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
@@ -459,6 +460,12 @@ def test_no_ffmpeg_or_no_codec(run: Run, tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr("pool_pymunk.render.films.mp4", encode.mp4)
     with pytest.raises(RenderError, match=r"a\.mp4: ffmpeg: .*"):
         film(run, tmp_path / "a.mp4", SMALL)
+
+    full = ("-f", "mp4", "/dev/full", "-c:v", "libx264")
+    monkeypatch.setattr("pool_pymunk.render.films.mp4", lambda held: full)
+    with pytest.raises(OSError, match="No space left on device") as caught:
+        film(run, tmp_path / "a.mp4", SMALL)
+    assert caught.value.filename == str(tmp_path / "a.mp4")
 
     def missing() -> str:
         raise RuntimeError("No ffmpeg exe could be found. And many more\nlines")
@@ -588,7 +595,7 @@ def test_command_compares(tmp_path: Path) -> None:
         (("--from", "2", "--to", "1"), "start = 2: must be 0 or more, and before the end"),
         (("--dpi", "1e9"), "--dpi = 1e+09: must be between"),
         (("--picture-format", "bmp"), "--picture-format = bmp: must be one of"),
-        (("--out", "/proc/none"), "/proc/none/shot-1.mp4: "),
+        (("--out", "/proc/none"), "/proc/none: "),
         (("--format", "gif", "--fps", "60"), "fps = 60: a gif can have 50 at most"),
     ],
 )

@@ -54,36 +54,27 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _exit_code(arguments: list[str] | None) -> int:
     from pool_pymunk.cli.common import InputError
-    from pool_pymunk.files import RenderError
+    from pool_pymunk.files import DEVICE_ERRORS, RenderError
 
     try:
         code: int = app(args=arguments, standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = INTERRUPTED
-    except (InputError, UsageError) as error:
+    except (InputError, UsageError, RenderError) as error:
         _complain(str(error))
         return 2
-    except RenderError as error:
-        _complain(str(error))
-        return _file_code(error.__cause__)
     except BrokenPipeError:  # the reader of our output left, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
         _complain(f"{error.filename or 'file'}: {error.strerror or error}")
-        return _file_code(error)
+        return 1 if error.errno in DEVICE_ERRORS else 2  # the disk failed, or the place is bad
     if code == INTERRUPTED:
         _complain("interrupted")
     return code
 
 
-def _file_code(error: BaseException | None) -> int:
-    """1 where the device failed, 2 where the place that was asked for will not do."""
-    return 1 if isinstance(error, OSError) and error.errno in DEVICE_ERRORS else 2
-
-
 INTERRUPTED = 130
-DEVICE_ERRORS = {5, 27, 28, 122}  # input/output error, file too large, disk full, over quota
 
 
 def _complain(text: str) -> None:

@@ -51,13 +51,19 @@ def compare(
     folder = out or Path("renders") / Path(scenario).stem / "compare"
     shots = read_shots(scene, shot)
     found: list[Comparison] = []
-    for one in shots:
-        comparisons = _compared(scene, one, settings)
-        _print(comparisons)
-        found += comparisons
-    _save(found, folder, pictures)
-    if json is not None:
-        _write_json(json, scenario, scene, found)
+    try:
+        for one in shots:
+            comparisons = _compared(scene, one, settings)
+            _print(comparisons)
+            found += comparisons
+    finally:
+        if found:
+            _write_ends(folder / "ends.csv", found)
+        if found and json is not None:
+            _write_json(json, scenario, scene, found)
+    if pictures:
+        _draw(found, folder)
+    typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
     return 0
 
 
@@ -199,30 +205,28 @@ def _small(value: float) -> str:
 # -- files -----------------------------------------------------------------------------------------
 
 
-def _save(found: list[Comparison], folder: Path, pictures: bool) -> None:
+def _write_ends(path: Path, found: list[Comparison]) -> None:
     from pool_pymunk.files import whole
 
-    with whole(folder / "ends.csv") as part, part.open("w", newline="", encoding="utf-8") as file:
+    with whole(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["shot", "solver", "dt", "ball", "x", "y", "distance"])
         for one in found:
             for id_, (x, y) in one.run.final.items():
                 run = one.run
                 rows.writerow([run.name, run.solver, run.dt, id_, x, y, one.distances[id_]])
-    if pictures:
-        with progress("drawing", len(found)) as bar:
-            for one in found:
-                _draw(one, folder)
-                bar.update(bar.task_ids[0], advance=1)
-    typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
 
 
-def _draw(one: Comparison, folder: Path) -> None:
+def _draw(found: list[Comparison], folder: Path) -> None:
     from pool_pymunk.render import Show, picture
 
-    run = one.run
-    number = run.scene.shots.index(run.shot) + 1 if run.shot else 1
-    picture(Show((one.reference, run)), folder / f"shot-{number}-{run.solver}.png", when="end")
+    with progress("drawing", len(found)) as bar:
+        for one in found:
+            run = one.run
+            number = run.scene.shots.index(run.shot) + 1 if run.shot else 1
+            name = f"shot-{number}-{run.solver}.png"
+            picture(Show((one.reference, run)), folder / name, when="end")
+            bar.update(bar.task_ids[0], advance=1)
 
 
 def _write_json(path: Path, scenario: str, scene: Scene, found: list[Comparison]) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
@@ -89,25 +88,13 @@ def render(
     folder = out or Path("renders") / Path(scenario).stem
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
     written: list[Path] = []
-    with render_errors():
-        if films:
-            written += save_films(shows, folder, f"{suffix}.{form}", settings)
-        if pictures:
-            written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
+    if films:
+        written += save_films(shows, folder, f"{suffix}.{form}", settings)
+    if pictures:
+        written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
     for path in written:
         typer.echo(path)
     return 0
-
-
-@contextmanager
-def render_errors() -> Iterator[None]:
-    """Turn what cannot be drawn or written into :class:`InputError`."""
-    from pool_pymunk.render import RenderError
-
-    try:
-        yield
-    except RenderError as error:
-        raise InputError(str(error)) from error
 
 
 # -- what is asked for -------------------------------------------------------------------------
@@ -128,12 +115,11 @@ def film_settings(form: str, size: str | None, fps: float | None, times: FilmTim
     if form not in FILM_DEFAULTS:
         raise InputError(f"--format = {form}: must be one of {', '.join(FILM_DEFAULTS)}")
     usual_size, usual_fps = FILM_DEFAULTS[form]
-    with render_errors():
-        return FilmSettings(
-            size=usual_size if size is None else read_size(size),
-            fps=usual_fps if fps is None else fps,
-            **times._asdict(),
-        )
+    return FilmSettings(
+        size=usual_size if size is None else read_size(size),
+        fps=usual_fps if fps is None else fps,
+        **times._asdict(),
+    )
 
 
 def read_size(text: str) -> tuple[int, int]:

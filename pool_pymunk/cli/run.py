@@ -152,12 +152,10 @@ def _close(done: Sequence[Played], folder: Path, pictures: bool) -> None:
 
 
 def _draw(one: Run, folder: Path, stem: str) -> None:
-    from pool_pymunk.files import whole
     from pool_pymunk.render import picture
 
     for when in ("start", "end"):
-        with whole(folder / f"{stem}-{when}.png") as part:
-            picture(one, part, when=when)
+        picture(one, folder / f"{stem}-{when}.png", when=when)
 
 
 def _write_json(path: Path, scenario: str, scene: Scene, done: Sequence[Played]) -> None:

@@ -66,12 +66,12 @@ def _report(cells: list[Cell], folder: Path) -> None:
     from pool_pymunk.stability import heatmap, table
 
     cells = table.in_order(cells)
-    with whole(folder / "stability.csv") as part:
-        table.write_csv(cells, part)
     console = Console(width=None if Console().is_terminal else 160, highlight=False)
     console.print(table.rich_table(cells))
     for line in table.notes(cells):
         typer.echo(line)
+    with whole(folder / "stability.csv") as part:
+        table.write_csv(cells, part)
     with whole(folder / "stability.png") as part:
         heatmap.draw(cells, part)
     typer.echo(f"Data and picture: {folder}")

@@ -46,7 +46,8 @@ def tradeoff(
 ) -> int:
     """Work and precision: what error each solver and step leaves on this scene, and what it costs.
 
-    Writes tradeoff.csv, tradeoff.png and tradeoff.svg to renders/<scenario>.
+    Writes tradeoff.csv, tradeoff.png and tradeoff.svg to renders/<scenario>; after Ctrl-C, what was
+    measured.
     """
     if not budget >= 0.0:
         raise InputError(f"--budget = {budget}: must be 0 or more")
@@ -56,23 +57,33 @@ def tradeoff(
     folder = out or Path("renders") / Path(scenario).stem
     ladders = _ladders(solvers)
     shots = read_shots(scene, shot)
-    from pool_pymunk.tradeoff import sentences
-    from pool_pymunk.tradeoff import tradeoff as measure
+    from pool_pymunk.tradeoff import growing
 
     count = sum(len(steps) for steps in ladders.values())
-    with input_errors(), progress("measuring", count + 1) as bar:
-        spread = _spread(scenario, scene, shots, samples, seed)
-        bar.update(bar.task_ids[0], advance=1)
-        result = measure(
-            scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed,
-            advance=lambda share: bar.update(bar.task_ids[0], advance=share),
-        )  # fmt: skip
+    result: Tradeoff | None = None
+    try:
+        with input_errors(), progress("measuring", count + 1) as bar:
+            spread = _spread(scenario, scene, shots, samples, seed)
+            bar.update(bar.task_ids[0], advance=1)
+            for result in growing(
+                scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed
+            ):
+                bar.update(bar.task_ids[0], completed=1 + len(result.settings))
+    finally:
+        if result is not None:
+            _report(result, folder)
+    return 0
+
+
+def _report(result: Tradeoff, folder: Path) -> None:
+    """Print the table and what it says, and write the files."""
+    from pool_pymunk.tradeoff import sentences
+
     _print(result)
     for line in sentences(result):
         typer.echo(line)
     _save(result, folder)
     typer.echo(f"Diagram and data: {folder}")
-    return 0
 
 
 def _spread(

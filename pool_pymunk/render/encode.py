@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
@@ -9,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+from pool_pymunk.files import DEVICE_ERRORS
 from pool_pymunk.render.canvas import Pixels
 from pool_pymunk.render.output import RenderError, written
 
@@ -43,8 +45,8 @@ PALETTE: Recipe = ("-vf", "palettegen=reserve_transparent=1", "-frames:v", "1", 
 def encoder(path: Path, size: tuple[int, int], fps: float, how: Recipe) -> Iterator[Write]:
     """Take frames (height, width, 3) of ``size`` (width, height) and write them to ``path``.
 
-    Raises RenderError with ffmpeg's own last words where it fails. Whatever ends the block early
-    ends ffmpeg, too.
+    Raises RenderError with ffmpeg's own last words where it fails, OSError where the disk does.
+    Whatever ends the block early ends ffmpeg, too.
     """
     form = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", repr(fps))
     with tempfile.TemporaryFile() as words:
@@ -61,7 +63,7 @@ def join(films: Sequence[Path], path: Path) -> None:
     """Write films one after another to ``path`` as they are: nothing is encoded again.
 
     They must be of one size and pace, gifs also of one palette (see :func:`film`, which takes
-    several shots). Raises RenderError where the file cannot be written.
+    several shots). Raises RenderError where they cannot be joined, OSError where the disk fails.
     """
     with written(path) as part:
         if path.suffix.lower() == ".gif":
@@ -130,9 +132,12 @@ def _ended(process: subprocess.Popen[bytes]) -> Iterator[None]:
 
 
 def _check(process: subprocess.Popen[bytes], words: IO[bytes]) -> None:
-    """Raise RenderError with ffmpeg's last words where it failed."""
+    """Raise OSError where the disk failed ffmpeg, RenderError with its last words otherwise."""
     if process.returncode == 0:
         return
     words.seek(0)
-    lines = words.read().decode(errors="replace").strip().splitlines()
-    raise RenderError(f"ffmpeg: {lines[-1].strip() if lines else 'failed'}")
+    said = words.read().decode(errors="replace").strip()
+    for code in DEVICE_ERRORS:
+        if os.strerror(code) in said:
+            raise OSError(code, os.strerror(code))
+    raise RenderError(f"ffmpeg: {said.splitlines()[-1].strip() if said else 'failed'}")

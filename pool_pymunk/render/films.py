@@ -72,8 +72,8 @@ def film(
     """Film one shot, or several one after another; the suffix says the format, mp4 or gif.
 
     Every frame shows the solver's exact positions at its time. ``progress`` is called with the
-    number of frames drawn since its last call. Raises RenderError where the file cannot be
-    written; whatever ends it early leaves no file.
+    number of frames drawn since its last call. Raises RenderError for what cannot be filmed,
+    OSError where the file cannot be written; whatever ends it early leaves no file.
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:

@@ -1,4 +1,4 @@
-"""Whole files or none, and one clear line where a file cannot be written."""
+"""Whole files or none, and one clear line where a picture or film cannot be made."""
 
 from __future__ import annotations
 
@@ -15,13 +15,11 @@ __all__ = ["RenderError", "written"]
 def written(path: Path) -> Iterator[Path]:
     """A temporary name to write to; it becomes ``path`` when the block succeeds.
 
-    Raises RenderError with the path in front for a folder or disk that will not do, and for what
-    goes wrong in the block.
+    A RenderError in the block gets the path in front. Raises OSError, with the path as its file
+    name, for a folder or disk that will not do.
     """
     try:
         with whole(path) as part:
             yield part
     except RenderError as error:
         raise RenderError(f"{path}: {error}") from error
-    except OSError as error:
-        raise RenderError(f"{path}: {error.strerror or error}") from error

@@ -35,7 +35,8 @@ def picture(
     The start has an arrow at every ball that moves, the end the balls' tracks. A Show of two runs
     compares them, with their distances in a plot below. PNG, SVG and PDF are known; ``dpi``
     matters for PNG (10 in wide: 2000 pixels at 200 dpi). ``caption`` replaces the line that names
-    scenario, shot, solver and time step. Raises RenderError where the file cannot be written.
+    scenario, shot, solver and time step. Raises RenderError for what cannot be drawn, OSError where
+    the file cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:

@@ -387,7 +387,7 @@ def the_listing() -> Iterator[Case]:
         yield Case(f"{degrees:g} degrees", scene, (momentum_kept, energy_kept))
 
 
-EVERY_STEP = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1 / 60, 0.1, 0.5)
+EVERY_STEP = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1 / 240, 1 / 60, 0.1, 0.5)
 LISTING = dict.fromkeys(
     ("event-driven", "pymunk", "pymunk-discrete", "time-slice"),
     "line 132 pushes B with the slip, not against it: momentum is not kept",

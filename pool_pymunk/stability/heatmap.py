@@ -34,8 +34,8 @@ TITLE = "Stability at the extremes: where each solver breaks, and how badly"
 HOLDING = (
     "holds: all is finite and ends as it must, energy and momentum are kept, no ball is off the "
     "table or in another, a second run and another order of the balls give the same,\n"
-    "time runs backwards, and the balls are where the exact run has them: to rounding, and for the "
-    "solvers that answer at the end of a step, to a step's way"
+    "time runs backwards, and until the scene makes chaos of rounding the balls are where the exact "
+    "run has them: to rounding, and for solvers that answer at the end of a step, to a step's way"
 )
 SCALE = "error as a share of a ball's radius, of the energy, or of the speed"
 
@@ -88,7 +88,7 @@ def _headings(axes: Axes, used: Mapping[str, Sequence[float]]) -> None:
         axes.text(left, HEAD - 0.12, about, fontsize=9, color="#555555", va="bottom")
     left, steps = LABEL + WIDE * len(STEPS) + GAP, used["pymunk"]
     if steps:
-        text = "pymunk: largest distance from\nthe exact run (m), by step"
+        text = "pymunk: largest distance from\nthe exact run (m), before chaos"
         axes.text(left + 0.05, HEAD - 0.38, text, fontsize=9, color="#555555", va="bottom")
     for column, dt in enumerate(steps):
         at = left + 0.05 + NARROW * column
@@ -141,7 +141,7 @@ def _text(axes: Axes, text: str, left: float, top: float, color: str, bold: bool
 def _legend(axes: Axes, top: float) -> None:
     entries = [(HOLDS, "holds"), *((color, words) for _, color, words in DEGREES)]
     for k, (color, words) in enumerate([*entries, (NOT_RUN, "not run")]):
-        left = LABEL + 2.1 * k
+        left = LABEL + 2.3 * k
         axes.add_patch(Rectangle((left, top), 0.3, 0.2, facecolor=color, edgecolor="#bbbbbb"))
         axes.text(left + 0.38, top + 0.1, words, fontsize=9, va="center")
     axes.text(LABEL, top + 0.38, SCALE, fontsize=9, color="#555555", va="center")

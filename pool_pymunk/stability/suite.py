@@ -119,16 +119,15 @@ class Cell:
 def _where(labels: Sequence[str], broken: set[str]) -> str:
     """Which of the labels, from mild to extreme, are broken.
 
-    >>> _where(["1", "10", "100"], {"10", "100"}), _where(["1", "10", "100"], {"10"})
-    ('from 10 on', 'at 10')
+    >>> _where(["1", "10", "100"], {"10", "100"}), _where(["1", "10", "100"], {"1", "10"})
+    ('from 10 on', 'at 1 and 1 more')
     """
     at = [label for label in labels if label in broken]
     if len(at) in (0, len(labels)):
         return "everywhere" if at else ""
     if len(at) > 1 and at == list(labels[-len(at) :]):
         return f"from {at[0]} on"
-    more = [f"{len(at) - 2} more"] if len(at) > 2 else []
-    return f"at {' / '.join([*at[:2], *more])}"
+    return f"at {at[0]}" + (f" and {len(at) - 1} more" if len(at) > 1 else "")
 
 
 # -- working them out ------------------------------------------------------------------------------
