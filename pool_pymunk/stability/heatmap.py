@@ -35,7 +35,8 @@ HOLDING = (
     "holds: all is finite and ends as it must, energy and momentum are kept, no ball is off the "
     "table or in another, a second run and another order of the balls give the same,\n"
     "time runs backwards, and until the scene makes chaos of rounding the balls are where the "
-    "exact run has them: to rounding, and for solvers that answer at the end of a step, to a step's way"
+    "exact run has them: to rounding, and for solvers that answer at the end of a step, "
+    "to a step's way"
 )
 SCALE = "error as a share of a ball's radius, of the energy, or of the speed"
 
