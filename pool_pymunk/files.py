@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from pool_pymunk.interrupts import heed, uninterrupted
+
 # What a device says that fails: EIO, EFBIG, ENOSPC, EDQUOT (other OSErrors are about the place).
 DEVICE_ERRORS = (errno.EIO, errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
 
@@ -31,17 +33,26 @@ def whole(path: Path) -> Iterator[Path]:
     >>> target.read_text(), len(list(target.parent.iterdir()))
     ('all of it', 1)
     """
+    heed()
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    part = Path(name)
+    part = None
     try:
+        with uninterrupted():
+            part = _temporary(path)
         yield part
         part.chmod(0o644)
         part.replace(path)
     except OSError as error:
-        if error.filename in (None, name):
+        if error.filename in (None, str(part)):
             error.filename = str(path)  # the name that the user knows
         raise
     finally:
-        part.unlink(missing_ok=True)
+        if part is not None:
+            part.unlink(missing_ok=True)
+
+
+def _temporary(path: Path) -> Path:
+    """A new, empty file beside ``path`` with the same suffix."""
+    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    return Path(name)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import math
 import os
-import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -20,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pool_pymunk.interrupts import deaf, heed
 from pool_pymunk.motion import Array
 from pool_pymunk.result import STATUSES, Run
 from pool_pymunk.scene import Point, Scene, Shot, State
@@ -362,13 +362,15 @@ def _play_all(study: _Study, starts: Array, kicks: Array, processes: int) -> Ite
         return
     from concurrent.futures import ProcessPoolExecutor
 
-    with ProcessPoolExecutor(min(processes, len(chunks)), initializer=_leave_interrupts) as pool:
-        yield from pool.map(play, [starts[c] for c in chunks], [kicks[c] for c in chunks])
-
-
-def _leave_interrupts() -> None:
-    """Ctrl-C is for the process that asked."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    pool = ProcessPoolExecutor(min(processes, len(chunks)))
+    try:
+        with deaf():
+            played = pool.map(play, [starts[c] for c in chunks], [kicks[c] for c in chunks])
+        for part in played:
+            heed()
+            yield part
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _play(study: _Study, starts: Array, kicks: Array) -> _Played:

@@ -55,9 +55,11 @@ def main(arguments: list[str] | None = None) -> None:
 def _exit_code(arguments: list[str] | None) -> int:
     from pool_pymunk.cli.common import InputError
     from pool_pymunk.files import DEVICE_ERRORS, RenderError
+    from pool_pymunk.interrupts import patient_interrupts
 
     try:
-        code: int = app(args=arguments, standalone_mode=False) or 0
+        with patient_interrupts():
+            code: int = app(args=arguments, standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = INTERRUPTED
     except (InputError, UsageError, RenderError) as error:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import IO
 
 from pool_pymunk.files import DEVICE_ERRORS
+from pool_pymunk.interrupts import deaf, uninterrupted
 from pool_pymunk.render.canvas import Pixels
 from pool_pymunk.render.output import RenderError, written
 
@@ -50,10 +51,10 @@ def encoder(path: Path, size: tuple[int, int], fps: float, how: Recipe) -> Itera
     """
     form = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", repr(fps))
     with tempfile.TemporaryFile() as words:
-        process = _start([*form, "-i", "-", *how, str(path)], words)
-        pipe = process.stdin
-        assert pipe is not None
-        with suppress(BrokenPipeError), _ended(process):
+        arguments = [*form, "-i", "-", *how, str(path)]
+        with suppress(BrokenPipeError), _running(arguments, words) as process:
+            pipe = process.stdin
+            assert pipe is not None
             yield lambda frame: pipe.write(frame.data)
             pipe.close()
         _check(process, words)
@@ -78,8 +79,8 @@ def _join_mp4s(films: Sequence[Path], path: Path) -> None:
         names = [str(film.resolve()).replace("'", r"'\''") for film in films]
         listing.write_text("".join(f"file '{name}'\n" for name in names), encoding="utf-8")
         source = ("-f", "concat", "-safe", "0", "-i", str(listing))
-        process = _start([*source, "-c", "copy", "-movflags", "+faststart", str(path)], words)
-        with _ended(process):
+        copied = [*source, "-c", "copy", "-movflags", "+faststart", str(path)]
+        with _running(copied, words) as process:
             pass
         _check(process, words)
 
@@ -104,7 +105,7 @@ def _ffmpeg() -> str:
 
 
 def _start(arguments: list[str], words: IO[bytes]) -> subprocess.Popen[bytes]:
-    """ffmpeg in a session of its own: Ctrl-C reaches us alone, and we end it in order."""
+    """ffmpeg in a session of its own, out of reach of Ctrl-C: we end it in order."""
     return subprocess.Popen(
         [_ffmpeg(), "-hide_banner", "-loglevel", "error", "-y", *arguments],
         stdin=subprocess.PIPE,
@@ -116,19 +117,24 @@ def _start(arguments: list[str], words: IO[bytes]) -> subprocess.Popen[bytes]:
 
 
 @contextmanager
-def _ended(process: subprocess.Popen[bytes]) -> Iterator[None]:
-    """Wait for ffmpeg after the block; a block that fails kills it."""
+def _running(arguments: list[str], words: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+    """ffmpeg at work: waited for after the block; a block that fails kills it."""
+    process = None
     try:
-        yield
+        with uninterrupted(), deaf():
+            process = _start(arguments, words)
+        yield process
         process.wait()
     except BaseException:
-        process.kill()
+        if process is not None:
+            process.kill()
         raise
     finally:
-        process.wait()
-        with suppress(OSError):  # what is left in the pipe has nowhere to go
-            if process.stdin is not None:
-                process.stdin.close()
+        if process is not None:
+            process.wait()
+            with suppress(OSError):  # what is left in the pipe has nowhere to go
+                if process.stdin is not None:
+                    process.stdin.close()
 
 
 def _check(process: subprocess.Popen[bytes], words: IO[bytes]) -> None:

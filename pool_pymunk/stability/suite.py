@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import signal
+import multiprocessing
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import resource_tracker
+from multiprocessing.pool import IMapIterator
 
+from pool_pymunk.interrupts import deaf, heed
 from pool_pymunk.listing import step_text
 from pool_pymunk.stability.claims import measures
 from pool_pymunk.stability.extremes import EXTREMES, Extreme
@@ -185,21 +188,29 @@ def check_all(
     A row is one process's, which works out its exact runs once. The last rows, which take longest,
     come first. Closing the iterator, as Ctrl-C does, ends the processes.
     """
-    tasks = [(e.name, solver, quick) for e in reversed(extremes) for solver in solvers]
-    with get_context("spawn").Pool(processes, _ignore_interrupts) as pool:
-        yield from pool.imap_unordered(_check_named, tasks, chunksize=len(solvers))
+    tasks = [(extreme.name, solvers, quick) for extreme in reversed(extremes)]
+    resource_tracker.ensure_running()  # which ends deafness, if it only starts then
+    with deaf():
+        pool = multiprocessing.get_context("spawn").Pool(processes)
+    with pool:
+        rows = pool.imap_unordered(_check_row, tasks)
+        for _ in tasks:
+            yield from _next(rows)
 
 
-def _check_named(task: tuple[str, str, bool]) -> Cell:
-    name, solver, quick = task
-    return check(find(name), solver, quick)
+def _check_row(task: tuple[str, Sequence[str], bool]) -> list[Cell]:
+    name, solvers, quick = task
+    return [check(find(name), solver, quick) for solver in solvers]
+
+
+def _next(rows: IMapIterator[list[Cell]]) -> list[Cell]:
+    """The next row that is done. The wait for it comes up for air: Ctrl-C may be waiting, too."""
+    while True:
+        with suppress(multiprocessing.TimeoutError):
+            return rows.next(timeout=0.1)
+        heed()
 
 
 def find(name: str) -> Extreme:
     """The extreme of that name."""
     return next(extreme for extreme in EXTREMES if extreme.name == name)
-
-
-def _ignore_interrupts() -> None:
-    """Leave Ctrl-C, which reaches every process, to the first."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,97 @@
+"""Ctrl-C is raised where it does no harm, and never lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+
+import pymunk
+import pytest
+
+from pool_pymunk import load, simulate
+from pool_pymunk.interrupts import PAUSE, heed, patient_interrupts, uninterrupted
+
+
+def ctrl_c() -> None:
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def wait() -> None:
+    """Be busy for longer than a Ctrl-C that waits needs to be raised, where it can be."""
+    time.sleep(10.0 * PAUSE)
+
+
+def test_our_own_code_is_interrupted_at_once() -> None:
+    soon = threading.Timer(0.2, ctrl_c)
+    with pytest.raises(KeyboardInterrupt), patient_interrupts():
+        soon.start()
+        simulate(load("report"), solver="time-slice", dt=1e-9)  # would take minutes
+
+
+def test_it_is_not_lost_in_a_callback_of_pymunk(capfd: pytest.CaptureFixture[str]) -> None:
+    """cffi prints what is raised in a callback, and goes on."""
+    space, body = pymunk.Space(), pymunk.Body(1.0, 1.0)
+
+    def interrupted(body: pymunk.Body, *_: object) -> None:
+        ctrl_c()
+        wait()
+        body.velocity = (1.0, 0.0)
+
+    body.velocity_func = interrupted
+    space.add(body)
+    with pytest.raises(KeyboardInterrupt), patient_interrupts():
+        space.step(0.1)
+        assert body.velocity == (1.0, 0.0)  # the callback came to its end
+        heed()
+    assert capfd.readouterr().err == ""
+
+
+def test_it_is_not_lost_in_a_destructor() -> None:
+    class Dies:
+        def __del__(self) -> None:
+            ctrl_c()
+            wait()
+
+    with pytest.raises(KeyboardInterrupt), patient_interrupts():
+        Dies()
+        heed()
+
+
+def test_the_end_of_the_block_is_the_last_place_to_hear_of_it() -> None:
+    with pytest.raises(KeyboardInterrupt), patient_interrupts():
+        ctrl_c()  # this is not the package's own code
+        wait()
+
+
+def test_a_block_that_must_not_be_split_comes_to_its_end() -> None:
+    done = []
+    with pytest.raises(KeyboardInterrupt), patient_interrupts():
+        with uninterrupted():
+            ctrl_c()
+            simulate(load("report"), "Simulation 3", solver="time-slice", dt=1e-5)
+            done.append("all of it")
+        heed()
+        done.append("more")
+    assert done == ["all of it"]
+
+
+def test_a_second_one_does_not_wait() -> None:
+    done = []
+    with pytest.raises(KeyboardInterrupt), patient_interrupts():
+        ctrl_c()
+        done.append("first")
+        ctrl_c()
+        done.append("second")
+    assert done == ["first"]
+
+
+def test_handlers_are_as_they_were() -> None:
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGALRM)
+    with patient_interrupts():
+        assert signal.getsignal(signal.SIGINT) != before[0]
+    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGALRM)) == before
+    with pytest.raises(KeyboardInterrupt):
+        ctrl_c()
+        wait()
