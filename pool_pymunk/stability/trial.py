@@ -102,7 +102,7 @@ class Trial:
     @cached_property
     def run(self) -> Run:
         """The run that is measured."""
-        return self.simulate(self.scene)
+        return self.exact.run if self.solver == EXACT else self.simulate(self.scene)
 
     def simulate(self, scene: Scene) -> Run:
         """Run a scene in bounds: of events, and of time, lest a solver never comes to rest."""
