@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +15,7 @@ from pool_pymunk.result import Event, Run
 from pool_pymunk.scene import Point
 
 Contact = tuple[tuple[str, ...], int | None]  # the balls, and the cushion if it was one
+Place = tuple[Contact, tuple[int, ...]]  # a contact, and the how-manieth it is of each of its balls
 SAME_TIME = 1e-3  # s; the same contact at times further apart than this is called late or early
 
 
@@ -97,7 +98,7 @@ def first_divergence(reference: Run, run: Run) -> Divergence | None:
     A contact is the same in both where it is, for each of its balls, the same one in the ball's own
     sequence: contacts far apart on the table may swap their order in time without meaning.
     """
-    ours, theirs = _keyed(contacts(reference)), _keyed(contacts(run))
+    ours, theirs = _placed(reference), _placed(run)
     only_reference = [event for key, event in ours.items() if key not in theirs]
     only_run = [event for key, event in theirs.items() if key not in ours]
     if not only_reference and not only_run:
@@ -147,11 +148,21 @@ def _contact(event: Event) -> Contact:
     return (tuple(sorted(event.balls)), event.cushion)
 
 
-def _keyed(events: Sequence[Event]) -> dict[tuple[Contact, tuple[int, ...]], Event]:
-    """Each contact under what it is and the how-manieth it is of each of its balls."""
+def contact_order(run: Run) -> frozenset[Place]:
+    """The place of every contact: equal where every ball meets the same, one after the other.
+
+    >>> from pool_pymunk import load, simulate
+    >>> sorted(contact_order(simulate(load("report"), "Simulation 3")))
+    [((('C',), 2), (1,))]
+    """
+    return frozenset(_placed(run))
+
+
+def _placed(run: Run) -> dict[Place, Event]:
+    """Each contact of a run in its place."""
     so_far: Counter[str] = Counter()
-    keyed = {}
-    for event in events:
+    placed = {}
+    for event in contacts(run):
         so_far.update(event.balls)
-        keyed[_contact(event), tuple(so_far[id_] for id_ in sorted(event.balls))] = event
-    return keyed
+        placed[_contact(event), tuple(so_far[id_] for id_ in sorted(event.balls))] = event
+    return placed

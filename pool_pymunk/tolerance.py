@@ -25,6 +25,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from pool_pymunk.compare import contact_order
 from pool_pymunk.listing import step_text
 from pool_pymunk.result import Run
 from pool_pymunk.scene import Point, Scene, Shot, Units
@@ -326,20 +327,3 @@ def _resolved(run: Run) -> bool:
                 return False
             last |= dict.fromkeys(event.balls, event.t)
     return True
-
-
-def contact_order(run: Run) -> tuple[tuple[object, ...], ...]:
-    """For every ball what it met, in its own order.
-
-    Contacts far apart on the table may swap their order in time without meaning.
-
-    >>> from pool_pymunk import load
-    >>> contact_order(simulate(load("report"), "Simulation 3"))[:2]
-    (((('C',), 2),), ())
-    """
-    met: dict[str, list[object]] = {ball.id: [] for ball in run.scene.balls}
-    for event in run.events:
-        if event.kind != "stop":
-            for id_ in event.balls:
-                met[id_].append((tuple(sorted(event.balls)), event.cushion))
-    return tuple(map(tuple, met.values()))
