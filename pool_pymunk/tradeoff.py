@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import platform
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,25 +78,13 @@ def tradeoff(
     budget: float = 60.0,
     spread: float | None = None,
     seed: int = 0,
+    on_done: Callable[[Tradeoff], object] = lambda _so_far: None,
 ) -> Tradeoff:
     """Measure every solver of ``ladders`` at every step.
 
     ``budget`` (s) is about what repeated runs may take in all; each setting runs once at least.
+    ``on_done`` is called after every setting, with all that is measured so far.
     """
-    *_, last = growing(scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed)
-    return last
-
-
-def growing(
-    scene: Scene,
-    ladders: Mapping[str, Sequence[float | None]] = LADDERS,
-    *,
-    shots: Sequence[Shot | None] | None = None,
-    budget: float = 60.0,
-    spread: float | None = None,
-    seed: int = 0,
-) -> Iterator[Tradeoff]:
-    """What :func:`tradeoff` has measured so far, after every setting."""
     exact = _exact(scene, shots)
     sound = _sound(exact)
     rounding = max(_rounding(run) for run in sound)
@@ -107,7 +95,8 @@ def growing(
         for dt in steps:
             one = _measure(sound, solver, dt, budget / count, rounding)
             result = replace(result, settings=(*result.settings, one))
-            yield result
+            on_done(result)
+    return result
 
 
 def sound_shots(scene: Scene, shots: Sequence[Shot | None] | None = None) -> list[Shot | None]:

@@ -9,6 +9,7 @@ import typer
 
 from pool_pymunk.cli.common import (
     InputError,
+    JsonFile,
     OutDir,
     Scenario,
     ShotName,
@@ -38,9 +39,7 @@ def run(
         typer.Option(metavar="LENGTH", help="Choose the step that keeps ends within it: 0.01in."),
     ] = None,
     shot: ShotName = None,
-    json: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the results here.")
-    ] = None,
+    json: JsonFile = None,
     out: OutDir = None,
     pictures: Annotated[bool, typer.Option(help="Draw the start and end of each shot.")] = True,
 ) -> int:

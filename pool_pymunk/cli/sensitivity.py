@@ -10,6 +10,7 @@ import typer
 
 from pool_pymunk.cli.common import (
     InputError,
+    JsonFile,
     OutDir,
     Scenario,
     ShotName,
@@ -41,9 +42,7 @@ def sensitivity(
         int | None, typer.Option(metavar="N", help="Default: one for each core.")
     ] = None,
     shot: ShotName = None,
-    json: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the results here.")
-    ] = None,
+    json: JsonFile = None,
     out: OutDir = None,
     pictures: Annotated[bool, typer.Option(help="Draw the cloud of ends of every ball.")] = True,
 ) -> int:

@@ -57,21 +57,23 @@ def tradeoff(
     folder = out or Path("renders") / Path(scenario).stem
     ladders = _ladders(solvers)
     shots = read_shots(scene, shot)
-    from pool_pymunk.tradeoff import growing
+    from pool_pymunk.tradeoff import tradeoff as measure
 
     count = sum(len(steps) for steps in ladders.values())
-    result: Tradeoff | None = None
+    so_far: list[Tradeoff] = []
     try:
         with input_errors(), progress("measuring", count + 1) as bar:
             spread = _spread(scenario, scene, shots, samples, seed)
-            bar.update(bar.task_ids[0], advance=1)
-            for result in growing(
-                scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed
-            ):
+
+            def note(result: Tradeoff) -> None:
+                so_far.append(result)
                 bar.update(bar.task_ids[0], completed=1 + len(result.settings))
+
+            measure(scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed,
+                    on_done=note)  # fmt: skip
     finally:
-        if result is not None:
-            _report(result, folder)
+        if so_far:
+            _report(so_far[-1], folder)
     return 0
 
 
