@@ -121,7 +121,7 @@ class Billiards:
         self.on_path: Callable[[Ball], None] | None = None
         self.on_stop: Callable[[Ball], None] | None = None
         self.on_stir: Callable[[Ball], None] | None = None  # on_stop spoke too soon
-        self.on_warning: Callable[[str], None] | None = None
+        self.on_warning: Callable[[str, float], None] | None = None
         self.name_of: Callable[[int], str] = str
         self.balls: list[Ball] = []
         self.walls: list[Wall] = []
@@ -307,7 +307,7 @@ class Billiards:
         if velocity != (0.0, 0.0):
             ball.rested = math.inf
         ball.path = self._path(t, position, velocity)
-        self.is_finite = self.is_finite and math.isfinite(ball.path.speed)
+        self.is_finite = self.is_finite and not ball.path.is_lost(ball.radius)
         if self.on_path is not None:
             self.on_path(ball)
 
@@ -388,7 +388,7 @@ class Billiards:
         self._foresee(due, near, since)
         for i in changed:
             self._foresee(due, self._what_may_follow(i, changed, near), since)
-        while due and due[0].t <= self.time:
+        while due and due[0].t <= self.time and self.is_finite:
             first = heappop(due)
             if self._is_current(first):
                 answer = self.hits.answer(self._at_this_instant(first, due), first.t)
@@ -396,6 +396,7 @@ class Billiards:
                 for i in answer.velocity:
                     self._foresee(due, self._what_may_follow(i, changed, near), first.t)
                 self._foresee(due, self._still_touching(answer, first.t), first.t)
+                self.time = self.time if self.is_finite else first.t
         for ball in changed.values():
             self._carry(ball)
 
@@ -531,10 +532,10 @@ class Billiards:
         pair_ = Pair(self.balls[i].body.mass, math.inf, wall.restitution, wall.friction)
         return Touch(i, NO_BALL, wall.nearest((x, y))[1], pair_, wall.number)
 
-    def warn(self, text: str) -> None:
-        """Tell the user something about this run."""
+    def warn(self, text: str, t: float) -> None:
+        """Tell the user something about what happened at ``t`` (s)."""
         if self.on_warning is not None:
-            self.on_warning(text)
+            self.on_warning(text, t)
 
 
 def same_balls(restitution: float, friction: float, mass: float) -> Callable[[int, int], Pair]:

@@ -37,6 +37,7 @@ INSTANT = 1e-12  # radii that a ball comes in what counts as one instant
 ROUNDS = 300  # of hits at one instant, after which they are taken to have no end
 FEW_ROUNDS = 10  # the same, where it is but the hits of balls that are pressed together
 CONTACT_TIME = 3e-3  # of the balls' stopping time when they met, or of the time since then
+DEEPEST = 1e-4  # radii that pressed balls may sink into each other before it is a hit
 MANY_KICKS = 1000  # of a press, in which its contact time doubles
 WINDOW = 3.0  # contact times after the last kick of a press, in which a ball counts as kicked
 
@@ -57,7 +58,7 @@ class Table(Protocol[Key_contra]):
 
     def touch(self, key: Key_contra, t: float, /) -> Touch: ...
 
-    def warn(self, text: str, /) -> None: ...
+    def warn(self, text: str, t: float, /) -> None: ...
 
 
 class Answer(NamedTuple):
@@ -118,13 +119,17 @@ class Hits(Generic[Key]):
     def contact_time(self, i: int, j: int, now: float) -> float:
         """The time (s) that one contact of the balls takes where friction presses them together.
 
-        It grows while they stay together, and with the number of their hits, so that this number
-        stays within bounds. Before they met it is 0.
+        It grows while they stay together, as long as they sink ``DEEPEST`` into each other at most;
+        and with the number of their hits, so that this number stays within bounds. Before they met
+        it is 0.
         """
         met = self.meetings.get((i, j))
         if met is None:
             return 0.0
-        return CONTACT_TIME * max(met.stopping, now - met.t) * (1.0 + met.kicks / MANY_KICKS)
+        radius = min(self.table.radius_of(i), self.table.radius_of(j))
+        shallow = math.sqrt(4.0 * DEEPEST * radius / self.table.deceleration)
+        lasting = CONTACT_TIME * max(met.stopping, now - met.t)
+        return min(lasting, shallow) * (1.0 + met.kicks / MANY_KICKS)
 
     def was_kicked(self, i: int, since: float, now: float) -> bool:
         """Whether a kick of a press that ball ``i`` had counts now and at the time ``since``."""
@@ -212,8 +217,9 @@ class Hits(Generic[Key]):
         if touch[:2] not in self.presses:
             self.presses.add(touch[:2])
             self.table.warn(
-                f"surface friction presses balls {self._names(touch.balls)} together from "
-                f"{now:.6g} s: their endless hits were spread out to one in {contact_time:.2g} s"
+                f"surface friction presses balls {self._names(touch.balls)} together: their "
+                f"endless hits were spread out to one in {contact_time:.2g} s",
+                now,
             )
 
     # -- hits without end ------------------------------------------------------------------------
@@ -243,8 +249,9 @@ class Hits(Generic[Key]):
         if self.rounds > ROUNDS:
             names = self._names(i for touch in touches for i in touch.balls)
             self.table.warn(
-                f"inelastic collapse of balls {names} at {now:.6g} s: hits without end at one "
-                "instant were given their limit, no more closing"
+                f"inelastic collapse of balls {names}: hits without end at one instant were given "
+                "their limit, no more closing",
+                now,
             )
         self.rounds = 0
 

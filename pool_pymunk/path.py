@@ -20,6 +20,7 @@ from pool_pymunk.motion import (
 )
 
 EPSILON = 2.0**-52
+LOST = 1e-3  # radii; who comes so far in a rounding error of the time is lost
 GRAZING = 1e-12  # a ball that touches a face and moves along it sinks by less than this share
 
 
@@ -72,6 +73,14 @@ class Path:
         if length > self.reach or length == math.inf:
             return math.inf
         return self.t + time_to_slide(length, self.speed, self.deceleration)
+
+    def is_lost(self, radius: float) -> bool:
+        """Whether the ball is too fast, or where no numbers are, for its contacts to mean anything.
+
+        It is where in a rounding error of the time it comes as far as a share of its ``radius``.
+        """
+        way = self.speed * EPSILON * self.t
+        return not (math.isfinite(sum(self.position) + self.speed) and way <= LOST * radius)
 
 
 class Face(NamedTuple):

@@ -54,7 +54,7 @@ class Trace:
             [(0.0, *p, *v)] for p, v in zip(start.position, start.velocity, strict=True)
         ]
         self.events: list[tuple[float, str, tuple[int, ...], int | None]] = []
-        self.warnings: list[str] = []
+        self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
         self.status = "settled"
         self.duration = 0.0
         self.steps = 0
@@ -82,10 +82,18 @@ class Trace:
         stop = (t, "stop", (i,), None)
         del self.events[len(self.events) - 1 - self.events[::-1].index(stop)]
 
-    def warn(self, text: str) -> None:
-        """Note once what the user should know about this run."""
-        if text not in self.warnings:
-            self.warnings.append(text)
+    def warn(self, text: str, t: float) -> None:
+        """Note what the user should know of what happened at ``t``."""
+        first, times = self.warned.get(text, (t, 0))
+        self.warned[text] = first, times + 1
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """All warnings, each once."""
+        return tuple(
+            f"{text} ({f'{times} times, first ' if times > 1 else ''}at {first:.6g} s)"
+            for text, (first, times) in self.warned.items()
+        )
 
 
 @dataclass(frozen=True)

@@ -176,7 +176,7 @@ def _run(
         status=trace.status,
         duration=trace.duration,
         steps=trace.steps,
-        warnings=tuple(trace.warnings),
+        warnings=trace.warnings,
         wall_time=wall_time,
         sample_times=None if times is None else tuple(times),
     )

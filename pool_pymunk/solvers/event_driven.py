@@ -39,7 +39,6 @@ from pool_pymunk.scene import Scene, State
 from pool_pymunk.solvers.settings import Settings, slip_warning
 
 NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
-LOST = 1e-3  # radii; who comes so far in a rounding error of the time is lost
 MOST_EVENTS = 1_000_000
 CROWD = 24  # balls in the way, from which on they are sifted all at once
 LEAPS = 3  # of a sifting
@@ -309,9 +308,7 @@ class EventTable:
         elif self.rested[i] > self.now:
             self._note_stop(i, position)
         path = self.paths[i] = Path(self.now, position, velocity, self.deceleration)
-        way = path.speed * EPSILON * self.now
-        if not (math.isfinite(sum(position) + path.speed) and way <= LOST * self.radius[i]):
-            self.is_finite = False
+        self.is_finite = self.is_finite and not path.is_lost(self.radius[i])
         self._meet_walls(i)
 
     def touch(self, key: Key, t: float) -> Touch:
@@ -343,9 +340,9 @@ class EventTable:
 
     # -- notes -----------------------------------------------------------------------------------
 
-    def warn(self, text: str) -> None:
+    def warn(self, text: str, t: float) -> None:
         """Note what the user should know about this run."""
-        self.trace.warn(text)
+        self.trace.warn(text, t)
 
     def _note_contact(self, touch: Touch) -> None:
         if touch.cushion is None:
@@ -355,7 +352,7 @@ class EventTable:
 
     def _note_zero_slips(self) -> None:
         for i, j in self.hits.impacts.zero_slips:
-            self.trace.warn(slip_warning(self.name_of(i), self.name_of(j), self.now))
+            self.trace.warn(slip_warning(self.name_of(i), self.name_of(j)), self.now)
         self.hits.impacts.zero_slips.clear()
 
     def _note_stop(self, i: int, position: Vector) -> None:

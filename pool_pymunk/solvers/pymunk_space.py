@@ -121,7 +121,7 @@ def _write_down(scene: Scene, table: Billiards, trace: Trace, most: int) -> None
         else:
             trace.ball_cushion(contact.t, contact.balls[0], contact.wall)
         for i, j in table.hits.impacts.zero_slips:
-            trace.warn(slip_warning(scene.balls[i].id, scene.balls[j].id, contact.t))
+            trace.warn(slip_warning(scene.balls[i].id, scene.balls[j].id), contact.t)
         table.hits.impacts.zero_slips.clear()
         if len(trace.events) >= most:
             raise _Enough(contact.t)

@@ -24,18 +24,18 @@ class Solve(Protocol):
     def __call__(self, scene: Scene, start: State, settings: Settings) -> Trace: ...
 
 
-def slip_warning(a: str, b: str, t: float) -> str:
+def slip_warning(a: str, b: str) -> str:
     """What users are told where the law `published` meets a slip that is only rounding."""
     return (
-        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} at {t:.6g} s "
-        "the slip was below 1e-9 of the closing speed and was taken for zero (no friction); "
-        "rounding would have decided"
+        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} the slip was "
+        "below 1e-9 of the closing speed and was taken for zero (no friction); rounding would have "
+        "decided"
     )
 
 
-def sign_warning(a: str, b: str, t: float, slip: float) -> str:
+def sign_warning(a: str, b: str, slip: float) -> str:
     """What users are told where the listing's arithmetic lets rounding decide."""
     return (
-        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} at {t:.6g} s "
-        f"the slip was {slip:.0e} m/s, a rounding error, and its sign decided, as in the report"
+        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} the slip was "
+        f"{slip:.0e} m/s, a rounding error, and its sign decided, as in the report"
     )

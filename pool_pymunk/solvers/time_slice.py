@@ -187,7 +187,7 @@ class Slices:
         a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
         if self.law is published and pair.friction > 0.0 and slips_by_rounding(a, b):
             ids = self.scene.balls[i].id, self.scene.balls[j].id
-            self.trace.warn(sign_warning(*ids, t, a.t - b.t))
+            self.trace.warn(sign_warning(*ids, a.t - b.t), t)
         after = self.law(a, b, pair)
         for ball, v in zip((i, j), after, strict=True):
             self.vx[ball] = cos(impact) * v.n - cos(pi / 2 - impact) * v.t
