@@ -230,8 +230,10 @@ class Hits(Generic[Key]):
         """Count and remember this round of hits at one instant; whether there are too many."""
         fastest = max(touches, key=lambda touch: closing_speed(touch, velocity))
         speed = max(self.table.path_of(i).speed for i in fastest.balls)
-        rounding = 16.0 * ROUNDS * EPSILON * now
-        if now - self.instant > INSTANT * self.table.radius_of(fastest.a) / speed + rounding:
+        x, y = self.table.path_of(fastest.a).position
+        rounding = ROUNDS * EPSILON * (now + (abs(x) + abs(y)) / speed)
+        instant = INSTANT * self.table.radius_of(fastest.a) / speed + 16.0 * rounding
+        if now - self.instant > instant:
             self.instant, self.rounds = now, 0
             self.hit_now.clear()
         self.rounds += 1

@@ -51,6 +51,16 @@ def test_every_row(extreme: Extreme, law: str, solver: str) -> None:
     assert cell.worst is None or table.reason(cell)
 
 
+def test_in_every_case_something_happens() -> None:
+    """But for the grazing hits that are misses, and a ball that is alone on a plane."""
+    for extreme in EXTREMES:
+        for case in extreme.cases():
+            if not case.slow:
+                misses = extreme.name == "grazing hits" and not case.label.startswith("-")
+                met = Trial(case, extreme.laws[0], "event-driven", None).contacts > 0
+                assert met != (misses or case.label == "no table"), (extreme.name, case.label)
+
+
 def test_the_reports_law_breaks_in_every_solver_that_has_it() -> None:
     """It is the law, not the solver: line 132 has a sign wrong."""
     for solver in ("event-driven", "pymunk", "pymunk-discrete", "time-slice"):
@@ -224,6 +234,31 @@ def test_a_run_ends_at_max_events_and_in_the_middle_of_a_step() -> None:
     assert (run.status, len(run.events)) == ("max_events", 1000)
     assert run.duration == exact_run.duration
     assert run.final == exact_run.final
+
+
+@pytest.mark.parametrize("solver", EXACT)
+def test_far_from_the_origin_hits_without_end_have_one(solver: str) -> None:
+    """There gaps round to more than what is one instant elsewhere: once, they were hits forever."""
+    case = case_of("squeezed to a cushion", "1 : 1e6, e = 0.9, far")
+    trial = Trial(case, "coulomb", solver, 1 / 60)
+    assert trial.contacts < 1000
+    assert any("inelastic collapse" in warning for warning in trial.run.warnings)
+
+
+@pytest.mark.parametrize("solver", EXACT)
+def test_hits_that_feed_each_other_end_as_non_finite(solver: str) -> None:
+    """The law `published` gains energy there; once, pymunk went on with balls that were lost."""
+    rows = ((1.46, 0.44, 1.9, -0.1), (1.75, 0.76, -0.6, 1.6), (0.49, 0.21, 1.0, 0.5))
+    balls = tuple(
+        Ball(str(k), (x, y), 0.1, mass, velocity=(vx, vy))
+        for k, ((x, y, vx, vy), mass) in enumerate(zip(rows, (1e-3, 1e-3, 1.0), strict=True))
+    )
+    physics = Physics(law="published", max_time=20.0)
+    elastic = Restitution(1.0, None, 1.0)
+    scene = Scene(balls, Table.rectangle(2.0, 1.0), elastic, Friction(ball_ball=10.0), physics)
+    run = simulate(scene, solver=solver, dt=0.1, max_events=1000)
+    assert (run.status, run.duration) == ("non_finite", pytest.approx(0.95214, rel=1e-4))
+    assert all(0.0 < x < 2.0 and 0.0 < y < 1.0 for x, y in run.final.values())
 
 
 def test_a_ball_that_slides_past_one_at_rest_ends_the_step() -> None:
