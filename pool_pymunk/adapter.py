@@ -118,6 +118,7 @@ class Billiards:
         self.alone = alone
         self.hits: Hits[Near] = Hits(LAWS[law], self)
         self.on_contact: Callable[[Contact], None] | None = None
+        self.on_answer: Callable[[float], None] | None = None  # all contacts of an instant
         self.on_path: Callable[[Ball], None] | None = None
         self.on_stop: Callable[[Ball], None] | None = None
         self.on_stir: Callable[[Ball], None] | None = None  # on_stop spoke too soon
@@ -397,6 +398,8 @@ class Billiards:
                     self._foresee(due, self._what_may_follow(i, changed, near), first.t)
                 self._foresee(due, self._still_touching(answer, first.t), first.t)
                 self.time = self.time if self.is_finite else first.t
+                if self.on_answer is not None:
+                    self.on_answer(first.t)
         for ball in changed.values():
             self._carry(ball)
 

@@ -36,10 +36,9 @@ from pool_pymunk.motion import Array, Vector
 from pool_pymunk.path import EPSILON, Face, Path, Post, face_length, pair_time, post_length
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Scene, State
-from pool_pymunk.solvers.settings import Settings, slip_warning
+from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings, slip_warning
 
 NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
-MOST_EVENTS = 1_000_000
 CROWD = 24  # balls in the way, from which on they are sifted all at once
 LEAPS = 3  # of a sifting
 NO_WALL = -1
@@ -57,7 +56,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     table = EventTable(scene, start)
     trace = table.trace
     latest = math.inf if settings.max_time is None else settings.max_time
-    most = MOST_EVENTS if settings.max_events is None else settings.max_events
+    most = NEVER_SETTLES if settings.max_events is None else settings.max_events
     while table.is_finite:
         t = table.upcoming()
         if t == math.inf and not table.drifts():

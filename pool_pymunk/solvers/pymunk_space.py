@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from itertools import count
 
 import pymunk
 
@@ -115,6 +116,8 @@ def _sides(table: Table, number: int) -> tuple[Face | Post, ...]:
 def _write_down(scene: Scene, table: Billiards, trace: Trace, most: int) -> None:
     """Let the trace hear of contacts, new paths, stops and warnings; stop at so many events."""
 
+    answers = count(1)  # not all are listed as events
+
     def contact(contact: Contact) -> None:
         if contact.wall is None:
             trace.ball_ball(contact.t, *contact.balls)
@@ -123,8 +126,10 @@ def _write_down(scene: Scene, table: Billiards, trace: Trace, most: int) -> None
         for i, j in table.hits.impacts.zero_slips:
             trace.warn(slip_warning(scene.balls[i].id, scene.balls[j].id), contact.t)
         table.hits.impacts.zero_slips.clear()
-        if len(trace.events) >= most:
-            raise _Enough(contact.t)
+
+    def answer(t: float) -> None:
+        if max(len(trace.events), next(answers)) >= most:
+            raise _Enough(t)
 
     def path(ball: Ball) -> None:
         trace.knot(ball.number, ball.path.t, ball.path.position, ball.path.velocity)
@@ -136,6 +141,7 @@ def _write_down(scene: Scene, table: Billiards, trace: Trace, most: int) -> None
         trace.forget_stop(ball.number, ball.rested)
 
     table.on_contact = contact
+    table.on_answer = answer
     table.on_path = path
     table.on_stop = stop
     table.on_stir = stir

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Scene, State
 
-NEVER_SETTLES = 10_000_000  # contacts after which a run is given up, unless the user says otherwise
+NEVER_SETTLES = 1_000_000  # contacts after which a run is given up, unless the user says otherwise
 
 
 class Settings(NamedTuple):
