@@ -118,7 +118,7 @@ class Billiards:
         self.alone = alone
         self.hits: Hits[Near] = Hits(LAWS[law], self)
         self.on_contact: Callable[[Contact], None] | None = None
-        self.on_answer: Callable[[float], None] | None = None  # all contacts of an instant
+        self.on_answer: Callable[[float], None] | None = None  # after the contacts of an instant
         self.on_path: Callable[[Ball], None] | None = None
         self.on_stop: Callable[[Ball], None] | None = None
         self.on_stir: Callable[[Ball], None] | None = None  # on_stop spoke too soon
@@ -397,7 +397,8 @@ class Billiards:
                 for i in answer.velocity:
                     self._foresee(due, self._what_may_follow(i, changed, near), first.t)
                 self._foresee(due, self._still_touching(answer, first.t), first.t)
-                self.time = self.time if self.is_finite else first.t
+                if not self.is_finite:
+                    self.time = first.t
                 if self.on_answer is not None:
                     self.on_answer(first.t)
         for ball in changed.values():
@@ -420,10 +421,8 @@ class Billiards:
         if j >= 0:
             b = self.balls[j]
             since = max(since, a.path.t, b.path.t)
-            return pair_time(
-                a.path, b.path, a.radius + b.radius, since, until,
-                noise=self.hits.noise_of(i, j), contact_time=self.hits.contact_time(i, j, since),
-            )  # fmt: skip
+            past = self.hits.past(i, j, since)
+            return pair_time(a.path, b.path, a.radius + b.radius, since, until, past)
         length = min([length_to(side, a.path, a.radius) for side in self.walls[-1 - j].sides])
         t = max(a.path.time_at(length), since) if length < a.path.reach else math.inf
         return t if t <= until else math.inf

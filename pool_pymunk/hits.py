@@ -14,7 +14,8 @@ A solver finds what touches at an instant; :class:`Hits` answers it, for every s
   is no collapse: the hits have an end.
 - *Balls pressed together by surface friction*, both moving, would touch without end, or after
   infinitely many hits. These hits are spread out to one in a contact time, ``CONTACT_TIME`` of the
-  time in which the balls would stop: they part at no less than
+  time in which the balls would stop, or shorter, lest they sink ``DEEPEST`` into each other: they
+  part at no less than
   :func:`~pool_pymunk.path.least_bounce`, elastically if need be (the TC model of Luding and
   McNamara, Granular Matter 1, 1998, 113, for contacts that last). For two balls the error is of
   second order in the contact time, in a cluster of first order. A warning says so, and the kicks
@@ -30,7 +31,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 from pool_pymunk.contact import Law
 from pool_pymunk.impact import NO_BALL, Impacts, Touch, Velocities, closing_speed, distinct
 from pool_pymunk.motion import Vector
-from pool_pymunk.path import EPSILON, Path, least_bounce
+from pool_pymunk.path import EPSILON, Past, Path, least_bounce
 
 NOISE = 16.0 * EPSILON  # share of a hit's speeds that may be rounding
 INSTANT = 1e-12  # radii that a ball comes in what counts as one instant
@@ -115,6 +116,10 @@ class Hits(Generic[Key]):
     def noise_of(self, i: int, j: int) -> float:
         """How much of the balls' velocities (m/s) may be rounding."""
         return max(self.noise.get(i, 0.0), self.noise.get(j, 0.0))
+
+    def past(self, i: int, j: int, now: float) -> Past:
+        """What earlier hits left of two balls."""
+        return Past(self.noise_of(i, j), self.contact_time(i, j, now))
 
     def contact_time(self, i: int, j: int, now: float) -> float:
         """The time (s) that one contact of the balls takes where friction presses them together.

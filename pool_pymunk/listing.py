@@ -152,7 +152,7 @@ def modelled(scene: Scene) -> Iterator[str]:
         friction = _coefficient(scene.friction.cushion)
         yield f"table: {shape} with {len(scene.table.edges)} cushions, {friction}"
     if scene.deceleration > 0.0:
-        yield f"surface friction: {scene.deceleration:.6g} m/s^2, by a damping callback"
+        yield f"surface friction: {scene.deceleration:.6g} m/s^2"
     else:
         yield "surface friction: none; no damping callback"
     if scene.physics.max_time is not None:

@@ -149,24 +149,35 @@ def post_length(path: Path, r: float, post: Post) -> float:
     return path_to_disc((dx, dy), path.direction, reach)
 
 
+class Past(NamedTuple):
+    """What earlier hits left of two balls.
+
+    ``noise`` (m/s) is what rounding did to their velocities; of ``contact_time`` (s), 0 for balls
+    that have not met, see :func:`least_bounce`.
+    """
+
+    noise: float = 0.0
+    contact_time: float = 0.0
+
+
+NO_PAST = Past()
+
+
 def pair_time(
     a: Path,
     b: Path,
     reach: float,
     since: float,
     until: float,
-    *,
-    noise: float = 0.0,
-    contact_time: float = 0.0,
+    past: Past = NO_PAST,
 ) -> float:
     """When two balls meet, between ``since`` and ``until`` (s); infinite if they do not.
 
-    ``reach`` is the sum of the radii (m). Each ball may stop on the way and rest. ``noise`` (m/s)
-    is what rounding did to the velocities; of ``contact_time`` (s) see :func:`least_bounce`.
+    ``reach`` is the sum of the radii (m). Each ball may stop on the way and rest.
     """
     first_stop = min(a.stop, b.stop)
     if since < first_stop:
-        t = _both_move(a, b, reach, since, min(until, first_stop), noise, contact_time)
+        t = _both_move(a, b, reach, since, min(until, first_stop), past)
         if t < math.inf:
             return t
     mover, rester = (a, b) if b.stop <= a.stop else (b, a)
@@ -186,15 +197,13 @@ def _one_moves(mover: Path, rester: Path, reach: float) -> float:
     return path.time_at(length) if length < path.reach else math.inf
 
 
-def _both_move(
-    a: Path, b: Path, reach: float, since: float, until: float, noise: float, contact_time: float
-) -> float:
+def _both_move(a: Path, b: Path, reach: float, since: float, until: float, past: Past) -> float:
     offset, velocity, pull = motion = _relative(a, b, since)
-    noise += 16.0 * EPSILON * (a.speed + b.speed)
-    if contact_time > 0.0 and math.hypot(*offset) - reach <= 16.0 * EPSILON * (
+    noise = past.noise + 16.0 * EPSILON * (a.speed + b.speed)
+    if past.contact_time > 0.0 and math.hypot(*offset) - reach <= 16.0 * EPSILON * (
         sum(map(abs, a.position)) + sum(map(abs, b.position)) + reach
     ):
-        reach -= _give(motion, reach, contact_time)
+        reach -= _give(motion, reach, past.contact_time)
     return since + time_of_impact(offset, velocity, pull, reach, until - since, noise)
 
 

@@ -53,6 +53,26 @@ def random_scene(
     )
 
 
+def frozen_rack(gap: float, e: float = 0.95, law: str = "coulomb") -> Scene:
+    """Fifteen balls in a triangle, ``gap`` (m) apart, and one that hits it head-on."""
+    r = 0.05
+    pitch = 2 * r + gap
+    balls = [Ball("C", (-0.6, 0), r, 0.17, cue=True, velocity=(3, 0))]
+    for row in range(5):
+        for k in range(row + 1):
+            place = (row * pitch * math.sqrt(3) / 2, (k - row / 2) * pitch)
+            balls.append(Ball(f"{row}.{k}", place, r, 0.17))
+    friction = Friction(0.1, 0, 0.05)
+    return Scene(tuple(balls), None, Restitution(e), friction, Physics(law=law))
+
+
+def asymmetry(run: Run) -> float:
+    """How far (m) a ball of the frozen rack ends from its mirror image's end, at most."""
+    ends = {(row, k): run.final[f"{row}.{k}"] for row in range(5) for k in range(row + 1)}
+    mirrored = ((end, ends[row, row - k]) for (row, k), end in ends.items())
+    return max(math.dist((x, y), (mx, -my)) for (x, y), (mx, my) in mirrored)
+
+
 def contact_list(run: Run) -> list[tuple[str, tuple[str, ...], int | None]]:
     """The run's events without their times."""
     return [(event.kind, event.balls, event.cushion) for event in run.events]

@@ -237,6 +237,30 @@ def test_a_run_ends_at_max_events_and_in_the_middle_of_a_step() -> None:
 
 
 @pytest.mark.parametrize("solver", EXACT)
+def test_hits_that_are_not_listed_count_as_events_of_a_run(solver: str) -> None:
+    """Else a press might go on without bounds: here two balls meet once, and are pressed then."""
+    balls = (
+        Ball("a", (0.0, 0.0), 0.05, 0.2, velocity=(0.0697, 0.0717)),
+        Ball("b", (0.1, 0.0), 0.05, 0.2, velocity=(0.0348, 0.0)),
+    )
+    scene = Scene(balls, None, Restitution(0.0), Friction(0.1))
+    run = simulate(scene, solver=solver, dt=1 / 60, max_events=50)
+    assert run.status == "max_events"
+    assert len(run.events) < 5
+
+
+def test_the_same_warning_comes_once_and_says_how_often() -> None:
+    balls = (Ball("a", (0.0, 0.0), 0.05, 0.2), Ball("b", (0.5, 0.0), 0.05, 0.2))
+    balls = (replace(balls[0], velocity=(1.0, 0.0)), balls[1])
+    table = Table(((-0.2, -0.2), (0.8, -0.2), (0.8, 0.2), (-0.2, 0.2)))
+    physics = Physics(law="published", max_time=3.0)
+    scene = Scene(balls, table, Restitution(1.0, None, 1.0), Friction(ball_ball=0.1), physics)
+    (warning,) = simulate(scene, solver="event-driven").warnings
+    assert "zero slip" in warning
+    assert warning.endswith("times, first at 0.4 s)")
+
+
+@pytest.mark.parametrize("solver", EXACT)
 def test_far_from_the_origin_hits_without_end_have_one(solver: str) -> None:
     """There gaps round to more than what is one instant elsewhere: once, they were hits forever."""
     case = case_of("squeezed to a cushion", "1 : 1e6, e = 0.9, far")

@@ -172,8 +172,7 @@ class EventTable:
             self.radius[i] + self.radius[j],
             self.now,
             min(self.end[i], self.end[j]),
-            noise=self.hits.noise_of(i, j),
-            contact_time=self.hits.contact_time(i, j, self.now),
+            self.hits.past(i, j, self.now),
         )
         if t < math.inf:
             self._push(t, i, j, NO_WALL)

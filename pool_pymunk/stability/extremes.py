@@ -304,7 +304,7 @@ def squeezes() -> Iterator[Case]:
         hits = math.ceil(math.pi / math.atan(math.sqrt(1.0 / ratio))) - 1
         scene = Scene(squeezed(ratio), rectangle(16.0, 1.0), ELASTIC, SMOOTH, Physics(max_time=9.0))
         yield Case(f"1 : {ratio:g}", scene, (must.contacts_are(hits),), slow=ratio > 1e4)
-    far = 2.0**20  # m from the origin, where gaps round to 2e-10 m
+    far = 2.0**20  # m from the origin, where numbers are 2.3e-10 m apart
     for e in (0.9, 0.5, 0.0):
         for label, beside, x in (("", 0.0, 0.0), (", aslant", R / 4.0, 0.0), (", far", 0.0, far)):
             balls, table = squeezed(1e6, beside, x), rectangle(8.0, 1.0, (x, 0.0))
