@@ -7,7 +7,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from pool_pymunk.contact import LAWS
+from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.scene import (
     STANDARD_GRAVITY,
     Ball,
