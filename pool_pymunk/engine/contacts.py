@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable
 from heapq import heappop, heappush
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
@@ -67,14 +67,7 @@ class Recorder(Protocol):
         ...
 
 
-class Due(NamedTuple):
-    """What is due at ``t`` (s), unless one of its balls has another path by then."""
-
-    t: float
-    order: int
-    key: Key
-    path: Path
-    other: Path
+Due = tuple[float, int, Key, Path, Path]  # when (s), in which order, what, on which paths
 
 
 class ContactEngine:
@@ -120,10 +113,6 @@ class ContactEngine:
         self.is_finite = self.is_finite and not path.is_lost(radius)
         return len(self.paths) - 1
 
-    def add_wall(self, wall: Wall) -> None:
-        """Add something that balls bounce off."""
-        self.walls.append(wall)
-
     def remove(self, i: int) -> None:
         """Take ball ``i`` off the table: it meets nothing any more."""
         path = self.paths[i]
@@ -140,61 +129,69 @@ class ContactEngine:
         self._begin(i, path)
         self.recorder.path(i, path)
 
+    # -- what is due -----------------------------------------------------------------------------
+
     def predict(self, balls: Collection[int]) -> None:
         """Predict what the paths of these balls lead to: walls, their ends, other balls."""
+        near = self.near
         for i in balls:
-            path = self.paths[i]
-            self.ends[i] = math.inf
+            path, end = self.paths[i], math.inf
             if path.speed > 0.0:
-                first = min([self.meet_wall(i, wall) for wall in self.near.walls(i)], default=math.inf)
-                if first < math.inf:
-                    self.ends[i] = first + decisions.nearly_now(self.radii[i], path.speed)
+                for wall in near.walls(i):
+                    end = min(end, self.meet_wall(i, wall))
+                if end < math.inf:
+                    end += decisions.nearly_now(self.radii[i], path.speed)
                 elif path.stop < math.inf:
                     self._push(path.stop, (i, i))
-            self.near.begin(i, path, self.radii[i], self.ends[i])
+            self.ends[i] = end
+            near.begin(i, path, self.radii[i], end)
         done: set[int] = set()
         for i in balls:
-            for j in self.near.balls(i, self.now):
+            for j in near.balls(i, self.now):
                 if j not in done:
                     self.meet(i, j)
             done.add(i)
 
     def meet(self, i: int, j: int) -> None:
-        """Predict when two balls meet."""
-        key = (i, j) if i < j else (j, i)
-        t = self.ball_time(*key)
-        if t < math.inf:
-            self._push(t, key)
-
-    def meet_wall(self, i: int, wall: int) -> float:
-        """Predict when a ball meets a wall (s); infinite if it does not."""
-        t = self.wall_time(i, wall)
-        if t < math.inf:
-            self._push(t, (i, -1 - wall))
-        return t
-
-    def ball_time(self, i: int, j: int) -> float:
-        """When balls ``i`` and ``j`` meet (s), on the paths that they have."""
+        """Predict when two balls meet, on the paths that they have."""
+        if i > j:
+            i, j = j, i
         a, b = self.paths[i], self.paths[j]
         since = max(self.now, a.t, b.t)
         until = min(self.ends[i], self.ends[j])
         contact_time = self.resolver.contact_time(i, j, since)
-        return pair_time(a, b, self.radii[i] + self.radii[j], since, until, contact_time)
+        t = pair_time(a, b, self.radii[i] + self.radii[j], since, until, contact_time)
+        if t < math.inf:
+            self._push(t, (i, j))
 
-    def wall_time(self, i: int, wall: int) -> float:
-        """When ball ``i`` meets a wall (s), on the path that it has; not before now."""
+    def meet_wall(self, i: int, wall: int) -> float:
+        """Predict when a ball meets a wall (s), not before now; infinite if it does not."""
         path = self.paths[i]
         length = self.walls[wall].length_along(path, self.radii[i])
-        return max(path.time_at(length), self.now) if length < path.reach else math.inf
+        if length >= path.reach:
+            return math.inf
+        t = max(path.time_at(length), self.now)
+        self._push(t, (i, -1 - wall))
+        return t
 
-    # -- what happens ----------------------------------------------------------------------------
+    def _push(self, t: float, key: Key) -> None:
+        self._order += 1
+        i, j = key
+        path = self.paths[i]
+        heappush(self._queue, (t, self._order, key, path, self.paths[j] if j >= 0 else path))
+
+    def _is_current(self, due: Due) -> bool:
+        _, _, (i, j), path, other = due
+        return self.paths[i] is path and (j < 0 or self.paths[j] is other)
 
     def upcoming(self) -> float:
         """When something happens next (s); infinite if nothing does."""
         queue = self._queue
         while queue and not self._is_current(queue[0]):
             heappop(queue)
-        return queue[0].t if queue else math.inf
+        return queue[0][0] if queue else math.inf
+
+    # -- what happens ----------------------------------------------------------------------------
 
     def advance(self, until: float, most: float = math.inf) -> None:
         """Let happen what is due up to ``until`` (s), but no more than ``most`` things in all."""
@@ -208,48 +205,38 @@ class ContactEngine:
         """How much has happened: events, or instants with micro-collisions, whichever are more."""
         return max(self.answered, self.listed)
 
-    def next(self) -> None:
-        """Let happen what is upcoming: a stop, or the contacts of one instant."""
-        due = heappop(self._queue)
-        self.now = max(due.t, self.now)
-        self.answered += 1
-        i, j = due.key
-        if i == j:
-            self._stop(i, due.path.stop, due.path.rest)
-        else:
-            self._answer(self._at_this_instant(due))
-
     def moving(self) -> list[int]:
         """The balls that move now."""
         return [i for i, path in enumerate(self.paths) if path.stop > self.now]
 
-    def _push(self, t: float, key: Key) -> None:
-        self._order += 1
-        i, j = key
-        path = self.paths[i]
-        heappush(self._queue, Due(t, self._order, key, path, self.paths[j] if j >= 0 else path))
+    def next(self) -> None:
+        """Let happen what is upcoming: a stop, or the contacts of one instant."""
+        t, _, key, path, other = heappop(self._queue)
+        self.now = max(t, self.now)
+        self.answered += 1
+        if key[0] == key[1]:
+            self._stop(key[0], path.stop, path.rest)
+        else:
+            speed = max(path.speed, other.speed)
+            latest = self.now + decisions.nearly_now(self.radii[key[0]], speed)
+            self._answer([key, *self._at_this_instant(key, latest)])
 
-    def _is_current(self, due: Due) -> bool:
-        i, j = due.key
-        return self.paths[i] is due.path and (j < 0 or self.paths[j] is due.other)
-
-    def _at_this_instant(self, first: Due) -> Collection[Key]:
-        """The contact that is due, and those whose gaps are closed with its, to rounding."""
-        i = first.key[0]
-        speed = max(first.path.speed, first.other.speed)
-        latest = self.now + decisions.nearly_now(self.radii[i], speed)
+    def _at_this_instant(self, first: Key, latest: float) -> list[Key]:
+        """Further contacts that are due until ``latest`` (s), and closed to rounding already."""
         queue = self._queue
-        same, later = {first.key: None}, []
-        while queue and queue[0].t <= latest:
+        same: dict[Key, None] = {}
+        later: list[Due] = []
+        while queue and queue[0][0] <= latest:
             due = heappop(queue)
             if self._is_current(due):
-                if due.key[0] != due.key[1] and self._is_closed(due.key):
-                    same[due.key] = None
+                key = due[2]
+                if key[0] != key[1] and self._is_closed(key):
+                    same[key] = None
                 else:
                     later.append(due)
         for due in later:
             heappush(queue, due)
-        return same
+        return [key for key in same if key != first]
 
     def _is_closed(self, key: Key) -> bool:
         motions = {i: motion_at(self.paths[i], self.now) for i in key if i >= 0}
@@ -271,10 +258,10 @@ class ContactEngine:
     def _answer(self, keys: Collection[Key]) -> None:
         """Answer the contacts of this instant, and predict what comes of it."""
         motions, contacts = self._contacts(keys)
-        if self._has_no_end(keys, contacts):
+        if self._has_no_end(keys, motions):
             motions, hits = self._contacts(self._met_now)
             outcome = self.resolver.settle(hits, _velocities(motions))
-            outcome = outcome._replace(listed=contacts)
+            outcome.listed = contacts
             self.recorder.no_end(hits, self.now)
             self._rounds = 0
         else:
@@ -302,9 +289,9 @@ class ContactEngine:
         nx, ny = normal = unit(bx - x, by - y)
         return Contact(i, j, normal, self.pair(i, j), None, (x + r * nx, y + r * ny))
 
-    def _has_no_end(self, keys: Iterable[Key], contacts: Collection[Contact]) -> bool:
+    def _has_no_end(self, keys: Iterable[Key], balls: Iterable[int]) -> bool:
         """Count and remember this round of contacts at one instant; tell if there are too many."""
-        i = max((b for c in contacts for b in c.balls), key=lambda b: self.paths[b].speed)
+        i = max(balls, key=lambda ball: self.paths[ball].speed)
         path = self.paths[i]
         length = decisions.instant(self.now, path.x, path.y, self.radii[i], path.speed)
         if self.now - self._instant > length:
@@ -321,7 +308,7 @@ class ContactEngine:
         for i, velocity in outcome.velocity.items():
             x, y, _, _ = motions[i]
             path = set_off(self.now, (x, y), velocity, self.deceleration, outcome.noise)
-            if velocity != (0.0, 0.0):
+            if path.speed > 0.0:
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
             elif self.rested[i] == math.inf:
@@ -334,9 +321,11 @@ class ContactEngine:
 
     def _begin(self, i: int, path: Path) -> None:
         self.paths[i] = path
-        self.is_finite = self.is_finite and not path.is_lost(self.radii[i])
+        if path.is_lost(self.radii[i]):
+            self.is_finite = False
 
     def _report(self, outcome: Outcome) -> None:
+        """Tell the recorder what the contacts of this instant were."""
         self.listed += len(outcome.listed)
         for contact in outcome.listed:
             self.recorder.contact(contact, self.now)
@@ -344,7 +333,7 @@ class ContactEngine:
             self._revoke_stops(contact, last)
         for contact in outcome.zero_slips:
             self.recorder.zero_slip(contact, self.now)
-        for contact in outcome.persistent:
+        for contact, _ in outcome.persistent:
             self.recorder.persistent(contact, self.now)
 
     def _stop(self, i: int, t: float, position: Vector) -> None:

@@ -63,23 +63,25 @@ class Persistence(NamedTuple):
 NO_PERSISTENCE = Persistence()
 
 
-class Outcome(NamedTuple):
+class Outcome:
     """What the contacts of one instant did.
 
     ``velocity`` (m/s) is that of the balls that begin a new path, or stop, and ``noise`` (m/s) how
-    much of it may be rounding. Of the contacts, ``listed`` are events; ``micro`` are
-    micro-collisions, each with the time (s) of the pair's hit before; ``missed`` touch, but do not
-    close; ``zero_slips`` are those of which only rounding knew the slip; ``persistent`` are those
-    that part at their least bounce.
+    much of it may be rounding. Of the contacts, ``hits`` were answered, each as it was given to the
+    law; ``listed`` are events; ``micro`` are micro-collisions, each with the time (s) of the pair's
+    hit before; ``missed`` touch, but do not close; ``persistent`` are hits that part at their least
+    bounce (m/s); ``zero_slips`` are those of which only rounding knew the slip.
     """
 
-    velocity: Mapping[int, Vector]
-    noise: float
-    listed: Sequence[Contact]
-    micro: Sequence[tuple[Contact, float]]
-    missed: Sequence[Contact]
-    zero_slips: Sequence[Contact]
-    persistent: Sequence[Contact]
+    def __init__(self) -> None:
+        self.velocity: dict[int, Vector] = {}
+        self.noise = 0.0
+        self.hits: list[Contact] = []
+        self.listed: list[Contact] = []
+        self.micro: list[tuple[Contact, float]] = []
+        self.missed: list[Contact] = []
+        self.persistent: list[tuple[Contact, float]] = []
+        self.zero_slips: list[Contact] = []
 
 
 class Resolver:
@@ -91,7 +93,6 @@ class Resolver:
         self.paths: list[Path] = []
         self.radii: list[float] = []
         self.history: dict[tuple[int, int], History] = {}
-        self._zero_slips: list[Contact] = []
 
     def forget(self, i: int) -> None:
         """Ball ``i`` meets nothing any more."""
@@ -106,53 +107,91 @@ class Resolver:
         radius = min(self.radii[i], self.radii[j])
         return decisions.contact_time(now - past.met, left, radius, self.deceleration)
 
-    def respond(self, contact: Contact, velocity: Velocities) -> None:
-        """Answer one contact by the law: change ``velocity`` (m/s)."""
-        if respond(self.law, contact, velocity):
-            self._zero_slips.append(contact)
-
     def resolve(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
     ) -> Outcome:
         """Answer the contacts of this instant; ``before`` (m/s) is the velocity of their balls."""
-        velocity = dict(before)
-        hits: list[Contact] = []
-        listed: list[Contact] = []
-        micro: list[tuple[Contact, float]] = []
-        least: dict[Contact, float] = {}
+        outcome, velocity = Outcome(), dict(before)
         for contact in contacts:
-            closing = closing_speed(contact, velocity)
-            slowest, is_micro, past = self._persistence(contact, closing, now)
-            if not decisions.is_hit(closing, self._noise(contact), slowest):
-                continue
-            if past is not None and is_micro:
-                micro.append((contact, past.last))
-            else:
-                listed.append(contact)
-            if contact.b != NO_BALL and self.deceleration > 0.0:
-                met = now if past is None else past.met
-                self.history[contact.a, contact.b] = History(met, now)
-            if contact.pair.restitution * closing < slowest:
-                e = decisions.bounce(contact.pair.restitution, closing, slowest)
-                contact = contact._replace(pair=contact.pair._replace(restitution=e))
-                least[contact] = e * closing
-            hits.append(contact)
-        for group in groups(hits) if len(hits) > 1 else (hits,):
-            self._answer(group, velocity)
-        for contact, parting in least.items():
-            push_apart(contact, parting, velocity)
-        return self._outcome(contacts, hits, before, velocity)._replace(
-            listed=listed, micro=micro, persistent=list(least)
-        )
+            self._look_at(contact, velocity, now, outcome)
+        hits = outcome.hits
 
-    def settle(
-        self, contacts: Sequence[Contact], before: Mapping[int, Vector]
-    ) -> Outcome:
+        def by_law(contact: Contact, velocity: Velocities) -> None:
+            if respond(self.law, contact, velocity):
+                outcome.zero_slips.append(contact)
+
+        for group in groups(hits) if len(hits) > 1 else (hits,):
+            if len(group) == 1:
+                by_law(group[0], velocity)
+            elif group:
+                self.law.together(group, velocity, by_law)
+        for contact, parting in outcome.persistent:
+            push_apart(contact, parting, velocity)
+        if len(hits) < len(contacts):
+            self._leave_out(contacts, velocity, outcome)
+        self._conclude(before, velocity, outcome)
+        return outcome
+
+    def settle(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
         """Give hits without end their limit: no contact closes any more."""
-        velocity = dict(before)
+        outcome, velocity = Outcome(), dict(before)
+        outcome.hits = list(contacts)
         for group in groups(contacts):
             settle(group, velocity)
-        return self._outcome(contacts, contacts, before, velocity)
+        self._conclude(before, velocity, outcome)
+        return outcome
+
+    def _look_at(
+        self, contact: Contact, velocity: Velocities, now: float, outcome: Outcome
+    ) -> None:
+        """Tell whether a contact is a hit, and of which kind."""
+        closing = closing_speed(contact, velocity)
+        least, is_micro, past = self._persistence(contact, closing, now)
+        if not decisions.is_hit(closing, self._noise(contact), least):
+            return
+        if past is not None and is_micro:
+            outcome.micro.append((contact, past.last))
+        else:
+            outcome.listed.append(contact)
+        if contact.b != NO_BALL and self.deceleration > 0.0:
+            self.history[contact.a, contact.b] = History(now if past is None else past.met, now)
+        if contact.pair.restitution * closing < least:
+            e = decisions.bounce(contact.pair.restitution, closing, least)
+            contact = contact._replace(pair=contact.pair._replace(restitution=e))
+            outcome.persistent.append((contact, e * closing))
+        outcome.hits.append(contact)
+
+    def _leave_out(
+        self, contacts: Sequence[Contact], velocity: Velocities, outcome: Outcome
+    ) -> None:
+        """Sort out the contacts that no hit has changed.
+
+        A ball that a cushion leads along itself, to rounding, does not sink into it.
+        """
+        moved = {i for hit in outcome.hits for i in hit.balls}
+        for contact in contacts:
+            if moved.isdisjoint(contact.balls):
+                if contact.b == NO_BALL:
+                    velocity[contact.a] = _along(velocity[contact.a], contact.normal)
+                    outcome.velocity[contact.a] = velocity[contact.a]
+                else:
+                    outcome.missed.append(contact)
+
+    def _conclude(
+        self, before: Mapping[int, Vector], velocity: Velocities, outcome: Outcome
+    ) -> None:
+        """New velocities, without what rounding alone left of them."""
+        moved = {*outcome.velocity, *(i for hit in outcome.hits for i in hit.balls)}
+        fastest, noise = 0.0, 0.0
+        for i, (wx, wy) in before.items():
+            vx, vy = velocity[i]
+            fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
+            noise = max(noise, self.paths[i].noise)
+        outcome.noise = noise = max(NOISE * math.sqrt(fastest), noise)
+        for i in sorted(moved):
+            vx, vy = velocity[i]
+            rests = vx * vx + vy * vy <= noise * noise
+            outcome.velocity[i] = (0.0, 0.0) if rests else (vx, vy)
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
         """Tell whether any of the contacts parts more slowly than it closes, by this law."""
@@ -182,38 +221,6 @@ class Resolver:
         if not decisions.lasts(now - past.last, time):
             return Persistence(least)
         return Persistence(least, decisions.is_micro(closing, time, self.deceleration), past)
-
-    def _answer(self, group: Sequence[Contact], velocity: Velocities) -> None:
-        if len(group) == 1:
-            self.respond(group[0], velocity)
-        elif group:
-            self.law.together(group, velocity, self.respond)
-
-    def _outcome(
-        self,
-        contacts: Sequence[Contact],
-        hits: Sequence[Contact],
-        before: Mapping[int, Vector],
-        velocity: dict[int, Vector],
-    ) -> Outcome:
-        """New velocities, without what rounding alone left of them."""
-        moved = {i for hit in hits for i in hit.balls}
-        missed = [contact for contact in contacts if moved.isdisjoint(contact.balls)]
-        for contact in missed:
-            if contact.b == NO_BALL:  # a ball that is led along a cushion does not sink into it
-                velocity[contact.a] = _along(velocity[contact.a], contact.normal)
-                moved.add(contact.a)
-        squares = [x * x + y * y for v in (before, velocity) for x, y in v.values()]
-        noise = max(NOISE * math.sqrt(max(squares)), *(self.paths[i].noise for i in before))
-        for i in moved:
-            x, y = velocity[i]
-            if x * x + y * y <= noise * noise:
-                velocity[i] = (0.0, 0.0)
-        zero_slips, self._zero_slips = self._zero_slips, []
-        return Outcome(
-            {i: velocity[i] for i in sorted(moved)}, noise, (), (),
-            [contact for contact in missed if contact.b != NO_BALL], zero_slips, (),
-        )  # fmt: skip
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:

@@ -102,6 +102,8 @@ class Wall(NamedTuple):
 
     def length_along(self, path: Path, r: float) -> float:
         """Path length (m) after which a ball of radius ``r`` meets it; infinite if it does not."""
+        if len(self.sides) == 1:
+            return self.sides[0].length_along(path, r)
         return min([side.length_along(path, r) for side in self.sides])
 
 
@@ -121,17 +123,20 @@ def unit(x: float, y: float) -> Vector:
 
 def face_length(path: Path, r: float, face: Face) -> float:
     """Path length (m) after which a ball of radius ``r`` meets a face; infinite if it does not."""
-    nx, ny = face.outward
-    sink = -(path.ux * nx + path.uy * ny)
+    start, tangent, (nx, ny), width, radius = face
+    ux, uy = path.ux, path.uy
+    sink = -(ux * nx + uy * ny)
     if sink <= 0.0 or path.speed == 0.0:
         return math.inf
-    x, y = path.x, path.y
-    height = face.height(x, y)
-    gap = height - r - face.radius
-    if height < 0.0 or (sink < GRAZING and gap <= EPSILON * (abs(x) + abs(y) + r)):
+    x, y = path.x - start[0], path.y - start[1]
+    height = x * nx + y * ny
+    gap = height - r - radius
+    if height < 0.0 or (sink < GRAZING and gap <= EPSILON * (abs(path.x) + abs(path.y) + r)):
         return math.inf
-    length = max(gap / sink, 0.0)
-    return length if face.spans(x + path.ux * length, y + path.uy * length) else math.inf
+    length = gap / sink if gap > 0.0 else 0.0
+    foot = (x + ux * length) * tangent[0] + (y + uy * length) * tangent[1]
+    slack = GRAZING * width
+    return length if -slack <= foot <= width + slack else math.inf
 
 
 def post_length(path: Path, r: float, post: Post) -> float:

@@ -48,8 +48,7 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     for ball, position, velocity in zip(scene.balls, *start, strict=True):
         path = set_off(0.0, position, velocity, scene.deceleration)
         engine.add_ball(path, ball.radius, ball.mass)
-    for wall in walls(scene):
-        engine.add_wall(wall)
+    engine.walls = walls(scene)
     boxes = Boxes if len(scene.balls) < MANY else ManyBoxes
     engine.near = boxes(len(scene.balls), len(engine.walls))
     for i, path in enumerate(engine.paths):

@@ -114,7 +114,7 @@ class Billiards:
         swept = contacts == "swept"
         engine = ContactEngine if swept else EndOfStep
         self.engine = engine(find_law(law), pair, deceleration, Callbacks(self))
-        self.near = (BroadPhase if swept else Overlaps)(space, dt, self.engine)
+        self.near = (BroadPhase if swept else Overlaps)(space, self.engine)
         self.engine.near = self.near
         self.on_contact: Callable[[ContactEvent], None] | None = None
         self.on_stop: Callable[[Ball], None] | None = None
@@ -125,7 +125,7 @@ class Billiards:
         self.latest = math.inf  # when to stop (s), in the middle of a step if need be
         self.most = math.inf  # how much may happen until then
         self.steps = 0
-        self._next_stop = math.inf
+        self._wake = -math.inf  # when (s) something is to be done; steps that end before are bare
         self._ball_of: dict[pymunk.Body, Ball] = {}
         self._moved_by_others: list[int] = []
         self._error: Exception | None = None
@@ -135,11 +135,11 @@ class Billiards:
         """Set the collision handlers and, in a shared space, the clock that calls every step.
 
         A swept contact is foreseen as soon as two sensors touch, so that one call is enough until
-        they part.
+        they part; a discrete one wants a call in every step.
         """
-        swept = {"begin": self._feels} if self.contacts == "swept" else {}
-        self.space.on_collision(SENSOR, SENSOR, pre_solve=self._feels, **swept)
-        self.space.on_collision(SENSOR, WALL, pre_solve=self._feels, **swept)
+        when = "begin" if self.contacts == "swept" else "pre_solve"
+        self.space.on_collision(SENSOR, SENSOR, **{when: self._feels})
+        self.space.on_collision(SENSOR, WALL, **{when: self._feels})
         if not self.alone:
             self.space.on_collision(BALL, BALL, pre_solve=_no_response)
             self.space.on_collision(BALL, WALL, pre_solve=_no_response)
@@ -169,6 +169,7 @@ class Billiards:
         path = self._path(self.time, _vector(body.position), _vector(body.velocity))
         number = self.engine.add_ball(path, radius, body.mass)
         ball = Ball(number, radius, sensor, self.engine)
+        self.near.sensors.append(sensor)
         self.near.numbers[sensor] = number
         self._ball_of[body] = ball
         self.balls.append(ball)
@@ -196,7 +197,7 @@ class Billiards:
         self._join(shape)
         shape.collision_type = WALL
         number = len(self.engine.walls)
-        self.engine.add_wall(Wall(sides or sides_of(shape), restitution, friction, number))
+        self.engine.walls.append(Wall(sides or sides_of(shape), restitution, friction, number))
         self.near.numbers[shape] = -1 - number
         return number
 
@@ -225,27 +226,32 @@ class Billiards:
 
     def play(self) -> None:
         """Step until everything rests, it is ``latest``, or nothing more may happen."""
-        step, dt, moving = self.space.step, self.dt, self.moving
+        step, dt, moving, pairs = self.space.step, self.dt, self.moving, self.near.pairs
         while moving and self.time < self.latest:
             step(dt)
-            self._after_step()
-            if self.engine.happened >= self.most or not self.engine.is_finite:
-                self.time = self.engine.now
-                self._stop_balls()
-                return
+            if pairs or self.time + 2.0 * dt >= self._wake:
+                self._after_step()
+                if self.engine.happened >= self.most or not self.engine.is_finite:
+                    self.time = self.engine.now
+                    self._stop_balls()
+                    return
+            else:
+                self.steps += 1
+                self.time = self.steps * dt
 
     def _after_step(self, *_: object) -> None:
         """Answer what happened in the step that pymunk has just made; mostly nothing."""
         since = self.time
         self.steps += 1
         self.time = min(self.steps * self.dt, self.latest)
-        if self.near.pairs or self._moved_by_others or self.engine.upcoming() <= self.time:
-            self._answer_contacts(since)
-        if self.time + self.dt >= self._next_stop:
-            self._stop_balls()
         if self._error is not None:
             error, self._error = self._error, None
             raise error
+        if self.near.pairs or self._moved_by_others or self.engine.upcoming() <= self.time:
+            self._answer_contacts(since)
+        self._stop_balls()
+        stops = [ball.path.stop for ball in self.moving.values()]
+        self._wake = min(self.engine.upcoming(), self.latest, *stops)
 
     def _answer_contacts(self, since: float) -> None:
         """Answer the contacts of the step that began at ``since`` (s), in their order."""
@@ -272,7 +278,7 @@ class Billiards:
             for ball in self.balls:
                 self._notice(ball)
         except Exception as error:
-            self._error = self._error or error
+            self._note(error)
 
     def _notice(self, ball: Ball) -> None:
         """Follow a ball that somebody else moved: its path begins anew at the step's start."""
@@ -294,7 +300,12 @@ class Billiards:
             arbiter.process_collision = False
             self.near.touched(*arbiter.shapes)
         except Exception as error:
-            self._error = self._error or error
+            self._note(error)
+
+    def _note(self, error: Exception) -> None:
+        """Keep an error for the end of the step: pymunk only prints what a callback raises."""
+        self._error = self._error or error
+        self._wake = -math.inf
 
     def _damp(
         self, body: pymunk.Body, _gravity: Vector, _damping: float, _dt: float
@@ -304,7 +315,7 @@ class Billiards:
             now = (self.steps + 1) * self.dt
             body.velocity = self._mean_velocity(self._ball_of[body].path, now)
         except Exception as error:
-            self._error = self._error or error
+            self._note(error)
 
     def _mean_velocity(self, path: Path, t: float) -> Vector:
         """The velocity (m/s) that takes a body along its path from ``t`` to ``t + dt``."""
@@ -332,7 +343,7 @@ class Billiards:
         if ball.number not in self.moving:
             self.moving[ball.number] = ball
             self._slow_down(ball)
-        self._next_stop = min(self._next_stop, path.stop)
+        self._wake = min(self._wake, path.stop)
 
     def _slow_down(self, ball: Ball) -> None:
         """Install surface friction on a ball that begins to move."""
@@ -363,7 +374,6 @@ class Billiards:
                 self._carry(ball)
             elif ball.path.stop <= self.time + self.dt:
                 ball.body.velocity = self._mean_velocity(ball.path, self.time)
-        self._next_stop = min((ball.path.stop for ball in self.moving.values()), default=math.inf)
 
 
 class Callbacks(Recorder):

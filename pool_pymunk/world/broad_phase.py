@@ -22,15 +22,16 @@ class BroadPhase:
     path in it: their bodies are no longer where their paths are.
     """
 
-    def __init__(self, space: pymunk.Space, dt: float, engine: ContactEngine) -> None:
+    def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
         self.space = space
-        self.dt = dt
         self.engine = engine
         self.until = 0.0
+        self.sensors: list[pymunk.Circle] = []
         self.numbers: dict[pymunk.Shape, int] = {}  # of a sensor's ball, or -1 - that of a wall
         self.pairs: dict[Key, None] = {}  # that touched during this step
         self.changed: dict[int, None] = {}
         self._foreseen: dict[Key, tuple[Path, Path | None]] = {}
+        self._around: dict[int, list[int]] = {}
 
     def touched(self, a: pymunk.Shape, b: pymunk.Shape) -> None:
         """Two shapes came so near that their balls may have met during this step."""
@@ -39,7 +40,8 @@ class BroadPhase:
 
     def foresee(self) -> None:
         """Predict the contacts of the pairs that touched, once for every two paths."""
-        pairs, self.pairs = self.pairs, {}
+        pairs = list(self.pairs)
+        self.pairs.clear()
         paths, foreseen = self.engine.paths, self._foreseen
         for pair in pairs:
             i, j = pair
@@ -58,7 +60,8 @@ class BroadPhase:
 
     def walls(self, i: int) -> Iterable[int]:
         """The walls that ball ``i`` may meet in the rest of the step."""
-        return [-1 - j for j in self._around(i) if j < 0]
+        found = self._around[i] = self._look_around(i)
+        return [-1 - j for j in found if j < 0]
 
     def begin(self, i: int, path: Path, radius: float, end: float) -> None:
         """Note that the body of ball ``i`` is to be put on a new path."""
@@ -66,24 +69,28 @@ class BroadPhase:
 
     def balls(self, i: int, now: float) -> Iterable[int]:
         """The balls that ball ``i`` may meet in the rest of the step."""
-        others = dict.fromkeys((*self._around(i), *self.changed))
+        found = self._around.pop(i, None) or self._look_around(i)
+        others = dict.fromkeys((*found, *self.changed))
         return [j for j in others if j >= 0 and j != i]
 
     def remove(self, i: int) -> None:
         """Leave ball ``i`` out from now on."""
         self.changed.pop(i, None)
 
-    def _around(self, i: int) -> list[int]:
-        """Whose shapes touch ball ``i`` in the rest of the step, or its sensor at the step's end.
+    def _look_around(self, i: int) -> list[int]:
+        """Whose shapes are near ball ``i`` in the rest of the step, or near its sensor.
 
-        The shapes that touch the sensor already at its begin are not reported again while they do.
+        What the sensor touches now is not reported again until they part.
         """
         path, r = self.engine.paths[i], self.engine.radii[i]
         x, y, _, _ = motion_at(path, max(self.until, path.t))
         x0, x1 = (x, path.x) if x < path.x else (path.x, x)
         y0, y1 = (y, path.y) if y < path.y else (path.y, y)
-        r += 1e-6 * r + 16.0 * EPSILON * (abs(x) + abs(y)) + path.speed * self.dt
-        box = pymunk.BB(x0 - r, y0 - r, x1 + r, y1 + r)
+        r += 1e-6 * r + 16.0 * EPSILON * (abs(x) + abs(y))
+        left, bottom, right, top = self.sensors[i].bb
+        box = pymunk.BB(
+            min(x0 - r, left), min(y0 - r, bottom), max(x1 + r, right), max(y1 + r, top)
+        )
         numbers = self.numbers
         return [numbers[s] for s in self.space.bb_query(box, EVERYTHING) if s in numbers]
 
@@ -91,8 +98,8 @@ class BroadPhase:
 class Overlaps(BroadPhase):
     """The pairs that overlap at the end of a step: what a plain handler sees."""
 
-    def __init__(self, space: pymunk.Space, dt: float, engine: ContactEngine) -> None:
-        super().__init__(space, dt, engine)
+    def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
+        super().__init__(space, engine)
         self._touching: dict[Key, None] = {}
 
     def foresee(self) -> None:
@@ -119,19 +126,23 @@ class EndOfStep(ContactEngine):
 
     step_end = 0.0
 
-    def ball_time(self, i: int, j: int) -> float:
-        """The end of the step (s), if the balls overlap there and close; else infinite."""
-        return self._if_it_closes((i, j))
+    def meet(self, i: int, j: int) -> None:
+        """The balls meet at the end of the step, if they overlap there and close."""
+        key = (i, j) if i < j else (j, i)
+        if self._closes(key):
+            self._push(self.step_end, key)
 
-    def wall_time(self, i: int, wall: int) -> float:
+    def meet_wall(self, i: int, wall: int) -> float:
         """The end of the step (s), if the ball overlaps the wall there and closes."""
-        return self._if_it_closes((i, -1 - wall))
+        if not self._closes((i, -1 - wall)):
+            return math.inf
+        self._push(self.step_end, (i, -1 - wall))
+        return self.step_end
 
-    def _if_it_closes(self, key: Key) -> float:
+    def _closes(self, key: Key) -> bool:
         motions = {i: motion_at(self.paths[i], self.step_end) for i in key if i >= 0}
         if self.gap(key, motions) >= 0.0:
-            return math.inf
+            return False
         velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
         noise = max(self.paths[i].noise for i in motions)
-        closing = closing_speed(self.contact(key, motions), velocity)
-        return self.step_end if closing > noise else math.inf
+        return closing_speed(self.contact(key, motions), velocity) > noise
