@@ -158,7 +158,7 @@ def test_a_law_that_adds_energy_is_noticed(monkeypatch: pytest.MonkeyPatch) -> N
             new_a, new_b = super().ball_ball(a, b, pair)
             return new_a, NT(new_b.n * (1.0 + 1e-9), new_b.t)
 
-    monkeypatch.setitem(LAWS, "coulomb", Generous())  # type: ignore[arg-type]
+    monkeypatch.setitem(LAWS, "coulomb", Generous())
     exact.cache_clear()
     try:
         trial = Trial(Case("", two_balls()), "coulomb", "pymunk", 1 / 60)

@@ -13,7 +13,7 @@ from reference import DIGITS, product, real_roots, value
 
 from pool_pymunk.physics.motion import Vector, path_to_disc, pressing, time_of_impact
 from pool_pymunk.physics.path import Path, pair_time, set_off
-from pool_pymunk.physics.sides import Face, Post, face_length, post_length
+from pool_pymunk.physics.sides import Face, Post
 
 EPSILON = 2.0**-52
 R = 0.05
@@ -201,23 +201,23 @@ def flying(x: float, y: float, vx: float, vy: float) -> Path:
 
 
 def test_a_ball_that_touches_a_cushion_and_slides_along_it_does_not_hit_it() -> None:
-    assert face_length(flying(0.5, R, 1.0, 0.0), R, FLOOR) == math.inf
-    assert face_length(flying(0.5, R, 1.0, -1e-14), R, FLOOR) == math.inf
-    assert face_length(flying(0.5, R, 1.0, -1e-9), R, FLOOR) == 0.0
-    assert face_length(flying(0.5, R, 1.0, 1.0), R, FLOOR) == math.inf
+    assert FLOOR.length_along(flying(0.5, R, 1.0, 0.0), R) == math.inf
+    assert FLOOR.length_along(flying(0.5, R, 1.0, -1e-14), R) == math.inf
+    assert FLOOR.length_along(flying(0.5, R, 1.0, -1e-9), R) == 0.0
+    assert FLOOR.length_along(flying(0.5, R, 1.0, 1.0), R) == math.inf
 
 
 @pytest.mark.parametrize("above", [-1e-17, 0.0, 1e-17, 7e-18])
 def test_a_ball_that_slides_along_a_cushion_goes_past_its_end(above: float) -> None:
     """Tangent to rounding: a hit at the corner would turn the ball by 1e-8."""
-    assert post_length(flying(0.3, R + above, 1.0, 0.0), R, CORNER) == math.inf
+    assert CORNER.length_along(flying(0.3, R + above, 1.0, 0.0), R) == math.inf
 
 
 @pytest.mark.parametrize(("above", "hits"), [(-1e-12, True), (1e-12, False)])
 def test_a_corner_is_grazed_or_missed_to_a_millionth_of_a_micrometre(
     above: float, hits: bool
 ) -> None:
-    assert (post_length(flying(0.3, R + above, 1.0, 0.0), R, CORNER) < math.inf) == hits
+    assert (CORNER.length_along(flying(0.3, R + above, 1.0, 0.0), R) < math.inf) == hits
 
 
 @given(st.floats(-1.5, 1.5), st.floats(0.5, 1.5))
@@ -227,10 +227,10 @@ def test_between_a_cushion_and_its_corner_there_is_no_hole(angle: float, way: fl
         ux, uy = math.sin(angle), -math.cos(angle)
         x, y = 1.0 + across - way * ux, R - way * uy
         path = flying(x, y, ux, uy)
-        length = min(face_length(path, R, FLOOR), post_length(path, R, CORNER))
+        length = min(FLOOR.length_along(path, R), CORNER.length_along(path, R))
         assert length == pytest.approx(way, abs=1e-8)
 
 
 def test_a_ball_beside_or_behind_a_cushion_does_not_hit_it() -> None:
-    assert face_length(flying(1.2, 0.5, 0.0, -1.0), R, FLOOR) == math.inf
-    assert face_length(flying(0.5, -0.5, 0.0, -1.0), R, FLOOR) == math.inf
+    assert FLOOR.length_along(flying(1.2, 0.5, 0.0, -1.0), R) == math.inf
+    assert FLOOR.length_along(flying(0.5, -0.5, 0.0, -1.0), R) == math.inf

@@ -13,7 +13,6 @@ from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import LAWS, Law, cushion, published
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Ball, Friction, Physics, Restitution, Shot, Table
-from pool_pymunk.solvers import time_slice
 
 Point = tuple[float, float]
 

@@ -24,8 +24,8 @@ from pool_pymunk.physics.contact import (
     closing_speed,
     groups,
 )
-from pool_pymunk.physics.laws import LAWS, Law, coulomb, respond
-from pool_pymunk.physics.together import _normal_impulses, settle
+from pool_pymunk.physics.laws import LAWS, Law, coulomb, respond, settle
+from pool_pymunk.physics.together import _normal_impulses
 
 RIGHT, UP = (1.0, 0.0), (0.0, 1.0)
 ROUNDING = 1e-13  # some hundred operations on numbers of the size of the speeds
@@ -39,7 +39,9 @@ class Cluster(NamedTuple):
     velocity: dict[int, Vector]
 
     def closing(self) -> list[Contact]:
-        return [contact for contact in self.contacts if closing_speed(contact, self.velocity) > 1e-9]
+        return [
+            contact for contact in self.contacts if closing_speed(contact, self.velocity) > 1e-9
+        ]
 
 
 def random_cluster(seed: int, widest: float = 3.0) -> Cluster:
@@ -174,7 +176,9 @@ def test_the_published_law_answers_in_the_listings_order() -> None:
     by_hand = dict(velocity)
     for contact in contacts:
         respond(LAWS["published"], contact, by_hand)
-    assert all(answered(order, velocity, LAWS["published"]) == by_hand for order in permutations(contacts))
+    assert all(
+        answered(order, velocity, LAWS["published"]) == by_hand for order in permutations(contacts)
+    )
 
 
 def test_a_cradle_is_answered_ball_by_ball() -> None:
@@ -265,8 +269,7 @@ def test_settling_leaves_nothing_that_closes_and_adds_no_energy(seed: int) -> No
     """Also what did not close before, also with masses over six decades."""
     masses, contacts, velocity = random_cluster(seed, widest=6.0)
     after = dict(velocity)
-    for group in groups(contacts):
-        settle(group, after)
+    settle(contacts, after)
     assert energy(masses, after) <= energy(masses, velocity) * (1 + ROUNDING)
     assert all(closing_speed(contact, after) < 1e-7 for contact in contacts)
 
@@ -283,14 +286,11 @@ def test_impulses_solve_the_complementarity_problem(seed: int) -> None:
     if (wanted > 0).all() and rank < count:
         wanted = response @ np.abs(rnd.normal(size=count))
     impulses = _normal_impulses(response, wanted)
+    if impulses is None:
+        assert rank < count  # only where contacts are redundant
+        return
     opened = response @ impulses
     scale = np.abs(response).sum() * (1 + impulses.max())
     assert (impulses >= 0).all()
     assert (opened - wanted >= -1e-9 * scale).all()
     assert np.abs(impulses * (opened - wanted)).max() <= 1e-9 * scale * (1 + impulses.max())
-
-
-def test_velocities_may_be_a_list() -> None:
-    velocity: Velocities = [(1.0, 0.0), (0.0, 0.0)]
-    respond(LAWS["coulomb"], ball(0, 1, RIGHT), velocity)
-    assert velocity[1] == (1.0, 0.0)

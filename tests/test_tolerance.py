@@ -27,10 +27,10 @@ from pool_pymunk import (
     simulate,
     simulate_within,
 )
-from pool_pymunk.world import Billiards, same_balls
 from pool_pymunk.cli import main
 from pool_pymunk.scene import Point
 from pool_pymunk.tolerance import FINEST
+from pool_pymunk.world import Billiards, same_balls
 
 # -- any function of the step ----------------------------------------------------------------------
 

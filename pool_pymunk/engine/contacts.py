@@ -20,7 +20,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable
 from heapq import heappop, heappush
-from typing import Protocol
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
@@ -35,36 +34,29 @@ Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 Motions = dict[int, Motion]
 
 
-class Recorder(Protocol):
-    """What listens to the engine. Balls are numbers, times s, places m."""
+class Recorder:
+    """What listens to the engine; this one does nothing. Balls are numbers, times s, places m."""
 
     def contact(self, contact: Contact, t: float) -> None:
         """Two balls, or a ball and a cushion, hit each other."""
-        ...
 
     def path(self, i: int, path: Path) -> None:
         """Ball ``i`` begins a new path."""
-        ...
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Ball ``i`` comes to rest."""
-        ...
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Ball ``i`` had not come to rest at ``t`` after all: a persistent contact drives it."""
-        ...
 
     def zero_slip(self, contact: Contact, t: float) -> None:
         """The law jumps at zero slip, and only rounding knew the slip: it was taken for zero."""
-        ...
 
     def persistent(self, contact: Contact, t: float) -> None:
         """Surface friction presses two balls together: they hit once in a contact time."""
-        ...
 
     def no_end(self, contacts: Collection[Contact], t: float) -> None:
         """Hits without end at one instant were given their limit."""
-        ...
 
 
 Due = tuple[float, int, Key, Path, Path]  # when (s), in which order, what, on which paths
@@ -138,11 +130,13 @@ class ContactEngine:
             path, end = self.paths[i], math.inf
             if path.speed > 0.0:
                 for wall in near.walls(i):
-                    end = min(end, self.meet_wall(i, wall))
+                    t = self.meet_wall(i, wall)
+                    if t < end:
+                        end = t
                 if end < math.inf:
                     end += decisions.nearly_now(self.radii[i], path.speed)
                 elif path.stop < math.inf:
-                    self._push(path.stop, (i, i))
+                    self.push(path.stop, (i, i))
             self.ends[i] = end
             near.begin(i, path, self.radii[i], end)
         done: set[int] = set()
@@ -156,13 +150,13 @@ class ContactEngine:
         """Predict when two balls meet, on the paths that they have."""
         if i > j:
             i, j = j, i
-        a, b = self.paths[i], self.paths[j]
+        a, b, radii, ends = self.paths[i], self.paths[j], self.radii, self.ends
         since = max(self.now, a.t, b.t)
-        until = min(self.ends[i], self.ends[j])
+        until = ends[i] if ends[i] < ends[j] else ends[j]
         contact_time = self.resolver.contact_time(i, j, since)
-        t = pair_time(a, b, self.radii[i] + self.radii[j], since, until, contact_time)
+        t = pair_time(a, b, radii[i] + radii[j], since, until, contact_time)
         if t < math.inf:
-            self._push(t, (i, j))
+            self.push(t, (i, j))
 
     def meet_wall(self, i: int, wall: int) -> float:
         """Predict when a ball meets a wall (s), not before now; infinite if it does not."""
@@ -170,11 +164,14 @@ class ContactEngine:
         length = self.walls[wall].length_along(path, self.radii[i])
         if length >= path.reach:
             return math.inf
-        t = max(path.time_at(length), self.now)
-        self._push(t, (i, -1 - wall))
+        t = path.time_at(length)
+        if t < self.now:
+            t = self.now
+        self.push(t, (i, -1 - wall))
         return t
 
-    def _push(self, t: float, key: Key) -> None:
+    def push(self, t: float, key: Key) -> None:
+        """Put something that is due at ``t`` (s) in the queue."""
         self._order += 1
         i, j = key
         path = self.paths[i]
@@ -219,7 +216,8 @@ class ContactEngine:
         else:
             speed = max(path.speed, other.speed)
             latest = self.now + decisions.nearly_now(self.radii[key[0]], speed)
-            self._answer([key, *self._at_this_instant(key, latest)])
+            same = self._queue and self._queue[0][0] <= latest
+            self._answer([key, *self._at_this_instant(key, latest)] if same else [key])
 
     def _at_this_instant(self, first: Key, latest: float) -> list[Key]:
         """Further contacts that are due until ``latest`` (s), and closed to rounding already."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,35 +22,24 @@ Indices = NDArray[np.intp]
 
 
 class Near(Protocol):
-    """What tells the engine which balls and walls a ball may meet on its path."""
+    """What tells the engine which balls and walls a ball may meet on its path, and some more.
 
-    def balls(self, i: int, now: float) -> Iterable[int]:
-        """The balls that ball ``i`` may meet; some of them it may not."""
-        ...
+    ``begin`` is called when a ball has a new path, which meets a wall at ``end`` (s; infinite: at
+    none), and after ``walls``; ``remove`` when it is taken off the table.
+    """
 
-    def walls(self, i: int) -> Iterable[int]:
-        """The walls that ball ``i`` may meet, by number."""
-        ...
+    def walls(self, i: int) -> Iterable[int]: ...
 
-    def begin(self, i: int, path: Path, radius: float, end: float) -> None:
-        """Ball ``i`` has a new path, which ends at a wall at ``end`` (s; infinite: at none)."""
-        ...
+    def begin(self, i: int, path: Path, radius: float, end: float) -> None: ...
 
-    def remove(self, i: int) -> None:
-        """Ball ``i`` is off the table."""
-        ...
+    def balls(self, i: int, now: float) -> Iterable[int]: ...
+
+    def remove(self, i: int) -> None: ...
 
 
-class Box(NamedTuple):
-    """Lowest x and y, highest x and y (m) of a disc on its path."""
+Box = tuple[float, float, float, float]  # lowest x and y, highest x and y (m)
 
-    x0: float
-    y0: float
-    x1: float
-    y1: float
-
-
-NOWHERE = Box(math.inf, math.inf, -math.inf, -math.inf)
+NOWHERE: Box = (math.inf, math.inf, -math.inf, -math.inf)
 
 
 def box(path: Path, radius: float, end: float) -> Box:
@@ -66,14 +55,14 @@ def box(path: Path, radius: float, end: float) -> Box:
     r = radius + 2.0 * NEARLY_NOW * radius + 1e-9 * (abs(x) + abs(y))
     x0, x1 = (x, ex) if x < ex else (ex, x)
     y0, y1 = (y, ey) if y < ey else (ey, y)
-    return Box(x0 - r, y0 - r, x1 + r, y1 + r)
+    return x0 - r, y0 - r, x1 + r, y1 + r
 
 
 class Boxes:
     """A box around each ball's path: a few of them are looked through one by one."""
 
     def __init__(self, balls: int, walls: int) -> None:
-        self.boxes = [NOWHERE] * balls
+        self.boxes: list[Box] = [NOWHERE] * balls
         self.every_wall = range(walls)
 
     def walls(self, i: int) -> Iterable[int]:

@@ -22,7 +22,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.decisions import CONTACT_TIME
 from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
@@ -32,9 +31,9 @@ from pool_pymunk.physics.contact import (
     closing_speed,
     groups,
 )
-from pool_pymunk.physics.laws import Law, respond
+from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.path import NOISE, Path, least_bounce
-from pool_pymunk.physics.together import push_apart, settle
+from pool_pymunk.physics.together import push_apart
 
 SAME_NORMAL = 1e-12
 
@@ -47,20 +46,6 @@ class History(NamedTuple):
 
     met: float
     last: float
-
-
-class Persistence(NamedTuple):
-    """What a contact has of its pair's history: the least bounce (m/s) at which it is to part.
-
-    ``is_micro`` tells whether a hit would be a micro-collision, ``past`` is the history that lasts.
-    """
-
-    least: float = 0.0
-    is_micro: bool = False
-    past: History | None = None
-
-
-NO_PERSISTENCE = Persistence()
 
 
 class Outcome:
@@ -136,8 +121,7 @@ class Resolver:
         """Give hits without end their limit: no contact closes any more."""
         outcome, velocity = Outcome(), dict(before)
         outcome.hits = list(contacts)
-        for group in groups(contacts):
-            settle(group, velocity)
+        settle(contacts, velocity)
         self._conclude(before, velocity, outcome)
         return outcome
 
@@ -181,7 +165,7 @@ class Resolver:
         self, before: Mapping[int, Vector], velocity: Velocities, outcome: Outcome
     ) -> None:
         """New velocities, without what rounding alone left of them."""
-        moved = {*outcome.velocity, *(i for hit in outcome.hits for i in hit.balls)}
+        moved = {*outcome.velocity, *[i for hit in outcome.hits for i in hit.balls]}
         fastest, noise = 0.0, 0.0
         for i, (wx, wy) in before.items():
             vx, vy = velocity[i]
@@ -210,17 +194,19 @@ class Resolver:
         noise = self.paths[contact.a].noise
         return noise if contact.b == NO_BALL else max(noise, self.paths[contact.b].noise)
 
-    def _persistence(self, contact: Contact, closing: float, now: float) -> Persistence:
-        """What the history of a contact's pair asks of a hit at ``closing`` (m/s) now."""
+    def _persistence(
+        self, contact: Contact, closing: float, now: float
+    ) -> tuple[float, bool, History | None]:
+        """The least bounce (m/s) of a contact; whether a hit is micro; the history that lasts."""
         i, j = contact.a, contact.b
         past = self.history.get((i, j)) if self.history else None
         if past is None:
-            return NO_PERSISTENCE
+            return 0.0, False, None
         time = self.contact_time(i, j, now)
         least = least_bounce(self.paths[i], self.paths[j], now, time)
         if not decisions.lasts(now - past.last, time):
-            return Persistence(least)
-        return Persistence(least, decisions.is_micro(closing, time, self.deceleration), past)
+            return least, False, None
+        return least, decisions.is_micro(closing, time, self.deceleration), past
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:

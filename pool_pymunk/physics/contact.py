@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Iterator, MutableMapping, Sequence
+from typing import NamedTuple
 
 Vector = tuple[float, float]
+Velocities = MutableMapping[int, Vector]  # m/s, by ball number
 
 NO_BALL = -1
 
@@ -24,14 +25,6 @@ class Pair(NamedTuple):
     m_b: float
     restitution: float
     friction: float
-
-
-class Velocities(Protocol):
-    """Velocities (m/s) by ball number: a list of all, or a dict of those that matter."""
-
-    def __getitem__(self, i: int, /) -> Vector: ...
-
-    def __setitem__(self, i: int, v: Vector, /) -> None: ...
 
 
 class Contact(NamedTuple):

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import final
 
 from pool_pymunk.physics.contact import (
@@ -25,6 +26,7 @@ from pool_pymunk.physics.contact import (
     Velocities,
     changed,
     closing_speed,
+    groups,
     split,
 )
 from pool_pymunk.physics.together import at_once, mean_over_orders
@@ -115,7 +117,7 @@ class Law:
         self,
         contacts: Sequence[Contact],
         velocity: Velocities,
-        respond: Callable[[Contact, Velocities], None],
+        respond: Callable[[Contact, Velocities], object],
     ) -> None:
         """Answer closing contacts of one instant that share balls: change ``velocity`` (m/s).
 
@@ -143,10 +145,11 @@ class Coulomb(Law):
         self,
         contacts: Sequence[Contact],
         velocity: Velocities,
-        respond: Callable[[Contact, Velocities], None],
+        respond: Callable[[Contact, Velocities], object],
     ) -> None:
         """Solve for all impulses at once (:func:`~pool_pymunk.physics.together.at_once`)."""
-        at_once(contacts, velocity)
+        if not at_once(contacts, velocity):
+            mean_over_orders(contacts, velocity, respond)
 
 
 @final
@@ -163,7 +166,7 @@ class Published(Law):
         self,
         contacts: Sequence[Contact],
         velocity: Velocities,
-        respond: Callable[[Contact, Velocities], None],
+        respond: Callable[[Contact, Velocities], object],
     ) -> None:
         """Answer one after the other: cushions first, then pairs in the scene's order."""
         for contact in sorted(contacts, key=_as_listed):
@@ -176,6 +179,16 @@ class Published(Law):
 
 
 LAWS: Mapping[str, Law] = {law.name: law for law in (Coulomb(), Published())}
+
+
+def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
+    """Take the limit of hits without end: no contact closes any more (plastic, no friction)."""
+    plastic = [
+        contact._replace(pair=contact.pair._replace(restitution=0.0, friction=0.0))
+        for contact in contacts
+    ]
+    for group in groups(plastic):
+        Coulomb().together(group, velocity, partial(respond, Coulomb()))
 
 
 def find_law(law: str | Law) -> Law:

@@ -28,8 +28,8 @@ BARELY = 0.9  # share of the least bounce; touching balls that close more slowly
 class Path(NamedTuple):
     """Position (m) and velocity (m/s) of a ball at time ``t`` (s), and all that follows from them.
 
-    ``ux``, ``uy`` are the unit vector of the velocity, ``stop`` (s) is when the ball rests (infinite
-    without friction), ``reach`` (m) how far it comes until then, ``rest_x``, ``rest_y`` (m) where
+    ``ux``, ``uy`` are the unit vector of the velocity; ``stop`` (s) is when the ball rests,
+    infinite without friction; ``reach`` (m) is how far it comes, ``rest_x``, ``rest_y`` (m) where
     that is. ``noise`` (m/s) is how much of the velocity may be rounding.
 
     >>> path = set_off(1.0, (0.0, 0.0), (2.0, 0.0), deceleration=0.5)
@@ -127,7 +127,7 @@ def pair_time(
     have met, ``contact_time`` (s) is how long one contact of theirs takes where surface friction
     presses them together (:func:`least_bounce`).
     """
-    first_stop = min(a.stop, b.stop)
+    first_stop = a.stop if a.stop < b.stop else b.stop
     if since < first_stop:
         t = _both_move(a, b, reach, since, min(until, first_stop), contact_time)
         if t < math.inf:

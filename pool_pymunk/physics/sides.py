@@ -7,6 +7,7 @@ and after which ``length_along`` its path a ball meets it. Whoever asks need not
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from pool_pymunk.physics.motion import EPSILON, Vector, path_to_disc
@@ -16,19 +17,18 @@ GRAZING = 1e-12  # a ball that touches a face and moves along it sinks by less t
 
 
 class Side(Protocol):
-    """What a ball can bounce off."""
+    """What a ball can bounce off.
 
-    def gap(self, x: float, y: float, r: float) -> float:
-        """Distance (m) from a ball of radius ``r`` at (x, y); infinite if it is not beside."""
-        ...
+    ``gap`` is the distance (m) from a ball of radius ``r`` at (x, y), infinite if the ball is not
+    beside the side; ``normal`` is the unit vector from the side to a ball there; ``length_along``
+    is the path length (m) after which a ball of radius ``r`` meets it, infinite if it does not.
+    """
 
-    def normal(self, x: float, y: float) -> Vector:
-        """The unit vector from the side to a ball at (x, y)."""
-        ...
+    def gap(self, x: float, y: float, r: float) -> float: ...
 
-    def length_along(self, path: Path, r: float) -> float:
-        """Path length (m) after which a ball of radius ``r`` meets it; infinite if it does not."""
-        ...
+    def normal(self, x: float, y: float) -> Vector: ...
+
+    def length_along(self, path: Path, r: float) -> float: ...
 
 
 class Face(NamedTuple):
@@ -43,27 +43,38 @@ class Face(NamedTuple):
     length: float
     radius: float = 0.0
 
-    def height(self, x: float, y: float) -> float:
-        """Distance (m) of a point from the middle line, on this side positive."""
-        return (x - self.start[0]) * self.outward[0] + (y - self.start[1]) * self.outward[1]
-
-    def spans(self, x: float, y: float) -> bool:
-        """Tell whether the foot of a point lies on the face, its ends included to rounding."""
-        foot = (x - self.start[0]) * self.tangent[0] + (y - self.start[1]) * self.tangent[1]
-        slack = GRAZING * self.length
-        return -slack <= foot <= self.length + slack
-
     def gap(self, x: float, y: float, r: float) -> float:
-        """Distance (m) from a ball of radius ``r`` at (x, y); infinite if it is not beside."""
-        return self.height(x, y) - self.radius - r if self.spans(x, y) else math.inf
+        """Distance (m) from the ball; infinite if its foot is not on the face, ends included."""
+        (x0, y0), (tx, ty), (nx, ny), length, radius = self
+        foot = (x - x0) * tx + (y - y0) * ty
+        slack = GRAZING * length
+        if foot < -slack or foot > length + slack:
+            return math.inf
+        return (x - x0) * nx + (y - y0) * ny - radius - r
 
     def normal(self, x: float, y: float) -> Vector:
-        """The unit vector from the face to a ball at (x, y)."""
+        """The unit vector from the face to a ball."""
         return self.outward
 
     def length_along(self, path: Path, r: float) -> float:
-        """Path length (m) after which a ball of radius ``r`` meets it; infinite if it does not."""
-        return face_length(path, r, self)
+        """Path length (m) until a ball meets the face.
+
+        A ball that touches it and moves along it, to rounding, does not.
+        """
+        (x0, y0), (tx, ty), (nx, ny), width, radius = self
+        ux, uy = path.ux, path.uy
+        sink = -(ux * nx + uy * ny)
+        if sink <= 0.0 or path.speed == 0.0:
+            return math.inf
+        x, y = path.x - x0, path.y - y0
+        height = x * nx + y * ny
+        gap = height - r - radius
+        if height < 0.0 or (sink < GRAZING and gap <= EPSILON * (abs(path.x) + abs(path.y) + r)):
+            return math.inf
+        length = gap / sink if gap > 0.0 else 0.0
+        foot = (x + ux * length) * tx + (y + uy * length) * ty
+        slack = GRAZING * width
+        return length if -slack <= foot <= width + slack else math.inf
 
 
 class Post(NamedTuple):
@@ -73,26 +84,52 @@ class Post(NamedTuple):
     radius: float = 0.0
 
     def gap(self, x: float, y: float, r: float) -> float:
-        """Distance (m) from a ball of radius ``r`` at (x, y)."""
+        """Distance (m) from the ball."""
         dx, dy = x - self.center[0], y - self.center[1]
         return math.sqrt(dx * dx + dy * dy) - self.radius - r
 
     def normal(self, x: float, y: float) -> Vector:
-        """The unit vector from the post's centre to a ball at (x, y)."""
+        """The unit vector from the post's centre to a ball."""
         return unit(x - self.center[0], y - self.center[1])
 
     def length_along(self, path: Path, r: float) -> float:
-        """Path length (m) after which a ball of radius ``r`` meets it; infinite if it does not."""
-        return post_length(path, r, self)
+        """Path length (m) until a ball meets the post.
+
+        A path that is tangent to rounding does not meet it: a ball that slides along a cushion goes
+        past its end.
+        """
+        if path.speed == 0.0:
+            return math.inf
+        dx, dy = self.center[0] - path.x, self.center[1] - path.y
+        rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
+        reach = r + self.radius - rounding
+        along, distance = dx * path.ux + dy * path.uy, math.sqrt(dx * dx + dy * dy)
+        if along <= GRAZING * reach and distance <= reach + 2.0 * rounding:
+            return math.inf
+        return path_to_disc((dx, dy), (path.ux, path.uy), reach)
 
 
-class Wall(NamedTuple):
-    """What bounces balls as one: its sides, its coefficients, and the number it is reported by."""
+class Wall:
+    """What bounces balls as one: its sides, its coefficients, and the number it is reported by.
 
-    sides: tuple[Side, ...]
-    restitution: float
-    friction: float
-    number: int
+    ``length_along`` is that of the side which a ball meets first.
+    """
+
+    __slots__ = ("friction", "length_along", "number", "restitution", "sides")
+
+    length_along: Callable[[Path, float], float]
+
+    def __init__(
+        self, sides: tuple[Side, ...], restitution: float, friction: float, number: int
+    ) -> None:
+        self.sides = sides
+        self.restitution = restitution
+        self.friction = friction
+        self.number = number
+        self.length_along = sides[0].length_along if len(sides) == 1 else self._to_the_first
+
+    def _to_the_first(self, path: Path, r: float) -> float:
+        return min([side.length_along(path, r) for side in self.sides])
 
     def nearest(self, x: float, y: float, r: float) -> Side:
         """The side whose surface is nearest to that of a ball of radius ``r`` at (x, y)."""
@@ -100,57 +137,14 @@ class Wall(NamedTuple):
             return self.sides[0]
         return min(self.sides, key=lambda side: abs(side.gap(x, y, r)))
 
-    def length_along(self, path: Path, r: float) -> float:
-        """Path length (m) after which a ball of radius ``r`` meets it; infinite if it does not."""
-        if len(self.sides) == 1:
-            return self.sides[0].length_along(path, r)
-        return min([side.length_along(path, r) for side in self.sides])
-
 
 def face_between(start: Vector, end: Vector, radius: float = 0.0) -> Face:
     """The face on the left of the way from ``start`` to ``end`` (m)."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    length = math.sqrt(dx * dx + dy * dy)
-    tangent = (dx / length, dy / length)
-    return Face(start, tangent, (-tangent[1], tangent[0]), length, radius)
+    tx, ty = unit(end[0] - start[0], end[1] - start[1])
+    return Face(start, (tx, ty), (-ty, tx), math.dist(start, end), radius)
 
 
 def unit(x: float, y: float) -> Vector:
     """The unit vector along (x, y); of nothing, along x."""
     length = math.sqrt(x * x + y * y)
     return (x / length, y / length) if length > 0.0 else (1.0, 0.0)
-
-
-def face_length(path: Path, r: float, face: Face) -> float:
-    """Path length (m) after which a ball of radius ``r`` meets a face; infinite if it does not."""
-    start, tangent, (nx, ny), width, radius = face
-    ux, uy = path.ux, path.uy
-    sink = -(ux * nx + uy * ny)
-    if sink <= 0.0 or path.speed == 0.0:
-        return math.inf
-    x, y = path.x - start[0], path.y - start[1]
-    height = x * nx + y * ny
-    gap = height - r - radius
-    if height < 0.0 or (sink < GRAZING and gap <= EPSILON * (abs(path.x) + abs(path.y) + r)):
-        return math.inf
-    length = gap / sink if gap > 0.0 else 0.0
-    foot = (x + ux * length) * tangent[0] + (y + uy * length) * tangent[1]
-    slack = GRAZING * width
-    return length if -slack <= foot <= width + slack else math.inf
-
-
-def post_length(path: Path, r: float, post: Post) -> float:
-    """Path length (m) after which a ball of radius ``r`` meets a post; infinite if it does not.
-
-    A path that is tangent to rounding does not: a ball that slides along a cushion goes past its
-    end.
-    """
-    if path.speed == 0.0:
-        return math.inf
-    dx, dy = post.center[0] - path.x, post.center[1] - path.y
-    rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
-    reach = r + post.radius - rounding
-    along, distance = dx * path.ux + dy * path.uy, math.sqrt(dx * dx + dy * dy)
-    if along <= GRAZING * reach and distance <= reach + 2.0 * rounding:
-        return math.inf
-    return path_to_disc((dx, dy), (path.ux, path.uy), reach)

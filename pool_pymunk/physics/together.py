@@ -1,6 +1,6 @@
 """Contacts of one instant that share a ball: the velocities that they leave.
 
-In a real rack the outcome hangs on the order of the hits, which a millionth of a millimetre decides.
+In a real rack the outcome hangs on the order of the hits, which a gap of 1e-9 m decides.
 There are two answers here that do not depend on the order in which balls are listed:
 
 - :func:`at_once`, for Coulomb's law. Normal impulses J >= 0 are solved for at once, such that every
@@ -19,24 +19,23 @@ a row of touching balls one after the other, as in Newton's cradle.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities, closing_speed, split
+from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities, closing_speed
 
 Array = NDArray[np.float64]
 
 ALL_ORDERS = 4  # contacts, up to which all their orders are tried
 MOST_SWEEPS = 200  # of the mean over orders; what closes then is a next impact
 DIRECTIONS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(16))
+TIE_DIGITS = 9  # to which a front reaches two contacts together
 ROUNDING = 64.0 * 2.0**-52  # share of the speeds, or of the impulses, that may be rounding
-MOST_EXCHANGES = 10  # for each contact
+MOST_EXCHANGES = 20  # for each contact
 TOO_SLOW = 0.5  # share of a parting speed; a law of one's own may leave a contact slower than that
-NOTHING = 1e-14  # share of the largest impulse, below which a contact does not push
 
 
 # -- any law: the mean over orders -------------------------------------------------------------
@@ -45,12 +44,13 @@ NOTHING = 1e-14  # share of the largest impulse, below which a contact does not 
 def mean_over_orders(
     contacts: Sequence[Contact],
     velocity: Velocities,
-    respond: Callable[[Contact, Velocities], None],
+    respond: Callable[[Contact, Velocities], object],
 ) -> None:
     """Answer the contacts in every order that they could come in, and take the mean.
 
     Up to ``ALL_ORDERS`` contacts all orders count; beyond, those in which a front sweeps over the
-    contacts from one of sixteen directions. This goes on until nothing closes.
+    contacts from one of ``DIRECTIONS``; of contacts that it reaches together, either end comes
+    first. This goes on until nothing closes.
     """
     balls = sorted({i for contact in contacts for i in contact.balls})
     orders = list(_orders(contacts))
@@ -67,7 +67,7 @@ def mean_over_orders(
 def _in_order(
     order: Iterable[Contact],
     velocity: dict[int, Vector],
-    respond: Callable[[Contact, Velocities], None],
+    respond: Callable[[Contact, Velocities], object],
 ) -> dict[int, Vector]:
     """The velocities after the contacts that close were answered one after the other."""
     for contact in order:
@@ -81,126 +81,95 @@ def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
     if len(contacts) <= ALL_ORDERS:
         yield from permutations(contacts)
         return
+    size = max(abs(x) for contact in contacts for x in contact.point)
     for cos, sin in DIRECTIONS:
-
-        def front(contact: Contact, cos: float = cos, sin: float = sin) -> Vector:
-            x, y = contact.point
-            return (x * cos + y * sin, y * cos - x * sin)
-
-        yield sorted(contacts, key=front)
+        places = {
+            contact: (round((x * cos + y * sin) / size, TIE_DIGITS), y * cos - x * sin)
+            for contact in contacts
+            for x, y in [contact.point]
+        }
+        yield sorted(contacts, key=lambda contact: places[contact])
+        yield sorted(contacts, key=lambda contact: (places[contact][0], -places[contact][1]))
 
 
 # -- Coulomb's law: all at once ----------------------------------------------------------------
 
 
-def at_once(contacts: Sequence[Contact], velocity: Velocities) -> None:
-    """Give every contact its normal impulse at once, then its friction, where it pushes."""
+def at_once(contacts: Sequence[Contact], velocity: Velocities) -> bool:
+    """Give every contact its normal impulse at once, then its friction, where it pushes.
+
+    Returns False, with nothing done, where rounding hides which contacts push.
+    """
+    balls = sorted({i for contact in contacts for i in contact.balls})
+    normals, tangents, lightness = _directions(contacts, balls)
+    v = np.array([velocity[i] for i in balls]).ravel()
     wanted = [(1.0 + c.pair.restitution) * closing_speed(c, velocity) for c in contacts]
-    impulses = _push_normally(contacts, wanted, velocity)
-    pushing = [contact for contact, j_n in zip(contacts, impulses, strict=True) if j_n > 0.0]
-    shares = Counter(i for contact in pushing for i in contact.balls)
-    slips = [_slip(contact, velocity) for contact in contacts]
-    for contact, j_n, slip in zip(contacts, impulses, slips, strict=True):
-        share = max(shares[i] for i in contact.balls)
-        most = abs(slip) / (max(share, 1) * _inverse_mass(contact))
-        j_t = math.copysign(min(contact.pair.friction * j_n, most), slip)
-        nx, ny = contact.normal
-        _push(contact, (-j_t * ny, j_t * nx), velocity)
+    j_n = _normal_impulses(normals * lightness @ normals.T, np.array(wanted))
+    if j_n is None:
+        return False
+    v = v + lightness * (normals.T @ j_n)
+    slip = tangents @ v
+    inverse_mass = (tangents * lightness * tangents).sum(axis=1)  # 1 / m_eff
+    touched = (normals != 0.0) | (tangents != 0.0)
+    shares = np.where(touched, touched[j_n > 0.0].sum(axis=0), 1).max(axis=1)
+    friction = np.array([contact.pair.friction for contact in contacts])
+    j_t = np.minimum(friction * j_n, np.abs(slip) / (np.maximum(shares, 1) * inverse_mass))
+    v = v - lightness * (tangents.T @ np.copysign(j_t, slip))
+    for i, (vx, vy) in zip(balls, v.reshape(-1, 2).tolist(), strict=True):
+        velocity[i] = (vx, vy)
+    return True
 
 
 def push_apart(contact: Contact, parting: float, velocity: Velocities) -> None:
-    """Make a contact part at ``parting`` (m/s), by a normal impulse, if it is much slower."""
+    """Make two balls part at ``parting`` (m/s), by a normal impulse, if they are much slower."""
     lacking = parting + closing_speed(contact, velocity)
     if lacking > TOO_SLOW * parting:
+        a, b, (nx, ny), (m_a, m_b, _, _), *_ = contact
+        (ax, ay), (bx, by), share = velocity[a], velocity[b], lacking / (m_a + m_b)
+        velocity[a] = (ax - share * m_b * nx, ay - share * m_b * ny)
+        velocity[b] = (bx + share * m_a * nx, by + share * m_a * ny)
+
+
+def _directions(contacts: Sequence[Contact], balls: Sequence[int]) -> tuple[Array, Array, Array]:
+    """How fast each contact opens (C, 2N) and slips (C, 2N) by each velocity; 1 / mass (2N,)."""
+    normals, tangents = np.zeros((2, len(contacts), 2 * len(balls)))
+    lightness = np.empty(2 * len(balls))
+    for k, contact in enumerate(contacts):
         nx, ny = contact.normal
-        j_n = lacking / _inverse_mass(contact)
-        _push(contact, (j_n * nx, j_n * ny), velocity)
+        sides = [(contact.a, contact.pair.m_a, 1.0 if contact.b == NO_BALL else -1.0)]
+        if contact.b != NO_BALL:
+            sides.append((contact.b, contact.pair.m_b, 1.0))
+        for i, mass, sign in sides:
+            at = 2 * balls.index(i)
+            normals[k, at : at + 2] = sign * nx, sign * ny
+            tangents[k, at : at + 2] = -sign * ny, sign * nx
+            lightness[at : at + 2] = 1.0 / mass
+    return normals, tangents, lightness
 
 
-def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
-    """Take the limit of hits without end: no contact closes any more (plastic, no friction)."""
-    _push_normally(contacts, [closing_speed(contact, velocity) for contact in contacts], velocity)
-
-
-def _push_normally(
-    contacts: Sequence[Contact], wanted: Sequence[float], velocity: Velocities
-) -> list[float]:
-    """Open every contact by what is wanted (m/s) or more; return the impulses (kg m/s)."""
-    impulses: list[float] = _normal_impulses(_response(contacts), np.array(wanted)).tolist()
-    for contact, j_n in zip(contacts, impulses, strict=True):
-        nx, ny = contact.normal
-        _push(contact, (j_n * nx, j_n * ny), velocity)
-    return impulses
-
-
-def _inverse_mass(contact: Contact) -> float:
-    """1 / m_eff (1/kg)."""
-    return 1.0 / contact.pair.m_a + (0.0 if contact.b == NO_BALL else 1.0 / contact.pair.m_b)
-
-
-def _sides(contact: Contact) -> Iterator[tuple[int, float, float]]:
-    """Each ball of a contact, its mass, and the sign with which an impulse along n acts on it."""
-    if contact.b == NO_BALL:
-        yield contact.a, contact.pair.m_a, 1.0
-    else:
-        yield contact.a, contact.pair.m_a, -1.0
-        yield contact.b, contact.pair.m_b, 1.0
-
-
-def _push(contact: Contact, impulse: Vector, velocity: Velocities) -> None:
-    """Apply an impulse (kg m/s): to B and its opposite to A, or from the cushion to its ball."""
-    jx, jy = impulse
-    for i, mass, sign in _sides(contact):
-        vx, vy = velocity[i]
-        velocity[i] = (vx + sign * jx / mass, vy + sign * jy / mass)
-
-
-def _slip(contact: Contact, velocity: Velocities) -> float:
-    """Slip (m/s) that friction acts on: of A past B; of a cushion past its ball."""
-    a = split(velocity[contact.a], contact.normal).t
-    return -a if contact.b == NO_BALL else a - split(velocity[contact.b], contact.normal).t
-
-
-def _response(contacts: Sequence[Contact]) -> Array:
-    """G[k, l]: by how much a unit normal impulse at contact l opens contact k (1/kg)."""
-    response = np.zeros((len(contacts), len(contacts)))
-    for k, one in enumerate(contacts):
-        for m, other in enumerate(contacts):
-            turn = one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1]
-            for ball, mass, sign in _sides(one):
-                for also, _, other_sign in _sides(other):
-                    if also == ball:
-                        response[k, m] += sign * other_sign * turn / mass
-    return response
-
-
-def _normal_impulses(response: Array, wanted: Array) -> Array:
+def _normal_impulses(response: Array, wanted: Array) -> Array | None:
     """The impulses J >= 0 (kg m/s) that open every contact by ``wanted`` (m/s) or more.
 
-    A contact that pushes opens by just that: J (response J - wanted) = 0, a linear
-    complementarity problem. It is solved in units in which each contact's own response is 1, as
-    masses may differ widely.
+    ``response[k, l]`` is by how much a unit impulse at contact l opens contact k (1/kg). A contact
+    that pushes opens by just what is wanted: J (response J - wanted) = 0, a linear complementarity
+    problem. It is solved in units in which each contact's own response is 1, as masses may differ
+    widely.
+
+    All contacts that are wrong change sides at once, so that their order does not matter; where
+    this goes in circles, only the last one does (Murty, Linear Complementarity, 1988, section 3.2).
     """
     unit = np.sqrt(response.diagonal())
-    impulses: Array = _complementary(response / np.outer(unit, unit), wanted / unit) / unit
-    return impulses
-
-
-def _complementary(response: Array, wanted: Array) -> Array:
-    """All contacts that are wrong change sides at once, so that their order does not matter.
-
-    Where this goes in circles, they do so one by one.
-    """
+    response, wanted = response / np.outer(unit, unit), wanted / unit
     pushing = wanted > 0.0
-    for _ in range(len(wanted) + 1):
+    for exchange in range(MOST_EXCHANGES * len(wanted)):
         impulses = _pushed(response, wanted, pushing)
-        lacking = wanted - response @ impulses
-        slack = _slack(response, wanted, impulses)
+        lacking, slack = wanted - response @ impulses, _slack(response, wanted, impulses)
         wrong = np.where(pushing, (impulses < 0.0) | (lacking < -slack), lacking > slack)
-        if not wrong.any():
-            return impulses
-        pushing ^= wrong
-    return _one_by_one(response, wanted)
+        changing = np.flatnonzero(wrong)
+        if not len(changing):
+            return np.asarray(impulses / unit)
+        pushing[changing if exchange <= len(wanted) else changing[-1]] ^= True
+    return None
 
 
 def _pushed(response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array:
@@ -212,36 +181,6 @@ def _pushed(response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array
 
 
 def _slack(response: Array, wanted: Array, impulses: Array) -> float:
-    """What an opening speed (m/s) may lack by rounding."""
+    """How much of an opening speed (m/s) rounding may hide."""
     pushed = np.abs(response) @ np.abs(impulses)
     return float(1e-12 * np.abs(wanted).max() + ROUNDING * pushed.max())
-
-
-def _one_by_one(response: Array, wanted: Array) -> Array:
-    """The same by an active set (Lawson and Hanson, 1974, for non-negative least squares).
-
-    Every exchange lowers the energy J response J / 2 - wanted J. Should rounding keep it from an
-    end, contacts that still close are a next impact.
-    """
-    impulses = np.zeros(len(wanted))
-    pushing = np.zeros(len(wanted), dtype=bool)
-    for _ in range(MOST_EXCHANGES * len(wanted)):
-        lacking = np.where(pushing, 0.0, wanted - response @ impulses)
-        if lacking.max() <= _slack(response, wanted, impulses):
-            break
-        pushing[lacking.argmax()] = True
-        impulses = _towards(impulses, response, wanted, pushing)
-    return impulses
-
-
-def _towards(impulses: Array, response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array:
-    """Go to the impulses of the pushing contacts; who would have to pull drops out on the way."""
-    while True:
-        target = _pushed(response, wanted, pushing)
-        pulls = pushing & (target <= 0.0)
-        if not pulls.any():
-            return target
-        share = (impulses[pulls] / (impulses[pulls] - target[pulls])).min()
-        impulses = impulses + share * (target - impulses)
-        pushing &= impulses > NOTHING * impulses.max()
-        impulses[~pushing] = 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import NamedTuple, Protocol
 
+from pool_pymunk.engine.contacts import Recorder
 from pool_pymunk.engine.decisions import CONTACT_TIME
 from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import LAWS, Law
@@ -42,7 +43,7 @@ class Solve(Protocol):
     def __call__(self, scene: Scene, start: State, settings: Settings) -> Trace: ...
 
 
-class TraceRecorder:
+class TraceRecorder(Recorder):
     """Writes what the contact engine does into a :class:`~pool_pymunk.result.Trace`."""
 
     def __init__(self, scene: Scene, trace: Trace, law: Law) -> None:

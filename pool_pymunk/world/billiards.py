@@ -4,9 +4,9 @@ Cushions are pymunk shapes, balls are circles, collision handlers replace the bu
 the contact law, and friction is a per-step damping callback or a joint inside the C step.
 
 pymunk moves the balls and finds what is near; the contact engine
-(:mod:`pool_pymunk.engine.contacts`) is that of the exact solver. It keeps each ball's exact path and,
-with ``contacts="swept"``, finds when inside the step the paths meet, answers there, and lets the
-balls travel the rest of the step with their new velocities. For this a ball's sensor carries a
+(:mod:`pool_pymunk.engine.contacts`) is that of the exact solver. It keeps each ball's exact path
+and, with ``contacts="swept"``, finds when inside the step the paths meet, answers there, and lets
+the balls travel the rest of the step with their new velocities. For this a ball's sensor carries a
 margin, the way that the ball can come in one step: whatever it touched during a step is then near
 at its end. ``contacts="discrete"`` answers overlaps at the end of the step instead, as a plain
 handler does: up to a step late, and not at all where a ball only grazed or tunnelled.
@@ -18,7 +18,7 @@ carries the mean velocity of its path over the coming step, which makes position
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import pymunk
@@ -29,14 +29,16 @@ from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Side, Wall
-from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep, Overlaps
+from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep
 from pool_pymunk.world.shapes import sides_of
 
 Contacts = Literal["swept", "discrete"]
 FrictionBy = Literal["joint", "callback"]
 
 BALL, SENSOR, WALL = 0x42616C6C, 0x53656E73, 0x57616C6C  # collision types of our own
-HAIR = 1e-9  # radii by which a sensor is larger than what moves, and smaller than what rests
+MOST_QUIET = 1000.0  # steps between two looks at the clock
+HAIR = 1e-9  # radii by which a sensor is larger than what moves; if contacts are discrete, smaller
+# than what rests, lest balls that rest in touch call in every step
 
 
 class ContactEvent(NamedTuple):
@@ -108,13 +110,11 @@ class Billiards:
         self.space = space
         self.dt = dt
         self.deceleration = deceleration
-        self.contacts = contacts
         self.friction = friction
         self.alone = alone
-        swept = contacts == "swept"
-        engine = ContactEngine if swept else EndOfStep
-        self.engine = engine(find_law(law), pair, deceleration, Callbacks(self))
-        self.near = (BroadPhase if swept else Overlaps)(space, self.engine)
+        self._is_swept = contacts == "swept"
+        self.engine = ContactEngine(find_law(law), pair, deceleration, Callbacks(self))
+        self.near = (BroadPhase if self._is_swept else EndOfStep)(space, self.engine)
         self.engine.near = self.near
         self.on_contact: Callable[[ContactEvent], None] | None = None
         self.on_stop: Callable[[Ball], None] | None = None
@@ -125,6 +125,7 @@ class Billiards:
         self.latest = math.inf  # when to stop (s), in the middle of a step if need be
         self.most = math.inf  # how much may happen until then
         self.steps = 0
+        self._next_stop = math.inf
         self._wake = -math.inf  # when (s) something is to be done; steps that end before are bare
         self._ball_of: dict[pymunk.Body, Ball] = {}
         self._moved_by_others: list[int] = []
@@ -137,7 +138,7 @@ class Billiards:
         A swept contact is foreseen as soon as two sensors touch, so that one call is enough until
         they part; a discrete one wants a call in every step.
         """
-        when = "begin" if self.contacts == "swept" else "pre_solve"
+        when = "begin" if self._is_swept else "pre_solve"
         self.space.on_collision(SENSOR, SENSOR, **{when: self._feels})
         self.space.on_collision(SENSOR, WALL, **{when: self._feels})
         if not self.alone:
@@ -176,12 +177,12 @@ class Billiards:
         if path.speed > 0.0:
             self.engine.predict([number])
             self._carry(ball)
-        else:
+        elif not self._is_swept:
             sensor.unsafe_set_radius(radius * (1.0 - HAIR))
         return ball
 
     def _join(self, *things: pymunk.Body | pymunk.Shape) -> None:
-        self.space.add(*(thing for thing in things if thing.space is None))
+        self.space.add(*[thing for thing in things if thing.space is None])
 
     def add_wall(
         self,
@@ -226,18 +227,30 @@ class Billiards:
 
     def play(self) -> None:
         """Step until everything rests, it is ``latest``, or nothing more may happen."""
-        step, dt, moving, pairs = self.space.step, self.dt, self.moving, self.near.pairs
-        while moving and self.time < self.latest:
+        while self.moving and self.time < self.latest:
+            self._make_steps(self._steps_until_due())
+            self._after_step()
+            if self.engine.happened >= self.most or not self.engine.is_finite:
+                self.time = self.engine.now
+                self._stop_balls()
+                return
+
+    def _make_steps(self, count: int) -> None:
+        """Step the space until two sensors touch, at most so often; the last step is not over."""
+        step, dt, pairs = self.space.step, self.dt, self.near.pairs
+        quiet = 0
+        step(dt)
+        while quiet < count - 1 and not pairs and self._error is None:
             step(dt)
-            if pairs or self.time + 2.0 * dt >= self._wake:
-                self._after_step()
-                if self.engine.happened >= self.most or not self.engine.is_finite:
-                    self.time = self.engine.now
-                    self._stop_balls()
-                    return
-            else:
-                self.steps += 1
-                self.time = self.steps * dt
+            quiet += 1
+        self.steps += quiet
+        self.time = self.steps * dt
+
+    def _steps_until_due(self) -> int:
+        """In how many steps something is due, if no two sensors touch until then."""
+        if self.friction == "callback" or self._wake == -math.inf:
+            return 1
+        return int(max(1.0, min((self._wake - self.time) / self.dt - 1.0, MOST_QUIET)))
 
     def _after_step(self, *_: object) -> None:
         """Answer what happened in the step that pymunk has just made; mostly nothing."""
@@ -249,16 +262,14 @@ class Billiards:
             raise error
         if self.near.pairs or self._moved_by_others or self.engine.upcoming() <= self.time:
             self._answer_contacts(since)
-        self._stop_balls()
-        stops = [ball.path.stop for ball in self.moving.values()]
-        self._wake = min(self.engine.upcoming(), self.latest, *stops)
+        if self.time + self.dt >= self._next_stop:
+            self._stop_balls()
+        self._wake = min(self.engine.upcoming(), self.latest, self._next_stop)
 
     def _answer_contacts(self, since: float) -> None:
         """Answer the contacts of the step that began at ``since`` (s), in their order."""
         engine, near = self.engine, self.near
         engine.now, near.until = since, self.time
-        if isinstance(engine, EndOfStep):
-            engine.step_end = self.time
         near.foresee()
         moved, self._moved_by_others = self._moved_by_others, []
         engine.predict(moved)
@@ -336,14 +347,15 @@ class Billiards:
         if path.stop <= self.time:
             self._rest(ball)
             return
-        ball.body.velocity = self._mean_velocity(path, self.time)
-        margin = math.sqrt(vx * vx + vy * vy) * self.dt if self.contacts == "swept" else 0.0
+        next_x, next_y, _, _ = motion_at(path, self.time + self.dt)
+        ball.body.velocity = (next_x - x) / self.dt, (next_y - y) / self.dt
+        margin = math.sqrt(vx * vx + vy * vy) * self.dt if self._is_swept else 0.0
         rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
         ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
         if ball.number not in self.moving:
             self.moving[ball.number] = ball
             self._slow_down(ball)
-        self._wake = min(self._wake, path.stop)
+        self._next_stop = min(self._next_stop, path.stop)
 
     def _slow_down(self, ball: Ball) -> None:
         """Install surface friction on a ball that begins to move."""
@@ -358,7 +370,7 @@ class Billiards:
     def _rest(self, ball: Ball) -> None:
         """A ball stops; from now on it costs nothing."""
         ball.body.velocity = (0.0, 0.0)
-        ball.sensor.unsafe_set_radius(ball.radius * (1.0 - HAIR))
+        ball.sensor.unsafe_set_radius(ball.radius * (1.0 if self._is_swept else 1.0 - HAIR))
         if self.moving.pop(ball.number, None) is None:
             return
         if ball.joint is not None:
@@ -374,6 +386,7 @@ class Billiards:
                 self._carry(ball)
             elif ball.path.stop <= self.time + self.dt:
                 ball.body.velocity = self._mean_velocity(ball.path, self.time)
+        self._next_stop = min((ball.path.stop for ball in self.moving.values()), default=math.inf)
 
 
 class Callbacks(Recorder):
@@ -396,18 +409,6 @@ class Callbacks(Recorder):
         """Call ``on_stop_revoked``: the ball had not come to rest."""
         if self.table.on_stop_revoked is not None:
             self.table.on_stop_revoked(self.table.balls[i])
-
-    def path(self, i: int, path: Path) -> None:
-        """New paths concern nobody."""
-
-    def zero_slip(self, contact: Contact, t: float) -> None:
-        """Nobody asked for warnings."""
-
-    def persistent(self, contact: Contact, t: float) -> None:
-        """Nobody asked for warnings."""
-
-    def no_end(self, contacts: Collection[Contact], t: float) -> None:
-        """Nobody asked for warnings."""
 
 
 def same_balls(restitution: float, friction: float, mass: float) -> Callable[[int, int], Pair]:

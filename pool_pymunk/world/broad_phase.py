@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 import pymunk
@@ -30,7 +29,7 @@ class BroadPhase:
         self.numbers: dict[pymunk.Shape, int] = {}  # of a sensor's ball, or -1 - that of a wall
         self.pairs: dict[Key, None] = {}  # that touched during this step
         self.changed: dict[int, None] = {}
-        self._foreseen: dict[Key, tuple[Path, Path | None]] = {}
+        self._touching: list[Key] = []
         self._around: dict[int, list[int]] = {}
 
     def touched(self, a: pymunk.Shape, b: pymunk.Shape) -> None:
@@ -39,22 +38,13 @@ class BroadPhase:
         self.pairs[(i, j) if j < 0 or i < j else (j, i)] = None
 
     def foresee(self) -> None:
-        """Predict the contacts of the pairs that touched, once for every two paths."""
-        pairs = list(self.pairs)
+        """Predict the contacts of the pairs whose sensors have begun to touch."""
+        for i, j in self.pairs:
+            if j < 0:
+                self.engine.meet_wall(i, -1 - j)
+            else:
+                self.engine.meet(i, j)
         self.pairs.clear()
-        paths, foreseen = self.engine.paths, self._foreseen
-        for pair in pairs:
-            i, j = pair
-            both = (paths[i], paths[j] if j >= 0 else None)
-            if foreseen.get(pair) != both:
-                foreseen[pair] = both
-                self._meet(i, j)
-
-    def _meet(self, i: int, j: int) -> None:
-        if j < 0:
-            self.engine.meet_wall(i, -1 - j)
-        else:
-            self.engine.meet(i, j)
 
     # -- what the engine asks ------------------------------------------------------------------
 
@@ -95,54 +85,34 @@ class BroadPhase:
         return [numbers[s] for s in self.space.bb_query(box, EVERYTHING) if s in numbers]
 
 
-class Overlaps(BroadPhase):
-    """The pairs that overlap at the end of a step: what a plain handler sees."""
+class EndOfStep(BroadPhase):
+    """Contacts at the end of a step, as a plain handler finds them.
 
-    def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
-        super().__init__(space, engine)
-        self._touching: dict[Key, None] = {}
-
-    def foresee(self) -> None:
-        """Ask for the contacts of all pairs that touched, in every step anew."""
-        self._foreseen.clear()
-        self._touching = dict(self.pairs)
-        super().foresee()
-
-    def walls(self, i: int) -> Iterable[int]:
-        """The walls that ball ``i`` touched during the step."""
-        return [-1 - j for k, j in self._touching if k == i and j < 0]
-
-    def balls(self, i: int, now: float) -> Iterable[int]:
-        """The balls that ball ``i`` touched during the step."""
-        return [k + j - i for k, j in self._touching if j >= 0 and i in (k, j)]
-
-
-class EndOfStep(ContactEngine):
-    """The engine of contacts at the end of a step, as a plain handler finds them.
-
-    Two sides meet at the end of the step (``step_end``, s) if they overlap there and close: up to a
-    step late, and not at all where a ball only grazed or tunnelled.
+    Two sides meet at the end of the step if they overlap there and close: up to a step late, and
+    not at all where a ball only grazed or tunnelled.
     """
 
-    step_end = 0.0
+    def foresee(self) -> None:
+        """Put in the queue what overlaps and closes of the pairs that touched."""
+        self._touching = list(self.pairs)
+        self.pairs.clear()
+        self._queue_if_closing(self._touching)
 
-    def meet(self, i: int, j: int) -> None:
-        """The balls meet at the end of the step, if they overlap there and close."""
-        key = (i, j) if i < j else (j, i)
-        if self._closes(key):
-            self._push(self.step_end, key)
+    def walls(self, i: int) -> Iterable[int]:
+        """A new path meets no wall before the step is over."""
+        return ()
 
-    def meet_wall(self, i: int, wall: int) -> float:
-        """The end of the step (s), if the ball overlaps the wall there and closes."""
-        if not self._closes((i, -1 - wall)):
-            return math.inf
-        self._push(self.step_end, (i, -1 - wall))
-        return self.step_end
+    def balls(self, i: int, now: float) -> Iterable[int]:
+        """A new path meets no ball, either; what it touches already may close now."""
+        self._queue_if_closing([pair for pair in self._touching if i in pair])
+        return ()
 
-    def _closes(self, key: Key) -> bool:
-        motions = {i: motion_at(self.paths[i], self.step_end) for i in key if i >= 0}
-        if self.gap(key, motions) >= 0.0:
-            return False
-        velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
-        noise = max(self.paths[i].noise for i in motions)
-        return closing_speed(self.contact(key, motions), velocity) > noise
+    def _queue_if_closing(self, pairs: Iterable[Key]) -> None:
+        engine = self.engine
+        for pair in pairs:
+            motions = {i: motion_at(engine.paths[i], self.until) for i in pair if i >= 0}
+            if engine.gap(pair, motions) < 0.0:
+                velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
+                closing = closing_speed(engine.contact(pair, motions), velocity)
+                if closing > max(engine.paths[i].noise for i in motions):
+                    engine.push(self.until, pair)
