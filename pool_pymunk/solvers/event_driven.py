@@ -36,6 +36,7 @@ from pool_pymunk.motion import Array, Vector
 from pool_pymunk.path import EPSILON, Face, Path, Post, face_length, pair_time, post_length
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Scene, State
+from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings, slip_warning
 
 NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
@@ -413,3 +414,10 @@ def _slid(lines: Array, t: Array) -> tuple[Array, Array, Array, Array]:
 def _unit(x: float, y: float) -> Vector:
     length = math.hypot(x, y)
     return (x / length, y / length) if length > 0.0 else (1.0, 0.0)
+
+
+SOLVER = Solver(
+    name="event-driven", solve=solve, about="exact: from contact to contact", dt=None, exact=True,
+    no_tolerance="it is exact and has no step: no tolerance is needed",
+    color="#000000", marker="*",
+)  # fmt: skip
