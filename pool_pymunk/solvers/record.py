@@ -19,31 +19,31 @@ class Solver:
     """
 
     name: str
-    solve: Solve  # the solver's function
-    about: str  # says in a few words what it is
-    dt: float | None  # s; its default step. None: it has no step
-    options: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # the default comes first
+    solve: Solve  # It is the solver's function.
+    about: str  # It says in a few words what the solver is.
+    dt: float | None  # s; the default step. None: the solver has no step.
+    options: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # The default comes first.
 
-    # How good it is.
+    # How good it is
     exact: bool = False  # It errs by rounding alone.
-    late: bool = False  # It answers contacts at the end of a step, up to a step late.
+    late: bool = False  # It answers contacts at the end of a step, so up to a step late.
     own_law: bool = False  # It does not use the scene's contact law.
-    limits: str = ""  # says why its method must break at extremes. Empty: it must not break
+    limits: str = ""  # It says why the method must break at extremes. Empty: it must not break.
 
-    # How it is measured.
-    ladder: Steps = ()  # of the work-precision diagram. Empty: ``dt`` alone
-    stability_steps: Steps = ()  # of the stability check. Empty: ``dt`` alone
-    quick_stability_steps: Steps = ()  # of its quick form. Empty: the ``stability_steps``
-    all_pairs: bool = False  # It looks at all pairs of balls, one by one: many balls take too long.
-    published_step: float | None = None  # s; the report's own, for the report's own algorithm
+    # How it is measured
+    ladder: Steps = ()  # These are the work-precision diagram's. Empty: ``dt`` alone.
+    stability_steps: Steps = ()  # These are the stability check's. Empty: ``dt`` alone.
+    quick_stability_steps: Steps = ()  # These are its quick form's. Empty: ``stability_steps``.
+    all_pairs: bool = False  # It looks at all pairs of balls one by one: many balls take long.
+    published_step: float | None = None  # s; the report's own. None: it is not the report's method.
 
-    # How its step is chosen by a tolerance.
-    finest: float | None = None  # s; the finest step worth trying. None: no step can be chosen
+    # How its step is chosen by a tolerance
+    finest: float | None = None  # s; the finest step worth trying. None: none can be chosen.
     no_tolerance: str = "its record names no finest step, so no tolerance can be asked of it"
 
-    # How its line in diagrams looks, as matplotlib names colours and markers.
-    color: str = "#cc79a7"
-    marker: str = "o"
+    # How its line in diagrams looks, as matplotlib names colours and markers
+    color: str = "#cc79a7"  # Those in use are Okabe and Ito's, told apart by the colour-blind.
+    marker: str = "o"  # It tells the line apart in grey.
 
     def __post_init__(self) -> None:
         if self.exact and self.late:

@@ -39,8 +39,8 @@ Row = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 class Extreme:
     """A row of the table: cases from mild to extreme, and what they are about.
 
-    ``steps`` (s) replace the solvers' usual ones; ``because`` says why all must fail here that have
-    the scene's law.
+    ``steps`` (s) replace the solvers' usual ones; ``because`` says why every solver with
+    the scene's law must fail here.
     """
 
     name: str
