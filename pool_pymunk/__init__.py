@@ -8,6 +8,8 @@
 """
 
 from pool_pymunk.collide import Collision, Disc, Material, collide, collide_at
+from pool_pymunk.physics.contact import NT, Pair
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.result import Event, Run
 from pool_pymunk.scenario import load, loads
 from pool_pymunk.scene import (
@@ -26,19 +28,24 @@ from pool_pymunk.sensitivity import Sensitivity, sensitivity
 from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
 from pool_pymunk.tolerance import Choice, Outcome, choose_step, simulate_within
 from pool_pymunk.uncertainty import Uncertainty, written_uncertainty
+from pool_pymunk.world import Billiards, same_balls
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "NT",
     "SOLVERS",
     "Ball",
+    "Billiards",
     "Choice",
     "Collision",
     "Disc",
     "Event",
     "Friction",
+    "Law",
     "Material",
     "Outcome",
+    "Pair",
     "Physics",
     "Restitution",
     "Run",
@@ -56,6 +63,7 @@ __all__ = [
     "collide_at",
     "load",
     "loads",
+    "same_balls",
     "sensitivity",
     "simulate",
     "simulate_all",

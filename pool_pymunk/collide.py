@@ -30,9 +30,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
-from pool_pymunk.contact import LAWS, NT, Pair
-from pool_pymunk.impact import Impacts, Touch, split
-from pool_pymunk.motion import kinetic_energy
+from pool_pymunk.physics.contact import NT, Contact, Pair, split
+from pool_pymunk.physics.laws import LAWS, respond
+from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.scene import Point, Problem, SceneError, number_problems, size_problems
 
 
@@ -214,11 +214,11 @@ def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> 
 
 def _answered(a: Disc, b: Disc, material: Material, normal: Point) -> Collision:
     """What the contact law makes of it, as in every solver."""
-    impacts = Impacts(LAWS[material.law])
+    law = LAWS[material.law]
     velocity = {0: a.velocity, 1: b.velocity}
     pair = Pair(a.mass, b.mass, material.restitution, material.friction)
-    impacts.answer([Touch(0, 1, normal, pair)], velocity)
-    warnings = (ZERO_SLIP_WARNING,) if impacts.zero_slips else ()
+    jumps = respond(law, Contact(0, 1, normal, pair), velocity)
+    warnings = (ZERO_SLIP_WARNING,) if jumps else ()
     return Collision(a, b, material, normal, velocity[0], velocity[1], warnings)
 
 

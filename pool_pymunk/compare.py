@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.result import Event, Run
 from pool_pymunk.scene import Point
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pool_pymunk.motion import Array, kinetic_energy, slide_many
+from pool_pymunk.physics.motion import Array, kinetic_energy, slide_many
 
 if TYPE_CHECKING:
     from pool_pymunk.scene import Point, Scene, Shot, State

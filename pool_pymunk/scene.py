@@ -16,7 +16,8 @@ from functools import cached_property
 from itertools import islice
 from typing import NamedTuple
 
-from pool_pymunk.contact import LAWS, Pair
+from pool_pymunk.physics.contact import Pair
+from pool_pymunk.physics.laws import LAWS
 
 Point = tuple[float, float]
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from pool_pymunk.compare import contact_order
 from pool_pymunk.interrupts import deaf, heed
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.result import STATUSES, Run
 from pool_pymunk.scene import Point, Scene, Shot, State
 from pool_pymunk.solvers import SettingError, find_shot, simulate, yardstick

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.scenario import bundled
 from pool_pymunk.scene import TOUCHING, Edge, Point, Scene, Table, Units
 from pool_pymunk.solvers import SettingError

@@ -13,9 +13,9 @@ import pytest
 from scenes import INCH, contact_list, exact_run, largest_distance, off_exact, random_scene
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
-from pool_pymunk.adapter import Ball as TableBall
-from pool_pymunk.adapter import Billiards, Contact, same_balls
-from pool_pymunk.contact import Pair
+from pool_pymunk.physics.contact import Pair
+from pool_pymunk.world import Ball as TableBall
+from pool_pymunk.world import Billiards, ContactEvent, same_balls
 from pool_pymunk.result import Trace
 from pool_pymunk.solvers import pymunk_space
 from pool_pymunk.solvers.settings import Settings
@@ -177,9 +177,9 @@ def test_a_part_that_is_left_out_costs_nothing() -> None:
         balls=(Ball("1", (0.0, 0.0), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1)
     )
     trace = Trace(scene.start(None))
-    world = pymunk_space._set_up(scene, scene.start(None), 0.01, "swept", "joint")
+    world = pymunk_space.set_up(scene, scene.start(None), Settings(0.01), "swept", "joint")
     world.strike(world.balls[0], (1.0, 0.0))
-    assert not world.walls
+    assert not world.engine.walls
     assert not world.space.constraints
     assert world.balls[0].body.velocity_func == pymunk.Body.update_velocity
     assert len(world.space.shapes) == 1
@@ -210,19 +210,19 @@ def _ball(table: Billiards, position: tuple[float, float], radius: float = 0.03)
     return table.add_ball(circle)
 
 
-def _hexagon_world(dt: float) -> tuple[pymunk.Space, Billiards, list[Contact]]:
+def _hexagon_world(dt: float) -> tuple[pymunk.Space, Billiards, list[ContactEvent]]:
     space = pymunk.Space()
     table = Billiards(space, dt, pair=same_balls(0.95, 0.05, mass=0.17), deceleration=0.3)
     corners = [(math.cos(math.pi / 3 * k), math.sin(math.pi / 3 * k)) for k in range(6)]
     for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
         table.add_wall(pymunk.Segment(space.static_body, a, b, 0.01), 0.8, 0.2)
     table.add_wall(pymunk.Circle(space.static_body, 0.1, (0.3, 0.1)), 0.9, 0.1)
-    found: list[Contact] = []
+    found: list[ContactEvent] = []
     table.on_contact = found.append
     return space, table, found
 
 
-def _play(dt: float, seconds: float) -> tuple[list[tuple[float, float]], list[Contact]]:
+def _play(dt: float, seconds: float) -> tuple[list[tuple[float, float]], list[ContactEvent]]:
     space, table, found = _hexagon_world(dt)
     balls = [_ball(table, (-0.5 + 0.2 * k, 0.5)) for k in range(5)]
     table.balls[0].body.velocity = (2.0, -0.3)

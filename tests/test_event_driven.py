@@ -30,8 +30,7 @@ from pool_pymunk import (
     Table,
     simulate,
 )
-from pool_pymunk import hits as hits_module
-from pool_pymunk.solvers import event_driven
+from pool_pymunk.engine import decisions, near
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
 R = 0.05
@@ -445,7 +444,7 @@ def test_what_spreading_hits_costs_is_of_second_order(monkeypatch: pytest.Monkey
     expected = pushed(scene, 0.06)
     errors = []
     for contact_time in (2.4e-2, 1.2e-2, 6e-3, 3e-3):
-        monkeypatch.setattr(hits_module, "CONTACT_TIME", contact_time)
+        monkeypatch.setattr(decisions, "CONTACT_TIME", contact_time)
         errors.append(np.abs(exact(scene).at([0.06])[0].ravel() - expected).max())
     slopes = [math.log2(a / b) for a, b in pairwise(errors)]
     assert 1.4 < float(np.mean(slopes)) < 2.6
@@ -561,7 +560,7 @@ def test_sifting_a_crowd_loses_no_contact(surface: float, monkeypatch: pytest.Mo
     )
     runs = []
     for crowd_size in (1, 10**9):
-        monkeypatch.setattr(event_driven, "CROWD", crowd_size)
+        monkeypatch.setattr(near, "CROWD", crowd_size)
         runs.append(exact(scene))
     assert len(runs[0].events) > 300
     assert contact_list(runs[0]) == contact_list(runs[1])

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pool_pymunk.motion import kinetic_energy, slide, slide_many, stopping_time
+from pool_pymunk.physics.motion import kinetic_energy, slide, slide_many, stopping_time
 
 EPSILON = 2.0**-52
 G = 9.80665

@@ -19,7 +19,7 @@ from PIL import Image
 
 from pool_pymunk import Run, load, loads, simulate
 from pool_pymunk.cli import main
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.render import (
     FilmSettings,
     RenderError,

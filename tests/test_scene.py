@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from pool_pymunk.contact import Pair
+from pool_pymunk.physics.contact import Pair
 from pool_pymunk.scene import (
     LEFT_OUT,
     STANDARD_GRAVITY,

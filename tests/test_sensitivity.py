@@ -27,7 +27,7 @@ from pool_pymunk import (
     written_uncertainty,
 )
 from pool_pymunk.cli import main
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.scenario import bundled
 from pool_pymunk.sensitivity import digits_that_hold
 from pool_pymunk.uncertainty import uncertainty_of

@@ -28,8 +28,9 @@ from pool_pymunk import (
 )
 from pool_pymunk.cli import main
 from pool_pymunk.compare import Comparison
-from pool_pymunk.contact import LAWS, NT
 from pool_pymunk.diagram import draw
+from pool_pymunk.physics.contact import NT
+from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.result import Trace
 from pool_pymunk.solvers import Settings, Solver, find_solver, yardstick
 from pool_pymunk.stability import EXTREMES, Cell, check, columns, heatmap, suite, table
@@ -51,7 +52,7 @@ def explicit(scene: Scene, start: State, settings: Settings) -> Trace:
     for step in range(1, trace.steps + 1):
         x += v * settings.dt
         for i, j in combinations(range(len(x)), 2):
-            if answered(scene, (i, j), x, v):
+            if answered(scene, settings.law_of(scene), (i, j), x, v):
                 trace.ball_ball(step * settings.dt, i, j)
                 for ball in (i, j):
                     trace.knot(ball, step * settings.dt, point(x[ball]), point(v[ball]))
@@ -59,8 +60,10 @@ def explicit(scene: Scene, start: State, settings: Settings) -> Trace:
     return trace
 
 
-def answered(scene: Scene, balls: tuple[int, int], x: np.ndarray, v: np.ndarray) -> bool:
-    """Whether two balls overlap and close; the scene's law then changes their velocities."""
+def answered(
+    scene: Scene, law: Law, balls: tuple[int, int], x: np.ndarray, v: np.ndarray
+) -> bool:  # fmt: skip
+    """Whether two balls overlap and close; the law then changes their velocities."""
     i, j = balls
     between = x[j] - x[i]
     normal = between / np.hypot(*between)
@@ -69,7 +72,7 @@ def answered(scene: Scene, balls: tuple[int, int], x: np.ndarray, v: np.ndarray)
         return False
     frame = np.array([normal, (-normal[1], normal[0])])
     a, b = (NT(*point(frame @ v[ball])) for ball in balls)
-    v[i], v[j] = np.array(LAWS[scene.physics.law](a, b, scene.pair(i, j))) @ frame
+    v[i], v[j] = np.array(law.ball_ball(a, b, scene.pair(i, j))) @ frame
     return True
 
 

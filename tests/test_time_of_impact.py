@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from reference import DIGITS, product, real_roots, value
 
-from pool_pymunk.motion import Vector, path_to_disc, pressing, time_of_impact
-from pool_pymunk.path import Face, Path, Post, face_length, pair_time, post_length
+from pool_pymunk.physics.motion import Vector, path_to_disc, pressing, time_of_impact
+from pool_pymunk.physics.path import Path, pair_time, set_off
+from pool_pymunk.physics.sides import Face, Post, face_length, post_length
 
 EPSILON = 2.0**-52
 R = 0.05
@@ -151,7 +152,7 @@ def test_pressing_is_minus_the_second_derivative_of_the_distance() -> None:
 
 
 def slid(x: float, speed: float, deceleration: float = 0.5) -> Path:
-    return Path(0.0, (x, 0.0), (speed, 0.0), deceleration)
+    return set_off(0.0, (x, 0.0), (speed, 0.0), deceleration)
 
 
 @pytest.mark.parametrize("short", [-1e-9, -1e-15, 0.0, 1e-15, 1e-9])
@@ -178,8 +179,8 @@ def test_a_contact_at_the_very_moment_the_other_stops_is_not_lost(late: float) -
 
 def test_a_fast_ball_passes_where_a_slow_one_is_to_rest() -> None:
     """A has crossed B's place of rest before B arrives there, from the side."""
-    a = Path(0.0, (-0.5, 1.0), (9.0, 0.0), 0.5)
-    b = Path(0.0, (0.0, 0.0), (0.0, 1.0), 0.5)
+    a = set_off(0.0, (-0.5, 1.0), (9.0, 0.0), 0.5)
+    b = set_off(0.0, (0.0, 0.0), (0.0, 1.0), 0.5)
     assert b.rest == (0.0, 1.0)
     assert pair_time(a, b, 2 * R, 0.0, math.inf) == math.inf
 
@@ -196,7 +197,7 @@ CORNER = Post((1.0, 0.0))
 
 
 def flying(x: float, y: float, vx: float, vy: float) -> Path:
-    return Path(0.0, (x, y), (vx, vy), 0.0)
+    return set_off(0.0, (x, y), (vx, vy), 0.0)
 
 
 def test_a_ball_that_touches_a_cushion_and_slides_along_it_does_not_hit_it() -> None:

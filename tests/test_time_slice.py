@@ -9,7 +9,8 @@ from math import atan2, cos, hypot, pi, sin
 import pytest
 
 from pool_pymunk import Run, Scene, State, load, simulate
-from pool_pymunk.contact import LAWS, NT, Pair, cushion, published
+from pool_pymunk.physics.contact import NT, Pair
+from pool_pymunk.physics.laws import LAWS, Law, cushion, published
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Ball, Friction, Physics, Restitution, Shot, Table
 from pool_pymunk.solvers import time_slice
@@ -138,7 +139,7 @@ class PlainLoop:
             angle, speed = atan2(vy, vx) - impact, hypot(vx, vy)
             frame.append(NT(cos(angle) * speed, sin(angle) * speed))
         law = LAWS[self.scene.physics.law]
-        after = law(frame[0], frame[1], self.scene.pair(i, j))
+        after = law.ball_ball(frame[0], frame[1], self.scene.pair(i, j))
         self.trace.ball_ball(self.t, i, j)
         for k, v in zip((i, j), after, strict=True):
             self.v[k] = [
@@ -327,40 +328,38 @@ def test_the_report_is_reproduced_to_every_printed_digit(shot: Shot) -> None:
     assert printed(REPORT, run.final) == printed(REPORT, dict(shot.published))
 
 
-class FirstHit:
+class FirstHit(Law):
     """The published law; notes the slip of the first hit, and multiplies it by a factor."""
 
     def __init__(self, factor: float) -> None:
         self.factor, self.slip = factor, math.nan
 
-    def __call__(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
         if math.isnan(self.slip):
             self.slip = a.t - b.t
             a = NT(a.n, b.t + self.factor * self.slip)
         return published(a, b, pair)
 
 
-def simulation_4(monkeypatch: pytest.MonkeyPatch, factor: float) -> tuple[float, Point]:
+def simulation_4(factor: float) -> tuple[float, Point]:
     """The slip of its first hit (m/s), and where ball 9 ends (m)."""
     law = FirstHit(factor)
-    with monkeypatch.context() as patch:
-        patch.setattr(time_slice, "LAWS", {"published": law})
-        run = simulate(REPORT, "Simulation 4", solver="time-slice", dt=1e-6)
+    run = simulate(REPORT, "Simulation 4", solver="time-slice", dt=1e-6, law=law)
     return law.slip, run.final["9"]
 
 
-def test_a_rounding_error_decides_the_end_of_simulation_4(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rounding_error_decides_the_end_of_simulation_4() -> None:
     """The shot is head-on: its slip is zero but for rounding, and the law jumps there.
 
     Without the rounding error ball 9 ends 2.4 in from where the report has it, with the opposite
     one 4.5 in.
     """
-    slip, as_published = simulation_4(monkeypatch, 1.0)
+    slip, as_published = simulation_4(1.0)
     assert slip == pytest.approx(4e-14, rel=0.2)
     ends = {"9": REPORT.shots[3].published["9"]}
     assert printed(REPORT, {"9": as_published}) == printed(REPORT, ends)
     for factor, inches in ((1e-9, 0.0), (0.0, 2.45), (-1.0, 4.48)):
-        _, other = simulation_4(monkeypatch, factor)
+        _, other = simulation_4(factor)
         distance = REPORT.units.from_si(math.dist(other, as_published), "length")
         assert distance == pytest.approx(inches, abs=0.01)
 

@@ -29,7 +29,7 @@ from pool_pymunk import (
     simulate,
     simulate_within,
 )
-from pool_pymunk.adapter import Billiards, same_balls
+from pool_pymunk.world import Billiards, same_balls
 from pool_pymunk.cli import main
 from pool_pymunk.scene import Point
 

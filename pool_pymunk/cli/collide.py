@@ -181,7 +181,7 @@ def _impulse(ball: Disc, after: Point) -> Point:
 
 def _four(hit: Collision, v: Point, unit: float, largest: float) -> list[str]:
     """A vector along x and y, and along n and t; what is only rounding is zero."""
-    from pool_pymunk.impact import split
+    from pool_pymunk.physics.contact import split
 
     parts = (0.0 if abs(x) < 1e-14 * largest else x / unit for x in (*v, *split(v, hit.normal)))
     return [f"{part:.6g}" for part in parts]

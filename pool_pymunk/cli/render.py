@@ -142,7 +142,7 @@ def read_setting(text: str) -> Setting:
     >>> read_setting("pymunk:1/64:published")
     Setting(solver='pymunk', dt=0.015625, law='published')
     """
-    from pool_pymunk.contact import LAWS
+    from pool_pymunk.physics.laws import LAWS
     from pool_pymunk.solvers import find_solver
 
     solver, *more = (part.strip() for part in text.split(":"))

@@ -17,7 +17,7 @@ from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet,
 from pool_pymunk.render.style import PRINT, Style
 
 if TYPE_CHECKING:
-    from pool_pymunk.motion import Array
+    from pool_pymunk.physics.motion import Array
     from pool_pymunk.sensitivity import Sensitivity
 
 DOTS = 1.1  # radius of a point, in points

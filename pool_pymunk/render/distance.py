@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import POINTS_PER_INCH
 from pool_pymunk.render.style import Style, ball_colors
 from pool_pymunk.render.view import Box

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Pixels, canvas, pixels
 from pool_pymunk.scene import Point
 

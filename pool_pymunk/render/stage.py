@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import TRACK, Disc, discs, draw_balls, draw_ghosts
 from pool_pymunk.render.canvas import Pixels, draw_text, pixels
 from pool_pymunk.render.sheet import Layout, Sheet, Show, draw_caption, draw_sheet, film_layout

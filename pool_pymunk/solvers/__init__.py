@@ -11,10 +11,12 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.result import Event, Run, Trace
 from pool_pymunk.scene import Scene, Shot, State
 from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
@@ -43,6 +45,7 @@ def simulate(
     *,
     solver: str = "pymunk",
     dt: float | None = None,
+    law: str | Law | None = None,
     times: Sequence[float] | None = None,
     start: State | None = None,
     max_time: float | None = None,
@@ -53,6 +56,8 @@ def simulate(
 
     ``shot`` is a Shot of the scene, its name or its number from 0; without one, the first shot, or
     the scene as its velocities have it where it has no shots. ``dt`` (s) is the solver's step,
+    ``law`` the contact law, by name or one of your own (:class:`~pool_pymunk.Law`; default: the
+    scene's); every contact of every solver is answered by it, but for ``pymunk-builtin``.
     ``times`` (s) where to sample the Run, ``start`` the state before the shot (default: the
     scene's own, or where the shot before ended if the shot goes on from there). ``max_time`` (s;
     default: the scene's) and ``max_events`` bound the run. The pymunk solvers take the options
@@ -69,10 +74,16 @@ def simulate(
     method = find_solver(solver)
     step = _step(method, dt)
     _check_options(solver, method, options)
+    _check_law(solver, method, law)
+    if isinstance(law, str):
+        scene = replace(scene, physics=replace(scene.physics, law=law))
+    own = law if isinstance(law, Law) else None
     before = _before(scene, chosen) if chosen else None
     if start is None and before is not None:
-        start = simulate(scene, before, solver=solver, dt=dt, max_events=max_events, **options).end
-    settings = Settings(step, max_time or scene.physics.max_time, max_events)
+        start = simulate(
+            scene, before, solver=solver, dt=dt, law=own, max_events=max_events, **options
+        ).end
+    settings = Settings(step, max_time or scene.physics.max_time, max_events, own)
     state = scene.start(chosen, start)
     began = time.perf_counter()
     trace = method.solve(scene, state, settings, **options)
@@ -134,6 +145,17 @@ def _check_options(solver: str, method: Solver, options: Mapping[str, str]) -> N
         if value not in method.options[name]:
             known = ", ".join(method.options[name])
             raise SettingError(f"{name} = {value}: must be one of {known}")
+
+
+def _check_law(solver: str, method: Solver, law: str | Law | None) -> None:
+    if law is None:
+        return
+    name = law.name if isinstance(law, Law) else law
+    if method.own_law:
+        raise SettingError(f"law = {name}: {solver} has a law of its own and cannot take another")
+    if not isinstance(law, Law) and law not in LAWS:
+        known = ", ".join(LAWS)
+        raise SettingError(f"law = {law}: must be one of {known}, or an object of the class Law")
 
 
 def _step(method: Solver, dt: float | None) -> float | None:

@@ -17,7 +17,7 @@ import pymunk
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Scene, State, ball_ball_restitution
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings
+from pool_pymunk.solvers.settings import Settings
 
 BALL, CUSHION = 1, 2
 CUE, OTHER = 0b01, 0b10  # categories: each kind of ball has its own cushions
@@ -31,7 +31,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     world = Builtin(scene, start, settings.dt)
     trace = world.trace
     last = math.inf if settings.max_time is None else math.ceil(settings.max_time / settings.dt)
-    most = NEVER_SETTLES if settings.max_events is None else settings.max_events
+    most = settings.most
     while world.moving:
         if trace.steps >= last or len(trace.events) >= most:
             trace.status = "max_time" if trace.steps >= last else "max_events"

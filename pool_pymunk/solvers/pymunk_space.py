@@ -1,25 +1,24 @@
 """The scene in a pymunk space: cushions are static segments, balls are circles.
 
-The contact law and surface friction come from :mod:`pool_pymunk.adapter`. A part that the scene
-leaves out is not installed: no table, no segments; no surface friction, no damping; a ball at rest
-costs no callback.
+The contact law and surface friction come from :class:`pool_pymunk.world.Billiards`. A part that
+the scene leaves out is not installed: no table, no segments; no surface friction, no damping; a
+ball at rest costs no callback.
 """
 
 from __future__ import annotations
 
 import math
-from functools import partial
-from itertools import count
+from functools import cache, partial
 
 import pymunk
 
-from pool_pymunk.adapter import Ball, Billiards, Contact, Contacts, FrictionBy
-from pool_pymunk.path import Face, Post
+from pool_pymunk.physics.path import motion_at
 from pool_pymunk.result import Trace
-from pool_pymunk.scene import Scene, State, Table
+from pool_pymunk.scene import Scene, State
+from pool_pymunk.solvers.event_driven import walls
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings, slip_warning
-from pool_pymunk.walls import face_between
+from pool_pymunk.solvers.settings import Settings, TraceRecorder
+from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
 
 
 def solve(
@@ -35,119 +34,58 @@ def solve(
     ``contacts`` "swept" finds every contact at its true time inside the step; "discrete" answers
     overlaps at the end of the step, an error of first order in dt.
     """
-    assert settings.dt is not None
     trace = Trace(start)
-    table = _set_up(scene, start, settings.dt, contacts, friction)
-    most = NEVER_SETTLES if settings.max_events is None else settings.max_events
-    _write_down(scene, table, trace, most)
-    for ball, velocity in zip(table.balls, start.velocity, strict=True):
-        if velocity != (0.0, 0.0):
-            table.strike(ball, velocity)
-    trace.knots = [knots[:1] for knots in trace.knots]
-    if settings.max_time is not None:
-        table.latest = settings.max_time
-    try:
-        table.play()
-        trace.status = _status(table)
-    except _Enough as enough:
-        trace.status = "max_events"
-        table.end_at(enough.t)
+    table = set_up(scene, start, settings, contacts, friction)
+    table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
+    table.most = settings.most
+    table.latest = math.inf if settings.max_time is None else settings.max_time
+    table.play()
     trace.steps = table.steps
+    trace.status = _status(table)
     if trace.status != "settled":
         trace.duration = table.time
-        for ball in table.balls:
-            if ball.path.stop > table.time:
-                trace.knot(ball.number, table.time, *ball.path.at(table.time))
+        for ball in table.moving.values():
+            x, y, vx, vy = motion_at(ball.path, table.time)
+            trace.knot(ball.number, table.time, (x, y), (vx, vy))
     return trace
 
 
 def _status(table: Billiards) -> str:
+    """Why the table was played no further."""
     if not table.is_finite:
         return "non_finite"
-    return "max_time" if table.moving else "settled"
-
-
-class _Enough(Exception):
-    """There were as many events as a run may have; ``t`` (s) is when the last one was."""
-
-    def __init__(self, t: float) -> None:
-        super().__init__()
-        self.t = t
+    if not table.moving:
+        return "settled"
+    return "max_events" if table.engine.happened >= table.most else "max_time"
 
 
 discrete = partial(solve, contacts="discrete")
 
 
-def _set_up(
-    scene: Scene, start: State, dt: float, contacts: Contacts, friction: FrictionBy
+def set_up(
+    scene: Scene, start: State, settings: Settings, contacts: Contacts, friction: FrictionBy
 ) -> Billiards:
-    """A space with the scene's cushions and balls."""
+    """A space with the scene's cushions, and its balls on their way."""
+    assert settings.dt is not None
     space = pymunk.Space()
     table = Billiards(
         space,
-        dt,
-        pair=scene.pair,
-        law=scene.physics.law,
+        settings.dt,
+        pair=cache(scene.pair),
+        law=settings.law_of(scene),
         deceleration=scene.deceleration,
         contacts=contacts,
         friction=friction,
         alone=True,
     )
-    for ball, position in zip(scene.balls, start.position, strict=True):
+    for ball, position, velocity in zip(scene.balls, *start, strict=True):
         body = pymunk.Body(ball.mass, math.inf)
-        body.position = position
+        body.position, body.velocity = position, velocity
         table.add_ball(pymunk.Circle(body, ball.radius))
-    if scene.table is not None:
-        restitution = scene.restitution.cushion
-        assert restitution is not None
-        for number, edge in enumerate(scene.table.edges):
-            cushion = pymunk.Segment(space.static_body, edge.start, edge.end, 0.0)
-            sides = _sides(scene.table, number)
-            table.add_wall(cushion, restitution, scene.friction.cushion, sides)
+    for wall, edge in zip(walls(scene), scene.table.edges if scene.table else (), strict=True):
+        cushion = pymunk.Segment(space.static_body, edge.start, edge.end, 0.0)
+        table.add_wall(cushion, wall.restitution, wall.friction, wall.sides)
     return table
-
-
-def _sides(table: Table, number: int) -> tuple[Face | Post, ...]:
-    """What balls meet of a cushion: its face, and its first corner where that sticks out."""
-    edge = table.edges[number]
-    face = face_between(edge.start, edge.end)
-    return (face, Post(edge.start)) if number in table.reflex_corners else (face,)
-
-
-def _write_down(scene: Scene, table: Billiards, trace: Trace, most: int) -> None:
-    """Let the trace hear of contacts, new paths, stops and warnings; stop at so many events."""
-
-    answers = count(1)  # not all are listed as events
-
-    def contact(contact: Contact) -> None:
-        if contact.wall is None:
-            trace.ball_ball(contact.t, *contact.balls)
-        else:
-            trace.ball_cushion(contact.t, contact.balls[0], contact.wall)
-        for i, j in table.hits.impacts.zero_slips:
-            trace.warn(slip_warning(scene.balls[i].id, scene.balls[j].id), contact.t)
-        table.hits.impacts.zero_slips.clear()
-
-    def answer(t: float) -> None:
-        if max(len(trace.events), next(answers)) >= most:
-            raise _Enough(t)
-
-    def path(ball: Ball) -> None:
-        trace.knot(ball.number, ball.path.t, ball.path.position, ball.path.velocity)
-
-    def stop(ball: Ball) -> None:
-        trace.stop(ball.number, ball.path.stop, ball.path.rest)
-
-    def stir(ball: Ball) -> None:
-        trace.forget_stop(ball.number, ball.rested)
-
-    table.on_contact = contact
-    table.on_answer = answer
-    table.on_path = path
-    table.on_stop = stop
-    table.on_stir = stir
-    table.on_warning = trace.warn
-    table.name_of = lambda i: scene.balls[i].id
 
 
 FRICTION = {"friction": ("joint", "callback")}

@@ -18,11 +18,12 @@ import math
 from collections.abc import Iterator
 from math import atan2, cos, hypot, pi, sin
 
-from pool_pymunk.contact import LAWS, NT, cushion, published, slips_by_rounding
+from pool_pymunk.physics.contact import NT
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Point, Scene, State
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import NEVER_SETTLES, Settings, sign_warning
+from pool_pymunk.solvers.settings import Settings, sign_warning
 
 EPSILON = 2.0**-52
 SAFE = 1.0 - 1e-6  # share of a gap that the balls may provably not cross, rounding included
@@ -34,10 +35,10 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     Reproduces Listing 1 of the report to every printed digit at 1e-6 s with law ``published``.
     """
     assert settings.dt is not None
-    slices = Slices(scene, start, settings.dt)
+    slices = Slices(scene, start, settings.dt, settings.law_of(scene))
     trace = slices.trace
     last = math.inf if settings.max_time is None else math.ceil(settings.max_time / settings.dt)
-    most = NEVER_SETTLES if settings.max_events is None else settings.max_events
+    most = settings.most
     k = 0
     while slices.moving:
         if k >= last or len(trace.events) >= most:
@@ -64,11 +65,11 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
 class Slices:
     """The balls in the middle of a run, advanced slice by slice."""
 
-    def __init__(self, scene: Scene, start: State, dt: float) -> None:
+    def __init__(self, scene: Scene, start: State, dt: float, law: Law) -> None:
         self.scene = scene
         self.dt = dt
         self.loss = dt * scene.friction.surface * scene.physics.gravity
-        self.law = LAWS[scene.physics.law]
+        self.law = law
         self.radius = [ball.radius for ball in scene.balls]
         self.x, self.y = ([p[axis] for p in start.position] for axis in (0, 1))
         self.vx, self.vy = ([v[axis] for v in start.velocity] for axis in (0, 1))
@@ -157,7 +158,7 @@ class Slices:
     def _cushion(self, v: NT) -> NT:
         e = self.scene.restitution.cushion
         assert e is not None
-        return cushion(v, e, self.scene.friction.cushion)
+        return self.law.cushion(v, e, self.scene.friction.cushion)
 
     def _note_cushion(self, i: int, t: float, number: int, approach: float) -> None:
         if approach == 0.0:  # it came to rest in this very slice and is only put back
@@ -186,10 +187,10 @@ class Slices:
         """Listing 3: into the frame of the impact by angles, the contact law, and back."""
         impact = atan2(self.y[j] - self.y[i], self.x[j] - self.x[i])
         a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
-        if self.law is published and pair.friction > 0.0 and slips_by_rounding(a, b):
+        if self.law.jumps(a, b, pair):
             ids = self.scene.balls[i].id, self.scene.balls[j].id
             self.trace.warn(sign_warning(*ids, a.t - b.t), t)
-        after = self.law(a, b, pair)
+        after = self.law.ball_ball(a, b, pair)
         for ball, v in zip((i, j), after, strict=True):
             self.vx[ball] = cos(impact) * v.n - cos(pi / 2 - impact) * v.t
             self.vy[ball] = sin(impact) * v.n + sin(pi / 2 - impact) * v.t

@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pool_pymunk.motion import Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.result import Run
 from pool_pymunk.scene import Scene, SceneError, State, Table
 from pool_pymunk.stability.trial import (

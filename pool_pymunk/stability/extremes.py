@@ -7,7 +7,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-from pool_pymunk.contact import LAWS
+from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.scene import (
     STANDARD_GRAVITY,
     Ball,

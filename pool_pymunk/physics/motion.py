@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
-ROUNDING = 4.0 * 2.0**-52
-TOUCHING = 1e-12  # how much deeper discs that touch and recede must overlap to meet anew
+EPSILON = 2.0**-52  # the spacing of floating-point numbers at 1
+TOUCHING = 1e-12  # share of the reach by which resting discs that touch get nearer until they meet
 MOST_ITERATIONS = 200  # only a path that stays within rounding of a touch comes near this
 
 
@@ -38,26 +38,31 @@ def slide(x: float, y: float, vx: float, vy: float, deceleration: float, time: f
     >>> slide(0.0, 0.0, 2.0, 0.0, 0.5, 4.0)
     (4.0, 0.0, 0.0, 0.0)
     """
-    speed = math.hypot(vx, vy)
-    if speed == 0.0:
-        return x, y, 0.0, 0.0
+    reach, left = slid(math.sqrt(vx * vx + vy * vy), deceleration, time)
+    return x + vx * reach, y + vy * reach, vx * left, vy * left
+
+
+def slid(speed: float, deceleration: float, time: float) -> tuple[float, float]:
+    """Eq. 10: how long (s) a disc would take at its first speed, and the share of it that is left.
+
+    >>> slid(2.0, 0.5, 2.0), slid(2.0, 0.5, 9.0)
+    ((1.5, 0.5), (2.0, 0.0))
+    """
     if deceleration * time >= speed:
-        reach = speed / (2.0 * deceleration)
-        return x + vx * reach, y + vy * reach, 0.0, 0.0
+        return (speed / (2.0 * deceleration) if speed > 0.0 else 0.0), 0.0
     lost = deceleration * time / speed
-    reach = time * (1.0 - lost / 2.0)
-    return x + vx * reach, y + vy * reach, vx * (1.0 - lost), vy * (1.0 - lost)
+    return time * (1.0 - lost / 2.0), 1.0 - lost
 
 
 def slide_many(knot: Array, deceleration: float, times: Array) -> tuple[Array, Array]:
-    """:func:`slide` for many times at once.
+    """Do what :func:`slide` does, for many times at once.
 
     ``knot`` (T, 5) holds t, x, y, vx, vy of the knot that each of the ``times`` (T,) belongs to.
     Returns positions (T, 2) and velocities (T, 2).
     """
     elapsed = times - knot[:, 0]
     velocity = knot[:, 3:5]
-    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    speed = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
     with np.errstate(divide="ignore", invalid="ignore"):
         stop = np.where(speed > 0.0, speed / deceleration, 0.0) if deceleration > 0 else np.inf
         moving = np.minimum(elapsed, stop)
@@ -96,7 +101,7 @@ def path_to_disc(offset: Vector, direction: Vector, reach: float) -> float:
     across = abs(dx * uy - dy * ux)
     if across >= reach:
         return math.inf
-    distance = math.hypot(dx, dy)
+    distance = math.sqrt(dx * dx + dy * dy)
     chord = math.sqrt((reach - across) * (reach + across))
     return max((distance - reach) * (distance + reach) / (along + chord), 0.0)
 
@@ -127,13 +132,13 @@ def time_of_impact(
     1.171572875254
     """
     (dx, dy), (vx, vy), (ax, ay) = offset, velocity, acceleration
-    pull = math.hypot(ax, ay)
+    pull = math.sqrt(ax * ax + ay * ay)
     t = 0.0
-    tiny = ROUNDING * (abs(dx) + abs(dy) + reach)
+    tiny = 4.0 * EPSILON * (abs(dx) + abs(dy) + reach)
     for iteration in range(MOST_ITERATIONS):
         x = dx + t * (vx + 0.5 * t * ax)
         y = dy + t * (vy + 0.5 * t * ay)
-        distance = math.hypot(x, y)
+        distance = math.sqrt(x * x + y * y)
         if distance == 0.0:
             return t
         rate = (x * (vx + t * ax) + y * (vy + t * ay)) / distance
@@ -169,7 +174,7 @@ def pressing(offset: Vector, velocity: Vector, acceleration: Vector) -> float:
     2.5
     """
     (dx, dy), (vx, vy), (ax, ay) = offset, velocity, acceleration
-    distance = math.hypot(dx, dy)
+    distance = math.sqrt(dx * dx + dy * dy)
     slip = (dx * vy - dy * vx) / distance
     return -(dx * ax + dy * ay + slip * slip) / distance
 

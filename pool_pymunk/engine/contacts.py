@@ -1,0 +1,354 @@
+"""The contact engine: balls on their paths, a queue of what is due, and what happens then.
+
+When a ball sets off on a new path, its contacts with walls and with the paths of other balls are
+predicted and put in a queue. What is due next happens next; a prediction whose paths are no longer
+the balls' own is void. Two things come from outside: a :class:`~pool_pymunk.engine.near.Near` tells
+what is near a ball (boxes around paths, or the broad phase of a pymunk space), and a
+:class:`Recorder` listens.
+
+- *Grazing*: whether a path hits is decided by its distance from the centre, in full precision. A
+  path that is tangent to rounding misses a corner; on a ball it changes nothing but rounding.
+- *One instant*: contacts are of one instant if their gaps are closed, to rounding, at the time of
+  the first. A corner's two cushions both answer.
+- *Touching*: approaching is a contact now; receding, or overlapping by rounding, is none.
+- *Lost*: within one rounding error of the time a ball travels more than ``LOST`` radii, so that
+  contact times mean nothing; or a number has overflowed. ``is_finite`` is False from then on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable
+from heapq import heappop, heappush
+from typing import Protocol
+
+from pool_pymunk.engine import decisions
+from pool_pymunk.engine.near import Near
+from pool_pymunk.engine.resolver import Outcome, Resolver, distinct
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.path import Path, motion_at, pair_time, set_off
+from pool_pymunk.physics.sides import Wall, unit
+
+Key = tuple[int, int]  # two balls, lower number first; a ball and -1 - a wall; a ball twice: a stop
+Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
+Motions = dict[int, Motion]
+
+
+class Recorder(Protocol):
+    """What listens to the engine. Balls are numbers, times s, places m."""
+
+    def contact(self, contact: Contact, t: float) -> None:
+        """Two balls, or a ball and a cushion, hit each other."""
+        ...
+
+    def path(self, i: int, path: Path) -> None:
+        """Ball ``i`` begins a new path."""
+        ...
+
+    def stop(self, i: int, t: float, position: Vector) -> None:
+        """Ball ``i`` comes to rest."""
+        ...
+
+    def stop_revoked(self, i: int, t: float) -> None:
+        """Ball ``i`` had not come to rest at ``t`` after all: a persistent contact drives it."""
+        ...
+
+    def zero_slip(self, contact: Contact, t: float) -> None:
+        """The law jumps at zero slip, and only rounding knew the slip: it was taken for zero."""
+        ...
+
+    def persistent(self, contact: Contact, t: float) -> None:
+        """Surface friction presses two balls together: they hit once in a contact time."""
+        ...
+
+    def no_end(self, contacts: Collection[Contact], t: float) -> None:
+        """Hits without end at one instant were given their limit."""
+        ...
+
+
+Due = tuple[float, int, Key, Path, Path]  # when (s), in which order, what, on which paths
+
+
+class ContactEngine:
+    """Balls, their paths, and the queue of what happens next."""
+
+    def __init__(
+        self,
+        law: Law,
+        pair: Callable[[int, int], Pair],
+        deceleration: float,
+        recorder: Recorder,
+    ) -> None:
+        self.resolver = Resolver(law, deceleration)
+        self.pair = pair
+        self.deceleration = deceleration
+        self.recorder = recorder
+        self.near: Near
+        self.paths = self.resolver.paths
+        self.radii = self.resolver.radii
+        self.masses: list[float] = []
+        self.walls: list[Wall] = []
+        self.rested: list[float] = []  # since when (s); infinite for a ball that moves
+        self.ends: list[float] = []  # when (s) each path meets a wall
+        self.now = 0.0
+        self.answered = 0  # instants and stops, micro-collisions included
+        self.listed = 0  # contacts and stops that are events
+        self.is_finite = True
+        self._queue: list[Due] = []
+        self._order = 0
+        self._instant = -math.inf  # when the present rounds of contacts began
+        self._rounds = 0
+        self._met_now: dict[Key, None] = {}  # in these rounds
+
+    # -- setting up ----------------------------------------------------------------------------
+
+    def add_ball(self, path: Path, radius: float, mass: float) -> int:
+        """Put a ball on the table; return its number."""
+        self.paths.append(path)
+        self.radii.append(radius)
+        self.masses.append(mass)
+        self.rested.append(math.inf if path.speed > 0.0 else -math.inf)
+        self.ends.append(math.inf)
+        self.is_finite = self.is_finite and not path.is_lost(radius)
+        return len(self.paths) - 1
+
+    def remove(self, i: int) -> None:
+        """Take ball ``i`` off the table: it meets nothing any more."""
+        path = self.paths[i]
+        x, y, _, _ = motion_at(path, max(self.now, path.t))
+        self.paths[i] = set_off(self.now, (x, y), (0.0, 0.0), self.deceleration)
+        self.rested[i] = self.now
+        self.near.remove(i)
+        self.resolver.forget(i)
+
+    def set_off(self, i: int, path: Path) -> None:
+        """Ball ``i`` begins a new path, which somebody else gave it."""
+        if path.speed > 0.0:
+            self.rested[i] = math.inf
+        self._begin(i, path)
+        self.recorder.path(i, path)
+
+    # -- what is due -----------------------------------------------------------------------------
+
+    def predict(self, balls: Collection[int]) -> None:
+        """Predict what the paths of these balls lead to: walls, their ends, other balls."""
+        near = self.near
+        for i in balls:
+            path, end = self.paths[i], math.inf
+            if path.speed > 0.0:
+                for wall in near.walls(i):
+                    end = min(end, self.meet_wall(i, wall))
+                if end < math.inf:
+                    end += decisions.nearly_now(self.radii[i], path.speed)
+                elif path.stop < math.inf:
+                    self._push(path.stop, (i, i))
+            self.ends[i] = end
+            near.begin(i, path, self.radii[i], end)
+        done: set[int] = set()
+        for i in balls:
+            for j in near.balls(i, self.now):
+                if j not in done:
+                    self.meet(i, j)
+            done.add(i)
+
+    def meet(self, i: int, j: int) -> None:
+        """Predict when two balls meet, on the paths that they have."""
+        if i > j:
+            i, j = j, i
+        a, b = self.paths[i], self.paths[j]
+        since = max(self.now, a.t, b.t)
+        until = min(self.ends[i], self.ends[j])
+        contact_time = self.resolver.contact_time(i, j, since)
+        t = pair_time(a, b, self.radii[i] + self.radii[j], since, until, contact_time)
+        if t < math.inf:
+            self._push(t, (i, j))
+
+    def meet_wall(self, i: int, wall: int) -> float:
+        """Predict when a ball meets a wall (s), not before now; infinite if it does not."""
+        path = self.paths[i]
+        length = self.walls[wall].length_along(path, self.radii[i])
+        if length >= path.reach:
+            return math.inf
+        t = max(path.time_at(length), self.now)
+        self._push(t, (i, -1 - wall))
+        return t
+
+    def _push(self, t: float, key: Key) -> None:
+        self._order += 1
+        i, j = key
+        path = self.paths[i]
+        heappush(self._queue, (t, self._order, key, path, self.paths[j] if j >= 0 else path))
+
+    def _is_current(self, due: Due) -> bool:
+        _, _, (i, j), path, other = due
+        return self.paths[i] is path and (j < 0 or self.paths[j] is other)
+
+    def upcoming(self) -> float:
+        """When something happens next (s); infinite if nothing does."""
+        queue = self._queue
+        while queue and not self._is_current(queue[0]):
+            heappop(queue)
+        return queue[0][0] if queue else math.inf
+
+    # -- what happens ----------------------------------------------------------------------------
+
+    def advance(self, until: float, most: float = math.inf) -> None:
+        """Let happen what is due up to ``until`` (s), but no more than ``most`` things in all."""
+        while self.is_finite and self.happened < most:
+            if self.upcoming() > until or not self._queue:
+                return
+            self.next()
+
+    @property
+    def happened(self) -> int:
+        """How much has happened: events, or instants with micro-collisions, whichever are more."""
+        return max(self.answered, self.listed)
+
+    def moving(self) -> list[int]:
+        """The balls that move now."""
+        return [i for i, path in enumerate(self.paths) if path.stop > self.now]
+
+    def next(self) -> None:
+        """Let happen what is upcoming: a stop, or the contacts of one instant."""
+        t, _, key, path, other = heappop(self._queue)
+        self.now = max(t, self.now)
+        self.answered += 1
+        if key[0] == key[1]:
+            self._stop(key[0], path.stop, path.rest)
+        else:
+            speed = max(path.speed, other.speed)
+            latest = self.now + decisions.nearly_now(self.radii[key[0]], speed)
+            self._answer([key, *self._at_this_instant(key, latest)])
+
+    def _at_this_instant(self, first: Key, latest: float) -> list[Key]:
+        """Further contacts that are due until ``latest`` (s), and closed to rounding already."""
+        queue = self._queue
+        same: dict[Key, None] = {}
+        later: list[Due] = []
+        while queue and queue[0][0] <= latest:
+            due = heappop(queue)
+            if self._is_current(due):
+                key = due[2]
+                if key[0] != key[1] and self._is_closed(key):
+                    same[key] = None
+                else:
+                    later.append(due)
+        for due in later:
+            heappush(queue, due)
+        return [key for key in same if key != first]
+
+    def _is_closed(self, key: Key) -> bool:
+        motions = {i: motion_at(self.paths[i], self.now) for i in key if i >= 0}
+        x, y, _, _ = motions[key[0]]
+        reach = sum(self.radii[i] for i in motions)
+        return decisions.is_closed(self.gap(key, motions), x, y, reach)
+
+    def gap(self, key: Key, motions: Motions) -> float:
+        """Distance (m) between two surfaces; negative where they overlap."""
+        i, j = key
+        x, y, _, _ = motions[i]
+        if j < 0:
+            return self.walls[-1 - j].nearest(x, y, self.radii[i]).gap(x, y, self.radii[i])
+        dx, dy = motions[j][0] - x, motions[j][1] - y
+        return math.sqrt(dx * dx + dy * dy) - self.radii[i] - self.radii[j]
+
+    # -- contacts --------------------------------------------------------------------------------
+
+    def _answer(self, keys: Collection[Key]) -> None:
+        """Answer the contacts of this instant, and predict what comes of it."""
+        motions, contacts = self._contacts(keys)
+        if self._has_no_end(keys, motions):
+            motions, hits = self._contacts(self._met_now)
+            outcome = self.resolver.settle(hits, _velocities(motions))
+            outcome.listed = contacts
+            self.recorder.no_end(hits, self.now)
+            self._rounds = 0
+        else:
+            outcome = self.resolver.resolve(contacts, _velocities(motions), self.now)
+        self._report(outcome)
+        self._go_on(outcome, motions)
+
+    def _contacts(self, keys: Collection[Key]) -> tuple[Motions, list[Contact]]:
+        """How the balls move now, and how they touch; each contact once."""
+        motions = {i: motion_at(self.paths[i], self.now) for key in keys for i in key if i >= 0}
+        found = [self.contact(key, motions) for key in keys]
+        return motions, distinct(found) if len(found) > 1 else found
+
+    def contact(self, key: Key, motions: Motions) -> Contact:
+        """How two balls, or a ball and a wall, touch."""
+        i, j = key
+        x, y, _, _ = motions[i]
+        r = self.radii[i]
+        if j < 0:
+            wall = self.walls[-1 - j]
+            nx, ny = normal = wall.nearest(x, y, r).normal(x, y)
+            pair = Pair(self.masses[i], math.inf, wall.restitution, wall.friction)
+            return Contact(i, NO_BALL, normal, pair, wall.number, (x - r * nx, y - r * ny))
+        bx, by, _, _ = motions[j]
+        nx, ny = normal = unit(bx - x, by - y)
+        return Contact(i, j, normal, self.pair(i, j), None, (x + r * nx, y + r * ny))
+
+    def _has_no_end(self, keys: Iterable[Key], balls: Iterable[int]) -> bool:
+        """Count and remember this round of contacts at one instant; tell if there are too many."""
+        i = max(balls, key=lambda ball: self.paths[ball].speed)
+        path = self.paths[i]
+        length = decisions.instant(self.now, path.x, path.y, self.radii[i], path.speed)
+        if self.now - self._instant > length:
+            self._instant, self._rounds = self.now, 0
+            self._met_now.clear()
+        self._rounds += 1
+        self._met_now.update(dict.fromkeys(keys))
+        return self._rounds > decisions.ROUNDS and self.resolver.loses_speed(
+            self._contacts(self._met_now)[1]
+        )
+
+    def _go_on(self, outcome: Outcome, motions: Motions) -> None:
+        """Give the balls their new paths, and predict what these lead to."""
+        for i, velocity in outcome.velocity.items():
+            x, y, _, _ = motions[i]
+            path = set_off(self.now, (x, y), velocity, self.deceleration, outcome.noise)
+            if path.speed > 0.0:
+                self.rested[i] = math.inf
+                self.recorder.path(i, path)
+            elif self.rested[i] == math.inf:
+                self._stop(i, self.now, (x, y))
+            self._begin(i, path)
+        self.predict(outcome.velocity)
+        for contact in outcome.missed:
+            if all(self.paths[i].stop > self.now for i in contact.balls):
+                self.meet(contact.a, contact.b)
+
+    def _begin(self, i: int, path: Path) -> None:
+        self.paths[i] = path
+        if path.is_lost(self.radii[i]):
+            self.is_finite = False
+
+    def _report(self, outcome: Outcome) -> None:
+        """Tell the recorder what the contacts of this instant were."""
+        self.listed += len(outcome.listed)
+        for contact in outcome.listed:
+            self.recorder.contact(contact, self.now)
+        for contact, last in outcome.micro:
+            self._revoke_stops(contact, last)
+        for contact in outcome.zero_slips:
+            self.recorder.zero_slip(contact, self.now)
+        for contact, _ in outcome.persistent:
+            self.recorder.persistent(contact, self.now)
+
+    def _stop(self, i: int, t: float, position: Vector) -> None:
+        self.listed += 1
+        self.rested[i] = t
+        self.recorder.stop(i, t, position)
+
+    def _revoke_stops(self, contact: Contact, last: float) -> None:
+        """A ball that stopped between two micro-collisions of a pair has not come to rest."""
+        for i in contact.balls:
+            if last <= self.rested[i] < math.inf:
+                self.listed -= 1
+                self.recorder.stop_revoked(i, self.rested[i])
+                self.rested[i] = math.inf
+
+
+def _velocities(motions: Motions) -> dict[int, Vector]:
+    return {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}

@@ -1,0 +1,73 @@
+"""What the engine decides, as pure functions of numbers: state in, answer out.
+
+Contacts that surface friction makes last have a *contact time* (the TC model of Luding and
+McNamara, Granular Matter 1, 1998, 113): two balls that it presses together hit each other once in
+every contact time, in micro-collisions, instead of infinitely often.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import BARELY
+
+NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
+INSTANT = 1e-12  # radii that a ball travels in what counts as one instant
+ROUNDS = 300  # of contacts at one instant, after which they are taken to have no end
+CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
+DEEPEST = 1e-4  # radii that balls in persistent contact may sink into each other
+WINDOW = 3.0  # contact times after a hit, in which the next one may be a micro-collision
+
+
+def nearly_now(radius: float, speed: float) -> float:
+    """How far apart in time (s) the contacts of one instant may seem to be."""
+    return NEARLY_NOW * radius / speed if speed > 0.0 else 0.0
+
+
+def is_closed(gap: float, x: float, y: float, reach: float) -> bool:
+    """Tell whether a gap (m) at a place (m) is closed, to rounding."""
+    return gap <= 32.0 * EPSILON * (abs(x) + abs(y) + reach)
+
+
+def is_hit(closing: float, noise: float, least: float) -> bool:
+    """Tell whether two sides that touch hit each other.
+
+    They do not where their closing speed (m/s) may be rounding, or is a small part of the least
+    bounce of a persistent contact: then they sink on.
+    """
+    return closing > max(noise, BARELY * least)
+
+
+def contact_time(since_met: float, left: float, radius: float, deceleration: float) -> float:
+    """How long (s) one contact takes of two balls that friction presses together.
+
+    ``since_met`` (s) is the time since they met, ``left`` (s) the time until both rest, ``radius``
+    (m) the smaller one: in this time they sink into each other by at most ``DEEPEST`` radii.
+    """
+    shallow = math.sqrt(4.0 * DEEPEST * radius / deceleration)
+    return min(CONTACT_TIME * max(since_met, left), shallow)
+
+
+def lasts(since_last: float, contact_time: float) -> bool:
+    """Tell whether a contact lasts: the last hit of its balls was a moment ago (s)."""
+    return since_last <= WINDOW * contact_time
+
+
+def is_micro(closing: float, contact_time: float, deceleration: float) -> bool:
+    """Tell whether a hit of a contact that lasts is but a micro-collision.
+
+    The balls close no faster than surface friction can drive them in one contact time.
+    """
+    return closing <= 2.0 * deceleration * contact_time
+
+
+def bounce(restitution: float, closing: float, least: float) -> float:
+    """The restitution with which two balls part at the least bounce or faster, without a gain."""
+    return max(restitution, min(least / closing, 1.0))
+
+
+def instant(now: float, x: float, y: float, radius: float, speed: float) -> float:
+    """How long (s) one instant is: in it a ball comes no farther than rounding may take it."""
+    rounding = ROUNDS * EPSILON * (now + (abs(x) + abs(y)) / speed)
+    return INSTANT * radius / speed + 16.0 * rounding

@@ -1,0 +1,243 @@
+"""What the contacts of one instant do: the law, and the policies for what has no closed form.
+
+- *One instant*: contacts that share a ball are answered together by the law
+  (:meth:`~pool_pymunk.physics.laws.Law.together`).
+- *A row of touching balls*: what closes only because of a hit is hit next, at the same instant.
+- *A ball that stops at contact* stops: a closing speed below rounding is no contact, and a speed
+  below rounding that a hit leaves is none.
+- *Hits without end*: infinitely many hits in finite time, as of a ball squeezed between another and
+  a cushion, come to an end at one instant. After ``ROUNDS`` rounds of hits at one instant the
+  contacts get the limit of what would follow, no more closing, and a warning says so. Where no
+  contact loses speed the hits have an end, and are left to it.
+- *Persistent contact*: balls that surface friction presses together, both moving, would touch
+  without end. They hit each other once in a contact time instead, in micro-collisions
+  (:mod:`pool_pymunk.engine.decisions`), which are not listed as events; a warning says so. For two
+  balls the error is of second order in the contact time, in a cluster of first order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from pool_pymunk.engine import decisions
+from pool_pymunk.engine.decisions import CONTACT_TIME
+from pool_pymunk.physics.contact import (
+    NO_BALL,
+    NT,
+    Contact,
+    Vector,
+    Velocities,
+    closing_speed,
+    groups,
+)
+from pool_pymunk.physics.laws import Law, respond
+from pool_pymunk.physics.path import NOISE, Path, least_bounce
+from pool_pymunk.physics.together import push_apart, settle
+
+SAME_NORMAL = 1e-12
+
+
+class History(NamedTuple):
+    """When (s) two balls met, and when they last hit each other since then.
+
+    They meet anew when they have been apart for more than ``WINDOW`` contact times.
+    """
+
+    met: float
+    last: float
+
+
+class Persistence(NamedTuple):
+    """What a contact has of its pair's history: the least bounce (m/s) at which it is to part.
+
+    ``is_micro`` tells whether a hit would be a micro-collision, ``past`` is the history that lasts.
+    """
+
+    least: float = 0.0
+    is_micro: bool = False
+    past: History | None = None
+
+
+NO_PERSISTENCE = Persistence()
+
+
+class Outcome:
+    """What the contacts of one instant did.
+
+    ``velocity`` (m/s) is that of the balls that begin a new path, or stop, and ``noise`` (m/s) how
+    much of it may be rounding. Of the contacts, ``hits`` were answered, each as it was given to the
+    law; ``listed`` are events; ``micro`` are micro-collisions, each with the time (s) of the pair's
+    hit before; ``missed`` touch, but do not close; ``persistent`` are hits that part at their least
+    bounce (m/s); ``zero_slips`` are those of which only rounding knew the slip.
+    """
+
+    def __init__(self) -> None:
+        self.velocity: dict[int, Vector] = {}
+        self.noise = 0.0
+        self.hits: list[Contact] = []
+        self.listed: list[Contact] = []
+        self.micro: list[tuple[Contact, float]] = []
+        self.missed: list[Contact] = []
+        self.persistent: list[tuple[Contact, float]] = []
+        self.zero_slips: list[Contact] = []
+
+
+class Resolver:
+    """Answers contacts by a law, and remembers what persistent contacts take."""
+
+    def __init__(self, law: Law, deceleration: float) -> None:
+        self.law = law
+        self.deceleration = deceleration
+        self.paths: list[Path] = []
+        self.radii: list[float] = []
+        self.history: dict[tuple[int, int], History] = {}
+
+    def forget(self, i: int) -> None:
+        """Ball ``i`` meets nothing any more."""
+        self.history = {pair: past for pair, past in self.history.items() if i not in pair}
+
+    def contact_time(self, i: int, j: int, now: float) -> float:
+        """The time (s) that one persistent contact of two balls takes; 0 if they have not met."""
+        past = self.history.get((i, j)) if self.history else None
+        if past is None:
+            return 0.0
+        left = max(self.paths[i].stop, self.paths[j].stop) - now
+        radius = min(self.radii[i], self.radii[j])
+        return decisions.contact_time(now - past.met, left, radius, self.deceleration)
+
+    def resolve(
+        self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
+    ) -> Outcome:
+        """Answer the contacts of this instant; ``before`` (m/s) is the velocity of their balls."""
+        outcome, velocity = Outcome(), dict(before)
+        for contact in contacts:
+            self._look_at(contact, velocity, now, outcome)
+        hits = outcome.hits
+
+        def by_law(contact: Contact, velocity: Velocities) -> None:
+            if respond(self.law, contact, velocity):
+                outcome.zero_slips.append(contact)
+
+        for group in groups(hits) if len(hits) > 1 else (hits,):
+            if len(group) == 1:
+                by_law(group[0], velocity)
+            elif group:
+                self.law.together(group, velocity, by_law)
+        for contact, parting in outcome.persistent:
+            push_apart(contact, parting, velocity)
+        if len(hits) < len(contacts):
+            self._leave_out(contacts, velocity, outcome)
+        self._conclude(before, velocity, outcome)
+        return outcome
+
+    def settle(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
+        """Give hits without end their limit: no contact closes any more."""
+        outcome, velocity = Outcome(), dict(before)
+        outcome.hits = list(contacts)
+        for group in groups(contacts):
+            settle(group, velocity)
+        self._conclude(before, velocity, outcome)
+        return outcome
+
+    def _look_at(
+        self, contact: Contact, velocity: Velocities, now: float, outcome: Outcome
+    ) -> None:
+        """Tell whether a contact is a hit, and of which kind."""
+        closing = closing_speed(contact, velocity)
+        least, is_micro, past = self._persistence(contact, closing, now)
+        if not decisions.is_hit(closing, self._noise(contact), least):
+            return
+        if past is not None and is_micro:
+            outcome.micro.append((contact, past.last))
+        else:
+            outcome.listed.append(contact)
+        if contact.b != NO_BALL and self.deceleration > 0.0:
+            self.history[contact.a, contact.b] = History(now if past is None else past.met, now)
+        if contact.pair.restitution * closing < least:
+            e = decisions.bounce(contact.pair.restitution, closing, least)
+            contact = contact._replace(pair=contact.pair._replace(restitution=e))
+            outcome.persistent.append((contact, e * closing))
+        outcome.hits.append(contact)
+
+    def _leave_out(
+        self, contacts: Sequence[Contact], velocity: Velocities, outcome: Outcome
+    ) -> None:
+        """Sort out the contacts that no hit has changed.
+
+        A ball that a cushion leads along itself, to rounding, does not sink into it.
+        """
+        moved = {i for hit in outcome.hits for i in hit.balls}
+        for contact in contacts:
+            if moved.isdisjoint(contact.balls):
+                if contact.b == NO_BALL:
+                    velocity[contact.a] = _along(velocity[contact.a], contact.normal)
+                    outcome.velocity[contact.a] = velocity[contact.a]
+                else:
+                    outcome.missed.append(contact)
+
+    def _conclude(
+        self, before: Mapping[int, Vector], velocity: Velocities, outcome: Outcome
+    ) -> None:
+        """New velocities, without what rounding alone left of them."""
+        moved = {*outcome.velocity, *(i for hit in outcome.hits for i in hit.balls)}
+        fastest, noise = 0.0, 0.0
+        for i, (wx, wy) in before.items():
+            vx, vy = velocity[i]
+            fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
+            noise = max(noise, self.paths[i].noise)
+        outcome.noise = noise = max(NOISE * math.sqrt(fastest), noise)
+        for i in sorted(moved):
+            vx, vy = velocity[i]
+            rests = vx * vx + vy * vy <= noise * noise
+            outcome.velocity[i] = (0.0, 0.0) if rests else (vx, vy)
+
+    def loses_speed(self, contacts: Iterable[Contact]) -> bool:
+        """Tell whether any of the contacts parts more slowly than it closes, by this law."""
+        return any(self._parting(contact) < 1.0 - NOISE for contact in contacts)
+
+    def _parting(self, contact: Contact) -> float:
+        """How fast (m/s) the contact parts if it closes head-on at 1 m/s."""
+        pair = contact.pair
+        if contact.b == NO_BALL:
+            return self.law.cushion(NT(-1.0, 0.0), pair.restitution, pair.friction).n
+        a, b = self.law.ball_ball(NT(1.0, 0.0), NT(0.0, 0.0), pair)
+        return b.n - a.n
+
+    def _noise(self, contact: Contact) -> float:
+        """How much of the closing speed (m/s) may be rounding."""
+        noise = self.paths[contact.a].noise
+        return noise if contact.b == NO_BALL else max(noise, self.paths[contact.b].noise)
+
+    def _persistence(self, contact: Contact, closing: float, now: float) -> Persistence:
+        """What the history of a contact's pair asks of a hit at ``closing`` (m/s) now."""
+        i, j = contact.a, contact.b
+        past = self.history.get((i, j)) if self.history else None
+        if past is None:
+            return NO_PERSISTENCE
+        time = self.contact_time(i, j, now)
+        least = least_bounce(self.paths[i], self.paths[j], now, time)
+        if not decisions.lasts(now - past.last, time):
+            return Persistence(least)
+        return Persistence(least, decisions.is_micro(closing, time, self.deceleration), past)
+
+
+def distinct(contacts: Iterable[Contact]) -> list[Contact]:
+    """The contacts without those that say the same twice, as cushions that run on straight do."""
+    kept: list[Contact] = []
+    for contact in contacts:
+        if not any(_same(contact, other) for other in kept):
+            kept.append(contact)
+    return kept
+
+
+def _same(one: Contact, other: Contact) -> bool:
+    turn = one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1]
+    return (one.a, one.b) == (other.a, other.b) and turn > 1.0 - SAME_NORMAL
+
+
+def _along(v: Vector, normal: Vector) -> Vector:
+    """The part of a velocity along a wall."""
+    n = v[0] * normal[0] + v[1] * normal[1]
+    return (v[0] - n * normal[0], v[1] - n * normal[1])

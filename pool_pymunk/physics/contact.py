@@ -1,0 +1,99 @@
+"""A contact and the velocities of its balls, split along the normal and the tangent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+Vector = tuple[float, float]
+
+NO_BALL = -1
+
+
+class NT(NamedTuple):
+    """A velocity along the normal and along the tangent (m/s)."""
+
+    n: float
+    t: float
+
+
+class Pair(NamedTuple):
+    """Two balls that meet: their masses (kg), restitution e and coefficient of friction mu."""
+
+    m_a: float
+    m_b: float
+    restitution: float
+    friction: float
+
+
+class Velocities(Protocol):
+    """Velocities (m/s) by ball number: a list of all, or a dict of those that matter."""
+
+    def __getitem__(self, i: int, /) -> Vector: ...
+
+    def __setitem__(self, i: int, v: Vector, /) -> None: ...
+
+
+class Contact(NamedTuple):
+    """Ball ``a`` touches ball ``b``, or a cushion: then ``b`` is ``NO_BALL``.
+
+    ``normal`` is the unit vector from a to b, or from the cushion into the table. A cushion uses
+    ``m_a``, ``restitution`` and ``friction`` of ``pair``. ``point`` (m) is where the two touch;
+    ``cushion`` is the number that the cushion is reported by.
+    """
+
+    a: int
+    b: int
+    normal: Vector
+    pair: Pair
+    cushion: int | None = None
+    point: Vector = (0.0, 0.0)
+
+    @property
+    def balls(self) -> tuple[int, ...]:
+        """The balls of the contact, one or two."""
+        return (self.a,) if self.b == NO_BALL else (self.a, self.b)
+
+
+def split(v: Vector, normal: Vector) -> NT:
+    """Split a velocity along the normal and the tangent (-n_y, n_x).
+
+    >>> split((3.0, 4.0), (0.0, 1.0))
+    NT(n=4.0, t=-3.0)
+    """
+    nx, ny = normal
+    return NT(v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny)
+
+
+def changed(v: Vector, before: NT, after: NT, normal: Vector) -> Vector:
+    """Change the parts of a velocity; what the law leaves alone keeps every bit.
+
+    >>> changed((3.0, 4.0), NT(4.0, -3.0), NT(-2.0, -3.0), (0.0, 1.0))
+    (3.0, -2.0)
+    """
+    nx, ny = normal
+    dn, dt = after.n - before.n, after.t - before.t
+    return (v[0] + dn * nx - dt * ny, v[1] + dn * ny + dt * nx)
+
+
+def closing_speed(contact: Contact, velocity: Velocities) -> float:
+    """How fast (m/s) the two sides of a contact approach each other; negative: they part."""
+    nx, ny = contact.normal
+    ax, ay = velocity[contact.a]
+    if contact.b == NO_BALL:
+        return -(ax * nx + ay * ny)
+    bx, by = velocity[contact.b]
+    return (ax - bx) * nx + (ay - by) * ny
+
+
+def groups(contacts: Sequence[Contact]) -> Iterator[list[Contact]]:
+    """Sort contacts into groups: two that share a ball are in the same one."""
+    left = list(contacts)
+    while left:
+        group = [left.pop(0)]
+        balls = set(group[0].balls)
+        while joined := [contact for contact in left if balls.intersection(contact.balls)]:
+            left = [contact for contact in left if contact not in joined]
+            group += joined
+            balls.update(ball for contact in joined for ball in contact.balls)
+        yield group

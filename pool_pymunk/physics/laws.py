@@ -1,0 +1,222 @@
+"""Contact laws: velocities before a contact in, velocities after it out.
+
+Every contact of every solver is answered by a :class:`Law`, so that a comparison of solvers
+differs in time integration only. A law of one's own is a subclass that overrides what it wants to
+change; what it leaves alone is Coulomb's.
+
+>>> class Smooth(Law):
+...     def ball_ball(self, a, b, pair):
+...         return super().ball_ball(a, b, pair._replace(friction=0.0))
+>>> Smooth().ball_ball(NT(1.0, 0.5), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.1))
+(NT(n=0.0, t=0.5), NT(n=1.0, t=0.0))
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import final
+
+from pool_pymunk.physics.contact import (
+    NO_BALL,
+    NT,
+    Contact,
+    Pair,
+    Velocities,
+    changed,
+    closing_speed,
+    split,
+)
+from pool_pymunk.physics.together import at_once, mean_over_orders
+
+# Slips below this share of the closing speed are rounding: `published` jumps at zero slip.
+ZERO_SLIP = 1e-9
+
+
+def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+    """Answer a hit by Eqs. 1-7 as physics: momentum is kept, energy never grows, nothing jumps.
+
+    J_n = (1 + e) m_eff (a_n - b_n); J_t = min(mu J_n, m_eff |s|) against the slip s = a_t - b_t.
+    Balls that part already are left alone.
+
+    >>> coulomb(NT(1.0, 0.0), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.0))
+    (NT(n=0.0, t=0.0), NT(n=1.0, t=0.0))
+    """
+    m_a, m_b, e, mu = pair
+    share_a, share_b = m_b / (m_a + m_b), m_a / (m_a + m_b)  # m_eff / m_a, m_eff / m_b
+    slip = a.t - b.t
+    j_n = (1.0 + e) * max(a.n - b.n, 0.0)  # impulses over m_eff
+    j_t = math.copysign(min(mu * j_n, abs(slip)), slip)
+    return (
+        NT(a.n - j_n * share_a, a.t - j_t * share_a),
+        NT(b.n + j_n * share_b, b.t + j_t * share_b),
+    )
+
+
+def published(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+    """Answer a hit by Listing 3 to the letter, defects included: it gives the published numbers.
+
+    The normal velocities solve momentum and restitution (Eqs. 1-3). Each tangential velocity
+    changes by mu times its own change of normal velocity; line 132 pushes B *with* the slip, and
+    the clamps that follow it look at each ball's own tangential velocity, not at the slip.
+
+    >>> published(NT(1.0, 0.5), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.1))
+    (NT(n=0.0, t=0.4), NT(n=1.0, t=-0.1))
+    """
+    m_a, m_b, e, mu = pair
+    momentum = m_a * a.n + m_b * b.n
+    closing = e * (a.n - b.n)
+    a_n = (momentum - m_b * closing) / (m_a + m_b)
+    b_n = (momentum + m_a * closing) / (m_a + m_b)
+    a_t = a.t - _sign(a.t - b.t) * (mu * (a.n - a_n))
+    b_t = b.t - _sign(b.t - a.t) * (mu * (b.n - b_n))
+    return NT(a_n, _not_reversed(a.t, a_t)), NT(b_n, _not_reversed(b.t, b_t))
+
+
+def cushion(v: NT, restitution: float, friction: float) -> NT:
+    """Answer a hit on a cushion by Eq. 9: v_n' = -e v_n.
+
+    The tangential speed shrinks by mu |v_n' - v_n|, never past zero.
+
+    >>> cushion(NT(-2.0, 1.0), restitution=0.5, friction=0.1)
+    NT(n=1.0, t=0.7)
+    """
+    n = -(v.n * restitution)
+    return NT(n, _not_reversed(v.t, v.t - _sign(v.t) * (friction * abs(n - v.n))))
+
+
+def slips_by_rounding(a: NT, b: NT) -> bool:
+    """Tell whether the slip is so small beside the closing speed that only rounding made it."""
+    return abs(a.t - b.t) < ZERO_SLIP * (a.n - b.n)
+
+
+class Law:
+    """What answers contacts. The base class has Coulomb's hits, and orders of contacts averaged.
+
+    ``name`` is what a run reports; a subclass has its class's name unless it gives one.
+    """
+
+    name = "law"
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "name" not in vars(cls):
+            cls.name = cls.__name__
+
+    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        """Velocities of A and B after their hit; the normal points from A to B."""
+        return coulomb(a, b, pair)
+
+    def cushion(self, v: NT, restitution: float, friction: float) -> NT:
+        """The velocity after a hit on a cushion; the normal points into the table, v.n < 0."""
+        return cushion(v, restitution, friction)
+
+    def together(
+        self,
+        contacts: Sequence[Contact],
+        velocity: Velocities,
+        respond: Callable[[Contact, Velocities], None],
+    ) -> None:
+        """Answer closing contacts of one instant that share balls: change ``velocity`` (m/s).
+
+        ``respond(contact, velocity)`` answers one contact by this law, in place. In a real rack
+        the outcome hangs on the order of the hits, so this one is the mean over the orders in
+        which they could have come (:func:`~pool_pymunk.physics.together.mean_over_orders`).
+        """
+        mean_over_orders(contacts, velocity, respond)
+
+    def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
+        """Tell whether the law jumps here, so that rounding would decide what it answers.
+
+        Exact solvers then leave friction out, and the run carries a warning.
+        """
+        return False
+
+
+@final
+class Coulomb(Law):
+    """The default law; contacts of one instant push each other all at once."""
+
+    name = "coulomb"
+
+    def together(
+        self,
+        contacts: Sequence[Contact],
+        velocity: Velocities,
+        respond: Callable[[Contact, Velocities], None],
+    ) -> None:
+        """Solve for all impulses at once (:func:`~pool_pymunk.physics.together.at_once`)."""
+        at_once(contacts, velocity)
+
+
+@final
+class Published(Law):
+    """Listing 3 of the report; contacts of one instant are answered in the listing's order."""
+
+    name = "published"
+
+    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        """Velocities of A and B after their hit; A is the ball that comes first in the scenario."""
+        return published(a, b, pair)
+
+    def together(
+        self,
+        contacts: Sequence[Contact],
+        velocity: Velocities,
+        respond: Callable[[Contact, Velocities], None],
+    ) -> None:
+        """Answer one after the other: cushions first, then pairs in the scene's order."""
+        for contact in sorted(contacts, key=_as_listed):
+            if closing_speed(contact, velocity) > 0.0:
+                respond(contact, velocity)
+
+    def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
+        """The listing jumps at zero slip: the sign of a rounding error decides."""
+        return pair.friction > 0.0 and slips_by_rounding(a, b)
+
+
+LAWS: Mapping[str, Law] = {law.name: law for law in (Coulomb(), Published())}
+
+
+def find_law(law: str | Law) -> Law:
+    """The law of that name, or the law itself.
+
+    >>> find_law("coulomb").name
+    'coulomb'
+    """
+    return law if isinstance(law, Law) else LAWS[law]
+
+
+def respond(law: Law, contact: Contact, velocity: Velocities) -> bool:
+    """Answer one contact by a law: change ``velocity`` (m/s).
+
+    Where the law jumps, friction is left out, and the answer is True.
+    """
+    i, j, normal, pair, _, _ = contact
+    a = split(velocity[i], normal)
+    if j == NO_BALL:
+        after = law.cushion(a, pair.restitution, pair.friction)
+        velocity[i] = changed(velocity[i], a, after, normal)
+        return False
+    b = split(velocity[j], normal)
+    jumps = law.jumps(a, b, pair)
+    if jumps:
+        pair = pair._replace(friction=0.0)
+    new_a, new_b = law.ball_ball(a, b, pair)
+    velocity[i] = changed(velocity[i], a, new_a, normal)
+    velocity[j] = changed(velocity[j], b, new_b, normal)
+    return jumps
+
+
+def _as_listed(contact: Contact) -> tuple[bool, int, int, bool]:
+    """The listing's order: cushions first, those across x before those across y; then pairs."""
+    nx, ny = contact.normal
+    return contact.b != NO_BALL, contact.a, contact.b, abs(nx) < abs(ny)
+
+
+def _sign(x: float) -> float:
+    return (x > 0.0) - (x < 0.0)
+
+
+def _not_reversed(before: float, after: float) -> float:
+    return 0.0 if before != 0.0 and _sign(after) != _sign(before) else after

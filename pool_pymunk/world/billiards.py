@@ -1,0 +1,437 @@
+"""The contact law and surface friction, on shapes of any pymunk space.
+
+Cushions are pymunk shapes, balls are circles, collision handlers replace the built-in response by
+the contact law, and friction is a per-step damping callback or a joint inside the C step.
+
+pymunk moves the balls and finds what is near; the contact engine
+(:mod:`pool_pymunk.engine.contacts`) is that of the exact solver. It keeps each ball's exact path and,
+with ``contacts="swept"``, finds when inside the step the paths meet, answers there, and lets the
+balls travel the rest of the step with their new velocities. For this a ball's sensor carries a
+margin, the way that the ball can come in one step: whatever it touched during a step is then near
+at its end. ``contacts="discrete"`` answers overlaps at the end of the step instead, as a plain
+handler does: up to a step late, and not at all where a ball only grazed or tunnelled.
+
+A step of pymunk moves positions first and changes velocities last. Between steps a body therefore
+carries the mean velocity of its path over the coming step, which makes positions exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+from typing import Literal, NamedTuple
+
+import pymunk
+
+from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.physics.contact import Contact, Pair, Vector
+from pool_pymunk.physics.laws import Law, find_law
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import Path, motion_at, set_off
+from pool_pymunk.physics.sides import Side, Wall
+from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep, Overlaps
+from pool_pymunk.world.shapes import sides_of
+
+Contacts = Literal["swept", "discrete"]
+FrictionBy = Literal["joint", "callback"]
+
+BALL, SENSOR, WALL = 0x42616C6C, 0x53656E73, 0x57616C6C  # collision types of our own
+HAIR = 1e-9  # radii by which a sensor is larger than what moves, and smaller than what rests
+
+
+class ContactEvent(NamedTuple):
+    """A contact that was answered: when, and of which balls, or of a ball and a wall's number."""
+
+    t: float
+    balls: tuple[int, ...]
+    wall: int | None
+
+
+class Ball:
+    """A ball on the table: its number, its body, and the sensor that feels what is near."""
+
+    __slots__ = ("_engine", "body", "joint", "number", "radius", "sensor")
+
+    def __init__(
+        self, number: int, radius: float, sensor: pymunk.Circle, engine: ContactEngine
+    ) -> None:
+        assert sensor.body is not None
+        self.number = number
+        self.radius = radius
+        self.sensor = sensor
+        self.body = sensor.body
+        self.joint: pymunk.PivotJoint | None = None  # friction, while it moves
+        self._engine = engine
+
+    @property
+    def path(self) -> Path:
+        """The ball's exact path."""
+        return self._engine.paths[self.number]
+
+
+class Billiards:
+    """The report's physics for balls and walls of a pymunk space that is stepped by ``dt`` (s).
+
+    ``deceleration`` (m/s^2) is what surface friction takes, mu_s g; 0 leaves friction out.
+    ``pair`` tells masses and coefficients of a hit of two balls by their numbers; ``law`` is the
+    name of a contact law, or one of your own (:class:`~pool_pymunk.physics.laws.Law`).
+
+    Call ``space.step(dt)`` as ever; everything else in the space keeps its built-in response, with
+    each other and with the balls, and a velocity that you or a spring or a flipper gives to a ball
+    is noticed. Only where nothing else touches balls (``alone=True``), the circles themselves are
+    the sensors, and :meth:`step` steps the space: that is faster.
+
+    >>> space = pymunk.Space()
+    >>> table = Billiards(space, dt=1 / 60, deceleration=0.5, pair=same_balls(0.9, 0.05, mass=0.2))
+    >>> body = pymunk.Body(0.2, math.inf)
+    >>> body.position = (0.0, 0.0)
+    >>> ball = table.add_ball(pymunk.Circle(body, 0.03))
+    >>> body.velocity = (1.0, 0.0)
+    >>> for _ in range(180):
+    ...     space.step(1 / 60)
+    >>> [round(x, 12) for x in body.position], table.moving
+    ([1.0, 0.0], {})
+    """
+
+    def __init__(
+        self,
+        space: pymunk.Space,
+        dt: float,
+        *,
+        pair: Callable[[int, int], Pair],
+        law: str | Law = "coulomb",
+        deceleration: float = 0.0,
+        contacts: Contacts = "swept",
+        friction: FrictionBy = "joint",
+        alone: bool = False,
+    ) -> None:
+        self.space = space
+        self.dt = dt
+        self.deceleration = deceleration
+        self.contacts = contacts
+        self.friction = friction
+        self.alone = alone
+        swept = contacts == "swept"
+        engine = ContactEngine if swept else EndOfStep
+        self.engine = engine(find_law(law), pair, deceleration, Callbacks(self))
+        self.near = (BroadPhase if swept else Overlaps)(space, self.engine)
+        self.engine.near = self.near
+        self.on_contact: Callable[[ContactEvent], None] | None = None
+        self.on_stop: Callable[[Ball], None] | None = None
+        self.on_stop_revoked: Callable[[Ball], None] | None = None
+        self.balls: list[Ball] = []
+        self.moving: dict[int, Ball] = {}
+        self.time = 0.0
+        self.latest = math.inf  # when to stop (s), in the middle of a step if need be
+        self.most = math.inf  # how much may happen until then
+        self.steps = 0
+        self._wake = -math.inf  # when (s) something is to be done; steps that end before are bare
+        self._ball_of: dict[pymunk.Body, Ball] = {}
+        self._moved_by_others: list[int] = []
+        self._error: Exception | None = None
+        self._install()
+
+    def _install(self) -> None:
+        """Set the collision handlers and, in a shared space, the clock that calls every step.
+
+        A swept contact is foreseen as soon as two sensors touch, so that one call is enough until
+        they part; a discrete one wants a call in every step.
+        """
+        when = "begin" if self.contacts == "swept" else "pre_solve"
+        self.space.on_collision(SENSOR, SENSOR, **{when: self._feels})
+        self.space.on_collision(SENSOR, WALL, **{when: self._feels})
+        if not self.alone:
+            self.space.on_collision(BALL, BALL, pre_solve=_no_response)
+            self.space.on_collision(BALL, WALL, pre_solve=_no_response)
+            clock = pymunk.Body(1.0, 1.0)
+            clock.velocity_func = self._on_clock
+            self.space.add(clock)
+
+    # -- setting up ------------------------------------------------------------------------------
+
+    def add_ball(self, circle: pymunk.Circle) -> Ball:
+        """Make ``circle`` and its body a ball; both join the space if they are not in it.
+
+        In a shared space the ball gets a second circle, its sensor, a little larger than the ball;
+        alone, the circle itself is the sensor.
+        """
+        body = circle.body
+        assert body is not None
+        self._join(body, circle)
+        sensor, radius = circle, circle.radius
+        if not self.alone:
+            circle.collision_type = BALL
+            sensor = pymunk.Circle(body, radius)
+            sensor.sensor = True
+            sensor.color = (0, 0, 0, 0)
+            self.space.add(sensor)
+        sensor.collision_type = SENSOR
+        path = self._path(self.time, _vector(body.position), _vector(body.velocity))
+        number = self.engine.add_ball(path, radius, body.mass)
+        ball = Ball(number, radius, sensor, self.engine)
+        self.near.sensors.append(sensor)
+        self.near.numbers[sensor] = number
+        self._ball_of[body] = ball
+        self.balls.append(ball)
+        if path.speed > 0.0:
+            self.engine.predict([number])
+            self._carry(ball)
+        else:
+            sensor.unsafe_set_radius(radius * (1.0 - HAIR))
+        return ball
+
+    def _join(self, *things: pymunk.Body | pymunk.Shape) -> None:
+        self.space.add(*(thing for thing in things if thing.space is None))
+
+    def add_wall(
+        self,
+        shape: pymunk.Shape,
+        restitution: float,
+        friction: float = 0.0,
+        sides: tuple[Side, ...] | None = None,
+    ) -> int:
+        """Make a static segment, circle or polygon something that balls bounce off (Eq. 9).
+
+        ``sides`` are what a ball can meet of it (default: all there is). Returns its number.
+        """
+        self._join(shape)
+        shape.collision_type = WALL
+        number = len(self.engine.walls)
+        self.engine.walls.append(Wall(sides or sides_of(shape), restitution, friction, number))
+        self.near.numbers[shape] = -1 - number
+        return number
+
+    def strike(self, ball: Ball, velocity: Vector) -> None:
+        """Give a ball a velocity (m/s) now, between two steps."""
+        position, _ = ball.path.at(self.time)
+        self.engine.now = self.time
+        self.engine.set_off(ball.number, self._path(self.time, position, velocity))
+        self.engine.predict([ball.number])
+        self._carry(ball)
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether every number is in range; if not, contacts mean nothing any more."""
+        return self.engine.is_finite
+
+    # -- stepping --------------------------------------------------------------------------------
+
+    def step(self) -> None:
+        """One step of a space that holds nothing else, contacts and stops inside it included.
+
+        What a callback raised comes out here: pymunk itself only prints it.
+        """
+        self.space.step(self.dt)
+        self._after_step()
+
+    def play(self) -> None:
+        """Step until everything rests, it is ``latest``, or nothing more may happen."""
+        step, dt, moving, pairs = self.space.step, self.dt, self.moving, self.near.pairs
+        while moving and self.time < self.latest:
+            step(dt)
+            if pairs or self.time + 2.0 * dt >= self._wake:
+                self._after_step()
+                if self.engine.happened >= self.most or not self.engine.is_finite:
+                    self.time = self.engine.now
+                    self._stop_balls()
+                    return
+            else:
+                self.steps += 1
+                self.time = self.steps * dt
+
+    def _after_step(self, *_: object) -> None:
+        """Answer what happened in the step that pymunk has just made; mostly nothing."""
+        since = self.time
+        self.steps += 1
+        self.time = min(self.steps * self.dt, self.latest)
+        if self._error is not None:
+            error, self._error = self._error, None
+            raise error
+        if self.near.pairs or self._moved_by_others or self.engine.upcoming() <= self.time:
+            self._answer_contacts(since)
+        self._stop_balls()
+        stops = [ball.path.stop for ball in self.moving.values()]
+        self._wake = min(self.engine.upcoming(), self.latest, *stops)
+
+    def _answer_contacts(self, since: float) -> None:
+        """Answer the contacts of the step that began at ``since`` (s), in their order."""
+        engine, near = self.engine, self.near
+        engine.now, near.until = since, self.time
+        if isinstance(engine, EndOfStep):
+            engine.step_end = self.time
+        near.foresee()
+        moved, self._moved_by_others = self._moved_by_others, []
+        engine.predict(moved)
+        engine.advance(self.time, self.most)
+        for i in near.changed:
+            self._carry(self.balls[i])
+        near.changed.clear()
+
+    def _on_clock(
+        self, _clock: pymunk.Body, _gravity: Vector, _damping: float, dt: float
+    ) -> None:  # fmt: skip
+        """Called in every step of a shared space, when positions are new and velocities are not."""
+        try:
+            self.space.add_post_step_callback(self._after_step, self)
+            if abs(dt - self.dt) > 1e-9 * self.dt:
+                raise ValueError(f"the space was stepped by {dt} s, its Billiards by {self.dt} s")
+            for ball in self.balls:
+                self._notice(ball)
+        except Exception as error:
+            self._note(error)
+
+    def _notice(self, ball: Ball) -> None:
+        """Follow a ball that somebody else moved: its path begins anew at the step's start."""
+        (x, y), (vx, vy) = ball.body.position, ball.body.velocity
+        expected, (ex, ey) = ball.path.at(self.time + self.dt)[0], (0.0, 0.0)
+        if ball.number in self.moving:
+            ex, ey = self._mean_velocity(ball.path, self.time)
+        scale = abs(vx) + abs(vy) + abs(ex) + abs(ey)
+        slack = 1e-9 * (ball.radius + abs(x) + abs(y)) + self.deceleration * self.dt**2
+        if abs(vx - ex) + abs(vy - ey) <= 1e-9 * scale and math.dist((x, y), expected) <= slack:
+            return
+        begin = (x - vx * self.dt, y - vy * self.dt)
+        self.engine.set_off(ball.number, self._path(self.time, begin, (vx, vy)))
+        self._moved_by_others.append(ball.number)
+
+    def _feels(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
+        """The collision handler: these two are near enough to have met during this step."""
+        try:
+            arbiter.process_collision = False
+            self.near.touched(*arbiter.shapes)
+        except Exception as error:
+            self._note(error)
+
+    def _note(self, error: Exception) -> None:
+        """Keep an error for the end of the step: pymunk only prints what a callback raises."""
+        self._error = self._error or error
+        self._wake = -math.inf
+
+    def _damp(
+        self, body: pymunk.Body, _gravity: Vector, _damping: float, _dt: float
+    ) -> None:  # fmt: skip
+        """The damping callback: a body carries its path's mean velocity over the coming step."""
+        try:
+            now = (self.steps + 1) * self.dt
+            body.velocity = self._mean_velocity(self._ball_of[body].path, now)
+        except Exception as error:
+            self._note(error)
+
+    def _mean_velocity(self, path: Path, t: float) -> Vector:
+        """The velocity (m/s) that takes a body along its path from ``t`` to ``t + dt``."""
+        x0, y0, _, _ = motion_at(path, t)
+        x1, y1, _, _ = motion_at(path, t + self.dt)
+        return ((x1 - x0) / self.dt, (y1 - y0) / self.dt)
+
+    def _path(self, t: float, position: Vector, velocity: Vector) -> Path:
+        return set_off(t, position, velocity, self.deceleration)
+
+    # -- bodies on their paths -------------------------------------------------------------------
+
+    def _carry(self, ball: Ball) -> None:
+        """Put a ball's body on its path at the end of this step, or to rest."""
+        path = ball.path
+        x, y, vx, vy = motion_at(path, self.time)
+        ball.body.position = x, y
+        if path.stop <= self.time:
+            self._rest(ball)
+            return
+        ball.body.velocity = self._mean_velocity(path, self.time)
+        margin = math.sqrt(vx * vx + vy * vy) * self.dt if self.contacts == "swept" else 0.0
+        rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
+        ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
+        if ball.number not in self.moving:
+            self.moving[ball.number] = ball
+            self._slow_down(ball)
+        self._wake = min(self._wake, path.stop)
+
+    def _slow_down(self, ball: Ball) -> None:
+        """Install surface friction on a ball that begins to move."""
+        if self.deceleration == 0.0:
+            return
+        if self.friction == "joint":
+            ball.joint = _friction_joint(self.space, ball.body, self.deceleration)
+            self.space.add(ball.joint)
+        else:
+            ball.body.velocity_func = self._damp
+
+    def _rest(self, ball: Ball) -> None:
+        """A ball stops; from now on it costs nothing."""
+        ball.body.velocity = (0.0, 0.0)
+        ball.sensor.unsafe_set_radius(ball.radius * (1.0 - HAIR))
+        if self.moving.pop(ball.number, None) is None:
+            return
+        if ball.joint is not None:
+            self.space.remove(ball.joint)
+            ball.joint = None
+        elif self.deceleration > 0.0:
+            ball.body.velocity_func = pymunk.Body.update_velocity
+
+    def _stop_balls(self) -> None:
+        """Put balls to rest whose paths have ended, and lead those there that end in this step."""
+        for ball in list(self.moving.values()):
+            if ball.path.stop <= self.time:
+                self._carry(ball)
+            elif ball.path.stop <= self.time + self.dt:
+                ball.body.velocity = self._mean_velocity(ball.path, self.time)
+
+
+class Callbacks(Recorder):
+    """Passes on what the engine does to the callbacks of a :class:`Billiards`."""
+
+    def __init__(self, table: Billiards) -> None:
+        self.table = table
+
+    def contact(self, contact: Contact, t: float) -> None:
+        """Call ``on_contact``."""
+        if self.table.on_contact is not None:
+            self.table.on_contact(ContactEvent(t, contact.balls, contact.cushion))
+
+    def stop(self, i: int, t: float, position: Vector) -> None:
+        """Call ``on_stop``."""
+        if self.table.on_stop is not None:
+            self.table.on_stop(self.table.balls[i])
+
+    def stop_revoked(self, i: int, t: float) -> None:
+        """Call ``on_stop_revoked``: the ball had not come to rest."""
+        if self.table.on_stop_revoked is not None:
+            self.table.on_stop_revoked(self.table.balls[i])
+
+    def path(self, i: int, path: Path) -> None:
+        """New paths concern nobody."""
+
+    def zero_slip(self, contact: Contact, t: float) -> None:
+        """Nobody asked for warnings."""
+
+    def persistent(self, contact: Contact, t: float) -> None:
+        """Nobody asked for warnings."""
+
+    def no_end(self, contacts: Collection[Contact], t: float) -> None:
+        """Nobody asked for warnings."""
+
+
+def same_balls(restitution: float, friction: float, mass: float) -> Callable[[int, int], Pair]:
+    """The ``pair`` of a table whose balls are all alike.
+
+    >>> same_balls(0.9, 0.05, mass=0.2)(0, 1)
+    Pair(m_a=0.2, m_b=0.2, restitution=0.9, friction=0.05)
+    """
+    return lambda _i, _j: Pair(mass, mass, restitution, friction)
+
+
+def _friction_joint(
+    space: pymunk.Space, body: pymunk.Body, deceleration: float
+) -> pymunk.PivotJoint:
+    """Coulomb friction inside the C step: a joint that pulls back with m a and holds no place."""
+    joint = pymunk.PivotJoint(space.static_body, body, (0.0, 0.0), (0.0, 0.0))
+    joint.max_bias = 0.0
+    joint.max_force = body.mass * deceleration
+    return joint
+
+
+def _no_response(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
+    arbiter.process_collision = False
+
+
+def _vector(v: tuple[float, float]) -> Vector:
+    return (v[0], v[1])

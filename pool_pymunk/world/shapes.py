@@ -1,0 +1,25 @@
+"""The sides of pymunk shapes that balls can bounce off: static segments, circles and polygons."""
+
+from __future__ import annotations
+
+import pymunk
+
+from pool_pymunk.physics.sides import Post, Side, face_between
+
+
+def sides_of(shape: pymunk.Shape) -> tuple[Side, ...]:
+    """The faces and corners of a static segment, circle or polygon."""
+    body = shape.body
+    assert body is not None
+    if isinstance(shape, pymunk.Circle):
+        center = body.local_to_world(shape.offset)
+        return (Post((center[0], center[1]), shape.radius),)
+    if isinstance(shape, pymunk.Segment):
+        ends = [body.local_to_world(end) for end in (shape.a, shape.b)]
+    else:
+        assert isinstance(shape, pymunk.Poly), "walls are segments, circles or polygons"
+        ends = [body.local_to_world(corner) for corner in shape.get_vertices()]
+    corners = [(x, y) for x, y in ends]
+    outline = zip(corners, corners[1:] + corners[:1], strict=True)
+    faces = [face_between(b, a, shape.radius) for a, b in outline]  # a polygon's outside
+    return (*faces, *(Post(corner, shape.radius) for corner in corners))
