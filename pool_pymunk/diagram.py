@@ -10,20 +10,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from pool_pymunk.listing import step_text
-from pool_pymunk.solvers import SOLVERS
-from pool_pymunk.tradeoff import EXACT, Setting, Tradeoff, order
+from pool_pymunk.solvers import SOLVERS, Solver
+from pool_pymunk.tradeoff import Setting, Tradeoff, order
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Okabe and Ito's colours, told apart by the colour-blind; markers tell the lines apart in grey.
-LOOKS = {
-    "pymunk": ("#009e73", "o"),
-    "pymunk-discrete": ("#56b4e9", "s"),
-    "pymunk-builtin": ("#999999", "X"),
-    "time-slice": ("#d55e00", "D"),
-    "event-driven": ("#000000", "*"),
-}
 NO_ORDER = 0.3  # a smaller slope of error over dt is no convergence
 
 
@@ -33,8 +25,8 @@ def draw(result: Tradeoff, paths: Sequence[Path]) -> None:
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     units = result.scene.units
-    for solver in SOLVERS:
-        if settings := result.of(solver):
+    for solver in SOLVERS.values():
+        if settings := result.of(solver.name):
             _line(axes, result, solver, settings)
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -51,21 +43,13 @@ def draw(result: Tradeoff, paths: Sequence[Path]) -> None:
         figure.savefig(path, dpi=200)
 
 
-def _line(axes: Axes, result: Tradeoff, solver: str, settings: list[Setting]) -> None:
+def _line(axes: Axes, result: Tradeoff, solver: Solver, settings: list[Setting]) -> None:
     units = result.scene.units
     errors = [units.from_si(s.largest, "length") for s in settings]
     times = [s.time * 1e3 for s in settings]
-    color, marker = LOOKS.get(solver, ("#cc79a7", "o"))
-    slope = order(settings, result.rounding, 0.5 * _size(result))
-    if solver == EXACT:
-        label = f"{solver}: exact to rounding, no step"
-    elif max(s.largest for s in settings) < 100 * result.rounding:
-        label = f"{solver}: exact to rounding at every step"
-    elif slope is not None and slope < NO_ORDER:
-        label = f"{solver}: does not converge to this contact law"
-    else:
-        label = solver if slope is None else f"{solver}: order {slope:.1f}"
+    color, marker = solver.color, solver.marker
     size = 14 if marker == "*" else 7
+    label = _label(result, solver, settings)
     axes.plot(errors, times, color=color, marker=marker, markersize=size, label=label)
     if settings[0].dt is not None:
         shown = {0: settings[0], len(settings) - 1: settings[-1]}
@@ -79,6 +63,18 @@ def _line(axes: Axes, result: Tradeoff, solver: str, settings: list[Setting]) ->
                 fontsize=8,
                 color=color,
             )
+
+
+def _label(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
+    """The solver's name, and how its error shrinks with the step."""
+    slope = order(settings, result.rounding, 0.5 * _size(result))
+    if solver.is_yardstick:
+        return f"{solver.name}: exact to rounding, no step"
+    if max(s.largest for s in settings) < 100 * result.rounding:
+        return f"{solver.name}: exact to rounding at every step"
+    if slope is not None and slope < NO_ORDER:
+        return f"{solver.name}: does not converge to this contact law"
+    return solver.name if slope is None else f"{solver.name}: order {slope:.1f}"
 
 
 def _size(result: Tradeoff) -> float:

@@ -24,10 +24,9 @@ from pool_pymunk.interrupts import deaf, heed
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.result import STATUSES, Run
 from pool_pymunk.scene import Point, Scene, Shot, State
-from pool_pymunk.solvers import SettingError, find_shot, simulate
+from pool_pymunk.solvers import SettingError, find_shot, simulate, yardstick
 from pool_pymunk.uncertainty import Mask, Room, Uncertainty
 
-EXACT = "event-driven"
 UNFINISHED = ("max_events", "non_finite")
 CHUNK = 25  # samples that a process plays before it reports
 INSTANTS = 256  # at how many times of a run, besides its start, it is compared
@@ -309,7 +308,7 @@ def _study(scene: Scene, shot: Shot | None, uncertainty: Uncertainty) -> _Study:
         chain.insert(0, scene.shots[scene.shots.index(first) - 1])
     if shot is None and (uncertainty.speed or uncertainty.angle):
         raise SettingError("shot = none: there is no shot whose speed or angle could be uncertain")
-    reference = simulate(scene, shot, solver=EXACT)
+    reference = simulate(scene, shot, solver=yardstick().name)
     if reference.status in UNFINISHED:
         raise SettingError(f"shot = {reference.name}: {STATUSES[reference.status]}")
     digit = 2.0 * float(uncertainty.widths(scene).max())
@@ -392,7 +391,7 @@ def _run(study: _Study, start: Sequence[Sequence[float]], kicks: Sequence[Sequen
     state = State(tuple((x, y) for x, y in start), tuple(ball.velocity for ball in scene.balls))
     for shot, (faster, turned) in zip(study.chain, kicks, strict=True):
         struck = _struck(scene, shot, state, faster, turned)
-        run = simulate(scene, struck, solver=EXACT, start=state)
+        run = simulate(scene, struck, solver=yardstick().name, start=state)
         state = run.end
     return run
 

@@ -34,7 +34,6 @@ from pool_pymunk.solvers import SettingError, find_solver, simulate
 SAFETY = 4.0  # the estimated error is so many times the largest change
 BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # further steps that must agree, in dt
 COARSEST = 1 / 60  # s
-FINEST = {"pymunk": 1e-4, "pymunk-discrete": 1e-6, "time-slice": 1e-6}  # s
 NO_ORDER = 0.3  # changes that shrink more slowly than dt to this power do not converge
 
 
@@ -280,7 +279,7 @@ def simulate_within(
     >>> choice.reached, round(1 / run.dt), choice.runs
     (True, 240, 8)
     """
-    check_solver(solver)
+    finest = finest_step(solver)
     for shot in shots:
         runs: dict[float, Run] = {}
 
@@ -288,19 +287,19 @@ def simulate_within(
             runs[dt] = simulate(scene, shot, solver=solver, dt=dt)
             return outcome(runs[dt])
 
-        choice = choose_step(trial, tolerance, COARSEST, smallest or FINEST[solver], on_run)
+        choice = choose_step(trial, tolerance, COARSEST, smallest or finest, on_run)
         yield runs[choice.dt], choice
 
 
-def check_solver(solver: str) -> None:
-    """Raise SettingError where a solver's step cannot be chosen by a tolerance."""
-    if find_solver(solver).dt is None:
-        raise SettingError(
-            f"solver = {solver}: it is exact and has no step: no tolerance is needed"
-        )
-    if solver not in FINEST:
-        message = "its physics is not the scene's, so no step brings it within a tolerance"
-        raise SettingError(f"solver = {solver}: {message}")
+def finest_step(solver: str) -> float:
+    """The finest step (s) worth trying with a solver.
+
+    Raises SettingError where its step cannot be chosen by a tolerance.
+    """
+    method = find_solver(solver)
+    if method.finest is None:
+        raise SettingError(f"solver = {solver}: {method.no_tolerance}")
+    return method.finest
 
 
 def outcome(run: Run) -> Outcome:
@@ -320,9 +319,11 @@ def outcome(run: Run) -> Outcome:
 def _resolved(run: Run) -> bool:
     """Whether no ball has two contacts within two steps, where steps are what contacts wait for."""
     assert run.dt is not None
+    if not find_solver(run.solver).late:
+        return True
     last: dict[str, float] = {}
     for event in run.events:
-        if event.kind != "stop" and run.solver != "pymunk":
+        if event.kind != "stop":
             if any(event.t - last.get(id_, -math.inf) < 1.5 * run.dt for id_ in event.balls):
                 return False
             last |= dict.fromkeys(event.balls, event.t)

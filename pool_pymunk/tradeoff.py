@@ -19,17 +19,10 @@ import numpy as np
 from pool_pymunk.compare import Comparison, contacts
 from pool_pymunk.result import Run
 from pool_pymunk.scene import Point, Scene, Shot, Table
-from pool_pymunk.solvers import simulate
+from pool_pymunk.solvers import SOLVERS, find_solver, simulate, yardstick
 
-EXACT = "event-driven"
-PUBLISHED_STEP = 1e-6  # s; the slice that the report uses
-LADDERS: Mapping[str, tuple[float | None, ...]] = {
-    "pymunk": (1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
-    "pymunk-discrete": (1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5),
-    "pymunk-builtin": (1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4),
-    "time-slice": (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, PUBLISHED_STEP),
-    EXACT: (None,),
-}
+Ladders = Mapping[str, Sequence[float | None]]  # the steps (s) of each solver
+
 TURN = 1.0  # rad
 MOST_REPEATS = 7
 
@@ -70,9 +63,20 @@ class Tradeoff:
         return [s for s in self.settings if s.solver == solver and not s.failure]
 
 
+def ladders_of(names: Iterable[str] | None = None) -> Ladders:
+    """The steps (s) at which solvers are measured; default: all solvers, those with steps first.
+
+    Raises SettingError for an unknown solver.
+    """
+    if names is None:
+        names = sorted(SOLVERS, key=lambda name: SOLVERS[name].dt is None)
+    chosen = map(find_solver, names)
+    return {solver.name: solver.ladder or (solver.dt,) for solver in chosen}
+
+
 def tradeoff(
     scene: Scene,
-    ladders: Mapping[str, Sequence[float | None]] = LADDERS,
+    ladders: Ladders | None = None,
     *,
     shots: Sequence[Shot | None] | None = None,
     budget: float = 60.0,
@@ -80,11 +84,12 @@ def tradeoff(
     seed: int = 0,
     on_done: Callable[[Tradeoff], object] = lambda _so_far: None,
 ) -> Tradeoff:
-    """Measure every solver of ``ladders`` at every step.
+    """Measure every solver of ``ladders`` (default: all solvers) at every step.
 
     ``budget`` (s) is about what repeated runs may take in all; each setting runs once at least.
     ``on_done`` is called after every setting, with all that is measured so far.
     """
+    ladders = ladders_of() if ladders is None else ladders
     exact = _exact(scene, shots)
     sound = _sound(exact)
     rounding = max(_rounding(run) for run in sound)
@@ -106,7 +111,7 @@ def sound_shots(scene: Scene, shots: Sequence[Shot | None] | None = None) -> lis
 
 def _exact(scene: Scene, shots: Sequence[Shot | None] | None) -> list[Run]:
     played = shots if shots is not None else scene.shots or (None,)
-    return [simulate(scene, shot, solver=EXACT) for shot in played]
+    return [simulate(scene, shot, solver=yardstick().name) for shot in played]
 
 
 def _sound(exact: list[Run]) -> list[Run]:
@@ -154,7 +159,7 @@ def _rounding(run: Run) -> float:
     scene = run.scene
     turned = turn(scene, TURN)
     shot = None if run.shot is None else turned.shots[scene.shots.index(run.shot)]
-    ends = simulate(turned, shot, solver=EXACT).final
+    ends = simulate(turned, shot, solver=yardstick().name).final
     back = {id_: _turned(end, -TURN) for id_, end in ends.items()}
     apart = max(math.dist(back[id_], end) for id_, end in run.final.items())
     size = max(abs(x) for end in run.final.values() for x in end)
@@ -203,30 +208,12 @@ def cheapest(settings: Iterable[Setting], tolerance: float) -> Setting | None:
 
 def sentences(result: Tradeoff) -> list[str]:
     """What the measurement says, in words."""
-    from pool_pymunk.listing import step_text
-
     units = result.scene.units
-    published = [s for s in result.of("time-slice") if s.dt == PUBLISHED_STEP]
-    lines = []
-    for digits in (1.0, 0.1, 0.01, 0.001):
-        best = cheapest(
-            (s for s in result.settings if s.solver != EXACT), units.to_si(digits, "length")
-        )
-        if best is None or best.dt is None:
-            lines.append(f"No step tried comes within {digits:g} {units.length}.")
-            continue
-        text = (
-            f"Within {digits:g} {units.length}: {best.solver} at {step_text(best.dt)} does, "
-            f"in {best.time * 1e3:.3g} ms"
-        )
-        if published:
-            text += f", {published[0].time / best.time:,.0f} times faster than slices of 1e-06 s"
-        lines.append(text + ".")
-    exact = result.of(EXACT)
-    if exact:
-        error = units.from_si(exact[0].largest, "length")
-        cost = f"{exact[0].time * 1e3:.3g} ms"
-        lines.append(f"Without a step: {EXACT} in {cost}, to {error:.1g} {units.length}.")
+    lines = [_within(result, digits) for digits in (1.0, 0.1, 0.01, 0.001)]
+    for exact in result.of(yardstick().name):
+        error = units.from_si(exact.largest, "length")
+        cost = f"{exact.time * 1e3:.3g} ms"
+        lines.append(f"Without a step: {exact.solver} in {cost}, to {error:.1g} {units.length}.")
     if result.spread is not None:
         lines.append(
             f"The start positions are known to the last digit written: that alone moves an end by "
@@ -238,6 +225,34 @@ def sentences(result: Tradeoff) -> list[str]:
         for name in result.left_out
     ]
     return lines
+
+
+def _within(result: Tradeoff, digits: float) -> str:
+    """Which step comes within so many units of length for the least time, in words."""
+    from pool_pymunk.listing import step_text
+
+    units = result.scene.units
+    stepped = (s for s in result.settings if s.dt is not None)
+    best = cheapest(stepped, units.to_si(digits, "length"))
+    if best is None or best.dt is None:
+        return f"No step tried comes within {digits:g} {units.length}."
+    text = (
+        f"Within {digits:g} {units.length}: {best.solver} at {step_text(best.dt)} does, "
+        f"in {best.time * 1e3:.3g} ms"
+    )
+    for slices in _published(result):
+        text += f", {slices.time / best.time:,.0f} times faster than slices of {slices.dt:g} s"
+    return text + "."
+
+
+def _published(result: Tradeoff) -> list[Setting]:
+    """The report's own algorithm at the report's own step, if it was measured."""
+    return [
+        setting
+        for solver in SOLVERS.values()
+        for setting in result.of(solver.name)
+        if setting.dt and setting.dt == solver.published_step
+    ]
 
 
 def machine() -> dict[str, str]:

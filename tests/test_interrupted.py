@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pool_pymunk import stability
+from pool_pymunk import SOLVERS, stability
 from pool_pymunk.cli import main
 from pool_pymunk.result import Run
 
@@ -146,7 +146,7 @@ def test_ctrl_c_keeps_the_settings_that_were_measured(
     heading, *measured = rows(tmp_path / "tradeoff.csv")
     solver, step = heading.index("solver"), heading.index("dt")
     assert [(row[solver], float(row[step])) for row in measured] == [
-        ("pymunk", dt) for dt in tradeoff.LADDERS["pymunk"][:2]
+        ("pymunk", dt) for dt in SOLVERS["pymunk"].ladder[:2]
     ]
 
 

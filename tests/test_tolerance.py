@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pymunk
@@ -12,6 +13,7 @@ import pytest
 from scenes import largest_distance, random_scene
 
 from pool_pymunk import (
+    SOLVERS,
     Ball,
     Friction,
     Outcome,
@@ -29,7 +31,6 @@ from pool_pymunk import (
 )
 from pool_pymunk.cli import main
 from pool_pymunk.scene import Point
-from pool_pymunk.tolerance import FINEST
 from pool_pymunk.world import Billiards, same_balls
 
 # -- any function of the step ----------------------------------------------------------------------
@@ -310,7 +311,8 @@ def test_run_says_which_step_it_chose(tmp_path: Path, capsys: pytest.CaptureFixt
 def test_run_ends_with_1_where_it_falls_short(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(FINEST, "pymunk-discrete", 1e-3)
+    coarser = replace(SOLVERS["pymunk-discrete"], finest=1e-3)
+    monkeypatch.setitem(SOLVERS, "pymunk-discrete", coarser)
     options = ["--solver", "pymunk-discrete", "--shot", 1, "--out", tmp_path, "--no-pictures"]
     assert exit_code("run", "report", "--tolerance", "0.01in", *options) == 1
     answer = capsys.readouterr()

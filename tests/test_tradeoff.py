@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load
-from pool_pymunk.tradeoff import LADDERS, Setting, cheapest, order, sentences, tradeoff, turn
+from pool_pymunk.tradeoff import Setting, cheapest, ladders_of, order, sentences, tradeoff, turn
 
 STEPS = tuple(0.9e-2 / 3**k for k in range(6))
 
@@ -104,6 +104,25 @@ def test_failures_are_failures() -> None:
     )
     result = tradeoff(scene, {"pymunk": (1 / 60,)}, budget=0)
     assert result.settings[0].failure == ""
-    assert set(LADDERS) == {
+
+
+def test_every_solver_is_measured_those_with_steps_first() -> None:
+    ladders = ladders_of()
+    assert list(ladders) == [
         "pymunk", "pymunk-discrete", "pymunk-builtin", "time-slice", "event-driven",
-    }  # fmt: skip
+    ]  # fmt: skip
+    assert ladders["event-driven"] == (None,)
+    for steps in ladders.values():
+        known = [dt for dt in steps if dt is not None]
+        assert known == sorted(known, reverse=True)
+
+
+def test_slices_of_the_reports_own_step_are_compared_with() -> None:
+    """A step that is as precise costs less than the report's slices; how much less is said."""
+    settings = {"pymunk": (1 / 60,), "time-slice": (1e-5, 1e-6)}
+    result = tradeoff(load("two-balls"), settings, budget=0)
+    first = sentences(result)[0]
+    times = {(s.solver, s.dt): s.time for s in result.settings}
+    factor = times["time-slice", 1e-6] / times["pymunk", 1 / 60]
+    assert first.startswith("Within 1 in: pymunk at 1/60 s does, in ")
+    assert first.endswith(f" ms, {factor:,.0f} times faster than slices of 1e-06 s.")

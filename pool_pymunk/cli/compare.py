@@ -29,16 +29,17 @@ if TYPE_CHECKING:
     from pool_pymunk.result import Run
     from pool_pymunk.scene import Scene, Shot
 
-REFERENCE = "event-driven"
-DEFAULT = "pymunk,pymunk-discrete,pymunk-builtin,time-slice"
-
 
 def compare(
     scenario: Scenario,
     solvers: Annotated[
-        str,
-        typer.Option(metavar="S[:DT],...", help="Solvers beside the exact one, with steps."),
-    ] = DEFAULT,
+        str | None,
+        typer.Option(
+            metavar="S[:DT],...",
+            help="Solvers beside the exact one, with steps.",
+            show_default="all",
+        ),
+    ] = None,
     dt: Step = None,
     shot: ShotName = None,
     json: JsonFile = None,
@@ -67,14 +68,18 @@ def compare(
     return 0
 
 
-def read_solvers(text: str, dt: float | None) -> list[tuple[str, float | None]]:
+def read_solvers(text: str | None, dt: float | None) -> list[tuple[str, float | None]]:
     """Solvers and steps as typed: ``pymunk:1/60,time-slice``; without a step, ``dt`` or their own.
+
+    Where nothing is typed, these are all solvers but the one that the others are compared with.
 
     >>> read_solvers("pymunk:1/64, time-slice", None)
     [('pymunk', 0.015625), ('time-slice', None)]
     """
-    from pool_pymunk.solvers import find_solver
+    from pool_pymunk.solvers import SOLVERS, find_solver, yardstick
 
+    if text is None:
+        return [(name, dt) for name in SOLVERS if name != yardstick().name]
     settings = []
     for part in text.split(","):
         name, _, step = part.strip().partition(":")
@@ -90,10 +95,10 @@ def _compared(
     scene: Scene, shot: Shot | None, settings: list[tuple[str, float | None]]
 ) -> list[Comparison]:
     from pool_pymunk.compare import Comparison
-    from pool_pymunk.solvers import simulate
+    from pool_pymunk.solvers import simulate, yardstick
 
     with input_errors(), progress("simulating", len(settings)) as bar:
-        reference = simulate(scene, shot, solver=REFERENCE)
+        reference = simulate(scene, shot, solver=yardstick().name)
         found = []
         for name, dt in settings:
             found.append(Comparison(reference, simulate(scene, shot, solver=name, dt=dt)))
@@ -240,7 +245,7 @@ def _write_json(path: Path, scenario: str, scene: Scene, found: list[Comparison]
         "scenario": label(scenario),
         "title": scene.title,
         "version": __version__,
-        "reference": REFERENCE,
+        "reference": found[0].reference.solver,
         "comparisons": [_record(one) for one in found],
     }
     with whole(path) as part:

@@ -11,6 +11,7 @@ from pathlib import Path
 from pool_pymunk import load, loads, simulate
 from pool_pymunk.render import FilmSettings, Show, film, picture
 from pool_pymunk.scene import Scene
+from pool_pymunk.solvers import yardstick
 
 DPI = 120.0
 GIF = FilmSettings(size=(720, 406), fps=25.0)
@@ -64,7 +65,7 @@ def hexagon() -> Scene:
 def draw_gallery(folder: Path) -> None:
     """Draw the report's four shots, an overlay and a polygon table into a folder."""
     report = load("report")
-    runs = [simulate(report, shot, solver="event-driven") for shot in report.shots]
+    runs = [simulate(report, shot, solver=yardstick().name) for shot in report.shots]
     for k, run in enumerate(runs, start=1):
         picture(run, folder / f"shot-{k}-start.png", when="start", dpi=DPI)
         picture(run, folder / f"shot-{k}-end.png", when="end", dpi=DPI)
@@ -75,7 +76,7 @@ def draw_gallery(folder: Path) -> None:
     picture(overlay, folder / "overlay.png", when="end", dpi=DPI)
     film(overlay, folder / "overlay.gif", GIF)
 
-    six_sides = simulate(hexagon(), solver="event-driven")
+    six_sides = simulate(hexagon(), solver=yardstick().name)
     picture(six_sides, folder / "hexagon-start.png", when="start", dpi=DPI)
     picture(six_sides, folder / "hexagon-end.png", when="end", dpi=DPI)
     film(six_sides, folder / "hexagon.gif", GIF)

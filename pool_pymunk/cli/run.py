@@ -78,12 +78,12 @@ def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None)
     if text is None:
         return None
     from pool_pymunk.quantities import positive
-    from pool_pymunk.tolerance import check_solver
+    from pool_pymunk.tolerance import finest_step
 
     if dt is not None:
         raise InputError(f"--tolerance = {text}: stands beside --dt: one of the two")
     with input_errors():
-        check_solver(solver)
+        finest_step(solver)  # there must be one
         return positive("--tolerance", text, "length", scene.units)
 
 

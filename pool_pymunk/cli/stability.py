@@ -39,12 +39,13 @@ def stability(
 
 
 def _solvers(names: str | None) -> list[str]:
-    from pool_pymunk.stability import STEPS
+    from pool_pymunk.stability import columns
 
-    chosen = list(STEPS) if names is None else [name.strip() for name in names.split(",")]
+    known = [solver.name for solver in columns()]
+    chosen = known if names is None else [name.strip() for name in names.split(",")]
     for name in chosen:
-        if name not in STEPS:
-            raise InputError(f"--solvers = {name}: there is no such solver ({', '.join(STEPS)})")
+        if name not in known:
+            raise InputError(f"--solvers = {name}: there is no such solver ({', '.join(known)})")
     return chosen
 
 

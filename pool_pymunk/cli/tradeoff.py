@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from pool_pymunk.scene import Scene, Shot
-    from pool_pymunk.tradeoff import Tradeoff
+    from pool_pymunk.tradeoff import Ladders, Tradeoff
 
 
 def tradeoff(
@@ -103,18 +103,11 @@ def _spread(
     )
 
 
-def _ladders(solvers: str | None) -> dict[str, tuple[float | None, ...]]:
-    from pool_pymunk.solvers import find_solver
-    from pool_pymunk.tradeoff import LADDERS
+def _ladders(solvers: str | None) -> Ladders:
+    from pool_pymunk.tradeoff import ladders_of
 
-    if solvers is None:
-        return dict(LADDERS)
-    chosen = {}
-    for name in (part.strip() for part in solvers.split(",")):
-        with input_errors():
-            find_solver(name)
-        chosen[name] = LADDERS[name]
-    return chosen
+    with input_errors():
+        return ladders_of(None if solvers is None else map(str.strip, solvers.split(",")))
 
 
 def _print(result: Tradeoff) -> None:

@@ -228,7 +228,7 @@ def _as_listed(contact: Contact) -> tuple[bool, int, int, bool]:
 
 
 def _sign(x: float) -> float:
-    return (x > 0.0) - (x < 0.0)
+    return float(x > 0.0) - float(x < 0.0)
 
 
 def _not_reversed(before: float, after: float) -> float:

@@ -1,7 +1,9 @@
 """The solvers, one file each, and :func:`simulate`, which calls them by name.
 
 A solver is a function of a scene, the state to start from and :class:`Settings`; it returns the
-:class:`~pool_pymunk.result.Trace` it kept. Adding one is a file and a line in ``SOLVERS``.
+:class:`~pool_pymunk.result.Trace` it kept. Beside it, its :class:`Solver` record says what it can
+do, and that is all that studies, diagrams and the command line know of it. So adding one is a file
+with its record, and its place in ``SOLVERS``.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,36 +20,18 @@ from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.result import Event, Run, Trace
 from pool_pymunk.scene import Scene, Shot, State
 from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
-from pool_pymunk.solvers.settings import Settings, Solve
+from pool_pymunk.solvers.record import Solver
+from pool_pymunk.solvers.settings import Settings
 
-
-class Solver(NamedTuple):
-    """A solver's function, its default time step (s; None: it has none), and what it is."""
-
-    solve: Solve
-    dt: float | None
-    about: str
-    options: Mapping[str, tuple[str, ...]] = {}  # what else it can be told, the default first
-    own_law: bool = False  # whether it answers contacts by a law of its own, not by the scene's
-
-
-FRICTION = {"friction": ("joint", "callback")}
-
-SOLVERS: Mapping[str, Solver] = {
-    "pymunk": Solver(
-        pymunk_space.solve,
-        1 / 240,
-        "in a pymunk space, contacts inside the step",
-        {"contacts": ("swept", "discrete"), **FRICTION},
-    ),
-    "pymunk-discrete": Solver(
-        pymunk_space.discrete, 1e-4, "the same, contacts at a step's end", FRICTION
-    ),
-    "pymunk-builtin": Solver(
-        pymunk_builtin.solve, 1 / 240, "a baseline: stock pymunk", own_law=True
-    ),
-    "event-driven": Solver(event_driven.solve, None, "exact: from contact to contact"),
-    "time-slice": Solver(time_slice.solve, 1e-6, "the report's own algorithm"),
+SOLVERS: dict[str, Solver] = {
+    solver.name: solver
+    for solver in (
+        pymunk_space.SWEPT,
+        pymunk_space.DISCRETE,
+        pymunk_builtin.SOLVER,
+        event_driven.SOLVER,
+        time_slice.SOLVER,
+    )
 }
 
 
@@ -135,6 +119,11 @@ def find_solver(name: str) -> Solver:
     return SOLVERS[name]
 
 
+def yardstick() -> Solver:
+    """The exact solver without a step, by which the others are measured."""
+    return next(solver for solver in SOLVERS.values() if solver.is_yardstick)
+
+
 def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
     """The shot of that name or number (from 0)."""
     if isinstance(shot, Shot):
@@ -216,4 +205,5 @@ __all__ = [
     "find_solver",
     "simulate",
     "simulate_all",
+    "yardstick",
 ]

@@ -15,6 +15,7 @@ from pool_pymunk.physics.path import motion_at, set_off
 from pool_pymunk.physics.sides import Face, Post, Wall
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Scene, State
+from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings, TraceRecorder
 
 
@@ -80,3 +81,10 @@ def _status(engine: ContactEngine, latest: float) -> str:
         return "max_time" if engine.upcoming() > latest else "max_events"
     drifts = any(path.stop == math.inf for path in engine.paths)
     return "max_time" if drifts else "settled"
+
+
+SOLVER = Solver(
+    name="event-driven", solve=solve, about="exact: from contact to contact", dt=None, exact=True,
+    no_tolerance="it is exact and has no step: no tolerance is needed",
+    color="#000000", marker="*",
+)  # fmt: skip

@@ -22,6 +22,7 @@ from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.result import Trace
 from pool_pymunk.scene import Point, Scene, State
+from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings, sign_warning
 
 EPSILON = 2.0**-52
@@ -296,3 +297,25 @@ def drift(
         x += vx * dt
         y += vy * dt
     return x, y, vx, vy, slices
+
+
+PUBLISHED_STEP = 1e-6  # s; the slice that the report uses
+
+SOLVER = Solver(
+    name="time-slice",
+    solve=solve,
+    about="the report's own algorithm",
+    dt=PUBLISHED_STEP,
+    late=True,
+    limits="the report's method: contacts come up to a slice late, a pair answers once until it "
+    "has parted, those of one instant one after the other, and rounding decides the sign of a slip "
+    "of zero",
+    ladder=(1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, PUBLISHED_STEP),
+    stability_steps=(1e-5,),
+    quick_stability_steps=(1e-4,),
+    all_pairs=True,
+    published_step=PUBLISHED_STEP,
+    finest=1e-6,
+    color="#d55e00",
+    marker="D",
+)

@@ -5,12 +5,11 @@ measured, each with a bound and where the bound comes from (:mod:`pool_pymunk.st
 """
 
 from pool_pymunk.stability.extremes import EXTREMES, Extreme
-from pool_pymunk.stability.suite import STEPS, Cell, Outcome, check, check_all
+from pool_pymunk.stability.suite import Cell, Outcome, check, check_all, columns
 from pool_pymunk.stability.trial import Case, Measure, Trial
 
 __all__ = [
     "EXTREMES",
-    "STEPS",
     "Case",
     "Cell",
     "Extreme",
@@ -19,4 +18,5 @@ __all__ = [
     "Trial",
     "check",
     "check_all",
+    "columns",
 ]

@@ -25,8 +25,6 @@ from pool_pymunk.result import Run
 from pool_pymunk.scene import Scene, SceneError, State, Table
 from pool_pymunk.stability.trial import (
     EPSILON,
-    EXACT,
-    LATE,
     Measure,
     Trial,
     distance,
@@ -65,7 +63,7 @@ def ends(trial: Trial) -> Measure:
     if run.status != expected and not (run.status == "settled" and _rests(run)):
         return wrong("ends", f"ends with {run.status}, not {expected}")
     over = run.duration - (trial.scene.physics.max_time or math.inf)
-    bound = 1.000001 * (trial.dt or 0.0) if trial.solver in LATE else 0.0
+    bound = 1.000001 * (trial.dt or 0.0) if trial.method.late else 0.0
     return Measure("ends", max(over, 0.0), bound, run.duration, "s", "goes on for {} too long")
 
 
@@ -153,7 +151,7 @@ def overlap(trial: Trial) -> Measure | None:
 
 def exact_run(trial: Trial) -> Measure | None:
     """The run stays at the exact one as far as the scene's measured amplification lets it."""
-    if trial.solver == EXACT:
+    if trial.is_exact_run:
         return None
     apart = distance(trial.run, trial.exact.run, trial.exact.times)
     return farthest("exact run", apart, trial, "{} from the exact run")

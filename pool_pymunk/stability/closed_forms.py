@@ -102,7 +102,7 @@ def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
 
 
 def together(trial: Trial) -> Measure | None:
-    """What happens at one instant is answered as `event-driven` does, however it is nudged."""
+    """Contacts of one instant are answered as the exact solver does, however they are nudged."""
     if trial.dt is None:
         return None
     apart = float(distance(trial.run, trial.exact.run, trial.times).max())

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from pool_pymunk.listing import step_text
+from pool_pymunk.solvers import find_solver
 from pool_pymunk.stability.extremes import EXTREMES, Extreme
-from pool_pymunk.stability.suite import STEPS, Cell
+from pool_pymunk.stability.suite import Cell, columns
 from pool_pymunk.stability.table import notes
-from pool_pymunk.stability.trial import EXACT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,9 +45,10 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
     """Draw the heat map of the cells; its suffix (.png, .svg, .pdf) says the format."""
     found = {(cell.extreme, cell.solver): cell for cell in cells}
     rows = [e for e in EXTREMES if any(name == e.name for name, _ in found)]
-    used = {solver: _steps_used(cells, solver) for solver in STEPS}
-    steps = used["pymunk"]
-    width = LABEL + WIDE * len(STEPS) + GAP + NARROW * max(len(steps), 3)
+    used = {solver.name: _steps_used(cells, solver.name) for solver in columns()}
+    in_steps = _exact_in_steps()
+    steps = used.get(in_steps, [])
+    width = LABEL + WIDE * len(used) + GAP + NARROW * max(len(steps), 3)
     reasons = [line for note in notes(cells) for line in textwrap.wrap(note, 170)]
     height = HEAD + HEIGHT * len(rows) + FOOT + 0.2 * len(reasons)
     figure = Figure(figsize=(width, height))
@@ -58,16 +59,21 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
     for k, extreme in enumerate(rows):
         top = HEAD + HEIGHT * k
         _label(axes, extreme, top)
-        for column, solver in enumerate(STEPS):
+        for column, solver in enumerate(used):
             _verdict(axes, found.get((extreme.name, solver)), LABEL + WIDE * column, top)
-        exact = found.get((extreme.name, "pymunk"))
+        exact = found.get((extreme.name, in_steps))
         for column, dt in enumerate(steps):
-            left = LABEL + WIDE * len(STEPS) + GAP + NARROW * column
+            left = LABEL + WIDE * len(used) + GAP + NARROW * column
             _distance(axes, exact.distance(dt) if exact else None, left, top)
     foot = HEAD + HEIGHT * len(rows) + 0.2
     _legend(axes, foot)
     axes.text(LABEL, foot + 0.55, "\n".join(reasons), fontsize=9, color="#555555", va="top")
     figure.savefig(path, dpi=120)
+
+
+def _exact_in_steps() -> str:
+    """The solver that must be exact at every step; the picture shows how far off it is at each."""
+    return next((solver.name for solver in columns() if solver.exact and solver.dt), "")
 
 
 def _steps_used(cells: Sequence[Cell], solver: str) -> list[float]:
@@ -84,12 +90,13 @@ def _headings(axes: Axes, used: Mapping[str, Sequence[float]]) -> None:
     for column, (solver, steps) in enumerate(used.items()):
         left = LABEL + WIDE * column + 0.05
         about = ", ".join(map(step_text, steps))
-        about = "exact, no step" if solver == EXACT else about
+        about = "exact, no step" if find_solver(solver).is_yardstick else about
         axes.text(left, HEAD - 0.34, solver, fontsize=11, weight="bold", va="bottom")
         axes.text(left, HEAD - 0.12, about, fontsize=9, color="#555555", va="bottom")
-    left, steps = LABEL + WIDE * len(STEPS) + GAP, used["pymunk"]
+    in_steps = _exact_in_steps()
+    left, steps = LABEL + WIDE * len(used) + GAP, used.get(in_steps, [])
     if steps:
-        text = "pymunk: largest distance from\nthe exact run (m), before chaos"
+        text = f"{in_steps}: largest distance from\nthe exact run (m), before chaos"
         axes.text(left + 0.05, HEAD - 0.38, text, fontsize=9, color="#555555", va="bottom")
     for column, dt in enumerate(steps):
         at = left + 0.05 + NARROW * column

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
@@ -11,30 +11,13 @@ from multiprocessing.pool import IMapIterator
 
 from pool_pymunk.interrupts import deaf, heed
 from pool_pymunk.listing import step_text
+from pool_pymunk.solvers import SOLVERS, Solver, find_solver
 from pool_pymunk.stability.claims import measures
 from pool_pymunk.stability.extremes import EXTREMES, Extreme
 from pool_pymunk.stability.trial import GRID, Measure, Trial, wrong
 
-Steps = tuple[float | None, ...]
-
-# The steps (s) that each solver is tried with, and those of the quick form.
-STEPS: Mapping[str, Steps] = {
-    "event-driven": (None,),
-    "pymunk": (1 / 60, 1 / 240, 1 / 1000),
-    "pymunk-discrete": (1e-4,),
-    "time-slice": (1e-5,),
-    "pymunk-builtin": (1 / 240,),
-}
-QUICK_STEPS: Mapping[str, Steps] = {
-    **STEPS,
-    "pymunk": (1 / 60,),
-    "pymunk-discrete": (1e-3,),
-    "time-slice": (1e-4,),
-}
 MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000  # of one run; what needs more is not run
 MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000  # the same, of pairs looked at one by one
-ONE_BY_ONE = "time-slice"  # has no broad phase
-OWN_LAW = "pymunk-builtin"  # knows no contact law but its own
 PROCESSES = 2
 
 
@@ -136,22 +119,34 @@ def _where(labels: Sequence[str], broken: set[str]) -> str:
 # -- working them out ------------------------------------------------------------------------------
 
 
+def columns() -> list[Solver]:
+    """All solvers in the table's order: from the yardstick to those with a law of their own."""
+    return sorted(
+        SOLVERS.values(),
+        key=lambda solver: (solver.own_law, not solver.exact, not solver.is_yardstick),
+    )
+
+
 def check(extreme: Extreme, solver: str, quick: bool = False) -> Cell:
     """Try a solver on an extreme's cases, under its laws, at its steps."""
+    method = find_solver(solver)
     outcomes = tuple(
         _outcome(Trial(case, law, solver, dt), quick)
         for case in extreme.cases()
         if not (quick and case.slow)
         for law in extreme.laws
-        if law == "coulomb" or solver != OWN_LAW
-        for dt in _steps(extreme, solver, quick)
+        if law == "coulomb" or not method.own_law
+        for dt in _steps(extreme, method, quick)
     )
-    return Cell(extreme.name, solver, outcomes, extreme.because.get(solver, ""))
+    return Cell(extreme.name, solver, outcomes, "" if method.own_law else extreme.because)
 
 
-def _steps(extreme: Extreme, solver: str, quick: bool) -> Steps:
-    usual = (QUICK_STEPS if quick else STEPS)[solver]
-    return extreme.steps if extreme.steps and usual != (None,) else usual
+def _steps(extreme: Extreme, solver: Solver, quick: bool) -> Sequence[float | None]:
+    """The steps (s) that a solver is tried with: the extreme's own, or those of its record."""
+    if solver.dt is None:
+        return (None,)
+    quick_steps = solver.quick_stability_steps if quick else ()
+    return extreme.steps or quick_steps or solver.stability_steps or (solver.dt,)
 
 
 def _outcome(trial: Trial, quick: bool) -> Outcome:
@@ -172,23 +167,24 @@ def _too_much(trial: Trial, quick: bool) -> str:
     pairs = trial.steps * len(trial.scene.balls) ** 2
     if trial.steps > (QUICK_MOST_STEPS if quick else MOST_STEPS):
         return f"would need {trial.steps:.0e} steps"
-    if trial.solver == ONE_BY_ONE and pairs > (QUICK_MOST_PAIRS if quick else MOST_PAIRS):
+    if trial.method.all_pairs and pairs > (QUICK_MOST_PAIRS if quick else MOST_PAIRS):
         return f"would look at {pairs:.0e} pairs"
     return ""
 
 
 def check_all(
     extremes: Sequence[Extreme] = EXTREMES,
-    solvers: Sequence[str] = tuple(STEPS),
+    solvers: Sequence[str] | None = None,
     quick: bool = False,
     processes: int = PROCESSES,
 ) -> Iterator[Cell]:
-    """Check every extreme with every solver; each row as soon as it is there.
+    """Check every extreme with every solver (default: all); each row as soon as it is there.
 
     A row is one process's, which works out its exact runs once. The last rows, which take longest,
     come first. Closing the iterator, as Ctrl-C does, ends the processes.
     """
-    tasks = [(extreme.name, solvers, quick) for extreme in reversed(extremes)]
+    names = [solver.name for solver in columns()] if solvers is None else solvers
+    tasks = [(extreme.name, names, quick) for extreme in reversed(extremes)]
     resource_tracker.ensure_running()  # which ends deafness, if it only starts then
     with deaf():
         pool = multiprocessing.get_context("spawn").Pool(processes)

@@ -7,22 +7,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pool_pymunk.solvers import find_solver
 from pool_pymunk.stability.extremes import EXTREMES
-from pool_pymunk.stability.suite import STEPS, Cell
+from pool_pymunk.stability.suite import Cell, columns
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-# Why the others break where they do; `pymunk` and `event-driven` have no such excuse.
-METHODS = {
-    "pymunk-discrete": "answers overlaps at the end of a step: it misses grazes and what tunnels, "
-    "and every contact comes up to a step late",
-    "time-slice": "the report's method: contacts come up to a slice late, a pair answers once "
-    "until it has parted, those of one instant one after the other, and rounding decides the sign "
-    "of a slip of zero",
-    "pymunk-builtin": "another contact law, with spin and its own rules for touching balls; "
-    "contacts come up to a step late",
-}
 FIELDS = (
     "extreme", "case", "law", "solver", "dt", "status", "contacts", "wall_time", "compared",
     "claim", "value", "bound", "unit", "holds", "note",
@@ -32,15 +23,16 @@ FIELDS = (
 def in_order(cells: Iterable[Cell]) -> list[Cell]:
     """The cells row by row, as the table has them."""
     rows = {extreme.name: k for k, extreme in enumerate(EXTREMES)}
-    columns = {solver: k for k, solver in enumerate(STEPS)}
-    return sorted(cells, key=lambda cell: (rows[cell.extreme], columns[cell.solver]))
+    places = {solver.name: k for k, solver in enumerate(columns())}
+    return sorted(cells, key=lambda cell: (rows[cell.extreme], places[cell.solver]))
 
 
 def rich_table(cells: Sequence[Cell]) -> Table:
     """The verdicts as a table: a row an extreme, a column a solver."""
     from rich.table import Table
 
-    solvers = [solver for solver in STEPS if any(cell.solver == solver for cell in cells)]
+    used = {cell.solver for cell in cells}
+    solvers = [solver.name for solver in columns() if solver.name in used]
     table = Table(title="Stability at the extremes", show_lines=True)
     table.add_column("extreme", ratio=3)
     for solver in solvers:
@@ -63,7 +55,7 @@ def _styled(cell: Cell) -> str:
 
 def reason(cell: Cell) -> str:
     """Why the cell breaks, in words; empty where it has no business to."""
-    return cell.because or METHODS.get(cell.solver, "")
+    return cell.because or find_solver(cell.solver).limits
 
 
 def notes(cells: Iterable[Cell]) -> list[str]:
@@ -74,8 +66,8 @@ def notes(cells: Iterable[Cell]) -> list[str]:
             continue
         if cell.because:
             lines[f"{cell.extreme}: {cell.because}"] = None
-        elif cell.solver in METHODS:
-            lines[f"{cell.solver}: {METHODS[cell.solver]}"] = None
+        elif limits := find_solver(cell.solver).limits:
+            lines[f"{cell.solver}: {limits}"] = None
         else:
             lines[f"{cell.solver} breaks at {cell.extreme}: {cell}"] = None
     return list(lines)

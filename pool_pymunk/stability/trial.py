@@ -14,11 +14,9 @@ import numpy as np
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.result import Run
 from pool_pymunk.scene import Ball, Scene
-from pool_pymunk.solvers import simulate
+from pool_pymunk.solvers import Solver, find_solver, simulate, yardstick
 
 EPSILON = 2.0**-52
-EXACT = "event-driven"
-LATE = ("pymunk-discrete", "pymunk-builtin", "time-slice")  # answer contacts up to a step late
 
 # Amplification is measured by nudging starts: by this share of the smallest radius, but by no
 # less than so many units of rounding; up to the time when the nudge has grown to LINEAR radii.
@@ -89,6 +87,16 @@ class Trial:
     solver: str
     dt: float | None
 
+    @property
+    def method(self) -> Solver:
+        """The solver's record."""
+        return find_solver(self.solver)
+
+    @property
+    def is_exact_run(self) -> bool:
+        """Whether the run is the exact run itself."""
+        return self.solver == yardstick().name
+
     @cached_property
     def scene(self) -> Scene:
         """The case's scene, under the law."""
@@ -102,12 +110,12 @@ class Trial:
     @cached_property
     def run(self) -> Run:
         """The run that is measured."""
-        return self.exact.run if self.solver == EXACT else self.simulate(self.scene)
+        return self.exact.run if self.is_exact_run else self.simulate(self.scene)
 
     def simulate(self, scene: Scene) -> Run:
         """Run a scene in bounds: of events, and of time, lest a solver never comes to rest."""
-        if self.solver == EXACT:
-            return simulate(scene, solver=EXACT, max_events=self.case.max_events)
+        if self.is_exact_run:
+            return simulate(scene, solver=self.solver, max_events=self.case.max_events)
         most = min(10 * self.exact.contacts + 1000, self.case.max_events)
         latest = scene.physics.max_time or 4.0 * self.exact.run.duration + 10.0 * (self.dt or 0.0)
         return simulate(scene, solver=self.solver, dt=self.dt, max_events=most, max_time=latest)
@@ -142,7 +150,7 @@ class Trial:
     @property
     def late(self) -> float:
         """How far (m) the fastest ball comes in the time by which contacts are answered late."""
-        return self.fastest * self.dt if self.dt and self.solver in LATE else 0.0
+        return self.fastest * self.dt if self.dt and self.method.late else 0.0
 
     @property
     def rounding(self) -> float:
@@ -176,7 +184,7 @@ class Exact:
 @lru_cache(maxsize=128)
 def exact(scene: Scene, max_events: int) -> Exact:
     """The exact run of a scene; its amplification, measured by nudging what moves at the start."""
-    run = simulate(scene, solver=EXACT, max_events=max_events)
+    run = simulate(scene, solver=yardstick().name, max_events=max_events)
     extent = _extent(run)
     smallest = min(ball.radius for ball in scene.balls)
     nudge = max(NUDGE * smallest / extent, LEAST_NUDGE)
@@ -184,7 +192,7 @@ def exact(scene: Scene, max_events: int) -> Exact:
     growth = np.zeros(len(times))
     for seed in range(NUDGES):
         start = _nudged(scene, nudge, extent, random.Random(seed))
-        other = simulate(start, solver=EXACT, max_events=min(max_events, ENOUGH))
+        other = simulate(start, solver=run.solver, max_events=min(max_events, ENOUGH))
         if other.status == "max_events":
             times = times[times <= other.duration]
         growth = np.maximum(growth[: len(times)], distance(run, other, times))
