@@ -7,12 +7,7 @@
 ('settled', 2)
 """
 
-from pool_pymunk.collide import Collision, Disc, Material, collide, collide_at
-from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.result import Event, Run
-from pool_pymunk.scenario import load, loads
-from pool_pymunk.scene import (
+from pool_pymunk.model import (
     Ball,
     Friction,
     Physics,
@@ -24,10 +19,15 @@ from pool_pymunk.scene import (
     Table,
     Units,
 )
-from pool_pymunk.sensitivity import Sensitivity, sensitivity
+from pool_pymunk.model.scenario import load, loads
+from pool_pymunk.physics.contact import NT, Pair
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.report.collide import Collision, Disc, Material, collide, collide_at
+from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
-from pool_pymunk.tolerance import Choice, Outcome, choose_step, simulate_within
-from pool_pymunk.uncertainty import Uncertainty, written_uncertainty
+from pool_pymunk.studies.sensitivity import Sensitivity, sensitivity
+from pool_pymunk.studies.tolerance import Choice, Outcome, choose_step, simulate_within
+from pool_pymunk.studies.uncertainty import Uncertainty, written_uncertainty
 from pool_pymunk.world import Billiards, same_balls
 
 __version__ = "0.1.0"

@@ -14,7 +14,7 @@ from scenes import INCH, contact_list, exact_run, largest_distance, off_exact, r
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.physics.contact import Pair
-from pool_pymunk.result import Trace
+from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import pymunk_space
 from pool_pymunk.solvers.settings import Settings
 from pool_pymunk.world import Ball as TableBall

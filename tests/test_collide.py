@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from pool_pymunk import Collision, Disc, Material, SceneError, collide, collide_at, load, simulate
 from pool_pymunk.cli import main
+from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.scene import Point
 
 Angle = Callable[[float, float], float]  # of the line of centres, from d_y and d_x
 Friction = Callable[[float, float], float]  # mu times the change of v_n, from v_n and v_n'

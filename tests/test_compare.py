@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pool_pymunk import Ball, Friction, Restitution, Run, Scene, load, simulate
-from pool_pymunk.compare import Comparison, contacts, first_divergence
-from pool_pymunk.result import Event
+from pool_pymunk.results.run import Event
+from pool_pymunk.studies.compare import Comparison, contacts, first_divergence
 
 
 def _with_events(run: Run, *events: Event) -> Run:

@@ -221,7 +221,7 @@ def test_energy_never_grows_at_a_contact(solver: str) -> None:
 
 @pytest.mark.parametrize("turn", [0.5, 2.0])
 def test_a_turned_scene_has_turned_ends(turn: float) -> None:
-    from pool_pymunk.tradeoff import turn as turned
+    from pool_pymunk.studies.tradeoff import turn as turned
 
     scene = load("hexagon")
     run, other = (simulate(s, 0, solver="event-driven") for s in (scene, turned(scene, turn)))

@@ -18,11 +18,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pool_pymunk import SOLVERS, stability
+from pool_pymunk import SOLVERS
 from pool_pymunk.cli import main
-from pool_pymunk.result import Run
+from pool_pymunk.results.run import Run
+from pool_pymunk.studies import stability
 
-tradeoff = importlib.import_module("pool_pymunk.tradeoff")  # its name is a function's, too
+tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")  # its name is a function's, too
 
 PATIENCE = 60.0  # s
 # Slices of 1e-6 s take about a second for each of the report's shots: time enough to interrupt.
@@ -257,7 +258,7 @@ def test_a_full_disk_stops_stability_in_one_line(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(stability, "check_all", lambda *_: one_cell())
-    monkeypatch.setattr("pool_pymunk.stability.table.write_csv", full)
+    monkeypatch.setattr("pool_pymunk.studies.stability.table.write_csv", full)
     assert exit_code("stability", "--out", str(tmp_path)) == 1
     error = f"error: {tmp_path / 'stability.csv'}: No space left on device\n"
     printed, errors = capsys.readouterr()

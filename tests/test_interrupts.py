@@ -11,7 +11,7 @@ import pymunk
 import pytest
 
 from pool_pymunk import load, simulate
-from pool_pymunk.interrupts import PAUSE, heed, patient_interrupts, uninterrupted
+from pool_pymunk.safety.interrupts import PAUSE, heed, patient_interrupts, uninterrupted
 
 
 def ctrl_c() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pool_pymunk import loads
-from pool_pymunk.scenario import bundled
+from pool_pymunk.model.scenario import bundled
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
 

@@ -19,6 +19,7 @@ from PIL import Image
 
 from pool_pymunk import Run, load, loads, simulate
 from pool_pymunk.cli import main
+from pool_pymunk.model import Ball, Scene
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render import (
     FilmSettings,
@@ -34,7 +35,6 @@ from pool_pymunk.render import (
 )
 from pool_pymunk.render.sprites import Sprite, Track
 from pool_pymunk.render.stage import Stage
-from pool_pymunk.scene import Ball, Scene
 
 Frame = NDArray[np.uint8]
 

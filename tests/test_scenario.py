@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from pool_pymunk import load, loads
-from pool_pymunk.scenario import bundled, label
-from pool_pymunk.scene import STANDARD_GRAVITY, UNITS, SceneError, Table, Units
+from pool_pymunk.model import STANDARD_GRAVITY, UNITS, SceneError, Table, Units
+from pool_pymunk.model.scenario import bundled, label
 
 GOOD = """
 title = "two balls"

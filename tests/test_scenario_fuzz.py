@@ -15,8 +15,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pool_pymunk import load, loads
-from pool_pymunk.scenario import bundled
-from pool_pymunk.scene import LARGEST, SMALLEST, Scene, SceneError
+from pool_pymunk.model import Scene, SceneError
+from pool_pymunk.model.problems import LARGEST, SMALLEST
+from pool_pymunk.model.scenario import bundled
 
 FILE = "fuzz.toml"
 LINE = re.compile(rf"{re.escape(FILE)}: .+ = .+: .+")

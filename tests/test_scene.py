@@ -10,9 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from pool_pymunk.physics.contact import Pair
-from pool_pymunk.scene import (
-    LEFT_OUT,
+from pool_pymunk.model import (
     STANDARD_GRAVITY,
     UNITS,
     Ball,
@@ -27,9 +25,9 @@ from pool_pymunk.scene import (
     State,
     Table,
     Units,
-    listed,
-    shown,
 )
+from pool_pymunk.model.problems import LEFT_OUT, listed, shown
+from pool_pymunk.physics.contact import Pair
 
 R = 0.05
 ELASTIC = Restitution(ball_ball=1.0, cushion=1.0)

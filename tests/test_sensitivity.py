@@ -27,10 +27,10 @@ from pool_pymunk import (
     written_uncertainty,
 )
 from pool_pymunk.cli import main
+from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.scenario import bundled
-from pool_pymunk.sensitivity import digits_that_hold
-from pool_pymunk.uncertainty import uncertainty_of
+from pool_pymunk.studies.sensitivity import digits_that_hold
+from pool_pymunk.studies.uncertainty import uncertainty_of
 
 INCH = 0.0254
 RESTITUTION, BRAKE, RADIUS, SPEED = 0.8, 0.2 * 9.80665, 0.03, 2.0

@@ -27,15 +27,16 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.cli import main
-from pool_pymunk.compare import Comparison
-from pool_pymunk.diagram import draw
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.result import Trace
+from pool_pymunk.render import heatmap
+from pool_pymunk.render.diagram import draw
+from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import Settings, Solver, find_solver, yardstick
-from pool_pymunk.stability import EXTREMES, Cell, check, columns, heatmap, suite, table
-from pool_pymunk.tolerance import simulate_within
-from pool_pymunk.tradeoff import ladders_of, order, sentences, tradeoff
+from pool_pymunk.studies.compare import Comparison
+from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite, table
+from pool_pymunk.studies.tolerance import simulate_within
+from pool_pymunk.studies.tradeoff import ladders_of, order, sentences, tradeoff
 
 # By how much (m) an end in the scenario two-balls is off for each second by which the hit is late:
 # the balls close at 2.5 m/s, and then go 0.7 m in a direction that is off by that over 2 r.
@@ -307,8 +308,8 @@ PACKAGE = Path(__file__).parent.parent / "pool_pymunk"
 OTHERWISE = {  # where a text has a solver's name in it all the same, and why it may
     ("cli/__init__.py", "2D billiards in pymunk, by the report's time slices, and exactly."),  # lib
     ("cli/gallery.py", "pymunk-discrete"),  # the README's picture of what plain handlers do
-    ("interrupts.py", "pymunk"),  # the library, as a module
-    ("tradeoff.py", "pymunk"),  # the library, whose version is written down
+    ("safety/interrupts.py", "pymunk"),  # the library, as a module
+    ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down
 }
 
 

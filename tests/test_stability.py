@@ -15,7 +15,8 @@ from rich.console import Console
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.stability import (
+from pool_pymunk.render import heatmap
+from pool_pymunk.studies.stability import (
     EXTREMES,
     Case,
     Cell,
@@ -26,11 +27,10 @@ from pool_pymunk.stability import (
     claims,
     closed_forms,
     columns,
-    heatmap,
     table,
 )
-from pool_pymunk.stability.suite import PROCESSES, Outcome
-from pool_pymunk.stability.trial import exact, wrong
+from pool_pymunk.studies.stability.suite import PROCESSES, Outcome
+from pool_pymunk.studies.stability.trial import exact, wrong
 
 SOLVERS = [solver.name for solver in columns()]
 EXACT = [solver.name for solver in columns() if solver.exact]  # hold, but for what the law breaks

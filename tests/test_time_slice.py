@@ -9,10 +9,10 @@ from math import atan2, cos, hypot, pi, sin
 import pytest
 
 from pool_pymunk import Run, Scene, State, load, simulate
+from pool_pymunk.model import Ball, Friction, Physics, Restitution, Shot, Table
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import LAWS, Law, cushion, published
-from pool_pymunk.result import Trace
-from pool_pymunk.scene import Ball, Friction, Physics, Restitution, Shot, Table
+from pool_pymunk.results.trace import Trace
 
 Point = tuple[float, float]
 

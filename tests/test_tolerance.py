@@ -30,7 +30,7 @@ from pool_pymunk import (
     simulate_within,
 )
 from pool_pymunk.cli import main
-from pool_pymunk.scene import Point
+from pool_pymunk.model import Point
 from pool_pymunk.world import Billiards, same_balls
 
 # -- any function of the step ----------------------------------------------------------------------
@@ -83,7 +83,7 @@ def test_halves_that_agree_by_chance_do_not_fool_it() -> None:
 
 
 def test_without_the_steps_between_it_would_be_fooled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pool_pymunk.tolerance.BETWEEN", ())
+    monkeypatch.setattr("pool_pymunk.studies.tolerance.BETWEEN", ())
     wrong = 0
     for instant in INSTANTS:
         run = found_at_the_end_of_a_step(instant)

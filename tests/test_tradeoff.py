@@ -7,7 +7,15 @@ import math
 import pytest
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load
-from pool_pymunk.tradeoff import Setting, cheapest, ladders_of, order, sentences, tradeoff, turn
+from pool_pymunk.studies.tradeoff import (
+    Setting,
+    cheapest,
+    ladders_of,
+    order,
+    sentences,
+    tradeoff,
+    turn,
+)
 
 STEPS = tuple(0.9e-2 / 3**k for k in range(6))
 

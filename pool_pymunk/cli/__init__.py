@@ -54,8 +54,8 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _exit_code(arguments: list[str] | None) -> int:
     from pool_pymunk.cli.common import InputError
-    from pool_pymunk.files import DEVICE_ERRORS, RenderError
-    from pool_pymunk.interrupts import patient_interrupts
+    from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError
+    from pool_pymunk.safety.interrupts import patient_interrupts
 
     try:
         with patient_interrupts():

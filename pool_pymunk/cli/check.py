@@ -9,8 +9,8 @@ from pool_pymunk.cli.common import Scenario, read_scenario
 
 def check(scenario: Scenario) -> int:
     """Validate a scenario and say what will be modelled and what will not."""
-    from pool_pymunk.listing import modelled
-    from pool_pymunk.scenario import label
+    from pool_pymunk.model.scenario import label
+    from pool_pymunk.report.listing import modelled
 
     scene = read_scenario(scenario)
     typer.echo(f"{label(scenario)}: sound")

@@ -15,8 +15,8 @@ from pool_pymunk.cli.common import InputError
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pool_pymunk.collide import Collision, Disc
-    from pool_pymunk.scene import Point, Units
+    from pool_pymunk.model import Point, Units
+    from pool_pymunk.report.collide import Collision, Disc
 
 OPTIONS = {  # by what the library calls them
     "a.mass": "--mass-a",
@@ -94,7 +94,7 @@ def collide(
 @contextmanager
 def _as_typed(typed: Mapping[str, object]) -> Iterator[None]:
     """Bad input, with the options and values as they were typed."""
-    from pool_pymunk.scene import Problem, SceneError
+    from pool_pymunk.model import Problem, SceneError
 
     try:
         yield
@@ -107,8 +107,8 @@ def _as_typed(typed: Mapping[str, object]) -> Iterator[None]:
 
 
 def _collision(typed: Mapping[str, Any], units: str) -> tuple[Collision, Units]:
-    from pool_pymunk.collide import Material, collide, collide_at
-    from pool_pymunk.quantities import quantity, read_units
+    from pool_pymunk.model.quantities import quantity, read_units
+    from pool_pymunk.report.collide import Material, collide, collide_at
 
     unit = read_units("--units", units)
     a, b = (_disc(name, typed, unit) for name in "ab")
@@ -122,8 +122,8 @@ def _collision(typed: Mapping[str, Any], units: str) -> tuple[Collision, Units]:
 
 
 def _disc(name: str, typed: Mapping[str, Any], units: Units) -> Disc:
-    from pool_pymunk.collide import Disc
-    from pool_pymunk.quantities import quantity, vector
+    from pool_pymunk.model.quantities import quantity, vector
+    from pool_pymunk.report.collide import Disc
 
     return Disc(
         quantity(f"{name}.mass", typed[f"{name}.mass"], "mass", units),
@@ -191,7 +191,7 @@ def _write_json(hit: Collision, path: Path) -> None:
     import json
 
     from pool_pymunk import __version__
-    from pool_pymunk.files import whole
+    from pool_pymunk.safety.files import whole
 
     content = {"version": __version__, **hit.as_dict()}
     with whole(path) as part:

@@ -15,7 +15,7 @@ import typer
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from pool_pymunk.scene import Scene, Shot
+    from pool_pymunk.model import Scene, Shot
 
 Scenario = Annotated[str, typer.Argument(metavar="SCENARIO", help="A file, or a bundled name.")]
 SolverName = Annotated[str, typer.Option("--solver", help="Which solver.", show_default=True)]
@@ -38,7 +38,7 @@ class InputError(Exception):
 @contextmanager
 def input_errors() -> Iterator[None]:
     """Turn what the library raises for bad input into :class:`InputError`."""
-    from pool_pymunk.scene import SceneError
+    from pool_pymunk.model import SceneError
     from pool_pymunk.solvers import SettingError
 
     try:
@@ -49,7 +49,7 @@ def input_errors() -> Iterator[None]:
 
 def read_scenario(scenario: str) -> Scene:
     """The scene of a scenario; its problems are bad input."""
-    from pool_pymunk.scenario import load
+    from pool_pymunk.model.scenario import load
 
     with input_errors():
         return load(scenario)

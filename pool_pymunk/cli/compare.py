@@ -25,9 +25,9 @@ from pool_pymunk.cli.common import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pool_pymunk.compare import Comparison
-    from pool_pymunk.result import Run
-    from pool_pymunk.scene import Scene, Shot
+    from pool_pymunk.model import Scene, Shot
+    from pool_pymunk.results.run import Run
+    from pool_pymunk.studies.compare import Comparison
 
 
 def compare(
@@ -94,8 +94,8 @@ def read_solvers(text: str | None, dt: float | None) -> list[tuple[str, float | 
 def _compared(
     scene: Scene, shot: Shot | None, settings: list[tuple[str, float | None]]
 ) -> list[Comparison]:
-    from pool_pymunk.compare import Comparison
     from pool_pymunk.solvers import simulate, yardstick
+    from pool_pymunk.studies.compare import Comparison
 
     with input_errors(), progress("simulating", len(settings)) as bar:
         reference = simulate(scene, shot, solver=yardstick().name)
@@ -137,7 +137,7 @@ def _ends(found: list[Comparison]) -> Table:
         row = [ball.id, f"{x:.4f}, {y:.4f}"]
         row += [_small(unit.from_si(one.distances[ball.id], "length")) for one in found]
         if ball.id in published:
-            from pool_pymunk.compare import end_distances
+            from pool_pymunk.studies.compare import end_distances
 
             off = end_distances(reference, {ball.id: published[ball.id]})[ball.id]
             row.append(f"{unit.from_si(off, 'length'):.3f}")
@@ -198,7 +198,7 @@ def _published_sentence(reference: Run) -> str:
 
 
 def _name(run: Run) -> str:
-    from pool_pymunk.listing import step_text
+    from pool_pymunk.results.words import step_text
 
     return run.solver if run.dt is None else f"{run.solver} {step_text(run.dt)}"
 
@@ -211,7 +211,7 @@ def _small(value: float) -> str:
 
 
 def _write_ends(path: Path, found: list[Comparison]) -> None:
-    from pool_pymunk.files import whole
+    from pool_pymunk.safety.files import whole
 
     with whole(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
@@ -238,8 +238,8 @@ def _write_json(path: Path, scenario: str, scene: Scene, found: list[Comparison]
     import json
 
     from pool_pymunk import __version__
-    from pool_pymunk.files import whole
-    from pool_pymunk.scenario import label
+    from pool_pymunk.model.scenario import label
+    from pool_pymunk.safety.files import whole
 
     content = {
         "scenario": label(scenario),

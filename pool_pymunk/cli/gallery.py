@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 from pool_pymunk import load, loads, simulate
+from pool_pymunk.model import Scene
 from pool_pymunk.render import FilmSettings, Show, film, picture
-from pool_pymunk.scene import Scene
 from pool_pymunk.solvers import yardstick
 
 DPI = 120.0

@@ -24,8 +24,8 @@ from pool_pymunk.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from pool_pymunk.model import Scene, Shot
     from pool_pymunk.render import FilmSettings, Show
-    from pool_pymunk.scene import Scene, Shot
 
 FILM_DEFAULTS = {"mp4": ((1600, 900), 60.0), "gif": ((800, 450), 25.0)}  # size, frames a second
 

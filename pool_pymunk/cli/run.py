@@ -25,9 +25,9 @@ from pool_pymunk.cli.common import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pool_pymunk.result import Run
-    from pool_pymunk.scene import Scene, Shot
-    from pool_pymunk.tolerance import Choice
+    from pool_pymunk.model import Scene, Shot
+    from pool_pymunk.results.run import Run
+    from pool_pymunk.studies.tolerance import Choice
 
 
 def run(
@@ -49,7 +49,7 @@ def run(
     and velocities as npz and CSV, and the events as CSV. What ends the command early leaves the
     files of the shots that were finished.
     """
-    from pool_pymunk.listing import opening
+    from pool_pymunk.report.listing import opening
 
     scene = read_scenario(scenario)
     step, limit = read_step(dt), _read_tolerance(tolerance, scene, solver, dt)
@@ -77,8 +77,8 @@ def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None)
     """The tolerance in m; there must be a step to choose, and nobody who has chosen it."""
     if text is None:
         return None
-    from pool_pymunk.quantities import positive
-    from pool_pymunk.tolerance import finest_step
+    from pool_pymunk.model.quantities import positive
+    from pool_pymunk.studies.tolerance import finest_step
 
     if dt is not None:
         raise InputError(f"--tolerance = {text}: stands beside --dt: one of the two")
@@ -103,7 +103,7 @@ def _played(
 ) -> Iterator[Played]:
     """Each shot, as soon as it is there, at the step ``dt`` or at the one that is chosen for it."""
     from pool_pymunk.solvers import find_solver, simulate_all
-    from pool_pymunk.tolerance import simulate_within
+    from pool_pymunk.studies.tolerance import simulate_within
 
     with input_errors():
         find_solver(solver)
@@ -113,7 +113,7 @@ def _played(
 
 
 def _log(one: Played) -> None:
-    from pool_pymunk.listing import shot_lines
+    from pool_pymunk.report.listing import shot_lines
 
     for line in shot_lines(one.run):
         typer.echo(line)
@@ -125,7 +125,7 @@ def _log(one: Played) -> None:
 
 def _save(run: Run, folder: Path, k: int, pictures: bool) -> None:
     """Write the data and pictures of one shot, the ``k``-th of this command."""
-    from pool_pymunk.files import whole
+    from pool_pymunk.safety.files import whole
 
     number = run.scene.shots.index(run.shot) + 1 if run.shot else k
     stem = f"shot-{number}"
@@ -142,7 +142,8 @@ def _save(run: Run, folder: Path, k: int, pictures: bool) -> None:
 
 def _close(done: Sequence[Played], folder: Path, pictures: bool) -> None:
     """The last lines: agreement over all shots, and where the files are."""
-    from pool_pymunk.listing import closing, counted
+    from pool_pymunk.report.listing import closing
+    from pool_pymunk.results.words import counted
 
     for line in closing([one.run for one in done]):
         typer.echo(line)
@@ -161,8 +162,8 @@ def _write_json(path: Path, scenario: str, scene: Scene, done: Sequence[Played])
     import json
 
     from pool_pymunk import __version__
-    from pool_pymunk.files import whole
-    from pool_pymunk.scenario import label
+    from pool_pymunk.model.scenario import label
+    from pool_pymunk.safety.files import whole
 
     steps = {one.run.dt for one in done}
     content = {
@@ -178,7 +179,7 @@ def _write_json(path: Path, scenario: str, scene: Scene, done: Sequence[Played])
 
 def _record(one: Played) -> dict[str, object]:
     """A shot as it stands in the JSON."""
-    from pool_pymunk.listing import Agreement
+    from pool_pymunk.report.listing import Agreement
 
     record = one.run.as_dict()
     if one.run.shot and one.run.shot.published:
@@ -189,7 +190,7 @@ def _record(one: Played) -> dict[str, object]:
 
 
 def _verdict(done: Sequence[Played]) -> int:
-    from pool_pymunk.result import STATUSES
+    from pool_pymunk.results.run import STATUSES
 
     unfinished = [one for one in done if one.run.status in ("non_finite", "max_events")]
     for one in unfinished:

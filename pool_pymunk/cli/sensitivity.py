@@ -23,9 +23,9 @@ from pool_pymunk.cli.common import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pool_pymunk.scene import Scene, Shot
-    from pool_pymunk.sensitivity import Sensitivity
-    from pool_pymunk.uncertainty import Uncertainty
+    from pool_pymunk.model import Scene, Shot
+    from pool_pymunk.studies.sensitivity import Sensitivity
+    from pool_pymunk.studies.uncertainty import Uncertainty
 
 
 def sensitivity(
@@ -73,8 +73,8 @@ def _uncertainty(
     scenario: str, scene: Scene, position: str | None, speed: str, angle: float
 ) -> Uncertainty:
     """The errors as typed; those of positions as the scenario writes them, if not typed."""
-    from pool_pymunk.quantities import quantity
-    from pool_pymunk.uncertainty import Uncertainty, written_uncertainty
+    from pool_pymunk.model.quantities import quantity
+    from pool_pymunk.studies.uncertainty import Uncertainty, written_uncertainty
 
     with input_errors():
         faster = quantity("--speed-error", speed, "speed", scene.units)
@@ -95,7 +95,7 @@ def _play(
     uncertainty: Uncertainty,
     how: tuple[int, int, int | None],
 ) -> Sensitivity:
-    from pool_pymunk.sensitivity import sensitivity
+    from pool_pymunk.studies.sensitivity import sensitivity
 
     with input_errors(), progress("playing", how[0]) as bar:
 
@@ -150,7 +150,7 @@ def _when(t: float) -> str:
 
 def sentences(found: Sensitivity) -> list[str]:
     """What the spread of one shot says, in words."""
-    from pool_pymunk.listing import counted
+    from pool_pymunk.results.words import counted
 
     scene = found.reference.scene
     unit = scene.units.length
@@ -201,8 +201,8 @@ def _times(factor: float | None) -> str:
 
 def _save(found: list[Sensitivity], folder: Path, pictures: bool) -> None:
     """Write one row a shot and ball, and the last shot's samples and picture."""
-    from pool_pymunk.files import whole
-    from pool_pymunk.sensitivity import write_csv
+    from pool_pymunk.safety.files import whole
+    from pool_pymunk.studies.sensitivity import write_csv
 
     with whole(folder / "spread.csv") as part:
         write_csv(found, part)
@@ -220,8 +220,8 @@ def _write_json(path: Path, scenario: str, scene: Scene, found: list[Sensitivity
     import json
 
     from pool_pymunk import __version__
-    from pool_pymunk.files import whole
-    from pool_pymunk.scenario import label
+    from pool_pymunk.model.scenario import label
+    from pool_pymunk.safety.files import whole
 
     content = {
         "scenario": label(scenario),

@@ -10,7 +10,7 @@ import typer
 from pool_pymunk.cli.common import InputError, OutDir, progress
 
 if TYPE_CHECKING:
-    from pool_pymunk.stability import Cell
+    from pool_pymunk.studies.stability import Cell
 
 
 def stability(
@@ -39,7 +39,7 @@ def stability(
 
 
 def _solvers(names: str | None) -> list[str]:
-    from pool_pymunk.stability import columns
+    from pool_pymunk.studies.stability import columns
 
     known = [solver.name for solver in columns()]
     chosen = known if names is None else [name.strip() for name in names.split(",")]
@@ -51,7 +51,7 @@ def _solvers(names: str | None) -> list[str]:
 
 def _check(cells: list[Cell], solvers: list[str], quick: bool, processes: int) -> None:
     """Add the cells as they are worked out."""
-    from pool_pymunk.stability import EXTREMES, check_all
+    from pool_pymunk.studies.stability import EXTREMES, check_all
 
     with progress("measuring", len(EXTREMES) * len(solvers)) as bar:
         for cell in check_all(EXTREMES, solvers, quick, processes):
@@ -63,8 +63,9 @@ def _report(cells: list[Cell], folder: Path) -> None:
     """Print the table and write the files."""
     from rich.console import Console
 
-    from pool_pymunk.files import whole
-    from pool_pymunk.stability import heatmap, table
+    from pool_pymunk.render import heatmap
+    from pool_pymunk.safety.files import whole
+    from pool_pymunk.studies.stability import table
 
     cells = table.in_order(cells)
     console = Console(width=None if Console().is_terminal else 160, highlight=False)

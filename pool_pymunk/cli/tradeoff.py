@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from pool_pymunk.scene import Scene, Shot
-    from pool_pymunk.tradeoff import Ladders, Tradeoff
+    from pool_pymunk.model import Scene, Shot
+    from pool_pymunk.studies.tradeoff import Ladders, Tradeoff
 
 
 def tradeoff(
@@ -57,7 +57,7 @@ def tradeoff(
     folder = out or Path("renders") / Path(scenario).stem
     ladders = _ladders(solvers)
     shots = read_shots(scene, shot)
-    from pool_pymunk.tradeoff import tradeoff as measure
+    from pool_pymunk.studies.tradeoff import tradeoff as measure
 
     count = sum(len(steps) for steps in ladders.values())
     so_far: list[Tradeoff] = []
@@ -79,7 +79,7 @@ def tradeoff(
 
 def _report(result: Tradeoff, folder: Path) -> None:
     """Print the table and what it says, and write the files."""
-    from pool_pymunk.tradeoff import sentences
+    from pool_pymunk.studies.tradeoff import sentences
 
     _print(result)
     for line in sentences(result):
@@ -92,9 +92,9 @@ def _spread(
     scenario: str, scene: Scene, shots: Sequence[Shot | None], samples: int, seed: int
 ) -> float:
     """How far (m) half of the last digit of the start positions moves an end: the worst ball's."""
-    from pool_pymunk.sensitivity import sensitivity
-    from pool_pymunk.tradeoff import sound_shots
-    from pool_pymunk.uncertainty import written_uncertainty
+    from pool_pymunk.studies.sensitivity import sensitivity
+    from pool_pymunk.studies.tradeoff import sound_shots
+    from pool_pymunk.studies.uncertainty import written_uncertainty
 
     written = written_uncertainty(scenario)
     return max(
@@ -104,7 +104,7 @@ def _spread(
 
 
 def _ladders(solvers: str | None) -> Ladders:
-    from pool_pymunk.tradeoff import ladders_of
+    from pool_pymunk.studies.tradeoff import ladders_of
 
     with input_errors():
         return ladders_of(None if solvers is None else map(str.strip, solvers.split(",")))
@@ -119,7 +119,7 @@ def _print(result: Tradeoff) -> None:
 def _table(result: Tradeoff) -> Table:
     from rich.table import Table
 
-    from pool_pymunk.listing import step_text
+    from pool_pymunk.results.words import step_text
 
     units = result.scene.units
     table = Table(title=f"Errors at the end ({units.length}) and time for all shots")
@@ -137,9 +137,9 @@ def _table(result: Tradeoff) -> Table:
 
 
 def _save(result: Tradeoff, folder: Path) -> None:
-    from pool_pymunk.diagram import draw
-    from pool_pymunk.files import whole
-    from pool_pymunk.tradeoff import machine
+    from pool_pymunk.render.diagram import draw
+    from pool_pymunk.safety.files import whole
+    from pool_pymunk.studies.tradeoff import machine
 
     rows = [
         {**asdict(setting), "spread": result.spread, "seed": result.seed, **machine()}

@@ -17,10 +17,10 @@ from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 
+from pool_pymunk.model import Point, Scene
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.style import Style, ball_colors
 from pool_pymunk.render.view import View
-from pool_pymunk.scene import Point, Scene
 
 Color = tuple[float, float, float, float]
 BOLD = FontProperties(family="DejaVu Sans", weight="bold")

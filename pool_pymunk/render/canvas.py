@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pool_pymunk.scene import Point
+from pool_pymunk.model import Point
 
 Pixels = NDArray[np.uint8]
 POINTS_PER_INCH = 72.0

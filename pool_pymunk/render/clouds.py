@@ -11,14 +11,14 @@ from matplotlib.collections import CircleCollection
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle
 
-from pool_pymunk.files import whole
 from pool_pymunk.render.balls import Disc, discs, draw_balls, draw_ghosts
 from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import PRINT, Style
+from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
     from pool_pymunk.physics.motion import Array
-    from pool_pymunk.sensitivity import Sensitivity
+    from pool_pymunk.studies.sensitivity import Sensitivity
 
 DOTS = 1.1  # radius of a point, in points
 TAG = 0.38  # radius of a label's spot, in the ball's radius

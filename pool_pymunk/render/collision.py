@@ -12,11 +12,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, FancyArrowPatch
 
-from pool_pymunk.files import whole
+from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
-    from pool_pymunk.collide import Collision
-    from pool_pymunk.scene import Point, Units
+    from pool_pymunk.model import Point, Units
+    from pool_pymunk.report.collide import Collision
 
 INK, FAINT, BEFORE, AFTER = "#22262a", "#7d858d", "#0072b2", "#d55e00"
 FILLS = {"A": "#eef1f4", "B": "#f6e6cf"}

@@ -13,7 +13,7 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import POINTS_PER_INCH
 from pool_pymunk.render.style import Style, ball_colors
 from pool_pymunk.render.view import Box
-from pool_pymunk.result import Run
+from pool_pymunk.results.run import Run
 
 SAMPLES = 1500
 WIDE_RANGE = 30.0  # largest over smallest distance from which on the axis is logarithmic

@@ -10,10 +10,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
-from pool_pymunk.files import DEVICE_ERRORS
-from pool_pymunk.interrupts import deaf, uninterrupted
 from pool_pymunk.render.canvas import Pixels
 from pool_pymunk.render.output import RenderError, written
+from pool_pymunk.safety.files import DEVICE_ERRORS
+from pool_pymunk.safety.interrupts import deaf, uninterrupted
 
 Write = Callable[[Pixels], object]
 Recipe = tuple[str, ...]

@@ -14,7 +14,7 @@ from pool_pymunk.render.output import RenderError, written
 from pool_pymunk.render.sheet import Show
 from pool_pymunk.render.stage import Stage, Timing
 from pool_pymunk.render.style import SCREEN, Style
-from pool_pymunk.result import Run
+from pool_pymunk.results.run import Run
 
 Progress = Callable[[int], None]
 FORMATS = (".mp4", ".gif")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pool_pymunk.files import RenderError, whole
+from pool_pymunk.safety.files import RenderError, whole
 
 __all__ = ["RenderError", "written"]
 

@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 
+from pool_pymunk.model import Point, Scene
 from pool_pymunk.render.balls import discs, draw_arrow, draw_balls, draw_ghosts, draw_tracks
 from pool_pymunk.render.output import RenderError, written
 from pool_pymunk.render.sheet import Show, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.render.view import View
-from pool_pymunk.result import Run
-from pool_pymunk.scene import Point, Scene
+from pool_pymunk.results.run import Run
 
 When = Literal["start", "end"]
 FORMATS = (".png", ".svg", ".pdf")

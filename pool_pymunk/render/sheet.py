@@ -15,7 +15,7 @@ from pool_pymunk.render.output import RenderError
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.table import draw_plane, draw_table
 from pool_pymunk.render.view import Box, View, extent, fit
-from pool_pymunk.result import Run
+from pool_pymunk.results.run import Run
 
 DOT = "  \N{MIDDLE DOT}  "
 

@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Pixels, canvas, pixels
-from pool_pymunk.scene import Point
 
 FINE = 4  # sprites are drawn this many times finer than the frame, and placed as finely
 

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 
+from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import TRACK, Disc, discs, draw_balls, draw_ghosts
 from pool_pymunk.render.canvas import Pixels, draw_text, pixels
@@ -18,8 +19,7 @@ from pool_pymunk.render.sheet import Layout, Sheet, Show, draw_caption, draw_she
 from pool_pymunk.render.sprites import Sprite, Track, glow, sprites
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import View
-from pool_pymunk.result import Event, Run
-from pool_pymunk.scene import Point
+from pool_pymunk.results.run import Event, Run
 
 FLASH = 0.22  # s of film that a flash lasts
 TRACK_STRENGTH = 0.5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pool_pymunk.scene import Scene
+from pool_pymunk.model import Scene
 
 # Okabe and Ito's palette, told apart with any kind of colour vision.
 # The eighth is black, as players have it.

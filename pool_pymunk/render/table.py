@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import CircleCollection, LineCollection
 from matplotlib.patches import Polygon
 
+from pool_pymunk.model import Point, Table
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import CUSHION, RAIL, Box, View
-from pool_pymunk.scene import Point, Table
 
 SHARPEST_MITRE = math.radians(60.0)  # a sharper corner of the cushions is drawn round
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from pool_pymunk.result import Run
-from pool_pymunk.scene import Point, Scene
+from pool_pymunk.model import Point, Scene
+from pool_pymunk.results.run import Run
 
 CUSHION = 0.035  # width of the cushions and of the wooden rail, in the table's shorter side
 RAIL = 0.075

@@ -1,9 +1,9 @@
 """The solvers, one file each, and :func:`simulate`, which calls them by name.
 
 A solver is a function of a scene, the state to start from and :class:`Settings`; it returns the
-:class:`~pool_pymunk.result.Trace` it kept. Beside it, its :class:`Solver` record says what it can
-do, and that is all that studies, diagrams and the command line know of it. So adding one is a file
-with its record, and its place in ``SOLVERS``.
+:class:`~pool_pymunk.results.trace.Trace` that it kept. Beside it, its :class:`Solver` record says
+what it can do, and that is all that studies, diagrams and the command line know of it. So adding
+one is a file with its record, and its place in ``SOLVERS``.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.result import Event, Run, Trace
-from pool_pymunk.scene import Scene, Shot, State
+from pool_pymunk.results.run import Event, Run
+from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
@@ -37,6 +38,8 @@ SOLVERS: dict[str, Solver] = {
 
 class SettingError(ValueError):
     """A solver, shot or time step that does not exist or makes no sense."""
+
+    __module__ = "pool_pymunk"
 
 
 def simulate(

@@ -11,10 +11,10 @@ from functools import cache
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
+from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.path import motion_at, set_off
 from pool_pymunk.physics.sides import Face, Post, Wall
-from pool_pymunk.result import Trace
-from pool_pymunk.scene import Scene, State
+from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings, TraceRecorder
 

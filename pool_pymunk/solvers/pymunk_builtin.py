@@ -14,8 +14,9 @@ import math
 
 import pymunk
 
-from pool_pymunk.result import Trace
-from pool_pymunk.scene import Scene, State, ball_ball_restitution
+from pool_pymunk.model import Scene, State
+from pool_pymunk.model.scene import ball_ball_restitution
+from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 

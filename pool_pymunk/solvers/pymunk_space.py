@@ -12,9 +12,9 @@ from functools import cache, partial
 
 import pymunk
 
+from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.path import motion_at
-from pool_pymunk.result import Trace
-from pool_pymunk.scene import Scene, State
+from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.event_driven import walls
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings, TraceRecorder

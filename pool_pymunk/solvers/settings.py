@@ -7,11 +7,11 @@ from typing import NamedTuple, Protocol
 
 from pool_pymunk.engine.contacts import Recorder
 from pool_pymunk.engine.decisions import CONTACT_TIME
+from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.path import Path
-from pool_pymunk.result import Trace
-from pool_pymunk.scene import Scene, State
+from pool_pymunk.results.trace import Trace
 
 NEVER_SETTLES = 1_000_000  # contacts after which a run is given up, unless the user says otherwise
 
@@ -44,7 +44,7 @@ class Solve(Protocol):
 
 
 class TraceRecorder(Recorder):
-    """Writes what the contact engine does into a :class:`~pool_pymunk.result.Trace`."""
+    """Writes what the contact engine does into a :class:`~pool_pymunk.results.trace.Trace`."""
 
     def __init__(self, scene: Scene, trace: Trace, law: Law) -> None:
         self.scene = scene

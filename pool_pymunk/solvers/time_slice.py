@@ -18,10 +18,10 @@ import math
 from collections.abc import Iterator
 from math import atan2, cos, hypot, pi, sin
 
+from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.result import Trace
-from pool_pymunk.scene import Point, Scene, State
+from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings, sign_warning
 

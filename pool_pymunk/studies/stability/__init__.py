@@ -1,12 +1,13 @@
 """The extremes: where each solver breaks, by how much, from where on, and whether it says so.
 
 An extreme is a row of small scenes made from parameters, from mild to extreme; what must hold is
-measured, each with a bound and where the bound comes from (:mod:`pool_pymunk.stability.claims`).
+measured, each with a bound and where the bound comes from
+(:mod:`pool_pymunk.studies.stability.claims`).
 """
 
-from pool_pymunk.stability.extremes import EXTREMES, Extreme
-from pool_pymunk.stability.suite import Cell, Outcome, check, check_all, columns
-from pool_pymunk.stability.trial import Case, Measure, Trial
+from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
+from pool_pymunk.studies.stability.suite import Cell, Outcome, check, check_all, columns
+from pool_pymunk.studies.stability.trial import Case, Measure, Trial
 
 __all__ = [
     "EXTREMES",

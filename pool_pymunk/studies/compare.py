@@ -10,9 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
+from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.result import Event, Run
-from pool_pymunk.scene import Point
+from pool_pymunk.results.run import Event, Run
 
 Contact = tuple[tuple[str, ...], int | None]  # the balls, and the cushion if it was one
 Place = tuple[Contact, tuple[int, ...]]  # a contact, and the how-manieth it is of each of its balls

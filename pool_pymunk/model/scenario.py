@@ -1,4 +1,4 @@
-"""Scenario files: TOML in the file's units -> a :class:`~pool_pymunk.scene.Scene` in SI.
+"""Scenario files: TOML in the file's units -> a :class:`~pool_pymunk.model.scene.Scene` in SI.
 
 The models here know the format: which keys there are and what type each has. What the numbers may
 be is checked by the scene's parts. All problems of a file are reported at once, each in one line
@@ -18,8 +18,27 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pool_pymunk import scene as s
-from pool_pymunk.scene import LEFT_OUT, Problem, Scene, SceneError
+from pool_pymunk.model.outline import Table
+from pool_pymunk.model.parts import STANDARD_GRAVITY, Ball, Friction, Physics, Restitution, Shot
+from pool_pymunk.model.problems import (
+    LEFT_OUT,
+    TOO_LARGE,
+    Point,
+    Problem,
+    SceneError,
+    key_of,
+    name_problems,
+    number_problems,
+)
+from pool_pymunk.model.scene import (
+    Scene,
+    id_problems,
+    place_problems,
+    rest_needs,
+    restitution_needs,
+    shot_problems,
+)
+from pool_pymunk.model.units import Units
 
 Made = TypeVar("Made")
 Location = tuple[int | str, ...]  # where something stands in a file: ("balls", 2, "mass")
@@ -47,7 +66,7 @@ class _Table(_Section):
 
 class _Physics(_Section):
     law: str = "coulomb"
-    gravity: float = s.STANDARD_GRAVITY
+    gravity: float = STANDARD_GRAVITY
     max_time: float | None = None
 
 
@@ -111,7 +130,7 @@ def bundled() -> dict[str, Path]:
 def load(scenario: str | Path) -> Scene:
     """Read a scenario: a path, or the name of a bundled one.
 
-    Raises :class:`~pool_pymunk.scene.SceneError` with every problem of the file, or that it
+    Raises :class:`~pool_pymunk.SceneError` with every problem of the file, or that it
     cannot be read.
 
     >>> scene = load("report")
@@ -190,14 +209,14 @@ class _Builder:
         self.problems: dict[str, Problem] = {}  # by their text: the same is said once
         self.broken: set[Location] = set()
         self.file = self._read()
-        self.units = self._part("units", s.Units)
+        self.units = self._part("units", Units)
 
     def scene(self) -> Scene | None:
         """The Scene, or None where there are problems."""
         table = self._table()
-        physics = self._part("physics", s.Physics)
-        restitution = self._part("restitution", s.Restitution)
-        friction = self._part("friction", s.Friction)
+        physics = self._part("physics", Physics)
+        restitution = self._part("restitution", Restitution)
+        friction = self._part("friction", Friction)
         balls = dict(self._balls())
         shots = {k: self._shot(k, entry) for k, entry in enumerate(self.file.shots)}
         self._check_balls(balls, table)
@@ -269,10 +288,10 @@ class _Builder:
             self._note_all(_under(name, error))
             return kind(**values | {p.key: _stand_in(p.key) for p in error.problems})
 
-    def _point(self, xy: list[float], kind: str = "length") -> s.Point:
+    def _point(self, xy: list[float], kind: str = "length") -> Point:
         return (self.units.to_si(xy[0], kind), self.units.to_si(xy[1], kind))
 
-    def _table(self) -> s.Table | None:
+    def _table(self) -> Table | None:
         table = self.file.table
         if table is None:
             return None
@@ -280,17 +299,17 @@ class _Builder:
         try:
             if table.outline is not None:
                 self._note_all(_beside("table", size, "outline"))
-                return s.Table(tuple(map(self._point, table.outline)))
+                return Table(tuple(map(self._point, table.outline)))
             if self._is_broken("table", "outline"):
                 return None
             self._note_all(_wanted("table", size, "is wanted (or an outline)"))
             si = [self.units.to_si(x, "length") for x in size.values() if x is not None]
-            return s.Table.rectangle(*si) if len(si) == 2 else None
+            return Table.rectangle(*si) if len(si) == 2 else None
         except SceneError as error:
             self._note_all(_under("table", error))
             return None
 
-    def _balls(self) -> Iterator[tuple[int, s.Ball]]:
+    def _balls(self) -> Iterator[tuple[int, Ball]]:
         """The sound balls, each with its number."""
         for k, entry in enumerate(self.file.balls):
             own = {"id": entry.id, "position": entry.position}
@@ -313,8 +332,8 @@ class _Builder:
         value: float | None = getattr(entry, key)
         return getattr(self.file.ball, key) if value is None else value
 
-    def _ball(self, entry: _Ball, radius: float, mass: float) -> s.Ball:
-        return s.Ball(
+    def _ball(self, entry: _Ball, radius: float, mass: float) -> Ball:
+        return Ball(
             id="?" if entry.id is None else entry.id,
             position=self._point(entry.position or [0.0, 0.0]),
             radius=self.units.to_si(radius, "length"),
@@ -324,21 +343,21 @@ class _Builder:
             color=self.file.ball.color if entry.color is None else entry.color,
         )
 
-    def _shot(self, k: int, entry: _Shot) -> s.Shot:
+    def _shot(self, k: int, entry: _Shot) -> Shot:
         """A shot; where it is unsound, one that stands in for it in the checks to come."""
         key, name = f"shots[{k}]", f"Shot {k + 1}" if entry.name is None else entry.name
         ball, goes_on = self._shot_ball(key, entry), entry.from_ == "previous"
         try:
             if self._launch_is_sound(key, entry):
                 ends = {id_: self._point(end) for id_, end in entry.published.items()}
-                return s.Shot(name, ball, *self._launch(entry), goes_on, ends)
+                return Shot(name, ball, *self._launch(entry), goes_on, ends)
         except SceneError as error:
             self._note_all(_under(key, error))
         ends = dict.fromkeys(entry.published, (0.0, 0.0))
         aim = entry.aim or None
         velocity = None if aim else (0.0, 0.0)
-        name = key if any(s.name_problems("name", name)) else name
-        return s.Shot(name, ball, velocity, 0.0, aim, goes_on, ends)
+        name = key if any(name_problems("name", name)) else name
+        return Shot(name, ball, velocity, 0.0, aim, goes_on, ends)
 
     def _shot_ball(self, key: str, entry: _Shot) -> str:
         if entry.ball is not None:
@@ -377,12 +396,12 @@ class _Builder:
         elif turned is None:
             yield Problem(f"{key}.angle", LEFT_OUT, "is wanted beside speed (or aim)")
         else:
-            yield from s.number_problems(f"{key}.speed", self.units.to_si(speed, "speed"), 0.0)
+            yield from number_problems(f"{key}.speed", self.units.to_si(speed, "speed"), 0.0)
             yield from _beside(key, {"aim": entry.aim} if turned == "angle" else {}, "angle")
             if entry.angle is not None and not math.isfinite(entry.angle):
                 yield Problem(f"{key}.angle", entry.angle, "must be a finite number")
 
-    def _launch(self, entry: _Shot) -> tuple[s.Point | None, float | None, str | None]:
+    def _launch(self, entry: _Shot) -> tuple[Point | None, float | None, str | None]:
         """Velocity and speed (SI) and aim, as far as the file gives them."""
         if entry.velocity is not None:
             return self._point(entry.velocity, "speed"), None, None
@@ -394,31 +413,29 @@ class _Builder:
 
     # -- between the parts -----------------------------------------------------------------------
 
-    def _check_balls(self, balls: Mapping[int, s.Ball], table: s.Table | None) -> None:
+    def _check_balls(self, balls: Mapping[int, Ball], table: Table | None) -> None:
         entries = self.file.balls
         if not entries:
             self._note_all([Problem("balls", LEFT_OUT, "one ball or more is wanted")])
         ids = {k: entry.id for k, entry in enumerate(entries) if entry.id is not None}
         cues = [k for k, entry in enumerate(entries) if entry.cue]
-        self._note_all(s.id_problems(ids, cues))
-        self._note_all(s.place_problems(balls, table))
+        self._note_all(id_problems(ids, cues))
+        self._note_all(place_problems(balls, table))
 
-    def _check_shots(self, shots: Mapping[int, s.Shot]) -> None:
+    def _check_shots(self, shots: Mapping[int, Shot]) -> None:
         ids = [entry.id for entry in self.file.balls if entry.id is not None]
         if not self._knows_balls():  # then any name may be the name of a ball
             for shot in shots.values():
                 ids += [shot.ball, shot.aim or shot.ball, *shot.published]
-        self._note_all(s.shot_problems(shots, ids))
+        self._note_all(shot_problems(shots, ids))
 
-    def _check_needs(
-        self, restitution: s.Restitution, friction: s.Friction, physics: s.Physics
-    ) -> None:
+    def _check_needs(self, restitution: Restitution, friction: Friction, physics: Physics) -> None:
         balls = self.file.balls
         cues = [k for k, ball in enumerate(balls) if ball.cue]
         moves = bool(self.file.shots) or any(any(ball.velocity or ()) for ball in balls)
         has_table = "table" in self.raw
-        self._note_all(s.restitution_needs(restitution, has_table, len(balls), cues))
-        self._note_all(s.rest_needs(friction, physics, moves))
+        self._note_all(restitution_needs(restitution, has_table, len(balls), cues))
+        self._note_all(rest_needs(friction, physics, moves))
 
 
 _LAUNCH = ("velocity", "speed", "angle", "aim")
@@ -452,7 +469,7 @@ def _beside(key: str, values: Mapping[str, object], other: str) -> Iterator[Prob
 
 def _key(location: Location) -> str:
     """``("balls", 2, "mass")`` as ``balls[2].mass``."""
-    parts = (f"[{part}]" if isinstance(part, int) else f".{s.key_of(part)}" for part in location)
+    parts = (f"[{part}]" if isinstance(part, int) else f".{key_of(part)}" for part in location)
     return "".join(parts).removeprefix(".")
 
 
@@ -515,7 +532,7 @@ def _type_message(details: Any) -> str:
         return f"must be {details['ctx']['expected']}".replace("'", '"')
     if kind == "float_type":
         is_integer = isinstance(value, int) and not isinstance(value, bool)
-        return s.TOO_LARGE if is_integer else "must be a number"
+        return TOO_LARGE if is_integer else "must be a number"
     if kind == "list_type" and location[-1] in ("balls", "shots"):
         return f"must be a list: write [[{location[-1]}]] above each of them"
     if kind == "list_type":

@@ -7,8 +7,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.scene import (
+from pool_pymunk.model import (
     STANDARD_GRAVITY,
     Ball,
     Friction,
@@ -18,9 +17,10 @@ from pool_pymunk.scene import (
     Scene,
     Table,
 )
-from pool_pymunk.stability import closed_forms as must
-from pool_pymunk.stability.claims import energy_kept, momentum_kept
-from pool_pymunk.stability.trial import Case
+from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.studies.stability import closed_forms as must
+from pool_pymunk.studies.stability.claims import energy_kept, momentum_kept
+from pool_pymunk.studies.stability.trial import Case
 
 R = 2.0**-5  # m; sizes and places are short binary numbers, so that what should touch does
 M = 0.2  # kg

@@ -30,10 +30,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
+from pool_pymunk.model import Point, Problem, SceneError
+from pool_pymunk.model.problems import number_problems, size_problems
 from pool_pymunk.physics.contact import NT, Contact, Pair, split
 from pool_pymunk.physics.laws import LAWS, respond
 from pool_pymunk.physics.motion import kinetic_energy
-from pool_pymunk.scene import Point, Problem, SceneError, number_problems, size_problems
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +170,7 @@ class Collision:
 def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC) -> Collision:
     """The collision of two balls whose centres are ``offset`` (m) apart across their approach.
 
-    Raises :class:`~pool_pymunk.scene.SceneError` for sizes and coefficients that make no sense, and
+    Raises :class:`~pool_pymunk.SceneError` for sizes and coefficients that make no sense, and
     where there is no collision: an offset as large as the sum of the radii, balls that keep their
     distance.
 
@@ -179,7 +180,7 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
     >>> collide(Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03), offset=-0.07)
     Traceback (most recent call last):
         ...
-    pool_pymunk.scene.SceneError: offset = -0.07: the balls miss: the radii add up to less
+    pool_pymunk.SceneError: offset = -0.07: the balls miss: the radii add up to less
     """
     _raise_any([*_problems(a, b, material), *number_problems("offset", abs(offset), 0.0)])
     reach = a.radius + b.radius

@@ -11,11 +11,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from pool_pymunk.listing import step_text
+from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import find_solver
-from pool_pymunk.stability.extremes import EXTREMES, Extreme
-from pool_pymunk.stability.suite import Cell, columns
-from pool_pymunk.stability.table import notes
+from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
+from pool_pymunk.studies.stability.suite import Cell, columns
+from pool_pymunk.studies.stability.table import notes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,20 +6,21 @@ import math
 import re
 from collections.abc import Sequence
 
-from pool_pymunk.scene import UNITS, Point, Problem, SceneError, Units
+from pool_pymunk.model.problems import Point, Problem, SceneError
+from pool_pymunk.model.units import UNITS, Units
 
 
 def quantity(key: str, text: str, kind: str, units: Units) -> float:
     """A length, mass or speed (``kind``) as typed, in SI; a bare number is in ``units``.
 
-    Raises :class:`~pool_pymunk.scene.SceneError`, which names ``key``, for anything else.
+    Raises :class:`~pool_pymunk.SceneError`, which names ``key``, for anything else.
 
     >>> quantity("--tolerance", "0.01in", "length", Units()), quantity("m", "160", "mass", Units())
     (0.000254, 160.0)
     >>> quantity("radius", "big", "length", Units())
     Traceback (most recent call last):
         ...
-    pool_pymunk.scene.SceneError: radius = "big": must be a length, such as 1 cm (m, cm, mm, in)
+    pool_pymunk.SceneError: radius = "big": must be a length, such as 1 cm (m, cm, mm, in)
     """
     known = UNITS[kind]
     longest_first = sorted(known, key=len, reverse=True)

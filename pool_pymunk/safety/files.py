@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pool_pymunk.interrupts import heed, uninterrupted
+from pool_pymunk.safety.interrupts import heed, uninterrupted
 
 # What a device says that fails: EIO, EFBIG, ENOSPC, EDQUOT (other OSErrors are about the place).
 DEVICE_ERRORS = (errno.EIO, errno.EFBIG, errno.ENOSPC, errno.EDQUOT)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pool_pymunk.solvers import find_solver
-from pool_pymunk.stability.extremes import EXTREMES
-from pool_pymunk.stability.suite import Cell, columns
+from pool_pymunk.studies.stability.extremes import EXTREMES
+from pool_pymunk.studies.stability.suite import Cell, columns
 
 if TYPE_CHECKING:
     from rich.table import Table

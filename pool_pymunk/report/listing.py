@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from pool_pymunk.result import STATUSES, Run
-from pool_pymunk.scene import Point, Scene
+from pool_pymunk.model import Point, Scene
+from pool_pymunk.results.run import STATUSES, Run
+from pool_pymunk.results.words import counted
 
 
 def opening(scene: Scene) -> Iterator[str]:
@@ -95,27 +96,6 @@ class Agreement:
     def as_dict(self) -> dict[str, object]:
         """For the JSON; ``largest`` in m."""
         return {"agree": len(self.agreeing), "of": self.count, "largest": self.largest}
-
-
-def step_text(dt: float) -> str:
-    """A time step as one writes it: a number, or a fraction where the number would be rounded.
-
-    >>> step_text(0.0001), step_text(1 / 240), step_text(1e-6)
-    ('0.0001 s', '1/240 s', '1e-06 s')
-    """
-    per_second = round(1.0 / dt)
-    if per_second > 0 and abs(per_second * dt - 1.0) < 1e-9 and float(f"{dt:g}") != dt:
-        return f"1/{per_second} s"
-    return f"{dt:g} s"
-
-
-def counted(number: int, noun: str) -> str:
-    """``counted(1, "ball")`` is "1 ball", ``counted(2, "ball")`` "2 balls".
-
-    >>> counted(0, "contact")
-    '0 contacts'
-    """
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _heading(run: Run) -> str:

@@ -8,9 +8,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from pool_pymunk.scene import Point, Scene
-from pool_pymunk.stability.claims import CARE, farthest
-from pool_pymunk.stability.trial import Claim, Measure, Trial, distance, longest, under, wrong
+from pool_pymunk.model import Point, Scene
+from pool_pymunk.studies.stability.claims import CARE, farthest
+from pool_pymunk.studies.stability.trial import (
+    Claim,
+    Measure,
+    Trial,
+    distance,
+    longest,
+    under,
+    wrong,
+)
 
 
 def by_coulomb(claim: Claim) -> Claim:

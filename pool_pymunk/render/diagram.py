@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pool_pymunk.listing import step_text
+from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
-from pool_pymunk.tradeoff import Setting, Tradeoff, order
+from pool_pymunk.studies.tradeoff import Setting, Tradeoff, order
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -25,11 +25,11 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from pool_pymunk.compare import contact_order
-from pool_pymunk.listing import step_text
-from pool_pymunk.result import Run
-from pool_pymunk.scene import Point, Scene, Shot, Units
+from pool_pymunk.model import Point, Scene, Shot, Units
+from pool_pymunk.results.run import Run
+from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SettingError, find_solver, simulate
+from pool_pymunk.studies.compare import contact_order
 
 SAFETY = 4.0  # the estimated error is so many times the largest change
 BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # further steps that must agree, in dt

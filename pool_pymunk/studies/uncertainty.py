@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.model import TOUCHING, Edge, Point, Scene, Table, Units
+from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.scenario import bundled
-from pool_pymunk.scene import TOUCHING, Edge, Point, Scene, Table, Units
 from pool_pymunk.solvers import SettingError
 
 Mask = NDArray[np.bool_]
@@ -38,7 +38,7 @@ class Uncertainty:
     >>> Uncertainty(position=-1.0)
     Traceback (most recent call last):
         ...
-    pool_pymunk.solvers.SettingError: position = -1.0: must be 0 or more, and finite
+    pool_pymunk.SettingError: position = -1.0: must be 0 or more, and finite
     """
 
     position: float | Mapping[str, Point] = 0.0

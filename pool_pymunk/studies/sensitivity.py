@@ -19,13 +19,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pool_pymunk.compare import contact_order
-from pool_pymunk.interrupts import deaf, heed
+from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.result import STATUSES, Run
-from pool_pymunk.scene import Point, Scene, Shot, State
+from pool_pymunk.results.run import STATUSES, Run
+from pool_pymunk.safety.interrupts import deaf, heed
 from pool_pymunk.solvers import SettingError, find_shot, simulate, yardstick
-from pool_pymunk.uncertainty import Mask, Room, Uncertainty
+from pool_pymunk.studies.compare import contact_order
+from pool_pymunk.studies.uncertainty import Mask, Room, Uncertainty
 
 UNFINISHED = ("max_events", "non_finite")
 CHUNK = 25  # samples that a process plays before it reports

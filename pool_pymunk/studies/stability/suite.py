@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.pool import IMapIterator
 
-from pool_pymunk.interrupts import deaf, heed
-from pool_pymunk.listing import step_text
+from pool_pymunk.results.words import step_text
+from pool_pymunk.safety.interrupts import deaf, heed
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
-from pool_pymunk.stability.claims import measures
-from pool_pymunk.stability.extremes import EXTREMES, Extreme
-from pool_pymunk.stability.trial import GRID, Measure, Trial, wrong
+from pool_pymunk.studies.stability.claims import measures
+from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
+from pool_pymunk.studies.stability.trial import GRID, Measure, Trial, wrong
 
 MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000  # of one run; what needs more is not run
 MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000  # the same, of pairs looked at one by one

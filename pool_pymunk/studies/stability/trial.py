@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pool_pymunk.model import Ball, Scene
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.result import Run
-from pool_pymunk.scene import Ball, Scene
+from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, simulate, yardstick
 
 EPSILON = 2.0**-52

@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pool_pymunk.compare import Comparison, contacts
-from pool_pymunk.result import Run
-from pool_pymunk.scene import Point, Scene, Shot, Table
+from pool_pymunk.model import Point, Scene, Shot, Table
+from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import SOLVERS, find_solver, simulate, yardstick
+from pool_pymunk.studies.compare import Comparison, contacts
 
 Ladders = Mapping[str, Sequence[float | None]]  # the steps (s) of each solver
 
@@ -229,7 +229,7 @@ def sentences(result: Tradeoff) -> list[str]:
 
 def _within(result: Tradeoff, digits: float) -> str:
     """Which step comes within so many units of length for the least time, in words."""
-    from pool_pymunk.listing import step_text
+    from pool_pymunk.results.words import step_text
 
     units = result.scene.units
     stepped = (s for s in result.settings if s.dt is not None)

@@ -19,7 +19,7 @@ import numpy as np
 from pool_pymunk.physics.motion import Array, kinetic_energy, slide_many
 
 if TYPE_CHECKING:
-    from pool_pymunk.scene import Point, Scene, Shot, State
+    from pool_pymunk.model import Point, Scene, Shot, State
 
 SAMPLES_PER_SECOND = 60
 
@@ -44,56 +44,6 @@ class Event:
         """The event as it stands in the JSON."""
         record: dict[str, object] = {"t": self.t, "kind": self.kind, "balls": list(self.balls)}
         return record if self.cushion is None else {**record, "cushion": self.cushion}
-
-
-class Trace:
-    """What a solver writes down while it runs; balls are numbers, as in ``scene.balls``."""
-
-    def __init__(self, start: State) -> None:
-        self.knots: list[list[tuple[float, float, float, float, float]]] = [
-            [(0.0, *p, *v)] for p, v in zip(start.position, start.velocity, strict=True)
-        ]
-        self.events: list[tuple[float, str, tuple[int, ...], int | None]] = []
-        self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
-        self.status = "settled"
-        self.duration = 0.0
-        self.steps = 0
-
-    def knot(self, i: int, t: float, position: Point, velocity: Point) -> None:
-        """Ball ``i`` moves on from ``position`` with a new ``velocity`` at ``t``."""
-        self.knots[i].append((t, *position, *velocity))
-
-    def ball_ball(self, t: float, i: int, j: int) -> None:
-        """Balls ``i`` and ``j`` met."""
-        self.events.append((t, "ball-ball", (i, j), None))
-
-    def ball_cushion(self, t: float, i: int, cushion: int) -> None:
-        """Ball ``i`` met a cushion."""
-        self.events.append((t, "ball-cushion", (i,), cushion))
-
-    def stop(self, i: int, t: float, position: Point) -> None:
-        """Ball ``i`` came to rest."""
-        self.knots[i].append((t, *position, 0.0, 0.0))
-        self.events.append((t, "stop", (i,), None))
-        self.duration = max(self.duration, t)
-
-    def forget_stop(self, i: int, t: float) -> None:
-        """Ball ``i`` had not come to rest at ``t`` after all."""
-        stop = (t, "stop", (i,), None)
-        del self.events[len(self.events) - 1 - self.events[::-1].index(stop)]
-
-    def warn(self, text: str, t: float) -> None:
-        """Note what the user should know of what happened at ``t``."""
-        first, times = self.warned.get(text, (t, 0))
-        self.warned[text] = first, times + 1
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """All warnings, each once."""
-        return tuple(
-            f"{text} ({f'{times} times, first ' if times > 1 else ''}at {first:.6g} s)"
-            for text, (first, times) in self.warned.items()
-        )
 
 
 @dataclass(frozen=True)
@@ -158,7 +108,7 @@ class Run:
     @cached_property
     def end(self) -> State:
         """Positions (m) and velocities (m/s) at the end, exactly as the solver left them."""
-        from pool_pymunk.scene import State
+        from pool_pymunk.model import State
 
         position, velocity = self.at([self.duration])
         return State(_points(position[0]), _points(velocity[0]))

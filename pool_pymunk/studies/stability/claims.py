@@ -5,8 +5,8 @@ Where the bounds come from:
 - *Rounding*: a contact rounds velocities and positions a few times; after K contacts that is at
   most ``CARE * (K + 1)`` units of rounding, of the velocities or of the largest coordinate.
 - *Amplification*: how far two exact runs move apart whose starts differ by one unit of rounding is
-  measured (:func:`pool_pymunk.stability.trial.exact`). Every contact may nudge a run like that, so
-  two exact solvers may differ by ``CARE * (K + 1)`` times as much, and by no more.
+  measured (:func:`pool_pymunk.studies.stability.trial.exact`). Every contact may nudge a run like
+  that, so two exact solvers may differ by ``CARE * (K + 1)`` times as much, and by no more.
 - *Lateness*: a solver that answers contacts at the end of a step promises no more than its step:
   it may overlap by the way that the fastest ball comes in one, and every contact may nudge it by
   as much; but it is wrong where a ball is off by more than a radius.
@@ -20,10 +20,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from pool_pymunk.model import Scene, SceneError, State, Table
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.result import Run
-from pool_pymunk.scene import Scene, SceneError, State, Table
-from pool_pymunk.stability.trial import (
+from pool_pymunk.results.run import Run
+from pool_pymunk.studies.stability.trial import (
     EPSILON,
     Measure,
     Trial,

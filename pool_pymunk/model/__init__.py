@@ -1,0 +1,38 @@
+"""What is on the table, in SI units: scenes and their parts, units and problems.
+
+Scenario files are read by :mod:`pool_pymunk.model.scenario`.
+"""
+
+from pool_pymunk.model.outline import Edge, Table
+from pool_pymunk.model.parts import (
+    NEAREST,
+    STANDARD_GRAVITY,
+    Ball,
+    Friction,
+    Physics,
+    Restitution,
+    Shot,
+)
+from pool_pymunk.model.problems import TOUCHING, Point, Problem, SceneError
+from pool_pymunk.model.scene import Scene, State
+from pool_pymunk.model.units import UNITS, Units
+
+__all__ = [
+    "NEAREST",
+    "STANDARD_GRAVITY",
+    "TOUCHING",
+    "UNITS",
+    "Ball",
+    "Edge",
+    "Friction",
+    "Physics",
+    "Point",
+    "Problem",
+    "Restitution",
+    "Scene",
+    "SceneError",
+    "Shot",
+    "State",
+    "Table",
+    "Units",
+]

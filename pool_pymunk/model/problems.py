@@ -1,0 +1,157 @@
+"""What is wrong with a scene: problems, one line each, and the error that lists them all."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import unicodedata
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+Point = tuple[float, float]
+
+LEFT_OUT = "(left out)"
+
+# Balls may overlap by this share of the distance between their centres: a frozen rack's
+# coordinates are rounded. ROUNDING covers the coordinates themselves, far from the origin.
+TOUCHING = 1e-9
+ROUNDING = 4 * 2.0**-52
+
+# Numbers (SI) stay within these bounds, sizes within both: squares and products of a few of them
+# stay in the range of floating point.
+SMALLEST, LARGEST = 1e-100, 1e100
+TOO_SMALL = f"is too small (less than {SMALLEST:g} in SI units)"
+TOO_LARGE = f"is too large (more than {LARGEST:g} in SI units)"
+
+MOST_SHOWN = 60  # characters of a value in a message
+MOST_LISTED = 12  # names in a message
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong with a scene: where, what stands there, and what would be right."""
+
+    key: str
+    value: object
+    message: str
+
+    def __str__(self) -> str:
+        value = LEFT_OUT if self.value is LEFT_OUT else shown(self.value)
+        return _one_line(f"{self.key} = {value}: {self.message}")
+
+
+class SceneError(ValueError):
+    """A scene that cannot be simulated; ``problems`` lists everything that is wrong with it.
+
+    >>> Ball("1", (0.0, 0.0), radius=-1.0, mass=math.nan)
+    Traceback (most recent call last):
+        ...
+    pool_pymunk.SceneError: radius = -1.0: must be greater than 0
+    mass = nan: must be a finite number
+    """
+
+    __module__ = "pool_pymunk"
+
+    def __init__(self, problems: Sequence[Problem], source: str = "") -> None:
+        self.problems = tuple(problems)
+        self.source = source
+        prefix = _one_line(f"{source}: ") if source else ""
+        super().__init__("\n".join(f"{prefix}{problem}" for problem in self.problems))
+
+
+def shown(value: object) -> str:
+    """A value as a scenario file writes it, shortened.
+
+    >>> shown([True, "a", {"b": math.inf}])
+    '[true, "a", {b = inf}]'
+    """
+    text = _toml(value, depth=3)
+    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
+
+
+def _toml(value: object, depth: int) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int) and value.bit_length() > 4 * MOST_SHOWN:
+        return f"(a number of about {int(value.bit_length() * math.log10(2)) + 1} digits)"
+    if isinstance(value, str):
+        return f'"{_clipped(value)}"'
+    if not isinstance(value, list | tuple | Mapping):
+        return str(value)
+    if depth == 0:
+        return "..."
+    if isinstance(value, Mapping):
+        items = islice(value.items(), MOST_SHOWN)
+        return "{" + ", ".join(f"{key_of(k)} = {_toml(v, depth - 1)}" for k, v in items) + "}"
+    return "[" + ", ".join(_toml(v, depth - 1) for v in value[:MOST_SHOWN]) + "]"
+
+
+def _clipped(text: str) -> str:
+    return text if len(text) <= MOST_SHOWN - 2 else text[: MOST_SHOWN - 5] + "..."
+
+
+def key_of(name: str) -> str:
+    """A key as a scenario file writes it: bare where it can be, else in quotes.
+
+    >>> key_of("8"), key_of("ball 8")
+    ('8', '"ball 8"')
+    """
+    return name if re.fullmatch("[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
+
+
+def listed(names: Collection[str]) -> str:
+    """Names in a row; of many, the first."""
+    first = ", ".join(_clipped(name) for name in islice(names, MOST_LISTED))
+    more = len(names) - MOST_LISTED
+    return first if more <= 0 else f"{first} and {more} more"
+
+
+def _one_line(text: str) -> str:
+    """Line breaks, tabs and what else does not print, as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def raise_any(problems: Iterable[Problem]) -> None:
+    found = list(problems)
+    if found:
+        raise SceneError(found)
+
+
+def number_problems(key: str, value: float, low: float, high: float = LARGEST) -> Iterator[Problem]:
+    """What is wrong with a number that must be finite and lie between ``low`` and ``high``."""
+    if not math.isfinite(value):
+        yield Problem(key, value, "must be a finite number")
+    elif high < LARGEST and not low <= value <= high:
+        yield Problem(key, value, f"must be between {low:g} and {high:g}")
+    elif value < low:
+        yield Problem(key, value, f"must be {low:g} or more")
+    elif value > high:
+        yield Problem(key, value, TOO_LARGE)
+
+
+def size_problems(key: str, value: float) -> Iterator[Problem]:
+    """What is wrong with a number that must be greater than zero."""
+    if value <= 0.0:
+        message = "must be greater than 0" if math.isfinite(value) else "must be a finite number"
+        yield Problem(key, value, message)
+    elif value < SMALLEST:
+        yield Problem(key, value, TOO_SMALL)
+    else:
+        yield from number_problems(key, value, 0.0)
+
+
+def point_problems(key: str, point: Point) -> Iterator[Problem]:
+    if not (math.isfinite(point[0]) and math.isfinite(point[1])):
+        yield Problem(key, list(point), "must be two finite numbers")
+    elif max(map(abs, point)) > LARGEST:
+        yield Problem(key, list(point), TOO_LARGE)
+
+
+def name_problems(key: str, name: str) -> Iterator[Problem]:
+    """What is wrong with a name that is to be printed in a line."""
+    if not name.strip():
+        yield Problem(key, name, "must not be empty")
+    elif any(unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") for c in name):
+        yield Problem(key, name, "must be one line of text without control characters")

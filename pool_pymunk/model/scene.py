@@ -1,0 +1,248 @@
+"""What is on the table: frozen objects in SI units, checked when they are made.
+
+A :class:`Scene` holds everything a solver may know. What a scene leaves out (a table, surface
+friction, a second ball) is physics that no solver computes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice
+from typing import NamedTuple
+
+from pool_pymunk.model.outline import Table
+from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Restitution, Shot
+from pool_pymunk.model.problems import (
+    LEFT_OUT,
+    ROUNDING,
+    TOUCHING,
+    Point,
+    Problem,
+    key_of,
+    listed,
+    raise_any,
+    shown,
+)
+from pool_pymunk.model.units import Units
+from pool_pymunk.physics.contact import Pair
+
+MOST_OVERLAPS = 100  # reported of one scene
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a solver may know: balls, table, materials, law, and the shots to play.
+
+    >>> scene = Scene(
+    ...     balls=(Ball("C", (1.0, 1.0), 0.05, 0.2, cue=True), Ball("1", (2.0, 1.0), 0.05, 0.2)),
+    ...     restitution=Restitution(ball_ball=0.9),
+    ...     friction=Friction(surface=0.1),
+    ...     shots=(Shot("straight", "C", speed=2.0, aim="nearest"),),
+    ... )
+    >>> round(scene.deceleration, 6), scene.index["1"], scene.start(scene.shots[0]).velocity[0]
+    (0.980665, 1, (2.0, 0.0))
+    """
+
+    balls: tuple[Ball, ...]
+    table: Table | None = None
+    restitution: Restitution = field(default_factory=Restitution)
+    friction: Friction = field(default_factory=Friction)
+    physics: Physics = field(default_factory=Physics)
+    shots: tuple[Shot, ...] = ()
+    title: str = ""
+    units: Units = field(default_factory=Units)
+
+    def __post_init__(self) -> None:
+        raise_any(self._problems())
+
+    def _problems(self) -> Iterator[Problem]:
+        balls, shots = dict(enumerate(self.balls)), dict(enumerate(self.shots))
+        cues = [k for k, ball in balls.items() if ball.cue]
+        moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for ball in self.balls)
+        if not self.balls:
+            yield Problem("balls", LEFT_OUT, "one ball or more is wanted")
+        yield from id_problems({k: ball.id for k, ball in balls.items()}, cues)
+        yield from place_problems(balls, self.table)
+        yield from shot_problems(shots, [ball.id for ball in self.balls])
+        yield from restitution_needs(self.restitution, self.table is not None, len(balls), cues)
+        yield from rest_needs(self.friction, self.physics, moves)
+
+    @cached_property
+    def index(self) -> Mapping[str, int]:
+        """The place of each ball's id in ``balls``."""
+        return {ball.id: i for i, ball in enumerate(self.balls)}
+
+    @property
+    def deceleration(self) -> float:
+        """What surface friction takes from a moving ball's speed, a = mu_s g (m/s^2, Eq. 10)."""
+        return _deceleration(self.friction, self.physics)
+
+    @property
+    def cue(self) -> Ball | None:
+        """The cue ball, where there is one."""
+        return next((ball for ball in self.balls if ball.cue), None)
+
+    def pair(self, i: int, j: int) -> Pair:
+        """Masses and coefficients of a hit of ball ``i`` (A) with ball ``j`` (B)."""
+        a, b = self.balls[i], self.balls[j]
+        e = ball_ball_restitution(self.restitution, a.cue or b.cue)
+        assert e is not None, "restitution_needs saw to it"
+        return Pair(a.mass, b.mass, e, self.friction.ball_ball)
+
+    def start(self, shot: Shot | None, before: State | None = None) -> State:
+        """Positions and velocities at the moment of a shot, from ``before`` or the scene's own."""
+        state = before or State(
+            tuple(ball.position for ball in self.balls), tuple(ball.velocity for ball in self.balls)
+        )
+        if shot is None:
+            return state
+        i = self.index[shot.ball]
+        velocity = shot.velocity or self._aimed(shot, i, state.position)
+        velocities = (*state.velocity[:i], velocity, *state.velocity[i + 1 :])
+        return State(state.position, velocities)
+
+    def _aimed(self, shot: Shot, i: int, position: Sequence[Point]) -> Point:
+        assert shot.speed is not None and shot.aim is not None
+        x, y = position[i]
+        target = self.nearest(i, position) if shot.aim == NEAREST else self.index[shot.aim]
+        angle = math.atan2(position[target][1] - y, position[target][0] - x)
+        return (math.cos(angle) * shot.speed, math.sin(angle) * shot.speed)
+
+    def nearest(self, i: int, position: Sequence[Point] | None = None) -> int:
+        """The ball whose centre is nearest to that of ball ``i`` (the first of equals)."""
+        at = position or [ball.position for ball in self.balls]
+        others = (j for j in range(len(at)) if j != i)
+        return min(others, key=lambda j: math.dist(at[i], at[j]))
+
+
+class State(NamedTuple):
+    """Where the balls are (m) and how they move (m/s), in the scene's order."""
+
+    position: tuple[Point, ...]
+    velocity: tuple[Point, ...]
+
+
+def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | None:
+    """The coefficient of a hit between two balls; ``cue_ball`` defaults to ``ball_ball``."""
+    if with_cue and restitution.cue_ball is not None:
+        return restitution.cue_ball
+    return restitution.ball_ball
+
+
+def _deceleration(friction: Friction, physics: Physics) -> float:
+    return friction.surface * physics.gravity
+
+
+# What can be wrong between the parts of a scene. Balls and shots come with their numbers: a
+# scenario file of which some are unsound is checked as far as it is sound.
+
+
+def id_problems(ids: Mapping[int, str], cues: Sequence[int]) -> Iterator[Problem]:
+    """Repeated ids, a second cue ball."""
+    yield from _repeated("balls", "id", ids)
+    for k in cues[1:]:
+        yield Problem(f"balls[{k}].cue", True, f"balls[{cues[0]}] is the cue ball already")
+
+
+def _repeated(key: str, field: str, names: Mapping[int, str]) -> Iterator[Problem]:
+    seen: dict[str, int] = {}
+    for k, name in names.items():
+        if seen.setdefault(name, k) != k:
+            yield Problem(
+                f"{key}[{k}].{field}", name, f"is the {field} of {key}[{seen[name]}] already"
+            )
+
+
+def place_problems(balls: Mapping[int, Ball], table: Table | None) -> Iterator[Problem]:
+    """Balls off the table, in a cushion, in each other."""
+    if table is not None:
+        for k, ball in balls.items():
+            yield from _table_problems(k, ball, table)
+    for i, j in sorted(islice(_overlaps(balls), MOST_OVERLAPS)):
+        message = f"ball {shown(balls[j].id)} overlaps ball {shown(balls[i].id)}"
+        yield Problem(f"balls[{j}].position", list(balls[j].position), message)
+
+
+def _table_problems(k: int, ball: Ball, table: Table) -> Iterator[Problem]:
+    x, y = ball.position
+    slack = TOUCHING * ball.radius + ROUNDING * max(map(abs, table.bounds))
+    key, name = f"balls[{k}].position", f"ball {shown(ball.id)}"
+    if not table.contains(x, y):
+        yield Problem(key, [x, y], f"{name} is off the table")
+        return
+    reach = ball.radius - slack
+    touched = [str(n) for n, edge in enumerate(table.edges) if edge.distance(x, y) < reach]
+    if touched:
+        cushions = "cushion" if len(touched) == 1 else "cushions"
+        yield Problem(key, [x, y], f"{name} overlaps {cushions} {listed(touched)}")
+
+
+def _overlaps(balls: Mapping[int, Ball]) -> Iterator[tuple[int, int]]:
+    """Overlapping balls, by a sweep along the longer side of what the balls cover."""
+    if not balls:
+        return
+    spread = [max(s) - min(s) for s in zip(*(b.position for b in balls.values()), strict=True)]
+    axis = spread.index(max(spread))
+    active: list[int] = []
+    for i in sorted(balls, key=lambda k: balls[k].position[axis] - balls[k].radius):
+        near = balls[i].position[axis] - balls[i].radius
+        active = [j for j in active if balls[j].position[axis] + balls[j].radius > near]
+        yield from ((min(i, j), max(i, j)) for j in active if _overlap(balls[i], balls[j]))
+        active.append(i)
+
+
+def _overlap(a: Ball, b: Ball) -> bool:
+    reach = a.radius + b.radius
+    slack = TOUCHING * reach + ROUNDING * max(map(abs, (*a.position, *b.position)))
+    return math.dist(a.position, b.position) < reach - slack
+
+
+def shot_problems(shots: Mapping[int, Shot], ids: Collection[str]) -> Iterator[Problem]:
+    """Repeated names, unknown balls, shots that aim at nothing or go on from no shot."""
+    yield from _repeated("shots", "name", {k: shot.name for k, shot in shots.items()})
+    known = set(ids)
+    unknown = f"there is no such ball (there are: {listed(ids)})"
+    for k, shot in shots.items():
+        if shot.ball not in known:
+            yield Problem(f"shots[{k}].ball", shot.ball, unknown)
+        yield from _aim_problems(f"shots[{k}].aim", shot, known, unknown)
+        for id_, end in shot.published.items():
+            if id_ not in known:
+                yield Problem(f"shots[{k}].published.{key_of(id_)}", list(end), unknown)
+        if k == 0 and shot.from_previous:
+            yield Problem("shots[0].from", "previous", "there is no shot before the first")
+
+
+def _aim_problems(key: str, shot: Shot, ids: set[str], unknown: str) -> Iterator[Problem]:
+    if shot.aim is None:
+        return
+    if shot.aim == shot.ball:
+        yield Problem(key, shot.aim, "a ball cannot aim at itself")
+    elif shot.aim == NEAREST and len(ids) < 2:
+        yield Problem(key, shot.aim, "there is no other ball to aim at")
+    elif shot.aim != NEAREST and shot.aim not in ids:
+        yield Problem(key, shot.aim, unknown)
+
+
+def restitution_needs(
+    restitution: Restitution, has_table: bool, balls: int, cues: Sequence[int]
+) -> Iterator[Problem]:
+    """Coefficients of restitution that the scene needs and leaves out."""
+    if has_table and restitution.cushion is None:
+        yield Problem("restitution.cushion", LEFT_OUT, "is wanted where there is a table")
+    plain_pairs = balls - len(cues) > 1
+    cue_pairs = balls > 1 and len(cues) > 0
+    if (plain_pairs and ball_ball_restitution(restitution, False) is None) or (
+        cue_pairs and ball_ball_restitution(restitution, True) is None
+    ):
+        yield Problem("restitution.ball_ball", LEFT_OUT, "is wanted where two balls can meet")
+
+
+def rest_needs(friction: Friction, physics: Physics, moves: bool) -> Iterator[Problem]:
+    """A bound in time, where something moves and nothing slows it."""
+    if moves and _deceleration(friction, physics) == 0.0 and physics.max_time is None:
+        message = "is wanted: without surface friction and gravity the balls never come to rest"
+        yield Problem("physics.max_time", LEFT_OUT, message)

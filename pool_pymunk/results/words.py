@@ -1,0 +1,24 @@
+"""Steps and counts in words, as logs, tables and diagrams write them."""
+
+from __future__ import annotations
+
+
+def step_text(dt: float) -> str:
+    """A time step as one writes it: a number, or a fraction where the number would be rounded.
+
+    >>> step_text(0.0001), step_text(1 / 240), step_text(1e-6)
+    ('0.0001 s', '1/240 s', '1e-06 s')
+    """
+    per_second = round(1.0 / dt)
+    if per_second > 0 and abs(per_second * dt - 1.0) < 1e-9 and float(f"{dt:g}") != dt:
+        return f"1/{per_second} s"
+    return f"{dt:g} s"
+
+
+def counted(number: int, noun: str) -> str:
+    """``counted(1, "ball")`` is "1 ball", ``counted(2, "ball")`` "2 balls".
+
+    >>> counted(0, "contact")
+    '0 contacts'
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,1 @@
+"""Whole files or none, and Ctrl-C where it does no harm."""
