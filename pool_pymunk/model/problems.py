@@ -45,7 +45,8 @@ class Problem:
 class SceneError(ValueError):
     """A scene that cannot be simulated; ``problems`` lists everything that is wrong with it.
 
-    >>> Ball("1", (0.0, 0.0), radius=-1.0, mass=math.nan)
+    >>> from pool_pymunk import Ball
+    >>> Ball("1", (0.0, 0.0), radius=-1.0, mass=float("nan"))
     Traceback (most recent call last):
         ...
     pool_pymunk.SceneError: radius = -1.0: must be greater than 0
