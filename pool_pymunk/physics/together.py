@@ -31,8 +31,7 @@ Array = NDArray[np.float64]
 
 ALL_ORDERS = 4  # contacts, up to which all their orders are tried
 MOST_SWEEPS = 200  # of the mean over orders; what closes then is a next impact
-DIRECTIONS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(16))
-TIE_DIGITS = 9  # to which a front reaches two contacts together
+TIE_DIGITS = 9  # to which two normals are the same, and a front reaches two contacts together
 ROUNDING = 64.0 * 2.0**-52  # share of the speeds, or of the impulses, that may be rounding
 MOST_EXCHANGES = 20  # for each contact
 TOO_SLOW = 0.5  # share of a parting speed; a law of one's own may leave a contact slower than that
@@ -48,8 +47,8 @@ def mean_over_orders(
 ) -> None:
     """Answer the contacts in every order that they could come in, and take the mean.
 
-    Up to ``ALL_ORDERS`` contacts all orders count; beyond, those in which a front sweeps over the
-    contacts from one of ``DIRECTIONS``; of contacts that it reaches together, either end comes
+    Up to ``ALL_ORDERS`` contacts all orders count; beyond, those in which a front runs over the
+    contacts along the normal of one of them; of contacts that it reaches together, either end comes
     first. This goes on until nothing closes.
     """
     balls = sorted({i for contact in contacts for i in contact.balls})
@@ -77,19 +76,19 @@ def _in_order(
 
 
 def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
-    """All orders of a few contacts; of many, one for every direction in which a front may run."""
+    """All orders of a few contacts; of many, those in which fronts along their normals run."""
     if len(contacts) <= ALL_ORDERS:
         yield from permutations(contacts)
         return
-    size = max(abs(x) for contact in contacts for x in contact.point)
-    for cos, sin in DIRECTIONS:
-        places = {
-            contact: (round((x * cos + y * sin) / size, TIE_DIGITS), y * cos - x * sin)
-            for contact in contacts
-            for x, y in [contact.point]
-        }
-        yield sorted(contacts, key=lambda contact: places[contact])
-        yield sorted(contacts, key=lambda contact: (places[contact][0], -places[contact][1]))
+    places = np.array([contact.point for contact in contacts])
+    places = places - places.mean(axis=0)
+    size = np.abs(places).max() or 1.0
+    along = {(round(x, TIE_DIGITS), round(y, TIE_DIGITS)) for x, y in (c.normal for c in contacts)}
+    for nx, ny in sorted(along | {(-x, -y) for x, y in along}):
+        reached = np.round(places @ (nx, ny) / size, TIE_DIGITS)
+        across = places @ (-ny, nx)
+        for end in (across, -across):
+            yield [contacts[k] for k in np.lexsort((end, reached))]
 
 
 # -- Coulomb's law: all at once ----------------------------------------------------------------
