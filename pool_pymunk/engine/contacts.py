@@ -202,10 +202,6 @@ class ContactEngine:
         """How much has happened: events, or instants with micro-collisions, whichever are more."""
         return max(self.answered, self.listed)
 
-    def moving(self) -> list[int]:
-        """The balls that move now."""
-        return [i for i, path in enumerate(self.paths) if path.stop > self.now]
-
     def next(self) -> None:
         """Let happen what is upcoming: a stop, or the contacts of one instant."""
         t, _, key, path, other = heappop(self._queue)

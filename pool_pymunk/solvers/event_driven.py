@@ -12,11 +12,11 @@ from functools import cache
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.path import motion_at, set_off
-from pool_pymunk.physics.sides import Face, Post, Wall
+from pool_pymunk.physics.path import set_off
 from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers.exact import TraceRecorder, cut_off, walls
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings, TraceRecorder
+from pool_pymunk.solvers.settings import Settings
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
@@ -30,14 +30,9 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     engine.advance(latest, settings.most)
     trace.steps = engine.answered
     trace.status = _status(engine, latest)
-    if trace.status == "settled":
-        return trace
     if trace.status == "max_time" and latest < math.inf:
         engine.now = latest
-    trace.duration = engine.now
-    for i in engine.moving():
-        x, y, vx, vy = motion_at(engine.paths[i], engine.now)
-        trace.knot(i, engine.now, (x, y), (vx, vy))
+    cut_off(trace, engine, engine.now)
     return trace
 
 
@@ -57,20 +52,6 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     if engine.is_finite:
         engine.predict([i for i, path in enumerate(engine.paths) if path.speed > 0.0])
     return engine
-
-
-def walls(scene: Scene) -> list[Wall]:
-    """The scene's cushions: each has its face, and its first corner where that sticks out."""
-    if scene.table is None:
-        return []
-    e = scene.restitution.cushion
-    assert e is not None, "the scene saw to it"
-    found = []
-    for number, edge in enumerate(scene.table.edges):
-        face = Face(edge.start, edge.tangent, edge.normal, edge.length)
-        corner = (Post(edge.start),) if number in scene.table.reflex_corners else ()
-        found.append(Wall((face, *corner), e, scene.friction.cushion, number))
-    return found
 
 
 def _status(engine: ContactEngine, latest: float) -> str:

@@ -13,11 +13,10 @@ from functools import cache, partial
 import pymunk
 
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.path import motion_at
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.event_driven import walls
+from pool_pymunk.solvers.exact import TraceRecorder, cut_off, walls
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings, TraceRecorder
+from pool_pymunk.solvers.settings import Settings
 from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
 
 
@@ -42,11 +41,7 @@ def solve(
     table.play()
     trace.steps = table.steps
     trace.status = _status(table)
-    if trace.status != "settled":
-        trace.duration = table.time
-        for ball in table.moving.values():
-            x, y, vx, vy = motion_at(ball.path, table.time)
-            trace.knot(ball.number, table.time, (x, y), (vx, vy))
+    cut_off(trace, table.engine, table.time)
     return trace
 
 

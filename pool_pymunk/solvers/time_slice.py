@@ -23,7 +23,7 @@ from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings, sign_warning
+from pool_pymunk.solvers.settings import Settings
 
 EPSILON = 2.0**-52
 SAFE = 1.0 - 1e-6  # share of a gap that the balls may provably not cross, rounding included
@@ -261,6 +261,14 @@ class Slices:
                     continue
                 distance = hypot(self.x[i] - self.x[j], self.y[i] - self.y[j])
                 yield i, j, abs(distance - self.radius[i] - self.radius[j])
+
+
+def sign_warning(a: str, b: str, slip: float) -> str:
+    """Tell users that the listing's arithmetic lets rounding decide."""
+    return (
+        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} the slip was "
+        f"{slip:.0e} m/s, a rounding error, and its sign decided, as in the report"
+    )
 
 
 def slide(

@@ -1,0 +1,96 @@
+"""What the two solvers share that put a scene into the contact engine: walls, and a trace of it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.engine.decisions import CONTACT_TIME
+from pool_pymunk.model import Scene
+from pool_pymunk.physics.contact import Contact, Vector
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.sides import Face, Post, Wall
+from pool_pymunk.results.trace import Trace
+
+
+def walls(scene: Scene) -> list[Wall]:
+    """The scene's cushions: each has its face, and its first corner where that sticks out."""
+    if scene.table is None:
+        return []
+    e = scene.restitution.cushion
+    assert e is not None, "the scene saw to it"
+    found = []
+    for number, edge in enumerate(scene.table.edges):
+        face = Face(edge.start, edge.tangent, edge.normal, edge.length)
+        corner = (Post(edge.start),) if number in scene.table.reflex_corners else ()
+        found.append(Wall((face, *corner), e, scene.friction.cushion, number))
+    return found
+
+
+def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
+    """Write down where the balls are that still move when the run ends at ``t`` (s), if any do."""
+    if trace.status == "settled":
+        return
+    trace.duration = t
+    for i, path in enumerate(engine.paths):
+        if path.stop > t:
+            x, y, vx, vy = motion_at(path, t)
+            trace.knot(i, t, (x, y), (vx, vy))
+
+
+class TraceRecorder(Recorder):
+    """Writes what the contact engine does into a :class:`~pool_pymunk.results.trace.Trace`."""
+
+    def __init__(self, scene: Scene, trace: Trace, law: Law) -> None:
+        self.scene = scene
+        self.trace = trace
+        self.law = law
+
+    def contact(self, contact: Contact, t: float) -> None:
+        """List a hit."""
+        if contact.cushion is None:
+            self.trace.ball_ball(t, contact.a, contact.b)
+        else:
+            self.trace.ball_cushion(t, contact.a, contact.cushion)
+
+    def path(self, i: int, path: Path) -> None:
+        """Write down where a new path begins."""
+        self.trace.knot(i, path.t, path.position, path.velocity)
+
+    def stop(self, i: int, t: float, position: Vector) -> None:
+        """List a stop."""
+        self.trace.stop(i, t, position)
+
+    def stop_revoked(self, i: int, t: float) -> None:
+        """Take a stop off the list."""
+        self.trace.forget_stop(i, t)
+
+    def zero_slip(self, contact: Contact, t: float) -> None:
+        """Warn of a law that jumps at zero slip."""
+        self.trace.warn(
+            f"law {self.law.name} jumps at zero slip: in the head-on hit of "
+            f"{self._balls([contact])} the slip was below 1e-9 of the closing speed and "
+            "was taken for zero (no friction); rounding would have decided",
+            t,
+        )
+
+    def persistent(self, contact: Contact, t: float) -> None:
+        """Warn of balls that surface friction presses together."""
+        self.trace.warn(
+            f"surface friction presses {self._balls([contact])} together: their endless hits were "
+            f"spread out to one in {CONTACT_TIME:g} of their stopping time",
+            t,
+        )
+
+    def no_end(self, contacts: Collection[Contact], t: float) -> None:
+        """Warn of hits without end."""
+        self.trace.warn(
+            f"inelastic collapse of {self._balls(contacts)}: hits without end at one instant were "
+            "given their limit, no more closing",
+            t,
+        )
+
+    def _balls(self, contacts: Collection[Contact]) -> str:
+        numbers = sorted({i for contact in contacts for i in contact.balls})
+        return "balls " + ", ".join(self.scene.balls[i].id for i in numbers)
