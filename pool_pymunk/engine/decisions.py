@@ -13,7 +13,6 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import BARELY
 
 NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
-INSTANT = 1e-12  # radii that a ball travels in what counts as one instant
 ROUNDS = 300  # of contacts at one instant, after which they are taken to have no end
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii that balls in persistent contact may sink into each other
@@ -68,6 +67,5 @@ def bounce(restitution: float, closing: float, least: float) -> float:
 
 
 def instant(now: float, x: float, y: float, radius: float, speed: float) -> float:
-    """How long (s) one instant is: in it a ball comes no farther than rounding may take it."""
-    rounding = ROUNDS * EPSILON * (now + (abs(x) + abs(y)) / speed)
-    return INSTANT * radius / speed + 16.0 * rounding
+    """How long (s) one instant is: rounding may move ``ROUNDS`` contacts by as much."""
+    return ROUNDS * 16.0 * EPSILON * (now + (abs(x) + abs(y) + radius) / speed)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
-from pool_pymunk.studies.tradeoff import Setting, Tradeoff, order
+from pool_pymunk.studies.tradeoff import SHARED_ENGINE, Setting, Tradeoff, order
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,6 +39,8 @@ def draw(result: Tradeoff, paths: Sequence[Path]) -> None:
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=True, framealpha=0.9, fontsize=9, loc="center", bbox_to_anchor=(0.42, 0.55))
+    if len(result.exact) > 1:
+        figure.supxlabel(SHARED_ENGINE, fontsize=8.5, color="#555555")
     for path in paths:
         figure.savefig(path, dpi=200)
 

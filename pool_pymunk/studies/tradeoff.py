@@ -58,6 +58,12 @@ class Tradeoff:
     left_out: tuple[str, ...]
     seed: int
 
+    @property
+    def exact(self) -> list[str]:
+        """The solvers that were measured and are exact to rounding."""
+        measured = dict.fromkeys(setting.solver for setting in self.settings)
+        return [name for name in measured if name in SOLVERS and SOLVERS[name].exact]
+
     def of(self, solver: str) -> list[Setting]:
         """The solver's settings that did not fail, from coarse to fine."""
         return [s for s in self.settings if s.solver == solver and not s.failure]
@@ -206,6 +212,16 @@ def cheapest(settings: Iterable[Setting], tolerance: float) -> Setting | None:
     return min(good, key=lambda s: s.time, default=None)
 
 
+SHARED_ENGINE = (
+    "The solvers that are exact to rounding share one contact engine: their agreement proves "
+    "nothing by itself."
+)
+INDEPENDENT = (
+    "Independent are time slices, which converge to them, and the reference in forty digits that "
+    "the project's tests compare with."
+)
+
+
 def sentences(result: Tradeoff) -> list[str]:
     """What the measurement says, in words."""
     units = result.scene.units
@@ -220,6 +236,8 @@ def sentences(result: Tradeoff) -> list[str]:
             f"{units.from_si(result.spread, 'length'):.2g} {units.length} (standard deviation, "
             f"worst ball). Errors below that buy nothing."
         )
+    if len(result.exact) > 1:
+        lines.append(f"{SHARED_ENGINE} {INDEPENDENT}")
     lines += [
         f"{name} is left out: its exact end hangs on a slip of zero, which rounding decides."
         for name in result.left_out
