@@ -23,7 +23,7 @@ from heapq import heappop, heappush
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
-from pool_pymunk.engine.resolver import Outcome, Resolver, distinct
+from pool_pymunk.engine.resolver import Resolution, Resolver, distinct
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at, pair_time, set_off
@@ -254,14 +254,14 @@ class ContactEngine:
         motions, contacts = self._contacts(keys)
         if self._has_no_end(keys, motions):
             motions, hits = self._contacts(self._met_now)
-            outcome = self.resolver.settle(hits, _velocities(motions))
-            outcome.listed = contacts
+            resolution = self.resolver.settle(hits, _velocities(motions))
+            resolution.listed = contacts
             self.recorder.no_end(hits, self.now)
             self._rounds = 0
         else:
-            outcome = self.resolver.resolve(contacts, _velocities(motions), self.now)
-        self._report(outcome)
-        self._go_on(outcome, motions)
+            resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)
+        self._report(resolution)
+        self._go_on(resolution, motions)
 
     def _contacts(self, keys: Collection[Key]) -> tuple[Motions, list[Contact]]:
         """How the balls move now, and how they touch; each contact once."""
@@ -297,19 +297,19 @@ class ContactEngine:
             self._contacts(self._met_now)[1]
         )
 
-    def _go_on(self, outcome: Outcome, motions: Motions) -> None:
+    def _go_on(self, resolution: Resolution, motions: Motions) -> None:
         """Give the balls their new paths, and predict what these lead to."""
-        for i, velocity in outcome.velocity.items():
+        for i, velocity in resolution.velocity.items():
             x, y, _, _ = motions[i]
-            path = set_off(self.now, (x, y), velocity, self.deceleration, outcome.noise)
+            path = set_off(self.now, (x, y), velocity, self.deceleration, resolution.noise)
             if path.speed > 0.0:
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
             elif self.rested[i] == math.inf:
                 self._stop(i, self.now, (x, y))
             self._begin(i, path)
-        self.predict(outcome.velocity)
-        for contact in outcome.missed:
+        self.predict(resolution.velocity)
+        for contact in resolution.missed:
             if all(self.paths[i].stop > self.now for i in contact.balls):
                 self.meet(contact.a, contact.b)
 
@@ -318,16 +318,16 @@ class ContactEngine:
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 
-    def _report(self, outcome: Outcome) -> None:
+    def _report(self, resolution: Resolution) -> None:
         """Tell the recorder what the contacts of this instant were."""
-        self.listed += len(outcome.listed)
-        for contact in outcome.listed:
+        self.listed += len(resolution.listed)
+        for contact in resolution.listed:
             self.recorder.contact(contact, self.now)
-        for contact, last in outcome.micro:
+        for contact, last in resolution.micro:
             self._revoke_stops(contact, last)
-        for contact in outcome.zero_slips:
+        for contact in resolution.zero_slips:
             self.recorder.zero_slip(contact, self.now)
-        for contact, _ in outcome.persistent:
+        for contact, _ in resolution.persistent:
             self.recorder.persistent(contact, self.now)
 
     def _stop(self, i: int, t: float, position: Vector) -> None:

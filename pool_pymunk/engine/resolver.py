@@ -48,7 +48,7 @@ class History(NamedTuple):
     last: float
 
 
-class Outcome:
+class Resolution:
     """What the contacts of one instant did.
 
     ``velocity`` (m/s) is that of the balls that begin a new path, or stop, and ``noise`` (m/s) how
@@ -94,39 +94,39 @@ class Resolver:
 
     def resolve(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
-    ) -> Outcome:
+    ) -> Resolution:
         """Answer the contacts of this instant; ``before`` (m/s) is the velocity of their balls."""
-        outcome, velocity = Outcome(), dict(before)
+        resolution, velocity = Resolution(), dict(before)
         for contact in contacts:
-            self._look_at(contact, velocity, now, outcome)
-        hits = outcome.hits
+            self._look_at(contact, velocity, now, resolution)
+        hits = resolution.hits
 
         def by_law(contact: Contact, velocity: Velocities) -> None:
             if respond(self.law, contact, velocity):
-                outcome.zero_slips.append(contact)
+                resolution.zero_slips.append(contact)
 
         for group in groups(hits) if len(hits) > 1 else (hits,):
             if len(group) == 1:
                 by_law(group[0], velocity)
             elif group:
                 self.law.together(group, velocity, by_law)
-        for contact, parting in outcome.persistent:
+        for contact, parting in resolution.persistent:
             push_apart(contact, parting, velocity)
         if len(hits) < len(contacts):
-            self._leave_out(contacts, velocity, outcome)
-        self._conclude(before, velocity, outcome)
-        return outcome
+            self._leave_out(contacts, velocity, resolution)
+        self._conclude(before, velocity, resolution)
+        return resolution
 
-    def settle(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
+    def settle(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Resolution:
         """Give hits without end their limit: no contact closes any more."""
-        outcome, velocity = Outcome(), dict(before)
-        outcome.hits = list(contacts)
+        resolution, velocity = Resolution(), dict(before)
+        resolution.hits = list(contacts)
         settle(contacts, velocity)
-        self._conclude(before, velocity, outcome)
-        return outcome
+        self._conclude(before, velocity, resolution)
+        return resolution
 
     def _look_at(
-        self, contact: Contact, velocity: Velocities, now: float, outcome: Outcome
+        self, contact: Contact, velocity: Velocities, now: float, resolution: Resolution
     ) -> None:
         """Tell whether a contact is a hit, and of which kind."""
         closing = closing_speed(contact, velocity)
@@ -134,48 +134,48 @@ class Resolver:
         if not decisions.is_hit(closing, self._noise(contact), least):
             return
         if past is not None and is_micro:
-            outcome.micro.append((contact, past.last))
+            resolution.micro.append((contact, past.last))
         else:
-            outcome.listed.append(contact)
+            resolution.listed.append(contact)
         if contact.b != NO_BALL and self.deceleration > 0.0:
             self.history[contact.a, contact.b] = History(now if past is None else past.met, now)
         if contact.pair.restitution * closing < least:
             e = decisions.bounce(contact.pair.restitution, closing, least)
             contact = contact._replace(pair=contact.pair._replace(restitution=e))
-            outcome.persistent.append((contact, e * closing))
-        outcome.hits.append(contact)
+            resolution.persistent.append((contact, e * closing))
+        resolution.hits.append(contact)
 
     def _leave_out(
-        self, contacts: Sequence[Contact], velocity: Velocities, outcome: Outcome
+        self, contacts: Sequence[Contact], velocity: Velocities, resolution: Resolution
     ) -> None:
         """Sort out the contacts that no hit has changed.
 
         A ball that a cushion leads along itself, to rounding, does not sink into it.
         """
-        moved = {i for hit in outcome.hits for i in hit.balls}
+        moved = {i for hit in resolution.hits for i in hit.balls}
         for contact in contacts:
             if moved.isdisjoint(contact.balls):
                 if contact.b == NO_BALL:
                     velocity[contact.a] = _along(velocity[contact.a], contact.normal)
-                    outcome.velocity[contact.a] = velocity[contact.a]
+                    resolution.velocity[contact.a] = velocity[contact.a]
                 else:
-                    outcome.missed.append(contact)
+                    resolution.missed.append(contact)
 
     def _conclude(
-        self, before: Mapping[int, Vector], velocity: Velocities, outcome: Outcome
+        self, before: Mapping[int, Vector], velocity: Velocities, resolution: Resolution
     ) -> None:
         """New velocities, without what rounding alone left of them."""
-        moved = {*outcome.velocity, *[i for hit in outcome.hits for i in hit.balls]}
+        moved = {*resolution.velocity, *[i for hit in resolution.hits for i in hit.balls]}
         fastest, noise = 0.0, 0.0
         for i, (wx, wy) in before.items():
             vx, vy = velocity[i]
             fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
             noise = max(noise, self.paths[i].noise)
-        outcome.noise = noise = max(NOISE * math.sqrt(fastest), noise)
+        resolution.noise = noise = max(NOISE * math.sqrt(fastest), noise)
         for i in sorted(moved):
             vx, vy = velocity[i]
             rests = vx * vx + vy * vy <= noise * noise
-            outcome.velocity[i] = (0.0, 0.0) if rests else (vx, vy)
+            resolution.velocity[i] = (0.0, 0.0) if rests else (vx, vy)
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
         """Tell whether any of the contacts parts more slowly than it closes, by this law."""

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from pool_pymunk.model.problems import (
-    ROUNDING,
+    COORDINATE_ROUNDING,
     Point,
     Problem,
     point_problems,
@@ -86,7 +86,7 @@ class Table:
             yield from self._shape_problems()
 
     def _shape_problems(self) -> Iterator[Problem]:
-        slack = ROUNDING * max(map(abs, self.bounds))
+        slack = COORDINATE_ROUNDING * max(map(abs, self.bounds))
         for k, corner in enumerate(self.outline):
             if math.dist(self.outline[k - 1], corner) <= slack:
                 k_before = (k - 1) % len(self.outline)

@@ -16,8 +16,8 @@ from typing import NamedTuple
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Restitution, Shot
 from pool_pymunk.model.problems import (
+    COORDINATE_ROUNDING,
     LEFT_OUT,
-    ROUNDING,
     TOUCHING,
     Point,
     Problem,
@@ -168,7 +168,7 @@ def place_problems(balls: Mapping[int, Ball], table: Table | None) -> Iterator[P
 
 def _table_problems(k: int, ball: Ball, table: Table) -> Iterator[Problem]:
     x, y = ball.position
-    slack = TOUCHING * ball.radius + ROUNDING * max(map(abs, table.bounds))
+    slack = TOUCHING * ball.radius + COORDINATE_ROUNDING * max(map(abs, table.bounds))
     key, name = f"balls[{k}].position", f"ball {shown(ball.id)}"
     if not table.contains(x, y):
         yield Problem(key, [x, y], f"{name} is off the table")
@@ -196,7 +196,7 @@ def _overlaps(balls: Mapping[int, Ball]) -> Iterator[tuple[int, int]]:
 
 def _overlap(a: Ball, b: Ball) -> bool:
     reach = a.radius + b.radius
-    slack = TOUCHING * reach + ROUNDING * max(map(abs, (*a.position, *b.position)))
+    slack = TOUCHING * reach + COORDINATE_ROUNDING * max(map(abs, (*a.position, *b.position)))
     return math.dist(a.position, b.position) < reach - slack
 
 

@@ -15,7 +15,9 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
 EPSILON = 2.0**-52  # the spacing of floating-point numbers at 1
-TOUCHING = 1e-12  # share of the reach by which resting discs that touch get nearer until they meet
+STILL_TOUCHING = (
+    1e-12  # share of the reach by which resting discs that touch get nearer until they meet
+)
 MOST_ITERATIONS = 200  # only a path that stays within rounding of a touch comes near this
 
 
@@ -120,7 +122,7 @@ def time_of_impact(
     ``reach`` the sum of the radii (m), ``horizon`` how far to look (s). Discs that touch at the
     start and close faster than ``noise`` (m/s) have an impact now; discs that touch and part have
     one when they are as near as now again; at rest with each other, but for rounding, when they
-    are ``TOUCHING`` nearer.
+    are ``STILL_TOUCHING`` nearer.
 
     A Newton iteration that cannot overshoot: the distance d has d'' >= -|acceleration|, so
     d + d' t - |acceleration| t^2 / 2 bounds it from below, and its root never lies beyond the
@@ -148,7 +150,7 @@ def time_of_impact(
                 return t
             if iteration == 0:
                 at_rest = rate <= noise or rate * rate <= 4.0 * pull * tiny
-                reach = min(reach, distance - TOUCHING * reach if at_rest else distance)
+                reach = min(reach, distance - STILL_TOUCHING * reach if at_rest else distance)
             gap = max(distance - reach, tiny)
         root = math.sqrt(rate * rate + 2.0 * pull * gap)
         if rate < 0.0:

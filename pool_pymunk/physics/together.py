@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 ALL_ORDERS = 4  # contacts, up to which all their orders are tried
 MOST_SWEEPS = 200  # of the mean over orders; what closes then is a next impact
 TIE_DIGITS = 9  # to which two normals are the same, and a front reaches two contacts together
-ROUNDING = 64.0 * 2.0**-52  # share of the speeds, or of the impulses, that may be rounding
+SPEED_ROUNDING = 64.0 * 2.0**-52  # share of the speeds, or of the impulses, that may be rounding
 MOST_EXCHANGES = 20  # for each contact
 TOO_SLOW = 0.5  # share of a parting speed; a law of one's own may leave a contact slower than that
 
@@ -54,7 +54,7 @@ def mean_over_orders(
     balls = sorted({i for contact in contacts for i in contact.balls})
     orders = list(_orders(contacts))
     for _ in range(MOST_SWEEPS):
-        noise = ROUNDING * max(math.hypot(*velocity[i]) for i in balls)
+        noise = SPEED_ROUNDING * max(math.hypot(*velocity[i]) for i in balls)
         if all(closing_speed(contact, velocity) <= noise for contact in contacts):
             return
         ends = [_in_order(order, {i: velocity[i] for i in balls}, respond) for order in orders]
@@ -182,4 +182,4 @@ def _pushed(response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array
 def _slack(response: Array, wanted: Array, impulses: Array) -> float:
     """How much of an opening speed (m/s) rounding may hide."""
     pushed = np.abs(response) @ np.abs(impulses)
-    return float(1e-12 * np.abs(wanted).max() + ROUNDING * pushed.max())
+    return float(1e-12 * np.abs(wanted).max() + SPEED_ROUNDING * pushed.max())

@@ -13,7 +13,7 @@ from typing import IO
 from pool_pymunk.render.canvas import Pixels
 from pool_pymunk.render.output import RenderError, written
 from pool_pymunk.safety.files import DEVICE_ERRORS
-from pool_pymunk.safety.interrupts import deaf, uninterrupted
+from pool_pymunk.safety.interrupts import block_sigint, uninterrupted
 
 Write = Callable[[Pixels], object]
 Recipe = tuple[str, ...]
@@ -121,7 +121,7 @@ def _running(arguments: list[str], words: IO[bytes]) -> Iterator[subprocess.Pope
     """ffmpeg at work: waited for after the block; a block that fails kills it."""
     process = None
     try:
-        with uninterrupted(), deaf():
+        with uninterrupted(), block_sigint():
             process = _start(arguments, words)
         yield process
         process.wait()

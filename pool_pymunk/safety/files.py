@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pool_pymunk.safety.interrupts import heed, uninterrupted
+from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
 
 # What a device says that fails: EIO, EFBIG, ENOSPC, EDQUOT (other OSErrors are about the place).
 DEVICE_ERRORS = (errno.EIO, errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
@@ -33,7 +33,7 @@ def whole(path: Path) -> Iterator[Path]:
     >>> target.read_text(), len(list(target.parent.iterdir()))
     ('all of it', 1)
     """
-    heed()
+    raise_pending()
     path.parent.mkdir(parents=True, exist_ok=True)
     part = None
     try:

@@ -38,7 +38,7 @@ def patient_interrupts() -> Iterator[None]:
     usual_alarm = signal.signal(signal.SIGALRM, _raise_if_harmless)
     try:
         yield
-        heed()
+        raise_pending()
     finally:
         _done_waiting()
         signal.signal(signal.SIGINT, usual)
@@ -56,7 +56,7 @@ def uninterrupted() -> Iterator[None]:
 
 
 @contextmanager
-def deaf() -> Iterator[None]:
+def block_sigint() -> Iterator[None]:
     """Processes that start in this block never hear of Ctrl-C: it is for the one that asked."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -68,7 +68,7 @@ def deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, usual)
 
 
-def heed() -> None:
+def raise_pending() -> None:
     """Raise the Ctrl-C that waits, if one does: for places where libraries do all the work."""
     if _Waiting.asked:
         _done_waiting()
@@ -77,14 +77,14 @@ def heed() -> None:
 
 def _asked(number: int, frame: FrameType | None) -> None:
     if _Waiting.asked:
-        heed()
+        raise_pending()
     _Waiting.asked = True
     _raise_if_harmless(number, frame)
 
 
 def _raise_if_harmless(_number: int, frame: FrameType | None) -> None:
     if _harmless(frame):
-        heed()
+        raise_pending()
     elif _Waiting.asked:
         signal.setitimer(signal.ITIMER_REAL, PAUSE)
 

@@ -21,11 +21,11 @@ from math import atan2, cos, hypot, pi, sin
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 
-EPSILON = 2.0**-52
 SAFE = 1.0 - 1e-6  # share of a gap that the balls may provably not cross, rounding included
 
 

@@ -14,8 +14,8 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Event, Run
 
-Contact = tuple[tuple[str, ...], int | None]  # the balls, and the cushion if it was one
-Place = tuple[Contact, tuple[int, ...]]  # a contact, and the how-manieth it is of each of its balls
+Meeting = tuple[tuple[str, ...], int | None]  # the balls, and the cushion if it was one
+Place = tuple[Meeting, tuple[int, ...]]  # a contact, and the how-manieth it is of each of its balls
 SAME_TIME = 1e-3  # s; the same contact at times further apart than this is called late or early
 
 
@@ -144,7 +144,7 @@ def describe(event: Event) -> str:
     return f"ball {event.balls[0]} on cushion {event.cushion}"
 
 
-def _contact(event: Event) -> Contact:
+def _contact(event: Event) -> Meeting:
     return (tuple(sorted(event.balls)), event.cushion)
 
 

@@ -22,10 +22,10 @@ import numpy as np
 from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES, Run
-from pool_pymunk.safety.interrupts import deaf, heed
+from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SettingError, find_shot, simulate, yardstick
 from pool_pymunk.studies.compare import contact_order
-from pool_pymunk.studies.uncertainty import Mask, Room, Uncertainty
+from pool_pymunk.studies.uncertainty import Mask, StartSampler, Uncertainty
 
 UNFINISHED = ("max_events", "non_finite")
 CHUNK = 25  # samples that a process plays before it reports
@@ -323,9 +323,9 @@ def _draw(
     scene = study.reference.scene
     kicks = rng.uniform(-1.0, 1.0, (samples, len(study.chain), 2))
     kicks *= (uncertainty.speed, uncertainty.angle)
-    room = Room(scene, uncertainty.widths(scene))
-    starts = room.starts(samples, rng)
-    return starts, kicks, room.rejected
+    sampler = StartSampler(scene, uncertainty.widths(scene))
+    starts = sampler.starts(samples, rng)
+    return starts, kicks, sampler.rejected
 
 
 # -- playing them ----------------------------------------------------------------------------------
@@ -363,10 +363,10 @@ def _play_all(study: _Study, starts: Array, kicks: Array, processes: int) -> Ite
 
     pool = ProcessPoolExecutor(min(processes, len(chunks)))
     try:
-        with deaf():
+        with block_sigint():
             played = pool.map(play, [starts[c] for c in chunks], [kicks[c] for c in chunks])
         for part in played:
-            heed()
+            raise_pending()
             yield part
     finally:
         pool.shutdown(cancel_futures=True)

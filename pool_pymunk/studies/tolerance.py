@@ -50,7 +50,7 @@ class Outcome(NamedTuple):
     resolved: bool = True
 
 
-Trial = Callable[[float], Outcome | Sequence[Point]]
+RunAtStep = Callable[[float], Outcome | Sequence[Point]]
 
 
 class Level(NamedTuple):
@@ -119,7 +119,7 @@ class Choice:
 
 
 def choose_step(
-    run: Trial,
+    run: RunAtStep,
     tolerance: float,
     start: float = COARSEST,
     smallest: float = 1e-6,
@@ -161,7 +161,7 @@ class _Search:
     """The ladder of halvings so far, and what it cost."""
 
     def __init__(
-        self, run: Trial, tolerance: float, on_run: Callable[[float], object] | None
+        self, run: RunAtStep, tolerance: float, on_run: Callable[[float], object] | None
     ) -> None:
         self.run = run
         self.tolerance = tolerance

@@ -127,7 +127,7 @@ def _half_digit(written: int | Decimal) -> float:
 # -- drawing starts --------------------------------------------------------------------------------
 
 
-class Room:
+class StartSampler:
     """Draws starts in which no ball overlaps another or a cushion."""
 
     def __init__(self, scene: Scene, widths: Array) -> None:

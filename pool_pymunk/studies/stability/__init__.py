@@ -6,16 +6,16 @@ measured, each with a bound and where the bound comes from
 """
 
 from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
-from pool_pymunk.studies.stability.suite import Cell, Outcome, check, check_all, columns
+from pool_pymunk.studies.stability.suite import CaseResult, Cell, check, check_all, columns
 from pool_pymunk.studies.stability.trial import Case, Measure, Trial
 
 __all__ = [
     "EXTREMES",
     "Case",
+    "CaseResult",
     "Cell",
     "Extreme",
     "Measure",
-    "Outcome",
     "Trial",
     "check",
     "check_all",

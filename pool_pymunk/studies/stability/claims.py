@@ -21,10 +21,9 @@ from dataclasses import replace
 import numpy as np
 
 from pool_pymunk.model import Scene, SceneError, State, Table
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies.stability.trial import (
-    EPSILON,
     Measure,
     Trial,
     distance,

@@ -10,7 +10,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.pool import IMapIterator
 
 from pool_pymunk.results.words import step_text
-from pool_pymunk.safety.interrupts import deaf, heed
+from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
 from pool_pymunk.studies.stability.claims import measures
 from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
@@ -22,7 +22,7 @@ PROCESSES = 2
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseResult:
     """What was measured of one case, under one law and at one step (s), or why it was not.
 
     ``compared`` is the share of the run that was compared with the exact one, before it was chaos.
@@ -50,11 +50,11 @@ class Cell:
 
     extreme: str
     solver: str
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CaseResult, ...]
     because: str = ""  # why it must break, if it does
 
     @property
-    def run(self) -> tuple[Outcome, ...]:
+    def run(self) -> tuple[CaseResult, ...]:
         """The outcomes that were measured."""
         return tuple(outcome for outcome in self.outcomes if not outcome.not_run)
 
@@ -149,17 +149,17 @@ def _steps(extreme: Extreme, solver: Solver, quick: bool) -> Sequence[float | No
     return extreme.steps or quick_steps or solver.stability_steps or (solver.dt,)
 
 
-def _outcome(trial: Trial, quick: bool) -> Outcome:
+def _outcome(trial: Trial, quick: bool) -> CaseResult:
     about = (trial.case.label, trial.law, trial.dt)
     too_much = _too_much(trial, quick)
     if too_much:
-        return Outcome(*about, not_run=too_much)
+        return CaseResult(*about, not_run=too_much)
     try:
         found = tuple(measures(trial))
     except Exception as error:  # whatever a solver raises is what is looked for here
-        return Outcome(*about, (wrong("raises nothing", f"{type(error).__name__}: {error}"),))
+        return CaseResult(*about, (wrong("raises nothing", f"{type(error).__name__}: {error}"),))
     run, share = trial.run, len(trial.exact.times) / (GRID + 1)
-    return Outcome(*about, found, run.status, trial.contacts, run.wall_time, share)
+    return CaseResult(*about, found, run.status, trial.contacts, run.wall_time, share)
 
 
 def _too_much(trial: Trial, quick: bool) -> str:
@@ -186,7 +186,7 @@ def check_all(
     names = [solver.name for solver in columns()] if solvers is None else solvers
     tasks = [(extreme.name, names, quick) for extreme in reversed(extremes)]
     resource_tracker.ensure_running()  # which ends deafness, if it only starts then
-    with deaf():
+    with block_sigint():
         pool = multiprocessing.get_context("spawn").Pool(processes)
     with pool:
         rows = pool.imap_unordered(_check_row, tasks)
@@ -204,7 +204,7 @@ def _next(rows: IMapIterator[list[Cell]]) -> list[Cell]:
     while True:
         with suppress(multiprocessing.TimeoutError):
             return rows.next(timeout=0.1)
-        heed()
+        raise_pending()
 
 
 def find(name: str) -> Extreme:

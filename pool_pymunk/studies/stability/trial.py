@@ -12,11 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pool_pymunk.model import Ball, Scene
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, simulate, yardstick
-
-EPSILON = 2.0**-52
 
 # Amplification is measured by nudging starts: by this share of the smallest radius, but by no
 # less than so many units of rounding; up to the time when the nudge has grown to LINEAR radii.
