@@ -208,7 +208,7 @@ class ContactEngine:
         self.now = max(t, self.now)
         self.answered += 1
         if key[0] == key[1]:
-            self._stop(key[0], path.stop, path.rest)
+            self._stop(key[0], path.stop, (path.rest_x, path.rest_y))
         else:
             speed = max(path.speed, other.speed)
             latest = self.now + decisions.nearly_now(self.radii[key[0]], speed)

@@ -33,8 +33,8 @@ class Path(NamedTuple):
     that is. ``noise`` (m/s) is how much of the velocity may be rounding.
 
     >>> path = set_off(1.0, (0.0, 0.0), (2.0, 0.0), deceleration=0.5)
-    >>> path.stop, path.rest, path.at(2.0)
-    (5.0, (4.0, 0.0), ((1.75, 0.0), (1.5, 0.0)))
+    >>> path.stop, path.rest_x, path.at(2.0)
+    (5.0, 4.0, ((1.75, 0.0), (1.5, 0.0)))
     """
 
     t: float
@@ -51,21 +51,6 @@ class Path(NamedTuple):
     rest_x: float
     rest_y: float
     noise: float
-
-    @property
-    def position(self) -> Vector:
-        """Where the path begins (m)."""
-        return self.x, self.y
-
-    @property
-    def velocity(self) -> Vector:
-        """The velocity with which the path begins (m/s)."""
-        return self.vx, self.vy
-
-    @property
-    def rest(self) -> Vector:
-        """Where the ball comes to rest (m); without friction, where the path begins."""
-        return self.rest_x, self.rest_y
 
     def at(self, t: float) -> tuple[Vector, Vector]:
         """Position and velocity at time ``t`` (s), not before the path began."""

@@ -56,7 +56,7 @@ class TraceRecorder(Recorder):
 
     def path(self, i: int, path: Path) -> None:
         """Write down where a new path begins."""
-        self.trace.knot(i, path.t, path.position, path.velocity)
+        self.trace.knot(i, path.t, (path.x, path.y), (path.vx, path.vy))
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """List a stop."""

@@ -47,7 +47,7 @@ def solve(
 
 def _status(table: Billiards) -> str:
     """Why the table was played no further."""
-    if not table.is_finite:
+    if not table.engine.is_finite:
         return "non_finite"
     if not table.moving:
         return "settled"

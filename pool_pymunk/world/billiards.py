@@ -167,7 +167,7 @@ class Billiards:
             sensor.color = (0, 0, 0, 0)
             self.space.add(sensor)
         sensor.collision_type = SENSOR
-        path = self._path(self.time, _vector(body.position), _vector(body.velocity))
+        path = set_off(self.time, body.position, body.velocity, self.deceleration)
         number = self.engine.add_ball(path, radius, body.mass)
         ball = Ball(number, radius, sensor, self.engine)
         self.near.sensors.append(sensor)
@@ -205,15 +205,11 @@ class Billiards:
     def strike(self, ball: Ball, velocity: Vector) -> None:
         """Give a ball a velocity (m/s) now, between two steps."""
         position, _ = ball.path.at(self.time)
+        path = set_off(self.time, position, velocity, self.deceleration)
         self.engine.now = self.time
-        self.engine.set_off(ball.number, self._path(self.time, position, velocity))
+        self.engine.set_off(ball.number, path)
         self.engine.predict([ball.number])
         self._carry(ball)
-
-    @property
-    def is_finite(self) -> bool:
-        """Whether every number is in range; if not, contacts mean nothing any more."""
-        return self.engine.is_finite
 
     # -- stepping --------------------------------------------------------------------------------
 
@@ -302,7 +298,8 @@ class Billiards:
         if abs(vx - ex) + abs(vy - ey) <= 1e-9 * scale and math.dist((x, y), expected) <= slack:
             return
         begin = (x - vx * self.dt, y - vy * self.dt)
-        self.engine.set_off(ball.number, self._path(self.time, begin, (vx, vy)))
+        path = set_off(self.time, begin, (vx, vy), self.deceleration)
+        self.engine.set_off(ball.number, path)
         self._moved_by_others.append(ball.number)
 
     def _feels(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
@@ -334,9 +331,6 @@ class Billiards:
         x1, y1, _, _ = motion_at(path, t + self.dt)
         return ((x1 - x0) / self.dt, (y1 - y0) / self.dt)
 
-    def _path(self, t: float, position: Vector, velocity: Vector) -> Path:
-        return set_off(t, position, velocity, self.deceleration)
-
     # -- bodies on their paths -------------------------------------------------------------------
 
     def _carry(self, ball: Ball) -> None:
@@ -347,8 +341,7 @@ class Billiards:
         if path.stop <= self.time:
             self._rest(ball)
             return
-        next_x, next_y, _, _ = motion_at(path, self.time + self.dt)
-        ball.body.velocity = (next_x - x) / self.dt, (next_y - y) / self.dt
+        ball.body.velocity = self._mean_velocity(path, self.time)
         margin = math.sqrt(vx * vx + vy * vy) * self.dt if self._is_swept else 0.0
         rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
         ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
@@ -362,7 +355,7 @@ class Billiards:
         if self.deceleration == 0.0:
             return
         if self.friction == "joint":
-            ball.joint = _friction_joint(self.space, ball.body, self.deceleration)
+            ball.joint = ball.joint or _friction_joint(self.space, ball.body, self.deceleration)
             self.space.add(ball.joint)
         else:
             ball.body.velocity_func = self._damp
@@ -375,7 +368,6 @@ class Billiards:
             return
         if ball.joint is not None:
             self.space.remove(ball.joint)
-            ball.joint = None
         elif self.deceleration > 0.0:
             ball.body.velocity_func = pymunk.Body.update_velocity
 
@@ -432,7 +424,3 @@ def _friction_joint(
 
 def _no_response(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
     arbiter.process_collision = False
-
-
-def _vector(v: tuple[float, float]) -> Vector:
-    return (v[0], v[1])
