@@ -69,8 +69,8 @@ class TraceRecorder(Recorder):
     def zero_slip(self, contact: Contact, t: float) -> None:
         """Warn of a law that jumps at zero slip."""
         self.trace.warn(
-            f"law {self.law.name} jumps at zero slip: in the head-on hit of "
-            f"{self._balls([contact])} the slip was below 1e-9 of the closing speed and "
+            f"law {self.law.name} jumps at zero slip: in the head-on hit of balls "
+            f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed and "
             "was taken for zero (no friction); rounding would have decided",
             t,
         )
@@ -78,7 +78,7 @@ class TraceRecorder(Recorder):
     def persistent(self, contact: Contact, t: float) -> None:
         """Warn of balls that surface friction presses together."""
         self.trace.warn(
-            f"surface friction presses {self._balls([contact])} together: their endless hits were "
+            f"surface friction presses balls {self._balls([contact])} together: their endless hits were "
             f"spread out to one in {CONTACT_TIME:g} of their stopping time",
             t,
         )
@@ -86,11 +86,11 @@ class TraceRecorder(Recorder):
     def no_end(self, contacts: Collection[Contact], t: float) -> None:
         """Warn of hits without end."""
         self.trace.warn(
-            f"inelastic collapse of {self._balls(contacts)}: hits without end at one instant were "
+            f"inelastic collapse of balls {self._balls(contacts)}: hits without end at one instant were "
             "given their limit, no more closing",
             t,
         )
 
-    def _balls(self, contacts: Collection[Contact]) -> str:
+    def _balls(self, contacts: Collection[Contact], between: str = ", ") -> str:
         numbers = sorted({i for contact in contacts for i in contact.balls})
-        return "balls " + ", ".join(self.scene.balls[i].id for i in numbers)
+        return between.join(self.scene.balls[i].id for i in numbers)
