@@ -78,16 +78,16 @@ class TraceRecorder(Recorder):
     def persistent(self, contact: Contact, t: float) -> None:
         """Warn of balls that surface friction presses together."""
         self.trace.warn(
-            f"surface friction presses balls {self._balls([contact])} together: their endless hits were "
-            f"spread out to one in {CONTACT_TIME:g} of their stopping time",
+            f"surface friction presses balls {self._balls([contact])} together: their endless hits "
+            f"were spread out to one in {CONTACT_TIME:g} of their stopping time",
             t,
         )
 
     def no_end(self, contacts: Collection[Contact], t: float) -> None:
         """Warn of hits without end."""
         self.trace.warn(
-            f"inelastic collapse of balls {self._balls(contacts)}: hits without end at one instant were "
-            "given their limit, no more closing",
+            f"inelastic collapse of balls {self._balls(contacts)}: hits without end at one instant "
+            "were given their limit, no more closing",
             t,
         )
 
