@@ -1,4 +1,4 @@
-"""What is near a ball: the balls whose paths may cross its own, found by boxes around paths."""
+"""This module finds the balls whose paths may cross that of a ball, by boxes around paths."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from pool_pymunk.engine.decisions import NEARLY_NOW
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import Path, motion_at
 
-MANY = 40  # balls, from which on arrays are faster than a loop
-CROWD = 24  # balls in the way, from which on they are sifted all at once
-LEAPS = 3  # of a sifting
-X, Y, VX, VY, AX, AY, T, R, STOP, END = range(10)  # what a row of ``lines`` holds
+MANY = 40  # From so many balls on, arrays are faster than a loop.
+CROWD = 24  # From so many balls nearby on, they are sifted all at once.
+LEAPS = 3  # A sifting makes so many leaps.
+X, Y, VX, VY, AX, AY, T, R, STOP, END = range(10)  # the rows of ``lines``
 
 Indices = NDArray[np.intp]
 
 
 class Near(Protocol):
-    """What tells the engine which balls and walls a ball may meet on its path, and some more.
+    """A Near tells the engine which balls and walls a ball may meet on its path.
 
-    ``begin`` is called when a ball has a new path, which meets a wall at ``end`` (s; infinite: at
-    none), and after ``walls``; ``remove`` when it is taken off the table.
+    It may name some more than the ball meets, but never fewer. The engine first calls ``walls``,
+    then ``begin`` with the ball's new path, which meets a wall at ``end`` (s; infinite if at none).
+    It calls ``remove`` when the ball is taken off the table.
     """
 
     def walls(self, i: int) -> Iterable[int]: ...
@@ -43,7 +44,7 @@ NOWHERE: Box = (math.inf, math.inf, -math.inf, -math.inf)
 
 
 def box(path: Path, radius: float, end: float) -> Box:
-    """The box of a disc on its path, up to the time ``end`` (s) when it meets a wall."""
+    """Return the box of a disc on its path, up to the time ``end`` (s) when it meets a wall."""
     x, y = path.x, path.y
     if end < math.inf:
         ex, ey, _, _ = motion_at(path, end)
@@ -59,14 +60,14 @@ def box(path: Path, radius: float, end: float) -> Box:
 
 
 class Boxes:
-    """A box around each ball's path: a few of them are looked through one by one."""
+    """There is a box around each ball's path; these few boxes are looked through one by one."""
 
     def __init__(self, balls: int, walls: int) -> None:
         self.boxes: list[Box] = [NOWHERE] * balls
         self.every_wall = range(walls)
 
     def walls(self, i: int) -> Iterable[int]:
-        """All walls; there are few."""
+        """Return all walls, because there are few."""
         return self.every_wall
 
     def begin(self, i: int, path: Path, radius: float, end: float) -> None:
@@ -78,7 +79,7 @@ class Boxes:
         self.boxes[i] = NOWHERE
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """The balls whose boxes overlap that of ball ``i``."""
+        """Return the balls whose boxes overlap that of ball ``i``."""
         x0, y0, x1, y1 = self.boxes[i]
         return [
             j
@@ -88,7 +89,7 @@ class Boxes:
 
 
 class ManyBoxes(Boxes):
-    """The boxes of many balls in one array; a crowd in the way is sifted by its motion."""
+    """The boxes of many balls are in one array; if many are near, their motion sifts them."""
 
     def __init__(self, balls: int, walls: int) -> None:
         super().__init__(balls, walls)
@@ -109,7 +110,7 @@ class ManyBoxes(Boxes):
         self.bounds[:, i] = NOWHERE
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """The balls whose boxes overlap that of ball ``i``, or fewer."""
+        """Return the balls whose boxes overlap that of ball ``i``, or fewer."""
         x0, y0, x1, y1 = self.bounds[:, i].tolist()
         low_x, low_y, high_x, high_y = self.bounds
         near = (low_x <= x1) & (high_x >= x0) & (low_y <= y1) & (high_y >= y0)
@@ -121,10 +122,11 @@ class ManyBoxes(Boxes):
         return found
 
     def _sift(self, i: int, others: Indices, now: float) -> Indices:
-        """Those of the others that ball ``i`` may meet.
+        """Return those of the others that ball ``i`` may meet.
 
-        Time leaps as :func:`~pool_pymunk.physics.motion.time_of_impact` does, past no contact, but
-        for all at once; a ball that leaps beyond the end of a path, or both stops, meets nothing.
+        Time leaps forward as in :func:`~pool_pymunk.physics.motion.time_of_impact`, never past a
+        contact, but for all others at once. A pair meets nothing if it leaps beyond the end of one
+        of its paths, or beyond both stops.
         """
         own, lines = self.lines[:, [i]], self.lines[:, others]
         until = np.minimum(np.minimum(own[END], lines[END]), np.maximum(own[STOP], lines[STOP]))
@@ -137,7 +139,7 @@ class ManyBoxes(Boxes):
 
 
 def _leap(own: Array, lines: Array, t: Array) -> Array:
-    """How far (s) from the times ``t`` there is provably no contact."""
+    """Return for how long (s) after the times ``t`` there is provably no contact."""
     ax, ay, avx, avy = _slid(own, t)
     bx, by, bvx, bvy = _slid(lines, t)
     x, y = bx - ax, by - ay
@@ -153,7 +155,7 @@ def _leap(own: Array, lines: Array, t: Array) -> Array:
 
 
 def _slid(lines: Array, t: Array) -> tuple[Array, Array, Array, Array]:
-    """Where the balls are (m) and how they move (m/s) at the times ``t``."""
+    """Return where the balls are (m) and how they move (m/s) at the times ``t``."""
     dt = np.minimum(t, lines[STOP]) - lines[T]
     vx, vy = lines[VX] - lines[AX] * dt, lines[VY] - lines[AY] * dt
     x = lines[X] + (lines[VX] + vx) * (0.5 * dt)
