@@ -1,4 +1,4 @@
-"""What is near a ball: the balls whose paths may cross its own, found by boxes around paths."""
+"""This module finds the balls whose paths may cross that of a ball, by boxes around paths."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ import numpy as np
 from pool_pymunk.engine.decisions import NEARLY_NOW
 from pool_pymunk.physics.path import Path, motion_at
 
-MANY = 200  # balls, from which on an array is faster than a loop
+MANY = 200  # From so many balls on, one array is faster than a loop.
 
 
 class Near(Protocol):
-    """What tells the engine which balls and walls a ball may meet on its path, and some more.
+    """A Near tells the engine which balls and walls a ball may meet on its path.
 
-    ``begin`` is called when a ball has a new path, which meets a wall at ``end`` (s; infinite: at
-    none), and after ``walls``; ``remove`` when it is taken off the table.
+    It may name some more than the ball meets, but never fewer. The engine first calls ``walls``,
+    then ``begin`` with the ball's new path, which meets a wall at ``end`` (s; infinite if at none).
+    It calls ``remove`` when the ball is taken off the table.
     """
 
     def walls(self, i: int) -> Iterable[int]: ...
@@ -36,7 +37,7 @@ NOWHERE: Box = (math.inf, math.inf, -math.inf, -math.inf)
 
 
 def box(path: Path, radius: float, end: float) -> Box:
-    """The box of a disc on its path, up to the time ``end`` (s) when it meets a wall."""
+    """Return the box of a disc on its path, up to the time ``end`` (s) when it meets a wall."""
     x, y = path.x, path.y
     if end < math.inf:
         ex, ey, _, _ = motion_at(path, end)
@@ -52,14 +53,14 @@ def box(path: Path, radius: float, end: float) -> Box:
 
 
 class Boxes:
-    """A box around each ball's path: a few of them are looked through one by one."""
+    """There is a box around each ball's path; these few boxes are looked through one by one."""
 
     def __init__(self, balls: int, walls: int) -> None:
         self.boxes: list[Box] = [NOWHERE] * balls
         self.every_wall = range(walls)
 
     def walls(self, i: int) -> Iterable[int]:
-        """All walls; there are few."""
+        """Return all walls, because there are few."""
         return self.every_wall
 
     def begin(self, i: int, path: Path, radius: float, end: float) -> None:
@@ -71,7 +72,7 @@ class Boxes:
         self.boxes[i] = NOWHERE
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """The balls whose boxes overlap that of ball ``i``."""
+        """Return the balls whose boxes overlap that of ball ``i``."""
         x0, y0, x1, y1 = self.boxes[i]
         return [
             j
@@ -81,7 +82,7 @@ class Boxes:
 
 
 class ManyBoxes(Boxes):
-    """The boxes of many balls, looked through all at once."""
+    """The boxes of many balls are in one array, so that numpy looks through all at once."""
 
     def __init__(self, balls: int, walls: int) -> None:
         super().__init__(balls, walls)
@@ -96,7 +97,7 @@ class ManyBoxes(Boxes):
         self.bounds[:, i] = NOWHERE
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """The balls whose boxes overlap that of ball ``i``."""
+        """Return the balls whose boxes overlap that of ball ``i``."""
         x0, y0, x1, y1 = self.bounds[:, i].tolist()
         low_x, low_y, high_x, high_y = self.bounds
         near = (low_x <= x1) & (high_x >= x0) & (low_y <= y1) & (high_y >= y0)

@@ -1,18 +1,21 @@
-"""What the contacts of one instant do: the law, and the policies for what has no closed form.
+"""The resolver answers the contacts of one instant, by the law or by a policy.
 
-- *One instant*: contacts that share a ball are answered together by the law
+A policy is needed where there is no closed form:
+
+- *One instant*: the law answers contacts that share a ball together
   (:meth:`~pool_pymunk.physics.laws.Law.together`).
-- *A row of touching balls*: what closes only because of a hit is hit next, at the same instant.
-- *A ball that stops at contact* stops: a closing speed below rounding is no contact, and a speed
-  below rounding that a hit leaves is none.
-- *Hits without end*: infinitely many hits in finite time, as of a ball squeezed between another and
-  a cushion, come to an end at one instant. After ``ROUNDS`` rounds of hits at one instant the
-  contacts get the limit of what would follow, no more closing, and a warning says so. Where no
-  contact loses speed the hits have an end, and are left to it.
-- *Persistent contact*: balls that surface friction presses together, both moving, would touch
-  without end. They hit each other once in a contact time instead, in micro-collisions
-  (:mod:`pool_pymunk.engine.decisions`), which are not listed as events; a warning says so. For two
-  balls the error is of second order in the contact time, in a cluster of first order.
+- *A row of touching balls*: a contact that closes only because of a hit is hit next, at the same
+  instant.
+- *A ball that stops at contact* stops: a closing speed below rounding is no hit, and a speed below
+  rounding that a hit leaves is none.
+- *Hits without end*: infinitely many hits in finite time come to an end at one instant. A ball
+  squeezed between another and a cushion has them, for example. After ``ROUNDS`` rounds of hits at
+  one instant the contacts get the limit of what would follow, in which nothing closes, and a
+  warning says so. Where no contact loses speed the hits do have an end, and they are all played.
+- *Persistent contact*: two moving balls that surface friction presses together would touch without
+  end. They hit each other once in a contact time instead, in micro-collisions
+  (:mod:`pool_pymunk.engine.decisions`). These are not listed as events; a warning names the balls.
+  The error is of second order in the contact time for two balls, and of first order for a cluster.
 """
 
 from __future__ import annotations
@@ -39,9 +42,9 @@ SAME_NORMAL = 1e-12
 
 
 class History(NamedTuple):
-    """When (s) two balls met, and when they last hit each other since then.
+    """A history holds the time (s) at which two balls met, and the time of their last hit.
 
-    They meet anew when they have been apart for more than ``WINDOW`` contact times.
+    Balls that have been apart for more than ``WINDOW`` contact times meet anew.
     """
 
     met: float
@@ -49,13 +52,13 @@ class History(NamedTuple):
 
 
 class Resolution:
-    """What the contacts of one instant did.
+    """A resolution holds what the contacts of one instant did.
 
-    ``velocity`` (m/s) is that of the balls that begin a new path, or stop, and ``noise`` (m/s) how
-    much of it may be rounding. Of the contacts, ``hits`` were answered, each as it was given to the
-    law; ``listed`` are events; ``micro`` are micro-collisions, each with the time (s) of the pair's
-    hit before; ``missed`` touch, but do not close; ``persistent`` are hits that part at their least
-    bounce (m/s); ``zero_slips`` are those of which only rounding knew the slip.
+    ``velocity`` (m/s) has the balls that begin a new path, or stop; ``noise`` (m/s) is how much of
+    it may be rounding. The other fields sort the contacts. ``hits`` were answered, each as it was
+    given to the law. ``listed`` are events. ``micro`` are micro-collisions, each with the time (s)
+    of the pair's hit before. ``missed`` touch, but do not close. ``persistent`` are hits that part
+    at their least bounce (m/s). ``zero_slips`` are hits whose slip only rounding knew.
     """
 
     def __init__(self) -> None:
@@ -70,7 +73,7 @@ class Resolution:
 
 
 class Resolver:
-    """Answers contacts by a law, and remembers what persistent contacts take."""
+    """The resolver answers contacts by a law, and keeps the history of persistent contacts."""
 
     def __init__(self, law: Law, deceleration: float) -> None:
         self.law = law
@@ -80,11 +83,11 @@ class Resolver:
         self.history: dict[tuple[int, int], History] = {}
 
     def forget(self, i: int) -> None:
-        """Ball ``i`` meets nothing any more."""
+        """Forget ball ``i``, which meets nothing any more."""
         self.history = {pair: past for pair, past in self.history.items() if i not in pair}
 
     def contact_time(self, i: int, j: int, now: float) -> float:
-        """The time (s) that one persistent contact of two balls takes; 0 if they have not met."""
+        """Return the time (s) of one persistent contact of two balls; 0 if they have not met."""
         past = self.history.get((i, j)) if self.history else None
         if past is None:
             return 0.0
@@ -118,7 +121,7 @@ class Resolver:
         return resolution
 
     def settle(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Resolution:
-        """Give hits without end their limit: no contact closes any more."""
+        """Give hits without end their limit, in which no contact closes any more."""
         resolution, velocity = Resolution(), dict(before)
         resolution.hits = list(contacts)
         settle(contacts, velocity)
@@ -128,7 +131,7 @@ class Resolver:
     def _look_at(
         self, contact: Contact, velocity: Velocities, now: float, resolution: Resolution
     ) -> None:
-        """Tell whether a contact is a hit, and of which kind."""
+        """Sort a contact: decide whether it is a hit, and of which kind."""
         closing = closing_speed(contact, velocity)
         least, is_micro, past = self._persistence(contact, closing, now)
         if not decisions.is_hit(closing, self._noise(contact), least):
@@ -148,7 +151,7 @@ class Resolver:
     def _leave_out(
         self, contacts: Sequence[Contact], velocity: Velocities, resolution: Resolution
     ) -> None:
-        """Sort out the contacts that no hit has changed.
+        """Sort out the contacts of which no hit has changed a ball.
 
         A ball that a cushion leads along itself, to rounding, does not sink into it.
         """
@@ -164,7 +167,7 @@ class Resolver:
     def _conclude(
         self, before: Mapping[int, Vector], velocity: Velocities, resolution: Resolution
     ) -> None:
-        """New velocities, without what rounding alone left of them."""
+        """Keep the new velocities, and set to zero what rounding alone left of them."""
         moved = {*resolution.velocity, *[i for hit in resolution.hits for i in hit.balls]}
         fastest, noise = 0.0, 0.0
         for i, (wx, wy) in before.items():
@@ -182,7 +185,7 @@ class Resolver:
         return any(self._parting(contact) < 1.0 - NOISE for contact in contacts)
 
     def _parting(self, contact: Contact) -> float:
-        """How fast (m/s) the contact parts if it closes head-on at 1 m/s."""
+        """Return how fast (m/s) the contact parts if it closes head-on at 1 m/s."""
         pair = contact.pair
         if contact.b == NO_BALL:
             return self.law.cushion(NT(-1.0, 0.0), pair.restitution, pair.friction).n
@@ -190,14 +193,14 @@ class Resolver:
         return b.n - a.n
 
     def _noise(self, contact: Contact) -> float:
-        """How much of the closing speed (m/s) may be rounding."""
+        """Return how much of the closing speed (m/s) may be rounding."""
         noise = self.paths[contact.a].noise
         return noise if contact.b == NO_BALL else max(noise, self.paths[contact.b].noise)
 
     def _persistence(
         self, contact: Contact, closing: float, now: float
     ) -> tuple[float, bool, History | None]:
-        """The least bounce (m/s) of a contact; whether a hit is micro; the history that lasts."""
+        """Return the least bounce (m/s), whether a hit is micro, and the history that goes on."""
         i, j = contact.a, contact.b
         past = self.history.get((i, j)) if self.history else None
         if past is None:
@@ -210,7 +213,10 @@ class Resolver:
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:
-    """The contacts without those that say the same twice, as cushions that run on straight do."""
+    """Return the contacts, but each of them once.
+
+    Two cushions that run on straight give the same contact twice.
+    """
     kept: list[Contact] = []
     for contact in contacts:
         if not any(_same(contact, other) for other in kept):
@@ -224,6 +230,6 @@ def _same(one: Contact, other: Contact) -> bool:
 
 
 def _along(v: Vector, normal: Vector) -> Vector:
-    """The part of a velocity along a wall."""
+    """Return the part of a velocity along a wall."""
     n = v[0] * normal[0] + v[1] * normal[1]
     return (v[0] - n * normal[0], v[1] - n * normal[1])

@@ -1,4 +1,7 @@
-"""Pictures and films of runs. matplotlib is imported here and nowhere else in the package."""
+"""This package draws pictures and films of runs.
+
+matplotlib is imported here and nowhere else in the package.
+"""
 
 from pool_pymunk.render.encode import join
 from pool_pymunk.render.films import FilmSettings, film, frame_count

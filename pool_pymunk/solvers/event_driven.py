@@ -1,7 +1,7 @@
-"""The exact solver: between contacts the motion is closed-form, so jump from contact to contact.
+"""The exact solver jumps from contact to contact, because motion between them is closed-form.
 
-There is no time step and no error but rounding: the contact engine
-(:mod:`pool_pymunk.engine.contacts`) looks for what is near by boxes around the balls' paths.
+It has no time step, and it errs by rounding alone. The contact engine
+(:mod:`pool_pymunk.engine.contacts`) finds what is near a ball by boxes around the balls' paths.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
 
 
 def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> ContactEngine:
-    """The contact engine with the scene's balls on their way."""
+    """Return the contact engine with the scene's balls on their way."""
     law = settings.law_of(scene)
     recorder = TraceRecorder(scene, trace, law)
     engine = ContactEngine(law, cache(scene.pair), scene.deceleration, recorder)
@@ -55,7 +55,7 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
 
 
 def _status(engine: ContactEngine, latest: float) -> str:
-    """Why the engine went no further."""
+    """Tell why the engine went no further."""
     if not engine.is_finite:
         return "non_finite"
     if engine.upcoming() < math.inf:

@@ -1,4 +1,4 @@
-"""What the two solvers share that put a scene into the contact engine: walls, and a trace of it."""
+"""This module holds what both exact solvers need: a scene's walls, and a trace of the engine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ from pool_pymunk.results.trace import Trace
 
 
 def walls(scene: Scene) -> list[Wall]:
-    """The scene's cushions: each has its face, and its first corner where that sticks out."""
+    """Return the scene's cushions as walls.
+
+    Each wall has the cushion's face, and the cushion's first corner if it sticks out into the
+    table.
+    """
     if scene.table is None:
         return []
     e = scene.restitution.cushion
@@ -29,7 +33,7 @@ def walls(scene: Scene) -> list[Wall]:
 
 
 def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
-    """Write down where the balls are that still move when the run ends at ``t`` (s), if any do."""
+    """Write down where the balls are that still move when the run ends at ``t`` (s)."""
     if trace.status == "settled":
         return
     trace.duration = t
@@ -40,7 +44,7 @@ def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
 
 
 class TraceRecorder(Recorder):
-    """Writes what the contact engine does into a :class:`~pool_pymunk.results.trace.Trace`."""
+    """This recorder writes a :class:`~pool_pymunk.results.trace.Trace` of what happens."""
 
     def __init__(self, scene: Scene, trace: Trace, law: Law) -> None:
         self.scene = scene
@@ -78,8 +82,9 @@ class TraceRecorder(Recorder):
     def persistent(self, contact: Contact, t: float) -> None:
         """Warn of balls that surface friction presses together."""
         self.trace.warn(
-            f"surface friction presses balls {self._balls([contact])} together: their endless hits "
-            f"were spread out to one in {CONTACT_TIME:g} of their stopping time",
+            f"surface friction presses balls {self._balls([contact])} together: instead of hits "
+            f"without end they have one in each contact time (at most {CONTACT_TIME:g} of the time "
+            "since they met or until they rest)",
             t,
         )
 
@@ -87,7 +92,7 @@ class TraceRecorder(Recorder):
         """Warn of hits without end."""
         self.trace.warn(
             f"inelastic collapse of balls {self._balls(contacts)}: hits without end at one instant "
-            "were given their limit, no more closing",
+            "were given their limit, in which nothing closes any more",
             t,
         )
 

@@ -1,8 +1,9 @@
-"""The scene in a pymunk space: cushions are static segments, balls are circles.
+"""This solver puts the scene into a pymunk space.
 
-The contact law and surface friction come from :class:`pool_pymunk.world.Billiards`. A part that
-the scene leaves out is not installed: no table, no segments; no surface friction, no damping; a
-ball at rest costs no callback.
+Cushions are static segments, and balls are circles. The contact law and surface friction come from
+:class:`pool_pymunk.world.Billiards`. What the scene leaves out is not installed: without a table
+there are no segments, and without surface friction there is no damping. A ball at rest costs no
+callback.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ def solve(
 ) -> Trace:
     """Simulate with steps of ``settings.dt`` s.
 
-    ``contacts`` "swept" finds every contact at its true time inside the step; "discrete" answers
-    overlaps at the end of the step, an error of first order in dt.
+    With ``contacts="swept"`` every contact is found at its true time inside the step. With
+    ``contacts="discrete"`` overlaps are answered at the end of the step, an error of first order in
+    dt.
     """
     trace = Trace(start)
     table = set_up(scene, start, settings, contacts, friction)
@@ -46,7 +48,7 @@ def solve(
 
 
 def _status(table: Billiards) -> str:
-    """Why the table was played no further."""
+    """Tell why the table was played no further."""
     if not table.engine.is_finite:
         return "non_finite"
     if not table.moving:
@@ -60,7 +62,7 @@ discrete = partial(solve, contacts="discrete")
 def set_up(
     scene: Scene, start: State, settings: Settings, contacts: Contacts, friction: FrictionBy
 ) -> Billiards:
-    """A space with the scene's cushions, and its balls on their way."""
+    """Return a space with the scene's cushions, and its balls on their way."""
     assert settings.dt is not None
     space = pymunk.Space()
     table = Billiards(

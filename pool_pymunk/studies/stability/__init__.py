@@ -1,7 +1,7 @@
-"""The extremes: where each solver breaks, by how much, from where on, and whether it says so.
+"""This study goes to extremes: it finds where each solver breaks, and whether it says so.
 
-An extreme is a row of small scenes made from parameters, from mild to extreme; what must hold is
-measured, each with a bound and where the bound comes from
+An extreme is a row of small scenes made from parameters, from mild to extreme. Each claim measures
+what must hold, with a bound; the module says where the bounds come from
 (:mod:`pool_pymunk.studies.stability.claims`).
 """
 
