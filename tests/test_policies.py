@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.physics.contact import Contact, Pair, Vector
-from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.physics.laws import LAWS, Coulomb
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, Post, Wall, face_between
 
@@ -33,9 +34,9 @@ def disc(
 # -- one instant -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("e", [0.9, 0.97])
-def test_many_hits_at_one_instant_that_have_an_end_are_played_to_it(e: float) -> None:
-    """A light ball that touches a cushion and a heavy ball: some dozen hits, then they part.
+@pytest.mark.parametrize(("e", "ratio"), [(0.9, 200.0), (0.97, 200.0), (0.997, 1e5)])
+def test_many_hits_at_one_instant_that_have_an_end_are_played_to_it(e: float, ratio: float) -> None:
+    """A light ball that touches a cushion and a heavy ball: dozens or thousands of hits, then rest.
 
     With a gap of a micrometre the same hits come one after the other, and end alike.
     """
@@ -43,12 +44,12 @@ def test_many_hits_at_one_instant_that_have_an_end_are_played_to_it(e: float) ->
     for gap in (0.0, 1e-6):
         balls = (
             disc("light", (R + gap, 0.0)),
-            disc("heavy", (3 * R + 2 * gap, 0.0), (-1.0, 0.0), mass=200.0),
+            disc("heavy", (3 * R + 2 * gap, 0.0), (-1.0, 0.0), mass=ratio),
         )
         box = Table(((0.0, -1.0), (20.0, -1.0), (20.0, 1.0), (0.0, 1.0)))
         scene = Scene(balls, box, Restitution(e, None, e), physics=Physics(max_time=1.0))
         run = exact(scene)
-        assert not run.warnings
+        assert bool(run.warnings) == (gap == 0.0 and ratio > 200.0)  # not all hits are listed
         assert len(run.events) > 20
         ends.append(run.end.velocity)
     for touching, apart in zip(*ends, strict=True):
@@ -101,6 +102,58 @@ def test_cushions_that_run_on_straight_answer_once() -> None:
     ]
     assert len(runs[0].events) == len(runs[1].events) == 1
     assert largest_distance(*runs) < 1e-15
+
+
+# -- hits without end ------------------------------------------------------------------------------
+
+
+def squeezed(ratio: float, e: float, e_cushion: float, mu: float, beside: float) -> Scene:
+    """A heavy ball drives a light one to a cushion that leans by 0.1 rad where it comes aslant."""
+    lean = 0.1 if beside else 0.0
+    corners = ((0.0, 0.0), (8.0, 0.0), (8.0, 2.0), (2.0 * math.tan(lean), 2.0))
+    balls = (
+        disc("light", (1.0, 1.0 + beside), mass=0.1),
+        disc("heavy", (2.0, 1.0), (-1.0, 0.0), mass=0.1 * ratio),
+    )
+    restitution, friction = Restitution(e, None, e_cushion), Friction(0.01, mu, mu)
+    return Scene(balls, Table(tuple(corners)), restitution, friction)
+
+
+SQUEEZES = [
+    (ratio, e, e_cushion, mu, beside)
+    for ratio in (10.0, 1e2, 1e3)
+    for e, e_cushion in ((0.0, 0.5), (0.5, 0.5), (0.8, 0.8), (0.8, 1.0), (0.9, 0.0))
+    for mu, beside in ((0.0, 0.0), (0.0, 1e-3), (0.1, 0.0), (0.1, 1e-3), (0.02, 1e-2))
+]
+
+
+@pytest.mark.parametrize("squeeze", SQUEEZES, ids=str)
+def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
+    squeeze: tuple[float, float, float, float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Hit by hit, until nothing is left but rounding; and by two linear equations."""
+    scene = squeezed(*squeeze)
+    limit = exact(scene)
+    monkeypatch.setattr(Coulomb, "limit", lambda *_: False)
+    played = exact(scene)
+    assert limit.status == played.status == "settled"
+    assert largest_distance(limit, played) < 1e-11
+
+
+def test_some_squeezes_have_no_end_and_some_have(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the test above shows nothing."""
+    asked: list[bool] = []
+    limit = Coulomb.limit
+
+    def watched(*args: Any) -> bool:
+        asked.append(limit(*args))
+        return asked[-1]
+
+    monkeypatch.setattr(Coulomb, "limit", watched)
+    for squeeze in SQUEEZES:
+        exact(squeezed(*squeeze))
+    assert asked.count(True) >= 15
+    assert asked.count(False) >= 3
 
 
 # -- persistent contact ----------------------------------------------------------------------------

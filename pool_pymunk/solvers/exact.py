@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
-from pool_pymunk.engine.decisions import CONTACT_TIME
+from pool_pymunk.engine.decisions import CONTACT_TIME, ROUNDS
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import Law
@@ -88,11 +88,12 @@ class TraceRecorder(Recorder):
             t,
         )
 
-    def no_end(self, contacts: Collection[Contact], t: float) -> None:
+    def no_end(self, contacts: Collection[Contact], count: int, t: float) -> None:
         """Warn of hits without end."""
         self.trace.warn(
-            f"inelastic collapse of balls {self._balls(contacts)}: hits without end at one instant "
-            "were given their limit, in which nothing closes any more",
+            f"inelastic collapse of balls {self._balls(contacts)}: after {ROUNDS} rounds of hits "
+            f"at one instant {count:,} more were played, or their limit was taken; these are not "
+            "listed as events",
             t,
         )
 
