@@ -292,7 +292,9 @@ class Billiards:
         try:
             self.space.add_post_step_callback(self._after_step, self)
             if abs(dt - self.dt) > 1e-9 * self.dt:
-                raise ValueError(f"the space was stepped by {dt} s, its Billiards by {self.dt} s")
+                raise ValueError(
+                    f"the space was stepped by {dt} s, but its Billiards was made for {self.dt} s"
+                )
             for ball in self.balls:
                 self._notice(ball)
         except Exception as error:
