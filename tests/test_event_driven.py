@@ -467,7 +467,7 @@ def test_what_spreading_hits_costs_is_of_second_order(monkeypatch: pytest.Monkey
 
 
 def test_a_small_ball_that_is_pressed_sinks_by_a_share_of_its_own_radius() -> None:
-    """It sinks by 1e-4 of its radius, fourfold after 1000 hits.
+    """It sinks by less than 1e-4 of its radius, after thousands of hits.
 
     With a contact time from the stopping time alone it would sink by 1e-2.
     """
