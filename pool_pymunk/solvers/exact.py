@@ -23,7 +23,7 @@ def walls(scene: Scene) -> list[Wall]:
     if scene.table is None:
         return []
     e = scene.restitution.cushion
-    assert e is not None, "the scene saw to it"
+    assert e is not None, "a scene with a table has this restitution"
     found = []
     for number, edge in enumerate(scene.table.edges):
         face = Face(edge.start, edge.tangent, edge.normal, edge.length)
