@@ -17,7 +17,7 @@ from pool_pymunk.physics.path import motion_at
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.event_driven import walls
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings, TraceRecorder
+from pool_pymunk.solvers.settings import Settings, TraceRecorder, warn_if_given_up
 from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
 
 
@@ -37,13 +37,14 @@ def solve(
     trace = Trace(start)
     table = set_up(scene, start, settings, contacts, friction)
     table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
-    table.most = settings.most
+    settings.bound(table.engine)
     table.latest = math.inf if settings.max_time is None else settings.max_time
     table.play()
     trace.steps = table.steps
     trace.status = _status(table)
     if trace.status != "settled":
         trace.duration = table.time
+        warn_if_given_up(table.engine, trace)
         for ball in table.moving.values():
             x, y, vx, vy = motion_at(ball.path, table.time)
             trace.knot(ball.number, table.time, (x, y), (vx, vy))
@@ -56,7 +57,7 @@ def _status(table: Billiards) -> str:
         return "non_finite"
     if not table.moving:
         return "settled"
-    return "max_events" if table.engine.happened >= table.most else "max_time"
+    return "max_events" if table.engine.is_over else "max_time"
 
 
 discrete = partial(solve, contacts="discrete")
@@ -78,10 +79,14 @@ def set_up(
         friction=friction,
         alone=True,
     )
-    for ball, position, velocity in zip(scene.balls, *start, strict=True):
+    for ball, position, velocity in zip(scene.balls, start.position, start.velocity, strict=True):
         body = pymunk.Body(ball.mass, math.inf)
         body.position, body.velocity = position, velocity
         table.add_ball(pymunk.Circle(body, ball.radius))
+    for id_ in start.off:
+        gone = table.balls[scene.index[id_]]
+        space.remove(gone.body, gone.sensor)
+        table.engine.remove(gone.number)
     for wall, edge in zip(walls(scene), scene.table.edges if scene.table else (), strict=True):
         cushion = pymunk.Segment(space.static_body, edge.start, edge.end, 0.0)
         table.add_wall(cushion, wall.restitution, wall.friction, wall.sides)

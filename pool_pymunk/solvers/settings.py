@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import NamedTuple, Protocol
 
-from pool_pymunk.engine.contacts import Recorder
+from pool_pymunk.engine.contacts import ContactEngine, Recorder
 from pool_pymunk.engine.decisions import CONTACT_TIME
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.contact import Contact, Vector
@@ -13,7 +13,8 @@ from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.results.trace import Trace
 
-NEVER_SETTLES = 1_000_000  # contacts after which a run is given up, unless the user says otherwise
+NEVER_SETTLES = 1_000_000  # events after which a run is given up, unless the user says otherwise;
+# and instants of micro-collisions, which are no events, after which it is given up in any case
 
 
 class Settings(NamedTuple):
@@ -35,6 +36,10 @@ class Settings(NamedTuple):
     def most(self) -> int:
         """After how many events the run is given up."""
         return NEVER_SETTLES if self.max_events is None else self.max_events
+
+    def bound(self, engine: ContactEngine) -> None:
+        """Tell the contact engine when to stop."""
+        engine.most, engine.most_unlisted = self.most, NEVER_SETTLES
 
 
 class Solve(Protocol):
@@ -98,6 +103,16 @@ class TraceRecorder(Recorder):
     def _balls(self, contacts: Collection[Contact]) -> str:
         numbers = sorted({i for contact in contacts for i in contact.balls})
         return "balls " + ", ".join(self.scene.balls[i].id for i in numbers)
+
+
+def warn_if_given_up(engine: ContactEngine, trace: Trace) -> None:
+    """Tell users that a run ended early, though its events are fewer than it may have."""
+    if engine.is_given_up:
+        trace.warn(
+            f"the run was given up after {engine.unlisted} instants with micro-collisions only, "
+            "which are no events: surface friction presses balls together",
+            engine.now,
+        )
 
 
 def sign_warning(a: str, b: str, slip: float) -> str:

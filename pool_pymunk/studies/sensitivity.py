@@ -23,7 +23,7 @@ from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.safety.interrupts import deaf, heed
-from pool_pymunk.solvers import SettingError, find_shot, simulate, yardstick
+from pool_pymunk.solvers import SettingError, find_shot, request, simulate, yardstick
 from pool_pymunk.studies.compare import contact_order
 from pool_pymunk.studies.uncertainty import Mask, Room, Uncertainty
 
@@ -388,10 +388,11 @@ def _play(study: _Study, starts: Array, kicks: Array) -> _Played:
 def _run(study: _Study, start: Sequence[Sequence[float]], kicks: Sequence[Sequence[float]]) -> Run:
     """Play one sample: every shot of the chain from where the one before ended."""
     scene = study.reference.scene
+    asked = request(scene, yardstick().name)
     state = State(tuple((x, y) for x, y in start), tuple(ball.velocity for ball in scene.balls))
     for shot, (faster, turned) in zip(study.chain, kicks, strict=True):
         struck = _struck(scene, shot, state, faster, turned)
-        run = simulate(scene, struck, solver=yardstick().name, start=state)
+        run = asked.play(struck, state)
         state = run.end
     return run
 
