@@ -83,7 +83,7 @@ def one(kind: type[Value]) -> Reader[Value]:
 
     def read(value: Any) -> Value:
         if not isinstance(value, kind):
-            raise Unfit(f"must be a {kind.__name__}")
+            raise Unfit(f"must be an object of the class {kind.__name__}")
         return value
 
     return read
@@ -94,7 +94,7 @@ def row(kind: type[Value]) -> Reader[tuple[Value, ...]]:
 
     def read(value: Any) -> tuple[Value, ...]:
         if not is_row(value) or not all(isinstance(each, kind) for each in value):
-            raise Unfit(f"must be a tuple of the class {kind.__name__}")
+            raise Unfit(f"must be a tuple of objects of the class {kind.__name__}")
         return tuple(value)
 
     return read

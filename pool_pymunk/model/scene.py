@@ -175,7 +175,7 @@ class Scene:
             if ball.id not in state.off
         }
         raise_any(
-            replace(problem, key=f"start.{problem.key}")
+            replace(problem, key=_start_key(problem.key))
             for problem in place_problems(placed, self.table, SUNK)
         )
         return state
@@ -198,6 +198,11 @@ class Scene:
             return scenario_text(self)
         write(self, path)
         return None
+
+
+def _start_key(key: str) -> str:
+    """``balls[3].position`` as a state has it."""
+    return "start.position" + key.removeprefix("balls").removesuffix(".position")
 
 
 def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | None:

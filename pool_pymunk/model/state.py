@@ -38,9 +38,9 @@ def read_state(value: Any, ids: Collection[str]) -> State:
         message = "must be a State: positions, velocities, and the ids of balls off the table"
         raise SceneError([Problem("start", value, message)])
     position, velocity, off = (*value, ())[:3]
-    gone = _read_off(off, ids)
     places = _read_points("position", position, ids)
     speeds = _read_points("velocity", velocity, ids)
+    gone = _read_off(off, ids)
     resting = ((0.0, 0.0) if id_ in gone else v for id_, v in zip(ids, speeds, strict=True))
     return State(places, tuple(resting), gone)
 
@@ -65,16 +65,15 @@ def _read_points(name: str, value: Any, ids: Collection[str]) -> tuple[Point, ..
 
 def _named(problems: Iterable[Problem], id_: str) -> Iterator[Problem]:
     for key, value, message in ((p.key, p.value, p.message) for p in problems):
-        yield Problem(key, value, f"ball {shown(id_)} {message}")
+        yield Problem(key, value, f"{message} (ball {shown(id_)})")
 
 
 def _read_off(value: Any, ids: Collection[str]) -> frozenset[str]:
     """Read the ids of the balls that are off the table."""
     if not (is_row(value) or isinstance(value, set | frozenset)):
         raise SceneError([Problem("start.off", value, "must be the ids of balls, in a set")])
-    unknown = [id_ for id_ in value if not isinstance(id_, str) or id_ not in ids]
-    raise_any(
-        Problem("start.off", id_, f"there is no such ball (there are: {listed(ids)})")
-        for id_ in unknown
-    )
+    for id_ in value:
+        if not isinstance(id_, str) or id_ not in ids:
+            message = f"there is no such ball (there are: {listed(ids)})"
+            raise SceneError([Problem("start.off", id_, message)])
     return frozenset(map(text, value))

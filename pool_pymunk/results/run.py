@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from pool_pymunk.model import Point, Scene, Shot, State
-from pool_pymunk.model.problems import setting_error
+from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.motion import Array, kinetic_energy, slide_many
 from pool_pymunk.results.words import counted, step_text
 
@@ -321,7 +321,7 @@ def read_times(times: object) -> Array:
     except ValueError:  # rows of different lengths
         found = np.array(None)
     if found.dtype.kind not in "iuf" or found.ndim > 1 or not np.isfinite(found).all():
-        raise setting_error("times", times, "must be a sequence of finite numbers, or one")
+        raise setting_error("times", shown(times), "must be a sequence of finite numbers, or one")
     return found.astype(float)
 
 

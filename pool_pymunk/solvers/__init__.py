@@ -13,6 +13,7 @@ from typing import Any
 
 from pool_pymunk.model import Scene, SettingError, Shot, State
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import SOLVERS, find_solver, yardstick
@@ -27,8 +28,8 @@ def simulate(
     solver: str = "pymunk",
     dt: float | None = None,
     law: str | Law | None = None,
-    times: Sequence[float] | None = None,
-    start: State | None = None,
+    times: Sequence[float] | Array | None = None,
+    start: State | Sequence[Any] | Array | None = None,
     max_time: float | None = None,
     max_events: int | None = None,
     **options: Any,

@@ -55,9 +55,9 @@ def _status(table: Billiards) -> str:
     """Why the table was played no further."""
     if not table.is_finite:
         return "non_finite"
-    if not table.moving:
-        return "settled"
-    return "max_events" if table.engine.is_over else "max_time"
+    if table.engine.is_over and (table.moving or table.engine.upcoming() < math.inf):
+        return "max_events"
+    return "max_time" if table.moving else "settled"
 
 
 discrete = partial(solve, contacts="discrete")

@@ -15,7 +15,7 @@ import numpy as np
 
 from pool_pymunk.model import Problem, Scene, Shot, State
 from pool_pymunk.model.plain import Unfit, number
-from pool_pymunk.model.problems import listed, number_problems, setting_error, size_problems
+from pool_pymunk.model.problems import listed, number_problems, setting_error, shown, size_problems
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.run import Event, Run, read_times
 from pool_pymunk.results.trace import Trace
@@ -148,7 +148,7 @@ def sample_times(times: object) -> tuple[float, ...]:
     """Read the times (s) at which a run is to be sampled."""
     found = read_times(times)
     if found.ndim != 1:
-        raise setting_error("times", times, "must be a sequence of numbers")
+        raise setting_error("times", shown(times), "must be a sequence of numbers")
     return tuple(found.tolist())
 
 
@@ -202,7 +202,7 @@ def _read(
     try:
         found = number(value)
     except Unfit as unfit:
-        raise setting_error(key, value, str(unfit)) from None
+        raise setting_error(key, shown(value), str(unfit)) from None
     for problem in problems(key, found):
         raise setting_error(key, value, problem.message)
     return found
