@@ -23,7 +23,6 @@ from pool_pymunk.model.problems import (
     TOUCHING,
     Point,
     Problem,
-    SceneError,
     key_of,
     listed,
     raise_any,
@@ -34,10 +33,9 @@ from pool_pymunk.model.units import Units
 from pool_pymunk.physics.contact import Pair
 
 MOST_OVERLAPS = 100  # reported of one scene
-SUNK = (
-    1e-2  # radii by which balls may overlap at the start of a run; persistent contacts sink in by
-)
-# 1e-4, and balls of usual speeds by less than this in a time slice of 1e-4 s
+# Radii by which balls may overlap where a run starts, as they do where others end: in persistent
+# contacts by 1e-4, where contacts are found late by the way that a ball travels in a step.
+SUNK = 1e-2
 
 
 @dataclass(frozen=True, repr=False)
@@ -120,28 +118,29 @@ class Scene:
     def start(self, shot: Shot | None, before: State | None = None) -> State:
         """Positions and velocities at the moment of a shot, from ``before`` or the scene's own.
 
-        Balls that are off the table there stay off. Raises SceneError for a shot that strikes such
-        a ball, or aims at one.
+        Balls that are off the table there stay off. Raises SceneError for a shot that strikes or
+        aims at such a ball, or at one that the scene has not.
         """
         state = before or State(
             tuple(ball.position for ball in self.balls), tuple(ball.velocity for ball in self.balls)
         )
         if shot is None:
             return state
-        self._check_on_table(shot, state)
+        raise_any(self._absent(shot, state.off))
         i = self.index[shot.ball]
         velocity = shot.launch or self._aimed(shot, i, state)
         return state._replace(velocity=(*state.velocity[:i], velocity, *state.velocity[i + 1 :]))
 
-    def _check_on_table(self, shot: Shot, state: State) -> None:
-        aimed = {"ball": shot.ball, "aim": shot.aim}
-        raise_any(
-            Problem(f"shot.{key}", id_, f"the ball is off the table before {shown(shot.name)}")
-            for key, id_ in aimed.items()
-            if id_ in state.off
-        )
-        if shot.aim == NEAREST and len(state.off) >= len(self.balls) - 1:
-            raise SceneError([Problem("shot.aim", NEAREST, "every other ball is off the table")])
+    def _absent(self, shot: Shot, off: Collection[str]) -> Iterator[Problem]:
+        """Find the balls that a shot strikes or aims at, and that are not on the table."""
+        for key, id_ in (("ball", shot.ball), ("aim", shot.aim)):
+            if id_ in off:
+                yield Problem(f"shot.{key}", id_, f"the ball is off the table before {shot.name}")
+            elif id_ not in (None, NEAREST, *self.index):
+                message = f"there is no such ball (there are: {listed(self.index)})"
+                yield Problem(f"shot.{key}", id_, message)
+        if shot.aim == NEAREST and len(off) >= len(self.balls) - 1:
+            yield Problem("shot.aim", NEAREST, "every other ball is off the table")
 
     def _aimed(self, shot: Shot, i: int, state: State) -> Point:
         assert shot.speed is not None and shot.aim is not None
@@ -201,7 +200,7 @@ class Scene:
 
 
 def _start_key(key: str) -> str:
-    """``balls[3].position`` as a state has it."""
+    """Name ``balls[3].position`` as a state has it."""
     return "start.position" + key.removeprefix("balls").removesuffix(".position")
 
 

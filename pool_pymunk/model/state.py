@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from pool_pymunk.model.plain import Unfit, is_row, point, text
@@ -64,8 +65,9 @@ def _read_points(name: str, value: Any, ids: Collection[str]) -> tuple[Point, ..
 
 
 def _named(problems: Iterable[Problem], id_: str) -> Iterator[Problem]:
-    for key, value, message in ((p.key, p.value, p.message) for p in problems):
-        yield Problem(key, value, f"{message} (ball {shown(id_)})")
+    """Say of which ball the problems are."""
+    for problem in problems:
+        yield replace(problem, message=f"{problem.message} (ball {shown(id_)})")
 
 
 def _read_off(value: Any, ids: Collection[str]) -> frozenset[str]:

@@ -174,8 +174,8 @@ class Run:
     @cached_property
     def end(self) -> State:
         """Positions (m) and velocities (m/s) at the end, exactly as the solver left them."""
-        position, velocity = self.at(self.duration)
-        return State(_points(position), _points(velocity), self.off)
+        position, velocity = self._sampled(np.array([self.duration]))
+        return State(_points(position[0]), _points(velocity[0]), self.off)
 
     @cached_property
     def final(self) -> dict[str, Point]:

@@ -115,28 +115,18 @@ def request(
 def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
     """The scene's shot of that name or number (from 1), or the shot itself; None: the first."""
     _check_scene(scene)
-    shots = scene.shots
     if shot is None:
-        return shots[0] if shots else None
-    known = listed([f"{k} ({each.name})" for k, each in enumerate(shots, start=1)]) or "none"
-    if isinstance(shot, Shot):
-        if shot not in shots:
-            message = (
-                f"is none of the scene's shots ({known}); replace(scene, shots=...) puts it in"
-            )
-            raise setting_error("shot", shot, message)
-        return shot
-    if isinstance(shot, str):
-        found = [each for each in shots if each.name == shot]
-    elif isinstance(shot, Integral) and not isinstance(shot, bool):
-        if shot < 1:
-            raise setting_error("shot", shot, "shots count from 1")
-        found = list(shots[int(shot) - 1 : int(shot)])
-    else:
-        raise setting_error("shot", shot, f"must be a Shot, a name or a number from 1 ({known})")
-    if not found:
-        raise setting_error("shot", shot, f"there is no such shot ({known})")
-    return found[0]
+        return scene.shots[0] if scene.shots else None
+    number = shot if isinstance(shot, Integral) and not isinstance(shot, bool) else None
+    if number is None and not isinstance(shot, Shot | str):
+        raise setting_error("shot", shot, "must be a Shot, a name or a number from 1")
+    if number is not None and number < 1:
+        raise setting_error("shot", shot, "shots count from 1")
+    for k, each in enumerate(scene.shots, start=1):
+        if shot in (each, each.name) or number == k:
+            return each
+    known = listed([f"{k} ({each.name})" for k, each in enumerate(scene.shots, start=1)]) or "none"
+    raise setting_error("shot", shot, f"there is no such shot (there are: {known})")
 
 
 def shot_before(scene: Scene, shot: Shot) -> Shot | None:
