@@ -230,6 +230,8 @@ def test_numbers_and_arrays_of_numpy_work_and_stay_outside(solver: str) -> None:
     )
     plain = loads(scene.to_toml())
     assert plain == scene
+    for part in ("balls", "table", "restitution", "friction", "physics", "shots"):
+        assert repr(getattr(scene, part)) == repr(getattr(plain, part))
     asked: dict[str, Any] = {
         "shot": np.int64(1), "dt": f(1e-3), "times": np.linspace(0, 1, 5), "max_time": f(3),
         "start": np.array([[[0.5, 0.5], [1.0, 0.52]], [[0, 0], [0, 0]]]), "max_events": np.int64(4),
@@ -256,6 +258,17 @@ def test_exactly_max_events_are_listed_and_the_run_ends_at_the_last(solver: str,
     assert cut.duration == cut.events[-1].t
     assert cut.end.position == pytest.approx(whole.at(cut.duration)[0], abs=1e-12)
     assert all(knots[-1, 0] <= cut.duration for knots in cut.knots)
+
+
+@every_solver
+def test_the_run_ends_where_the_last_event_is_though_the_solver_went_on(solver: str) -> None:
+    """One ball stops before the other, and no solver needs to look at what is between."""
+    scene = plane(disc("slow", 0, 0, 1.0), disc("fast", 0, 1, 2.0))
+    whole, run = played(solver, scene), played(solver, scene, max_events=1)
+    assert [event.balls for event in run.events] == [("slow",)]
+    assert run.duration == whole.events[0].t < whole.duration
+    assert all(knots[-1, 0] <= run.duration for knots in run.knots)
+    assert run.end.velocity[1] == pytest.approx((1.0, 0.0), rel=1e-2)
 
 
 @every_solver
