@@ -30,7 +30,7 @@ from pool_pymunk import (
     Table,
     simulate,
 )
-from pool_pymunk.engine import decisions, near
+from pool_pymunk.engine import decisions
 from pool_pymunk.solvers import Settings, event_driven
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
@@ -546,7 +546,9 @@ def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
 
 
 @pytest.mark.parametrize("surface", [0.0, 0.05])
-def test_sifting_a_crowd_loses_no_contact(surface: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_boxes_in_an_array_are_as_good_as_one_by_one(
+    surface: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rnd = random.Random(8)
     places = [(0.15 + 0.2 * (k % 12), 0.15 + 0.2 * (k // 12)) for k in range(96)]
     scene = Scene(
@@ -560,8 +562,8 @@ def test_sifting_a_crowd_loses_no_contact(surface: float, monkeypatch: pytest.Mo
         physics=Physics(max_time=1.0),
     )
     runs = []
-    for crowd_size in (1, 10**9):
-        monkeypatch.setattr(near, "CROWD", crowd_size)
+    for many in (1, 10**9):
+        monkeypatch.setattr(event_driven, "MANY", many)
         runs.append(exact(scene))
     assert len(runs[0].events) > 300
     assert contact_list(runs[0]) == contact_list(runs[1])

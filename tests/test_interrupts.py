@@ -11,7 +11,7 @@ import pymunk
 import pytest
 
 from pool_pymunk import load, simulate
-from pool_pymunk.safety.interrupts import PAUSE, heed, patient_interrupts, uninterrupted
+from pool_pymunk.safety.interrupts import PAUSE, patient_interrupts, raise_pending, uninterrupted
 
 
 def ctrl_c() -> None:
@@ -44,7 +44,7 @@ def test_it_is_not_lost_in_a_callback_of_pymunk(capfd: pytest.CaptureFixture[str
     with pytest.raises(KeyboardInterrupt), patient_interrupts():
         space.step(0.1)
         assert body.velocity == (1.0, 0.0)  # the callback came to its end
-        heed()
+        raise_pending()
     assert capfd.readouterr().err == ""
 
 
@@ -56,7 +56,7 @@ def test_it_is_not_lost_in_a_destructor() -> None:
 
     with pytest.raises(KeyboardInterrupt), patient_interrupts():
         Dies()
-        heed()
+        raise_pending()
 
 
 def test_the_end_of_the_block_is_the_last_place_to_hear_of_it() -> None:
@@ -72,7 +72,7 @@ def test_a_block_that_must_not_be_split_comes_to_its_end() -> None:
             ctrl_c()
             simulate(load("report"), "Simulation 3", solver="time-slice", dt=1e-5)
             done.append("all of it")
-        heed()
+        raise_pending()
         done.append("more")
     assert done == ["all of it"]
 

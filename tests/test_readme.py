@@ -1,4 +1,4 @@
-"""What the README shows works as it stands there."""
+"""The code that README and CONTRIBUTING show works as it stands there."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ import pytest
 from pool_pymunk import loads
 from pool_pymunk.model.scenario import bundled
 
-README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+HOME = Path(__file__).parent.parent
+README, CONTRIBUTING = (
+    (HOME / name).read_text(encoding="utf-8") for name in ("README.md", "CONTRIBUTING.md")
+)
 
 
-def blocks(language: str) -> list[str]:
-    """The README's blocks of code in one language."""
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def blocks(language: str, text: str = README) -> list[str]:
+    """The blocks of code in one language."""
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
 
 
-@pytest.mark.parametrize("code", blocks("python"))
+@pytest.mark.parametrize("code", blocks("python") + blocks("python", CONTRIBUTING))
 def test_code_runs(code: str) -> None:
     result = subprocess.run(
         [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False
@@ -42,4 +45,11 @@ def test_every_bundled_scenario_is_named() -> None:
 
 def test_pictures_are_there() -> None:
     for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", README):
-        assert (Path(__file__).parent.parent / picture).exists(), picture
+        assert (HOME / picture).exists(), picture
+
+
+def test_every_file_that_contributing_names_is_there() -> None:
+    named = set(re.findall(r"`((?:[a-z]+/)+[a-z_]*(?:\.py)?)`", CONTRIBUTING))
+    assert len(named) > 20
+    for name in named:
+        assert (HOME / name).exists() or (HOME / "pool_pymunk" / name).exists(), name

@@ -30,7 +30,7 @@ from pool_pymunk.studies.stability import (
     columns,
     table,
 )
-from pool_pymunk.studies.stability.suite import PROCESSES, Outcome
+from pool_pymunk.studies.stability.suite import PROCESSES, CaseResult
 from pool_pymunk.studies.stability.trial import exact, wrong
 
 SOLVERS = [solver.name for solver in columns()]
@@ -331,17 +331,17 @@ def test_a_cell_tells_what_breaks_and_from_where_on() -> None:
     bad = wrong("contacts", "3 contacts, not 4")
     good = wrong("finite", "", is_so=False)
     outcomes = [
-        Outcome("1 m/s", "coulomb", 0.1, (good,)),
-        Outcome("10 m/s", "coulomb", 0.1, (good, bad)),
-        Outcome("100 m/s", "coulomb", 0.1, (bad,)),
-        Outcome("1 m/s", "coulomb", 1e-9, not_run="would need 1e+09 steps"),
+        CaseResult("1 m/s", "coulomb", 0.1, (good,)),
+        CaseResult("10 m/s", "coulomb", 0.1, (good, bad)),
+        CaseResult("100 m/s", "coulomb", 0.1, (bad,)),
+        CaseResult("1 m/s", "coulomb", 1e-9, not_run="would need 1e+09 steps"),
     ]
     cell = Cell("speeds", "time-slice", tuple(outcomes))
     assert str(cell) == (
         "3 contacts, not 4; from 10 m/s on (1 of 4 not run: would need 1e+09 steps)"
     )
-    only = Cell("time steps", "pymunk", (Outcome("", "coulomb", 0.1, (bad,)),
-                                         Outcome("", "coulomb", 0.01, (good,))))  # fmt: skip
+    only = Cell("time steps", "pymunk", (CaseResult("", "coulomb", 0.1, (bad,)),
+                                         CaseResult("", "coulomb", 0.01, (good,))))  # fmt: skip
     assert str(only) == "3 contacts, not 4; at 0.1 s"
 
 

@@ -181,7 +181,7 @@ def test_a_fast_ball_passes_where_a_slow_one_is_to_rest() -> None:
     """A has crossed B's place of rest before B arrives there, from the side."""
     a = set_off(0.0, (-0.5, 1.0), (9.0, 0.0), 0.5)
     b = set_off(0.0, (0.0, 0.0), (0.0, 1.0), 0.5)
-    assert b.rest == (0.0, 1.0)
+    assert (b.rest_x, b.rest_y) == (0.0, 1.0)
     assert pair_time(a, b, 2 * R, 0.0, math.inf) == math.inf
 
 

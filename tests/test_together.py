@@ -62,11 +62,14 @@ def random_cluster(seed: int, widest: float = 3.0) -> Cluster:
         for j in range(i + 1, len(places)):
             nx, ny = places[j][0] - x, places[j][1] - y
             if abs(math.hypot(nx, ny) - 1) < 1e-9:
-                contacts.append(Contact(i, j, (nx, ny), Pair(masses[i], masses[j], e, mu)))
+                pair, point = Pair(masses[i], masses[j], e, mu), (x + nx / 2, y + ny / 2)
+                contacts.append(Contact(i, j, (nx, ny), pair, None, point))
         for cushion in range(rnd.choice([0, 0, 0, 1, 2])):
             turn = rnd.choice([0.0, math.pi / 2, rnd.uniform(0, 6.28)])
             normal = (math.cos(turn), math.sin(turn))
-            contacts.append(Contact(i, NO_BALL, normal, Pair(masses[i], math.inf, e, mu), cushion))
+            point = (x - normal[0] / 2, y - normal[1] / 2)
+            pair = Pair(masses[i], math.inf, e, mu)
+            contacts.append(Contact(i, NO_BALL, normal, pair, cushion, point))
     velocity = {i: (rnd.gauss(0, 1), rnd.gauss(0, 1)) for i in range(len(places))}
     return Cluster(masses, contacts, velocity)
 

@@ -1,18 +1,21 @@
-"""The contact engine: balls on their paths, a queue of what is due, and what happens then.
+"""The contact engine moves balls along their paths and answers what is due, in order.
 
-When a ball sets off on a new path, its contacts with walls and with the paths of other balls are
-predicted and put in a queue. What is due next happens next; a prediction whose paths are no longer
-the balls' own is void. Two things come from outside: a :class:`~pool_pymunk.engine.near.Near` tells
-what is near a ball (boxes around paths, or the broad phase of a pymunk space), and a
-:class:`Recorder` listens.
+When a ball sets off on a new path, the engine predicts its contacts with walls and with the paths
+of other balls, and puts them in a queue. The earliest prediction in the queue happens next. A
+prediction is void if a ball in it has a new path by then. Two things come from outside: a
+:class:`~pool_pymunk.engine.near.Near` tells what is near a ball (by boxes around paths, or by the
+broad phase of a pymunk space), and a :class:`Recorder` listens.
 
-- *Grazing*: whether a path hits is decided by its distance from the centre, in full precision. A
-  path that is tangent to rounding misses a corner; on a ball it changes nothing but rounding.
-- *One instant*: contacts are of one instant if their gaps are closed, to rounding, at the time of
-  the first. A corner's two cushions both answer.
-- *Touching*: approaching is a contact now; receding, or overlapping by rounding, is none.
-- *Lost*: within one rounding error of the time a ball travels more than ``LOST`` radii, so that
-  contact times mean nothing; or a number has overflowed. ``is_finite`` is False from then on.
+- *Grazing*: the distance of the centre from the path decides, in full precision, whether the path
+  hits. A path that is tangent to rounding misses a corner. On a ball, such a graze changes nothing
+  beyond rounding.
+- *One instant*: contacts belong to one instant if their gaps are closed, to rounding, at the time
+  of the first. At a corner, for example, both cushions answer.
+- *Touching*: two balls that touch and approach have a contact now. Two that recede, or that overlap
+  by rounding, have none.
+- *Lost*: a ball is lost if within one rounding error of the time it travels more than ``LOST``
+  radii, so that contact times mean nothing, or if a number has overflowed. ``is_finite`` is False
+  from then on.
 """
 
 from __future__ import annotations
@@ -23,47 +26,57 @@ from heapq import heappop, heappush
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
-from pool_pymunk.engine.resolver import Outcome, Resolver, distinct
+from pool_pymunk.engine.resolver import Resolution, Resolver, distinct
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at, pair_time, set_off
 from pool_pymunk.physics.sides import Wall, unit
 
-Key = tuple[int, int]  # two balls, lower number first; a ball and -1 - a wall; a ball twice: a stop
+# This is two balls, lower number first; or a ball and -1 - a wall; or a ball twice, for its stop.
+Key = tuple[int, int]
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 Motions = dict[int, Motion]
 
 
 class Recorder:
-    """What listens to the engine; this one does nothing. Balls are numbers, times s, places m."""
+    """A recorder listens to the engine; this one does nothing.
+
+    Balls are numbers, times are in s and places in m.
+    """
 
     def contact(self, contact: Contact, t: float) -> None:
-        """Two balls, or a ball and a cushion, hit each other."""
+        """Take note that two balls, or a ball and a cushion, hit each other."""
 
     def path(self, i: int, path: Path) -> None:
-        """Ball ``i`` begins a new path."""
+        """Take note that ball ``i`` begins a new path."""
 
     def stop(self, i: int, t: float, position: Vector) -> None:
-        """Ball ``i`` comes to rest."""
+        """Take note that ball ``i`` comes to rest."""
 
     def stop_revoked(self, i: int, t: float) -> None:
-        """Ball ``i`` had not come to rest at ``t`` after all: a persistent contact drives it."""
+        """Take note that ball ``i`` was not at rest at ``t``: a persistent contact drives it on."""
 
     def zero_slip(self, contact: Contact, t: float) -> None:
-        """The law jumps at zero slip, and only rounding knew the slip: it was taken for zero."""
+        """Take note that the law jumps at zero slip, and that this slip was taken for zero.
+
+        Only rounding knew whether it was zero.
+        """
 
     def persistent(self, contact: Contact, t: float) -> None:
-        """Surface friction presses two balls together: they hit once in a contact time."""
+        """Take note that friction presses two balls together.
+
+        They hit each other once in a contact time.
+        """
 
     def no_end(self, contacts: Collection[Contact], t: float) -> None:
-        """Hits without end at one instant were given their limit."""
+        """Take note that hits without end at one instant were given their limit."""
 
 
 Due = tuple[float, int, Key, Path, Path]  # when (s), in which order, what, on which paths
 
 
 class ContactEngine:
-    """Balls, their paths, and the queue of what happens next."""
+    """The contact engine holds the balls, their paths, and the queue of what happens next."""
 
     def __init__(
         self,
@@ -81,8 +94,9 @@ class ContactEngine:
         self.radii = self.resolver.radii
         self.masses: list[float] = []
         self.walls: list[Wall] = []
-        self.rested: list[float] = []  # since when (s); infinite for a ball that moves
-        self.ends: list[float] = []  # when (s) each path meets a wall
+        # the time (s) since when the ball rests; infinite for a ball that moves
+        self.rested: list[float] = []
+        self.ends: list[float] = []  # the time (s) at which each path meets a wall
         self.now = 0.0
         self.answered = 0  # instants and stops, micro-collisions included
         self.listed = 0  # contacts and stops that are events
@@ -92,14 +106,14 @@ class ContactEngine:
         self.is_finite = True
         self._queue: list[Due] = []
         self._order = 0
-        self._instant = -math.inf  # when the present rounds of contacts began
+        self._instant = -math.inf  # the time at which the present rounds of contacts began
         self._rounds = 0
-        self._met_now: dict[Key, None] = {}  # in these rounds
+        self._met_now: dict[Key, None] = {}  # what met in these rounds
 
     # -- setting up ----------------------------------------------------------------------------
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
-        """Put a ball on the table; return its number."""
+        """Put a ball on the table, and return its number."""
         self.paths.append(path)
         self.radii.append(radius)
         self.masses.append(mass)
@@ -109,7 +123,7 @@ class ContactEngine:
         return len(self.paths) - 1
 
     def remove(self, i: int) -> None:
-        """Take ball ``i`` off the table: it meets nothing any more."""
+        """Take ball ``i`` off the table, so that it meets nothing any more."""
         path = self.paths[i]
         x, y, _, _ = motion_at(path, max(self.now, path.t))
         self.paths[i] = set_off(self.now, (x, y), (0.0, 0.0), self.deceleration)
@@ -118,7 +132,7 @@ class ContactEngine:
         self.resolver.forget(i)
 
     def set_off(self, i: int, path: Path) -> None:
-        """Ball ``i`` begins a new path, which somebody else gave it."""
+        """Put ball ``i`` on a new path that somebody else gave it."""
         if path.speed > 0.0:
             self.rested[i] = math.inf
         self._begin(i, path)
@@ -127,7 +141,7 @@ class ContactEngine:
     # -- what is due -----------------------------------------------------------------------------
 
     def predict(self, balls: Collection[int]) -> None:
-        """Predict what the paths of these balls lead to: walls, their ends, other balls."""
+        """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
         near = self.near
         for i in balls:
             path, end = self.paths[i], math.inf
@@ -150,7 +164,7 @@ class ContactEngine:
             done.add(i)
 
     def meet(self, i: int, j: int) -> None:
-        """Predict when two balls meet, on the paths that they have."""
+        """Predict when two balls meet on their present paths."""
         if i > j:
             i, j = j, i
         a, b, radii, ends = self.paths[i], self.paths[j], self.radii, self.ends
@@ -162,7 +176,10 @@ class ContactEngine:
             self.push(t, (i, j))
 
     def meet_wall(self, i: int, wall: int) -> float:
-        """Predict when a ball meets a wall (s), not before now; infinite if it does not."""
+        """Predict when a ball meets a wall, and return that time (s).
+
+        It is never before now, and infinite if the ball does not meet the wall.
+        """
         path = self.paths[i]
         length = self.walls[wall].length_along(path, self.radii[i])
         if length >= path.reach:
@@ -174,7 +191,7 @@ class ContactEngine:
         return t
 
     def push(self, t: float, key: Key) -> None:
-        """Put something that is due at ``t`` (s) in the queue."""
+        """Put into the queue what is due at ``t`` (s)."""
         self._order += 1
         i, j = key
         path = self.paths[i]
@@ -185,7 +202,7 @@ class ContactEngine:
         return self.paths[i] is path and (j < 0 or self.paths[j] is other)
 
     def upcoming(self) -> float:
-        """When something happens next (s); infinite if nothing does."""
+        """Return the time (s) at which something happens next; infinite if nothing does."""
         queue = self._queue
         while queue and not self._is_current(queue[0]):
             heappop(queue)
@@ -194,7 +211,7 @@ class ContactEngine:
     # -- what happens ----------------------------------------------------------------------------
 
     def advance(self, until: float) -> None:
-        """Let happen what is due up to ``until`` (s), within the engine's bounds."""
+        """Play what is due up to ``until`` (s), within the engine's bounds."""
         while self.is_finite and not self.is_over:
             if self.upcoming() > until or not self._queue:
                 return
@@ -202,25 +219,21 @@ class ContactEngine:
 
     @property
     def is_over(self) -> bool:
-        """Whether as much has happened as may happen."""
+        """Tell whether as much has happened as may happen."""
         return self.listed >= self.most or self.is_given_up
 
     @property
     def is_given_up(self) -> bool:
-        """Whether micro-collisions went on for so long that they are taken to have no end."""
+        """Tell whether micro-collisions went on for so long that they are taken to have no end."""
         return self.unlisted >= self.most_unlisted
 
-    def moving(self) -> list[int]:
-        """The balls that move now."""
-        return [i for i, path in enumerate(self.paths) if path.stop > self.now]
-
     def next(self) -> None:
-        """Let happen what is upcoming: a stop, or the contacts of one instant."""
+        """Play what is due next: a stop, or the contacts of one instant."""
         t, _, key, path, other = heappop(self._queue)
         self.now = max(t, self.now)
         self.answered += 1
         if key[0] == key[1]:
-            self._stop(key[0], path.stop, path.rest)
+            self._stop(key[0], path.stop, (path.rest_x, path.rest_y))
         else:
             speed = max(path.speed, other.speed)
             latest = self.now + decisions.nearly_now(self.radii[key[0]], speed)
@@ -228,7 +241,7 @@ class ContactEngine:
             self._answer([key, *self._at_this_instant(key, latest)] if same else [key])
 
     def _at_this_instant(self, first: Key, latest: float) -> list[Key]:
-        """Further contacts that are due until ``latest`` (s), and closed to rounding already."""
+        """Return further contacts that are due until ``latest`` (s) and already closed."""
         queue = self._queue
         same: dict[Key, None] = {}
         later: list[Due] = []
@@ -251,7 +264,7 @@ class ContactEngine:
         return decisions.is_closed(self.gap(key, motions), x, y, reach)
 
     def gap(self, key: Key, motions: Motions) -> float:
-        """Distance (m) between two surfaces; negative where they overlap."""
+        """Return the distance (m) between two surfaces; it is negative where they overlap."""
         i, j = key
         x, y, _, _ = motions[i]
         if j < 0:
@@ -262,27 +275,27 @@ class ContactEngine:
     # -- contacts --------------------------------------------------------------------------------
 
     def _answer(self, keys: Collection[Key]) -> None:
-        """Answer the contacts of this instant, and predict what comes of it."""
+        """Answer the contacts of this instant, and predict what follows from them."""
         motions, contacts = self._contacts(keys)
         if self._has_no_end(keys, motions):
             motions, hits = self._contacts(self._met_now)
-            outcome = self.resolver.settle(hits, _velocities(motions))
-            outcome.listed = contacts
+            resolution = self.resolver.settle(hits, _velocities(motions))
+            resolution.listed = contacts
             self.recorder.no_end(hits, self.now)
             self._rounds = 0
         else:
-            outcome = self.resolver.resolve(contacts, _velocities(motions), self.now)
-        self._report(outcome)
-        self._go_on(outcome, motions)
+            resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)
+        self._report(resolution)
+        self._go_on(resolution, motions)
 
     def _contacts(self, keys: Collection[Key]) -> tuple[Motions, list[Contact]]:
-        """How the balls move now, and how they touch; each contact once."""
+        """Return how the balls move now, and their contacts, each of them once."""
         motions = {i: motion_at(self.paths[i], self.now) for key in keys for i in key if i >= 0}
         found = [self.contact(key, motions) for key in keys]
         return motions, distinct(found) if len(found) > 1 else found
 
     def contact(self, key: Key, motions: Motions) -> Contact:
-        """How two balls, or a ball and a wall, touch."""
+        """Return the contact of two balls, or of a ball and a wall."""
         i, j = key
         x, y, _, _ = motions[i]
         r = self.radii[i]
@@ -296,7 +309,7 @@ class ContactEngine:
         return Contact(i, j, normal, self.pair(i, j), None, (x + r * nx, y + r * ny))
 
     def _has_no_end(self, keys: Iterable[Key], balls: Iterable[int]) -> bool:
-        """Count and remember this round of contacts at one instant; tell if there are too many."""
+        """Count this round of contacts at one instant, and tell if there are too many rounds."""
         i = max(balls, key=lambda ball: self.paths[ball].speed)
         path = self.paths[i]
         length = decisions.instant(self.now, path.x, path.y, self.radii[i], path.speed)
@@ -309,19 +322,19 @@ class ContactEngine:
             self._contacts(self._met_now)[1]
         )
 
-    def _go_on(self, outcome: Outcome, motions: Motions) -> None:
-        """Give the balls their new paths, and predict what these lead to."""
-        for i, velocity in outcome.velocity.items():
+    def _go_on(self, resolution: Resolution, motions: Motions) -> None:
+        """Give the balls their new paths, and predict where these lead."""
+        for i, velocity in resolution.velocity.items():
             x, y, _, _ = motions[i]
-            path = set_off(self.now, (x, y), velocity, self.deceleration, outcome.noise)
+            path = set_off(self.now, (x, y), velocity, self.deceleration, resolution.noise)
             if path.speed > 0.0:
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
             elif self.rested[i] == math.inf:
                 self._stop(i, self.now, (x, y))
             self._begin(i, path)
-        self.predict(outcome.velocity)
-        for contact in outcome.missed:
+        self.predict(resolution.velocity)
+        for contact in resolution.missed:
             if all(self.paths[i].stop > self.now for i in contact.balls):
                 self.meet(contact.a, contact.b)
 
@@ -330,17 +343,17 @@ class ContactEngine:
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 
-    def _report(self, outcome: Outcome) -> None:
-        """Tell the recorder what the contacts of this instant were."""
-        self.listed += len(outcome.listed)
-        self.unlisted += not outcome.listed
-        for contact in outcome.listed:
+    def _report(self, resolution: Resolution) -> None:
+        """Tell the recorder about the contacts of this instant."""
+        self.listed += len(resolution.listed)
+        self.unlisted += not resolution.listed
+        for contact in resolution.listed:
             self.recorder.contact(contact, self.now)
-        for contact, last in outcome.micro:
+        for contact, last in resolution.micro:
             self._revoke_stops(contact, last)
-        for contact in outcome.zero_slips:
+        for contact in resolution.zero_slips:
             self.recorder.zero_slip(contact, self.now)
-        for contact, _ in outcome.persistent:
+        for contact, _ in resolution.persistent:
             self.recorder.persistent(contact, self.now)
 
     def _stop(self, i: int, t: float, position: Vector) -> None:
@@ -349,7 +362,7 @@ class ContactEngine:
         self.recorder.stop(i, t, position)
 
     def _revoke_stops(self, contact: Contact, last: float) -> None:
-        """A ball that stopped between two micro-collisions of a pair has not come to rest."""
+        """Revoke stops between two micro-collisions of a pair: these balls are not at rest."""
         for i in contact.balls:
             if last <= self.rested[i] < math.inf:
                 self.listed -= 1

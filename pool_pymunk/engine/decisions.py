@@ -1,8 +1,8 @@
-"""What the engine decides, as pure functions of numbers: state in, answer out.
+"""These pure functions of numbers make the engine's decisions.
 
 Contacts that surface friction makes last have a *contact time* (the TC model of Luding and
-McNamara, Granular Matter 1, 1998, 113): two balls that it presses together hit each other once in
-every contact time, in micro-collisions, instead of infinitely often.
+McNamara, Granular Matter 1, 1998, 113). Two balls that friction presses together hit each other
+once in every contact time, in micro-collisions, instead of infinitely often.
 """
 
 from __future__ import annotations
@@ -12,16 +12,15 @@ import math
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import BARELY
 
-NEARLY_NOW = 1e-6  # radii; contacts so near each other may be of one instant: their gaps decide
-INSTANT = 1e-12  # radii that a ball travels in what counts as one instant
-ROUNDS = 300  # of contacts at one instant, after which they are taken to have no end
+NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
+ROUNDS = 300  # After so many rounds of contacts at one instant, they are taken to have no end.
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
-DEEPEST = 1e-4  # radii that balls in persistent contact may sink into each other
-WINDOW = 3.0  # contact times after a hit, in which the next one may be a micro-collision
+DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
+WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
 
 
 def nearly_now(radius: float, speed: float) -> float:
-    """How far apart in time (s) the contacts of one instant may seem to be."""
+    """Return how far apart in time (s) contacts of one instant may seem to be."""
     return NEARLY_NOW * radius / speed if speed > 0.0 else 0.0
 
 
@@ -33,41 +32,45 @@ def is_closed(gap: float, x: float, y: float, reach: float) -> bool:
 def is_hit(closing: float, noise: float, least: float) -> bool:
     """Tell whether two sides that touch hit each other.
 
-    They do not where their closing speed (m/s) may be rounding, or is a small part of the least
-    bounce of a persistent contact: then they sink on.
+    They do not if their closing speed (m/s) may be rounding. They do not either if it is less than
+    ``BARELY`` times the least bounce of a persistent contact: then they get nearer until it is
+    more.
     """
     return closing > max(noise, BARELY * least)
 
 
 def contact_time(since_met: float, left: float, radius: float, deceleration: float) -> float:
-    """How long (s) one contact takes of two balls that friction presses together.
+    """Return how long (s) one contact lasts, for two balls that friction presses together.
 
-    ``since_met`` (s) is the time since they met, ``left`` (s) the time until both rest, ``radius``
-    (m) the smaller one: in this time they sink into each other by at most ``DEEPEST`` radii.
+    ``since_met`` (s) is the time since they met, ``left`` (s) is the time until both rest, and
+    ``radius`` (m) is the smaller one. The contact time is so short that the balls sink into each
+    other by ``DEEPEST`` radii at most.
     """
     shallow = math.sqrt(4.0 * DEEPEST * radius / deceleration)
     return min(CONTACT_TIME * max(since_met, left), shallow)
 
 
 def lasts(since_last: float, contact_time: float) -> bool:
-    """Tell whether a contact lasts: the last hit of its balls was a moment ago (s)."""
+    """Tell whether a contact goes on, because its balls hit each other a moment ago (s)."""
     return since_last <= WINDOW * contact_time
 
 
 def is_micro(closing: float, contact_time: float, deceleration: float) -> bool:
-    """Tell whether a hit of a contact that lasts is but a micro-collision.
+    """Tell whether a hit of a contact that goes on is only a micro-collision.
 
-    The balls close no faster than surface friction can drive them in one contact time.
+    It is one if the balls close no faster than surface friction can drive them in one contact time.
     """
     return closing <= 2.0 * deceleration * contact_time
 
 
 def bounce(restitution: float, closing: float, least: float) -> float:
-    """The restitution with which two balls part at the least bounce or faster, without a gain."""
+    """Return the restitution at which two balls part at the least bounce or faster.
+
+    It is never above 1, so the hit gains no energy.
+    """
     return max(restitution, min(least / closing, 1.0))
 
 
 def instant(now: float, x: float, y: float, radius: float, speed: float) -> float:
-    """How long (s) one instant is: in it a ball comes no farther than rounding may take it."""
-    rounding = ROUNDS * EPSILON * (now + (abs(x) + abs(y)) / speed)
-    return INSTANT * radius / speed + 16.0 * rounding
+    """Return how long (s) one instant is: rounding may move ``ROUNDS`` contacts by as much."""
+    return ROUNDS * 16.0 * EPSILON * (now + (abs(x) + abs(y) + radius) / speed)

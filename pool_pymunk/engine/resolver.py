@@ -1,18 +1,21 @@
-"""What the contacts of one instant do: the law, and the policies for what has no closed form.
+"""The resolver answers the contacts of one instant, by the law or by a policy.
 
-- *One instant*: contacts that share a ball are answered together by the law
+A policy is needed where there is no closed form:
+
+- *One instant*: the law answers contacts that share a ball together
   (:meth:`~pool_pymunk.physics.laws.Law.together`).
-- *A row of touching balls*: what closes only because of a hit is hit next, at the same instant.
-- *A ball that stops at contact* stops: a closing speed below rounding is no contact, and a speed
-  below rounding that a hit leaves is none.
-- *Hits without end*: infinitely many hits in finite time, as of a ball squeezed between another and
-  a cushion, come to an end at one instant. After ``ROUNDS`` rounds of hits at one instant the
-  contacts get the limit of what would follow, no more closing, and a warning says so. Where no
-  contact loses speed the hits have an end, and are left to it.
-- *Persistent contact*: balls that surface friction presses together, both moving, would touch
-  without end. They hit each other once in a contact time instead, in micro-collisions
-  (:mod:`pool_pymunk.engine.decisions`), which are not listed as events; a warning says so. For two
-  balls the error is of second order in the contact time, in a cluster of first order.
+- *A row of touching balls*: a contact that closes only because of a hit is hit next, at the same
+  instant.
+- *A ball that stops at contact* stops: a closing speed below rounding is no hit, and a speed below
+  rounding that a hit leaves is none.
+- *Hits without end*: infinitely many hits in finite time come to an end at one instant. A ball
+  squeezed between another and a cushion has them, for example. After ``ROUNDS`` rounds of hits at
+  one instant the contacts get the limit of what would follow, in which nothing closes, and a
+  warning says so. Where no contact loses speed the hits do have an end, and they are all played.
+- *Persistent contact*: two moving balls that surface friction presses together would touch without
+  end. They hit each other once in a contact time instead, in micro-collisions
+  (:mod:`pool_pymunk.engine.decisions`). These are not listed as events; a warning names the balls.
+  The error is of second order in the contact time for two balls, and of first order for a cluster.
 """
 
 from __future__ import annotations
@@ -39,23 +42,23 @@ SAME_NORMAL = 1e-12
 
 
 class History(NamedTuple):
-    """When (s) two balls met, and when they last hit each other since then.
+    """A history holds the time (s) at which two balls met, and the time of their last hit.
 
-    They meet anew when they have been apart for more than ``WINDOW`` contact times.
+    Balls that have been apart for more than ``WINDOW`` contact times meet anew.
     """
 
     met: float
     last: float
 
 
-class Outcome:
-    """What the contacts of one instant did.
+class Resolution:
+    """A resolution holds what the contacts of one instant did.
 
-    ``velocity`` (m/s) is that of the balls that begin a new path, or stop, and ``noise`` (m/s) how
-    much of it may be rounding. Of the contacts, ``hits`` were answered, each as it was given to the
-    law; ``listed`` are events; ``micro`` are micro-collisions, each with the time (s) of the pair's
-    hit before; ``missed`` touch, but do not close; ``persistent`` are hits that part at their least
-    bounce (m/s); ``zero_slips`` are those of which only rounding knew the slip.
+    ``velocity`` (m/s) has the balls that begin a new path, or stop; ``noise`` (m/s) is how much of
+    it may be rounding. The other fields sort the contacts. ``hits`` were answered, each as it was
+    given to the law. ``listed`` are events. ``micro`` are micro-collisions, each with the time (s)
+    of the pair's hit before. ``missed`` touch, but do not close. ``persistent`` are hits that part
+    at their least bounce (m/s). ``zero_slips`` are hits whose slip only rounding knew.
     """
 
     def __init__(self) -> None:
@@ -70,7 +73,7 @@ class Outcome:
 
 
 class Resolver:
-    """Answers contacts by a law, and remembers what persistent contacts take."""
+    """The resolver answers contacts by a law, and keeps the history of persistent contacts."""
 
     def __init__(self, law: Law, deceleration: float) -> None:
         self.law = law
@@ -80,11 +83,11 @@ class Resolver:
         self.history: dict[tuple[int, int], History] = {}
 
     def forget(self, i: int) -> None:
-        """Ball ``i`` meets nothing any more."""
+        """Forget ball ``i``, which meets nothing any more."""
         self.history = {pair: past for pair, past in self.history.items() if i not in pair}
 
     def contact_time(self, i: int, j: int, now: float) -> float:
-        """The time (s) that one persistent contact of two balls takes; 0 if they have not met."""
+        """Return the time (s) of one persistent contact of two balls; 0 if they have not met."""
         past = self.history.get((i, j)) if self.history else None
         if past is None:
             return 0.0
@@ -94,95 +97,95 @@ class Resolver:
 
     def resolve(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
-    ) -> Outcome:
+    ) -> Resolution:
         """Answer the contacts of this instant; ``before`` (m/s) is the velocity of their balls."""
-        outcome, velocity = Outcome(), dict(before)
+        resolution, velocity = Resolution(), dict(before)
         for contact in contacts:
-            self._look_at(contact, velocity, now, outcome)
-        hits = outcome.hits
+            self._look_at(contact, velocity, now, resolution)
+        hits = resolution.hits
 
         def by_law(contact: Contact, velocity: Velocities) -> None:
             if respond(self.law, contact, velocity):
-                outcome.zero_slips.append(contact)
+                resolution.zero_slips.append(contact)
 
         for group in groups(hits) if len(hits) > 1 else (hits,):
             if len(group) == 1:
                 by_law(group[0], velocity)
             elif group:
                 self.law.together(group, velocity, by_law)
-        for contact, parting in outcome.persistent:
+        for contact, parting in resolution.persistent:
             push_apart(contact, parting, velocity)
         if len(hits) < len(contacts):
-            self._leave_out(contacts, velocity, outcome)
-        self._conclude(before, velocity, outcome)
-        return outcome
+            self._leave_out(contacts, velocity, resolution)
+        self._conclude(before, velocity, resolution)
+        return resolution
 
-    def settle(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
-        """Give hits without end their limit: no contact closes any more."""
-        outcome, velocity = Outcome(), dict(before)
-        outcome.hits = list(contacts)
+    def settle(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Resolution:
+        """Give hits without end their limit, in which no contact closes any more."""
+        resolution, velocity = Resolution(), dict(before)
+        resolution.hits = list(contacts)
         settle(contacts, velocity)
-        self._conclude(before, velocity, outcome)
-        return outcome
+        self._conclude(before, velocity, resolution)
+        return resolution
 
     def _look_at(
-        self, contact: Contact, velocity: Velocities, now: float, outcome: Outcome
+        self, contact: Contact, velocity: Velocities, now: float, resolution: Resolution
     ) -> None:
-        """Tell whether a contact is a hit, and of which kind."""
+        """Sort a contact: decide whether it is a hit, and of which kind."""
         closing = closing_speed(contact, velocity)
         least, is_micro, past = self._persistence(contact, closing, now)
         if not decisions.is_hit(closing, self._noise(contact), least):
             return
         if past is not None and is_micro:
-            outcome.micro.append((contact, past.last))
+            resolution.micro.append((contact, past.last))
         else:
-            outcome.listed.append(contact)
+            resolution.listed.append(contact)
         if contact.b != NO_BALL and self.deceleration > 0.0:
             self.history[contact.a, contact.b] = History(now if past is None else past.met, now)
         if contact.pair.restitution * closing < least:
             e = decisions.bounce(contact.pair.restitution, closing, least)
             contact = contact._replace(pair=contact.pair._replace(restitution=e))
-            outcome.persistent.append((contact, e * closing))
-        outcome.hits.append(contact)
+            resolution.persistent.append((contact, e * closing))
+        resolution.hits.append(contact)
 
     def _leave_out(
-        self, contacts: Sequence[Contact], velocity: Velocities, outcome: Outcome
+        self, contacts: Sequence[Contact], velocity: Velocities, resolution: Resolution
     ) -> None:
-        """Sort out the contacts that no hit has changed.
+        """Sort out the contacts of which no hit has changed a ball.
 
         A ball that a cushion leads along itself, to rounding, does not sink into it.
         """
-        moved = {i for hit in outcome.hits for i in hit.balls}
+        moved = {i for hit in resolution.hits for i in hit.balls}
         for contact in contacts:
             if moved.isdisjoint(contact.balls):
                 if contact.b == NO_BALL:
                     velocity[contact.a] = _along(velocity[contact.a], contact.normal)
-                    outcome.velocity[contact.a] = velocity[contact.a]
+                    resolution.velocity[contact.a] = velocity[contact.a]
                 else:
-                    outcome.missed.append(contact)
+                    resolution.missed.append(contact)
 
     def _conclude(
-        self, before: Mapping[int, Vector], velocity: Velocities, outcome: Outcome
+        self, before: Mapping[int, Vector], velocity: Velocities, resolution: Resolution
     ) -> None:
-        """New velocities, without what rounding alone left of them."""
-        moved = {*outcome.velocity, *[i for hit in outcome.hits for i in hit.balls]}
+        """Keep the new velocities, and set to zero what rounding alone left of them."""
+        moved = {*resolution.velocity, *[i for hit in resolution.hits for i in hit.balls]}
         fastest, noise = 0.0, 0.0
         for i, (wx, wy) in before.items():
             vx, vy = velocity[i]
             fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
             noise = max(noise, self.paths[i].noise)
-        outcome.noise = noise = max(NOISE * math.sqrt(fastest), noise)
+        resolution.noise = noise = max(NOISE * math.sqrt(fastest), noise)
         for i in sorted(moved):
             vx, vy = velocity[i]
             rests = vx * vx + vy * vy <= noise * noise
-            outcome.velocity[i] = (0.0, 0.0) if rests else (vx, vy)
+            resolution.velocity[i] = (0.0, 0.0) if rests else (vx, vy)
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
         """Tell whether any of the contacts parts more slowly than it closes, by this law."""
         return any(self._parting(contact) < 1.0 - NOISE for contact in contacts)
 
     def _parting(self, contact: Contact) -> float:
-        """How fast (m/s) the contact parts if it closes head-on at 1 m/s."""
+        """Return how fast (m/s) the contact parts if it closes head-on at 1 m/s."""
         pair = contact.pair
         if contact.b == NO_BALL:
             return self.law.cushion(NT(-1.0, 0.0), pair.restitution, pair.friction).n
@@ -190,14 +193,14 @@ class Resolver:
         return b.n - a.n
 
     def _noise(self, contact: Contact) -> float:
-        """How much of the closing speed (m/s) may be rounding."""
+        """Return how much of the closing speed (m/s) may be rounding."""
         noise = self.paths[contact.a].noise
         return noise if contact.b == NO_BALL else max(noise, self.paths[contact.b].noise)
 
     def _persistence(
         self, contact: Contact, closing: float, now: float
     ) -> tuple[float, bool, History | None]:
-        """The least bounce (m/s) of a contact; whether a hit is micro; the history that lasts."""
+        """Return the least bounce (m/s), whether a hit is micro, and the history that goes on."""
         i, j = contact.a, contact.b
         past = self.history.get((i, j)) if self.history else None
         if past is None:
@@ -210,7 +213,10 @@ class Resolver:
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:
-    """The contacts without those that say the same twice, as cushions that run on straight do."""
+    """Return the contacts, but each of them once.
+
+    Two cushions that run on straight give the same contact twice.
+    """
     kept: list[Contact] = []
     for contact in contacts:
         if not any(_same(contact, other) for other in kept):
@@ -224,6 +230,6 @@ def _same(one: Contact, other: Contact) -> bool:
 
 
 def _along(v: Vector, normal: Vector) -> Vector:
-    """The part of a velocity along a wall."""
+    """Return the part of a velocity along a wall."""
     n = v[0] * normal[0] + v[1] * normal[1]
     return (v[0] - n * normal[0], v[1] - n * normal[1])

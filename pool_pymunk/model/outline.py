@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from pool_pymunk.model.plain import make_plain, number, points, read
 from pool_pymunk.model.problems import (
-    ROUNDING,
+    COORDINATE_ROUNDING,
     Point,
     Problem,
     point_problems,
@@ -85,7 +85,7 @@ class Table:
             yield from self._shape_problems()
 
     def _shape_problems(self) -> Iterator[Problem]:
-        slack = ROUNDING * max(map(abs, self.bounds))
+        slack = COORDINATE_ROUNDING * max(map(abs, self.bounds))
         for k, corner in enumerate(self.outline):
             if math.dist(self.outline[k - 1], corner) <= slack:
                 k_before = (k - 1) % len(self.outline)

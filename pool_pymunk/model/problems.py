@@ -16,10 +16,10 @@ Point = tuple[float, float]
 
 LEFT_OUT = "(left out)"
 
-# Balls may overlap by this share of the distance between their centres: a frozen rack's
-# coordinates are rounded. ROUNDING covers the coordinates themselves, far from the origin.
+# Balls may overlap by this share of the distance between their centres, because a frozen rack's
+# coordinates are rounded; and by the rounding of the coordinates themselves, far from the origin.
 TOUCHING = 1e-9
-ROUNDING = 4 * 2.0**-52
+COORDINATE_ROUNDING = 4 * 2.0**-52
 
 # Numbers (SI) stay within these bounds, sizes within both: squares and products of a few of them
 # stay in the range of floating point.

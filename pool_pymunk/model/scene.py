@@ -18,8 +18,8 @@ from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Restitution, Shot
 from pool_pymunk.model.plain import make_plain, one, optional, row, text
 from pool_pymunk.model.problems import (
+    COORDINATE_ROUNDING,
     LEFT_OUT,
-    ROUNDING,
     TOUCHING,
     Point,
     Problem,
@@ -259,7 +259,7 @@ def _table_problems(
     k: int, ball: Ball | Placed, table: Table, sunk: float
 ) -> Iterator[Problem]:  # fmt: skip
     x, y = ball.position
-    slack = sunk * ball.radius + ROUNDING * max(map(abs, table.bounds))
+    slack = sunk * ball.radius + COORDINATE_ROUNDING * max(map(abs, table.bounds))
     key, name = f"balls[{k}].position", f"ball {shown(ball.id)}"
     if not table.contains(x, y):
         yield Problem(key, [x, y], f"{name} is off the table")
@@ -287,7 +287,7 @@ def _overlaps(balls: Mapping[int, Ball | Placed], sunk: float) -> Iterator[tuple
 
 def _overlap(a: Ball | Placed, b: Ball | Placed, sunk: float) -> bool:
     reach = a.radius + b.radius
-    slack = sunk * reach + ROUNDING * max(map(abs, (*a.position, *b.position)))
+    slack = sunk * reach + COORDINATE_ROUNDING * max(map(abs, (*a.position, *b.position)))
     return math.dist(a.position, b.position) < reach - slack
 
 

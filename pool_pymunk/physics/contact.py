@@ -1,4 +1,4 @@
-"""A contact and the velocities of its balls, split along the normal and the tangent."""
+"""This module defines a contact, and splits velocities along its normal and its tangent."""
 
 from __future__ import annotations
 
@@ -12,14 +12,18 @@ NO_BALL = -1
 
 
 class NT(NamedTuple):
-    """A velocity along the normal and along the tangent (m/s)."""
+    """An NT is a velocity along the normal and along the tangent (m/s)."""
 
     n: float
     t: float
 
 
 class Pair(NamedTuple):
-    """Two balls that meet: their masses (kg), restitution e and coefficient of friction mu."""
+    """A pair holds what a law must know of two balls.
+
+    These are their masses (kg), their coefficient of restitution e, and their coefficient of
+    friction mu.
+    """
 
     m_a: float
     m_b: float
@@ -28,11 +32,12 @@ class Pair(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Ball ``a`` touches ball ``b``, or a cushion: then ``b`` is ``NO_BALL``.
+    """A contact is a place where ball ``a`` touches ball ``b``, or a cushion.
 
-    ``normal`` is the unit vector from a to b, or from the cushion into the table. A cushion uses
-    ``m_a``, ``restitution`` and ``friction`` of ``pair``. ``point`` (m) is where the two touch;
-    ``cushion`` is the number that the cushion is reported by.
+    ``b`` is ``NO_BALL`` if ball ``a`` touches a cushion. ``normal`` is the unit vector from a to b,
+    or from the cushion into the table. A cushion uses ``m_a``, ``restitution`` and ``friction`` of
+    ``pair``. ``point`` (m) is the place where the two touch. ``cushion`` is the number by which the
+    cushion is reported.
     """
 
     a: int
@@ -44,7 +49,7 @@ class Contact(NamedTuple):
 
     @property
     def balls(self) -> tuple[int, ...]:
-        """The balls of the contact, one or two."""
+        """Return the numbers of the balls in the contact, one or two."""
         return (self.a,) if self.b == NO_BALL else (self.a, self.b)
 
 
@@ -59,7 +64,9 @@ def split(v: Vector, normal: Vector) -> NT:
 
 
 def changed(v: Vector, before: NT, after: NT, normal: Vector) -> Vector:
-    """Change the parts of a velocity; what the law leaves alone keeps every bit.
+    """Return the velocity with its two parts changed.
+
+    A part that the law did not change keeps every bit.
 
     >>> changed((3.0, 4.0), NT(4.0, -3.0), NT(-2.0, -3.0), (0.0, 1.0))
     (3.0, -2.0)
@@ -70,7 +77,7 @@ def changed(v: Vector, before: NT, after: NT, normal: Vector) -> Vector:
 
 
 def closing_speed(contact: Contact, velocity: Velocities) -> float:
-    """How fast (m/s) the two sides of a contact approach each other; negative: they part."""
+    """Return the speed (m/s) at which the two sides approach; it is negative if they part."""
     nx, ny = contact.normal
     ax, ay = velocity[contact.a]
     if contact.b == NO_BALL:
@@ -80,7 +87,7 @@ def closing_speed(contact: Contact, velocity: Velocities) -> float:
 
 
 def groups(contacts: Sequence[Contact]) -> Iterator[list[Contact]]:
-    """Sort contacts into groups: two that share a ball are in the same one."""
+    """Sort contacts into groups, so that two contacts that share a ball are in one group."""
     left = list(contacts)
     while left:
         group = [left.pop(0)]

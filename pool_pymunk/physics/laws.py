@@ -1,8 +1,8 @@
-"""Contact laws: velocities before a contact in, velocities after it out.
+"""Contact laws take the velocities before a contact and return the velocities after it.
 
-Every contact of every solver is answered by a :class:`Law`, so that a comparison of solvers
-differs in time integration only. A law of one's own is a subclass that overrides what it wants to
-change; what it leaves alone is Coulomb's.
+A :class:`Law` answers every contact of every solver, so a comparison of solvers differs in time
+integration only. To write a law of your own, make a subclass and override what you want to change.
+What you do not override stays Coulomb's.
 
 >>> class Smooth(Law):
 ...     def ball_ball(self, a, b, pair):
@@ -31,15 +31,16 @@ from pool_pymunk.physics.contact import (
 )
 from pool_pymunk.physics.together import at_once, mean_over_orders
 
-# Slips below this share of the closing speed are rounding: `published` jumps at zero slip.
+# A slip below this share of the closing speed is rounding, and `published` jumps at zero slip.
 ZERO_SLIP = 1e-9
 
 
 def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-    """Answer a hit by Eqs. 1-7 as physics: momentum is kept, energy never grows, nothing jumps.
+    """Answer a hit by Eqs. 1-7, with Coulomb friction against the slip.
 
     J_n = (1 + e) m_eff (a_n - b_n); J_t = min(mu J_n, m_eff |s|) against the slip s = a_t - b_t.
-    Balls that part already are left alone.
+    Momentum is kept, energy never grows, and nothing jumps. Balls that already part keep their
+    velocities.
 
     >>> coulomb(NT(1.0, 0.0), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.0))
     (NT(n=0.0, t=0.0), NT(n=1.0, t=0.0))
@@ -56,11 +57,12 @@ def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
 
 
 def published(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-    """Answer a hit by Listing 3 to the letter, defects included: it gives the published numbers.
+    """Answer a hit by Listing 3 to the letter, because it alone gives the published numbers.
 
     The normal velocities solve momentum and restitution (Eqs. 1-3). Each tangential velocity
-    changes by mu times its own change of normal velocity; line 132 pushes B *with* the slip, and
-    the clamps that follow it look at each ball's own tangential velocity, not at the slip.
+    changes by mu times its own change of normal velocity. Two defects are kept: line 132 pushes B
+    *with* the slip, and the clamps after it look at each ball's own tangential velocity, not at the
+    slip.
 
     >>> published(NT(1.0, 0.5), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.1))
     (NT(n=0.0, t=0.4), NT(n=1.0, t=-0.1))
@@ -88,14 +90,15 @@ def cushion(v: NT, restitution: float, friction: float) -> NT:
 
 
 def slips_by_rounding(a: NT, b: NT) -> bool:
-    """Tell whether the slip is so small beside the closing speed that only rounding made it."""
+    """Tell whether the slip is rounding: less than ``ZERO_SLIP`` of the closing speed."""
     return abs(a.t - b.t) < ZERO_SLIP * (a.n - b.n)
 
 
 class Law:
-    """What answers contacts. The base class has Coulomb's hits, and orders of contacts averaged.
+    """A law answers contacts; this base class is Coulomb's law for a single hit.
 
-    ``name`` is what a run reports; a subclass has its class's name unless it gives one.
+    For contacts of one instant it takes the mean over their orders. ``name`` is the name that a run
+    reports. A subclass that gives no name is called by its class's name.
     """
 
     name = "law"
@@ -106,11 +109,14 @@ class Law:
             cls.name = cls.__name__
 
     def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-        """Velocities of A and B after their hit; the normal points from A to B."""
+        """Return the velocities of A and B after their hit; the normal points from A to B."""
         return coulomb(a, b, pair)
 
     def cushion(self, v: NT, restitution: float, friction: float) -> NT:
-        """The velocity after a hit on a cushion; the normal points into the table, v.n < 0."""
+        """Return the velocity after a hit on a cushion.
+
+        The normal points into the table, so v.n < 0 before the hit.
+        """
         return cushion(v, restitution, friction)
 
     def together(
@@ -119,16 +125,17 @@ class Law:
         velocity: Velocities,
         respond: Callable[[Contact, Velocities], object],
     ) -> None:
-        """Answer closing contacts of one instant that share balls: change ``velocity`` (m/s).
+        """Answer closing contacts of one instant that share balls, and change ``velocity`` (m/s).
 
-        ``respond(contact, velocity)`` answers one contact by this law, in place. In a real rack
-        the outcome hangs on the order of the hits, so this one is the mean over the orders in
-        which they could have come (:func:`~pool_pymunk.physics.together.mean_over_orders`).
+        ``respond(contact, velocity)`` answers one contact by this law, in place. In a real rack the
+        outcome depends on the order of the hits. This method therefore takes the mean over the
+        orders in which the hits could have come
+        (:func:`~pool_pymunk.physics.together.mean_over_orders`).
         """
         mean_over_orders(contacts, velocity, respond)
 
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
-        """Tell whether the law jumps here, so that rounding would decide what it answers.
+        """Tell whether the law jumps here, so that rounding would decide its answer.
 
         Exact solvers then leave friction out, and the run carries a warning.
         """
@@ -137,7 +144,7 @@ class Law:
 
 @final
 class Coulomb(Law):
-    """The default law; contacts of one instant push each other all at once."""
+    """This is the default law; it solves contacts of one instant for all impulses at once."""
 
     name = "coulomb"
 
@@ -154,12 +161,12 @@ class Coulomb(Law):
 
 @final
 class Published(Law):
-    """Listing 3 of the report; contacts of one instant are answered in the listing's order."""
+    """This law is Listing 3 of the report; it answers contacts in the listing's order."""
 
     name = "published"
 
     def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-        """Velocities of A and B after their hit; A is the ball that comes first in the scenario."""
+        """Return the velocities of A and B after their hit; A is listed first in the scenario."""
         return published(a, b, pair)
 
     def together(
@@ -168,13 +175,13 @@ class Published(Law):
         velocity: Velocities,
         respond: Callable[[Contact, Velocities], object],
     ) -> None:
-        """Answer one after the other: cushions first, then pairs in the scene's order."""
+        """Answer one contact after the other: cushions first, then pairs in the scene's order."""
         for contact in sorted(contacts, key=_as_listed):
             if closing_speed(contact, velocity) > 0.0:
                 respond(contact, velocity)
 
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
-        """The listing jumps at zero slip: the sign of a rounding error decides."""
+        """Tell whether the slip is zero to rounding: there the listing jumps."""
         return pair.friction > 0.0 and slips_by_rounding(a, b)
 
 
@@ -182,7 +189,10 @@ LAWS: Mapping[str, Law] = {law.name: law for law in (Coulomb(), Published())}
 
 
 def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
-    """Take the limit of hits without end: no contact closes any more (plastic, no friction)."""
+    """Give hits without end their limit, in which no contact closes any more.
+
+    The limit is a plastic hit (e = 0) without friction.
+    """
     plastic = [
         contact._replace(pair=contact.pair._replace(restitution=0.0, friction=0.0))
         for contact in contacts
@@ -192,7 +202,7 @@ def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
 
 
 def find_law(law: str | Law) -> Law:
-    """The law of that name, or the law itself.
+    """Return the law of that name, or the law itself if it is one.
 
     >>> find_law("coulomb").name
     'coulomb'
@@ -201,9 +211,9 @@ def find_law(law: str | Law) -> Law:
 
 
 def respond(law: Law, contact: Contact, velocity: Velocities) -> bool:
-    """Answer one contact by a law: change ``velocity`` (m/s).
+    """Answer one contact by a law, and change ``velocity`` (m/s).
 
-    Where the law jumps, friction is left out, and the answer is True.
+    Where the law jumps, leave friction out and return True.
     """
     i, j, normal, pair, _, _ = contact
     a = split(velocity[i], normal)
@@ -222,7 +232,10 @@ def respond(law: Law, contact: Contact, velocity: Velocities) -> bool:
 
 
 def _as_listed(contact: Contact) -> tuple[bool, int, int, bool]:
-    """The listing's order: cushions first, those across x before those across y; then pairs."""
+    """Return the contact's place in the listing's order.
+
+    Cushions come before pairs of balls, and cushions across x before cushions across y.
+    """
     nx, ny = contact.normal
     return contact.b != NO_BALL, contact.a, contact.b, abs(nx) < abs(ny)
 

@@ -1,4 +1,4 @@
-"""Motion between contacts in closed form (Eq. 10), and the time of impact.
+"""This module moves a disc in closed form (Eq. 10) and finds the time of impact of two discs.
 
 A moving disc loses speed at a = mu_s g along its own velocity until it stops, so its path is a
 straight line: p(t) = p0 + u (v t - a t^2 / 2) for t <= v / a, with u = v / |v|.
@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
-EPSILON = 2.0**-52  # the spacing of floating-point numbers at 1
-TOUCHING = 1e-12  # share of the reach by which resting discs that touch get nearer until they meet
-MOST_ITERATIONS = 200  # only a path that stays within rounding of a touch comes near this
+EPSILON = 2.0**-52  # This is the spacing of floating-point numbers at 1.
+STILL_TOUCHING = (
+    1e-12  # share of the reach by which resting discs that touch get nearer until they meet
+)
+MOST_ITERATIONS = 200  # Only a path that stays within rounding of a touch comes near this number.
 
 
 def stopping_time(speed: float, deceleration: float) -> float:
-    """How long (s) a disc at ``speed`` (m/s) keeps moving; infinite without friction.
+    """Return how long (s) a disc at ``speed`` (m/s) keeps moving; infinite without friction.
 
     >>> stopping_time(2.0, 0.5), stopping_time(2.0, 0.0), stopping_time(0.0, 0.0)
     (4.0, inf, 0.0)
@@ -33,7 +35,7 @@ def stopping_time(speed: float, deceleration: float) -> float:
 def slide(x: float, y: float, vx: float, vy: float, deceleration: float, time: float) -> tuple[
     float, float, float, float
 ]:  # fmt: skip
-    """Position (m) and velocity (m/s) of a free disc after ``time`` (s) >= 0.
+    """Return position (m) and velocity (m/s) of a free disc after ``time`` (s) >= 0.
 
     >>> slide(0.0, 0.0, 2.0, 0.0, 0.5, 4.0)
     (4.0, 0.0, 0.0, 0.0)
@@ -43,7 +45,9 @@ def slide(x: float, y: float, vx: float, vy: float, deceleration: float, time: f
 
 
 def slid(speed: float, deceleration: float, time: float) -> tuple[float, float]:
-    """Eq. 10: how long (s) a disc would take at its first speed, and the share of it that is left.
+    """Return the time scale of Eq. 10 (s), and the share of the speed that is left.
+
+    The time scale is the time that the disc would take for its way at its first speed.
 
     >>> slid(2.0, 0.5, 2.0), slid(2.0, 0.5, 9.0)
     ((1.5, 0.5), (2.0, 0.0))
@@ -57,8 +61,8 @@ def slid(speed: float, deceleration: float, time: float) -> tuple[float, float]:
 def slide_many(knot: Array, deceleration: float, times: Array) -> tuple[Array, Array]:
     """Do what :func:`slide` does, for many times at once.
 
-    ``knot`` (T, 5) holds t, x, y, vx, vy of the knot that each of the ``times`` (T,) belongs to.
-    Returns positions (T, 2) and velocities (T, 2).
+    ``knot`` (T, 5) holds t, x, y, vx, vy of the last knot before each of the ``times`` (T,). Return
+    positions (T, 2) and velocities (T, 2).
     """
     elapsed = times - knot[:, 0]
     velocity = knot[:, 3:5]
@@ -73,7 +77,7 @@ def slide_many(knot: Array, deceleration: float, times: Array) -> tuple[Array, A
 
 
 def time_to_slide(distance: float, speed: float, deceleration: float) -> float:
-    """How long (s) a disc at ``speed`` takes for ``distance`` (m); it must not stop before.
+    """Return how long (s) a disc at ``speed`` takes for ``distance`` (m); it must not stop before.
 
     >>> time_to_slide(1.75, 2.0, 0.5)
     1.0
@@ -83,12 +87,13 @@ def time_to_slide(distance: float, speed: float, deceleration: float) -> float:
 
 
 def path_to_disc(offset: Vector, direction: Vector, reach: float) -> float:
-    """Path length (m) at which a straight path touches a resting disc; infinite if it does not.
+    """Return the path length (m) after which a straight path touches a resting disc.
 
-    ``offset`` points from the moving centre to the resting one, ``direction`` is a unit vector,
-    ``reach`` the sum of the radii (or the radius, for a corner). Whether a grazing path hits is
-    decided by the distance of the centre from the path, in full precision. A disc that touches
-    already is hit now if the path leads into it, else never.
+    The length is infinite if the path misses the disc. ``offset`` points from the moving centre to
+    the resting one, ``direction`` is a unit vector, and ``reach`` is the sum of the radii (for a
+    corner: the radius). The distance of the centre from the path decides, in full precision,
+    whether a grazing path hits. A disc that touches already is hit now if the path leads into it,
+    and otherwise never.
 
     >>> path_to_disc((3.0, 0.0), (1.0, 0.0), 1.0), path_to_disc((3.0, 1.5), (1.0, 0.0), 1.0)
     (2.0, inf)
@@ -114,17 +119,21 @@ def time_of_impact(
     horizon: float,
     noise: float = 0.0,
 ) -> float:
-    """When two discs under constant relative acceleration first touch; infinite if not in time.
+    """Return the time (s) at which two discs first touch; infinite if not in time.
 
-    ``offset`` (m), ``velocity`` (m/s) and ``acceleration`` (m/s^2) are those of B relative to A,
-    ``reach`` the sum of the radii (m), ``horizon`` how far to look (s). Discs that touch at the
-    start and close faster than ``noise`` (m/s) have an impact now; discs that touch and part have
-    one when they are as near as now again; at rest with each other, but for rounding, when they
-    are ``TOUCHING`` nearer.
+    Their relative acceleration is constant. ``offset`` (m), ``velocity`` (m/s) and ``acceleration``
+    (m/s^2) are those of B relative to A, ``reach`` is the sum of the radii (m), and ``horizon`` (s)
+    is how far to look.
 
-    A Newton iteration that cannot overshoot: the distance d has d'' >= -|acceleration|, so
-    d + d' t - |acceleration| t^2 / 2 bounds it from below, and its root never lies beyond the
-    first impact. It is quadratically convergent, needs no quartic, and no case of falling degree.
+    Three rules apply to discs that touch at the start. If they close faster than ``noise`` (m/s),
+    they have an impact now. If they part, they have an impact when they are as near as now again.
+    If they are at rest relative to each other, to rounding, they have an impact when they are
+    nearer by a share ``STILL_TOUCHING`` of ``reach``.
+
+    The method is a Newton iteration that cannot overshoot. The distance d has d'' >=
+    -|acceleration|, so d + d' t - |acceleration| t^2 / 2 bounds it from below, and the root of this
+    bound never lies beyond the first impact. The iteration converges quadratically. It needs no
+    quartic, and no special case where the degree of the quartic falls.
 
     >>> time_of_impact((3.0, 0.0), (-1.0, 0.0), (0.0, 0.0), 1.0, 10.0)
     2.0
@@ -148,7 +157,7 @@ def time_of_impact(
                 return t
             if iteration == 0:
                 at_rest = rate <= noise or rate * rate <= 4.0 * pull * tiny
-                reach = min(reach, distance - TOUCHING * reach if at_rest else distance)
+                reach = min(reach, distance - STILL_TOUCHING * reach if at_rest else distance)
             gap = max(distance - reach, tiny)
         root = math.sqrt(rate * rate + 2.0 * pull * gap)
         if rate < 0.0:
@@ -166,9 +175,10 @@ def time_of_impact(
 
 
 def pressing(offset: Vector, velocity: Vector, acceleration: Vector) -> float:
-    """How strongly (m/s^2) two discs are driven together, -d'' of their distance d.
+    """Return how strongly (m/s^2) two discs are driven together: -d'' of their distance d.
 
-    The arguments are as for :func:`time_of_impact`. Sliding past each other drives discs apart.
+    The arguments are those of :func:`time_of_impact`. A relative motion across the line of centres
+    drives the discs apart.
 
     >>> pressing((2.0, 0.0), (0.0, 1.0), (-3.0, 0.0))
     2.5
@@ -180,5 +190,5 @@ def pressing(offset: Vector, velocity: Vector, acceleration: Vector) -> float:
 
 
 def kinetic_energy(mass: float, vx: float, vy: float) -> float:
-    """m v^2 / 2 (J)."""
+    """Return m v^2 / 2 (J)."""
     return 0.5 * mass * (vx * vx + vy * vy)

@@ -1,7 +1,8 @@
-"""A ball's path from one contact to the next, and when two paths meet.
+"""This module describes a ball's path between contacts, and finds when two paths meet.
 
-A path is a straight line, slid along in closed form (:mod:`pool_pymunk.physics.motion`); it may end
-at rest. It is a NamedTuple of numbers, so that functions of paths are functions of numbers.
+A path is a straight line, along which the ball slides in closed form
+(:mod:`pool_pymunk.physics.motion`). It may end at rest. It is a NamedTuple of numbers, so functions
+of paths are functions of numbers.
 """
 
 from __future__ import annotations
@@ -20,21 +21,22 @@ from pool_pymunk.physics.motion import (
     time_to_slide,
 )
 
-LOST = 1e-3  # radii; a ball is lost that travels farther in one rounding error of the time
-NOISE = 16.0 * EPSILON  # share of the speeds in a contact that may be rounding
-BARELY = 0.9  # share of the least bounce; touching balls that close more slowly sink on
+LOST = 1e-3  # radii; a ball is lost that travels farther within one rounding error of the time
+NOISE = 16.0 * EPSILON  # This share of the speeds in a contact may be rounding.
+BARELY = 0.9  # of the least bounce: touching balls that close more slowly have no hit yet
 
 
 class Path(NamedTuple):
-    """Position (m) and velocity (m/s) of a ball at time ``t`` (s), and all that follows from them.
+    """A path is the position (m) and velocity (m/s) of a ball at time ``t`` (s).
 
-    ``ux``, ``uy`` are the unit vector of the velocity; ``stop`` (s) is when the ball rests,
-    infinite without friction; ``reach`` (m) is how far it comes, ``rest_x``, ``rest_y`` (m) where
-    that is. ``noise`` (m/s) is how much of the velocity may be rounding.
+    The other fields follow from these. ``ux``, ``uy`` are the unit vector of the velocity. ``stop``
+    (s) is the time at which the ball comes to rest; it is infinite without friction. ``reach`` (m)
+    is the length of the path, and ``rest_x``, ``rest_y`` (m) is its end. ``noise`` (m/s) is how
+    much of the velocity may be rounding.
 
     >>> path = set_off(1.0, (0.0, 0.0), (2.0, 0.0), deceleration=0.5)
-    >>> path.stop, path.rest, path.at(2.0)
-    (5.0, (4.0, 0.0), ((1.75, 0.0), (1.5, 0.0)))
+    >>> path.stop, path.rest_x, path.at(2.0)
+    (5.0, 4.0, ((1.75, 0.0), (1.5, 0.0)))
     """
 
     t: float
@@ -52,28 +54,13 @@ class Path(NamedTuple):
     rest_y: float
     noise: float
 
-    @property
-    def position(self) -> Vector:
-        """Where the path begins (m)."""
-        return self.x, self.y
-
-    @property
-    def velocity(self) -> Vector:
-        """The velocity with which the path begins (m/s)."""
-        return self.vx, self.vy
-
-    @property
-    def rest(self) -> Vector:
-        """Where the ball comes to rest (m); without friction, where the path begins."""
-        return self.rest_x, self.rest_y
-
     def at(self, t: float) -> tuple[Vector, Vector]:
-        """Position and velocity at time ``t`` (s), not before the path began."""
+        """Return position and velocity at time ``t`` (s), not before the path began."""
         x, y, vx, vy = motion_at(self, t)
         return (x, y), (vx, vy)
 
     def time_at(self, length: float) -> float:
-        """When (s) the ball has come ``length`` (m) along the path; infinite if it never does."""
+        """Return the time (s) at which the ball has travelled ``length`` (m); infinite if never."""
         if length > self.reach or length == math.inf:
             return math.inf
         return self.t + time_to_slide(length, self.speed, self.deceleration)
@@ -81,7 +68,8 @@ class Path(NamedTuple):
     def is_lost(self, radius: float) -> bool:
         """Tell whether the ball is so fast, or so far off, that its contacts mean nothing.
 
-        Within one rounding error of the time it travels more than ``LOST`` radii.
+        Within one rounding error of the time it travels more than ``LOST`` radii, or a number has
+        overflowed.
         """
         way = self.speed * EPSILON * self.t
         return not (way <= LOST * radius and math.isfinite(self.x + self.y + self.speed))
@@ -90,9 +78,9 @@ class Path(NamedTuple):
 def set_off(
     t: float, position: Vector, velocity: Vector, deceleration: float, noise: float | None = None
 ) -> Path:
-    """Make the path of a ball that sets off at ``t`` (s), or rests there.
+    """Return the path of a ball that sets off at ``t`` (s), or rests there.
 
-    Without ``noise`` (m/s), the velocity is taken to be good to a few roundings.
+    Without ``noise`` (m/s), only a few rounding errors of the velocity are assumed.
     """
     (x, y), (vx, vy) = position, velocity
     speed = math.sqrt(vx * vx + vy * vy)
@@ -111,7 +99,7 @@ def set_off(
 
 
 def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
-    """Position (m) and velocity (m/s) of a path's ball at ``t`` (s), not before it began."""
+    """Return position (m) and velocity (m/s) of a path's ball at ``t`` (s), not before it began."""
     if t >= path.stop:
         return path.rest_x, path.rest_y, 0.0, 0.0
     time, left = slid(path.speed, path.deceleration, t - path.t)
@@ -121,11 +109,12 @@ def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
 def pair_time(
     a: Path, b: Path, reach: float, since: float, until: float, contact_time: float = 0.0
 ) -> float:
-    """When two balls meet, between ``since`` and ``until`` (s); infinite if they do not.
+    """Return the time (s) at which two balls meet; infinite if they do not.
 
-    ``reach`` is the sum of the radii (m). Each ball may stop on the way and rest. Of balls that
-    have met, ``contact_time`` (s) is how long one contact of theirs takes where surface friction
-    presses them together (:func:`least_bounce`).
+    Look between ``since`` and ``until`` (s). ``reach`` is the sum of the radii (m). Each ball may
+    stop on the way and rest. ``contact_time`` (s) is for two balls that have met and that surface
+    friction presses together: it is how long one contact of theirs takes (:func:`least_bounce`). It
+    is 0 for all others.
     """
     first_stop = a.stop if a.stop < b.stop else b.stop
     if since < first_stop:
@@ -140,7 +129,7 @@ def pair_time(
 
 
 def _one_moves(mover: Path, rester: Path, reach: float) -> float:
-    """When the mover meets the other at rest, from its stop on; infinite if it does not."""
+    """Return the time (s) at which the mover meets the other, which rests; infinite if never."""
     t, x, y, speed, left = mover.t, mover.x, mover.y, mover.speed, mover.reach
     if rester.stop > t:
         t = rester.stop
@@ -169,7 +158,10 @@ def _both_move(
 
 
 def _relative(a: Path, b: Path, t: float) -> tuple[Vector, Vector, Vector]:
-    """Offset (m), velocity (m/s) and acceleration (m/s^2) of b relative to a while both move."""
+    """Return offset (m), velocity (m/s) and acceleration (m/s^2) of b relative to a.
+
+    Both must still move at ``t`` (s).
+    """
     ax, ay, avx, avy = motion_at(a, t)
     bx, by, bvx, bvy = motion_at(b, t)
     pull = (a.deceleration * (a.ux - b.ux), a.deceleration * (a.uy - b.uy))
@@ -177,11 +169,12 @@ def _relative(a: Path, b: Path, t: float) -> tuple[Vector, Vector, Vector]:
 
 
 def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
-    """The speed (m/s) at which touching balls part, so that they meet anew a contact time later.
+    """Return the speed (m/s) at which touching balls part, so that they meet a contact time later.
 
-    Surface friction may drive together two balls that touch and both move. They would touch
-    without end, or hit each other infinitely often in finite time; with bounces of this least
-    speed they hit each other once in every ``contact_time`` (s). Zero where they are driven apart.
+    Surface friction may drive together two balls that touch and both move. They would touch without
+    end, or hit each other infinitely often in finite time. With bounces of this least speed they
+    hit each other once in every ``contact_time`` (s). The speed is 0 where the balls are driven
+    apart.
     """
     if contact_time == 0.0 or t >= min(a.stop, b.stop):
         return 0.0
@@ -192,10 +185,11 @@ def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
 def _allowed_penetration(
     offset: Vector, velocity: Vector, pull: Vector, reach: float, contact_time: float
 ) -> float:
-    """How far (m) balls that touch get nearer than ``reach`` until it is a hit.
+    """Return how far (m) touching balls get nearer than ``reach`` until they hit each other.
 
-    Balls that are pressed together, and close or part more slowly than ``BARELY`` the least bounce,
-    fall on until they close as fast as that.
+    Friction drives these balls together. If they close or part more slowly than ``BARELY`` times
+    the least bounce, they get nearer until they close as fast as the least bounce. Otherwise the
+    answer is 0.
     """
     (dx, dy), (vx, vy) = offset, velocity
     distance = math.sqrt(dx * dx + dy * dy)

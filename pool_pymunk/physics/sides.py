@@ -1,7 +1,8 @@
-"""What balls bounce off: straight faces and round posts, and walls made of them.
+"""Balls bounce off walls; a wall consists of sides, which are straight faces and round posts.
 
-A side answers three questions: how wide the ``gap`` to a ball is, which ``normal`` a contact has,
-and after which ``length_along`` its path a ball meets it. Whoever asks need not know its kind.
+A side answers three questions. How wide is the ``gap`` to a ball? Which ``normal`` has a contact?
+After which ``length_along`` its path does a ball meet the side? A caller need not know what kind of
+side it asks.
 """
 
 from __future__ import annotations
@@ -13,15 +14,16 @@ from typing import NamedTuple, Protocol
 from pool_pymunk.physics.motion import EPSILON, Vector, path_to_disc
 from pool_pymunk.physics.path import Path
 
-GRAZING = 1e-12  # a ball that touches a face and moves along it sinks by less than this share
+GRAZING = 1e-12  # A ball that touches a face and sinks by less than this share moves along it.
 
 
 class Side(Protocol):
-    """What a ball can bounce off.
+    """A side is a part of a wall that a ball can bounce off.
 
-    ``gap`` is the distance (m) from a ball of radius ``r`` at (x, y), infinite if the ball is not
-    beside the side; ``normal`` is the unit vector from the side to a ball there; ``length_along``
-    is the path length (m) after which a ball of radius ``r`` meets it, infinite if it does not.
+    ``gap`` is the distance (m) from a ball of radius ``r`` at (x, y); it is infinite if the ball is
+    not beside the side. ``normal`` is the unit vector from the side to a ball there.
+    ``length_along`` is the path length (m) after which a ball of radius ``r`` meets the side; it is
+    infinite if the ball does not.
     """
 
     def gap(self, x: float, y: float, r: float) -> float: ...
@@ -32,9 +34,10 @@ class Side(Protocol):
 
 
 class Face(NamedTuple):
-    """One side of a straight cushion, from ``start`` along ``tangent``, facing ``outward``.
+    """A face is one side of a straight cushion.
 
-    ``start`` (m) lies on the cushion's middle line; ``radius`` (m) is half its thickness.
+    It runs from ``start`` along ``tangent`` and faces ``outward``. ``start`` (m) lies on the
+    cushion's middle line; ``radius`` (m) is half the cushion's thickness.
     """
 
     start: Vector
@@ -44,7 +47,11 @@ class Face(NamedTuple):
     radius: float = 0.0
 
     def gap(self, x: float, y: float, r: float) -> float:
-        """Distance (m) from the ball; infinite if its foot is not on the face, ends included."""
+        """Return the distance (m) from the ball.
+
+        It is infinite if the foot of the perpendicular from the ball is not on the face, ends
+        included.
+        """
         (x0, y0), (tx, ty), (nx, ny), length, radius = self
         foot = (x - x0) * tx + (y - y0) * ty
         slack = GRAZING * length
@@ -53,13 +60,13 @@ class Face(NamedTuple):
         return (x - x0) * nx + (y - y0) * ny - radius - r
 
     def normal(self, x: float, y: float) -> Vector:
-        """The unit vector from the face to a ball."""
+        """Return the unit vector from the face to a ball."""
         return self.outward
 
     def length_along(self, path: Path, r: float) -> float:
-        """Path length (m) until a ball meets the face.
+        """Return the path length (m) until a ball meets the face.
 
-        A ball that touches it and moves along it, to rounding, does not.
+        A ball that touches the face and moves along it, to rounding, does not meet it.
         """
         (x0, y0), (tx, ty), (nx, ny), width, radius = self
         ux, uy = path.ux, path.uy
@@ -78,25 +85,25 @@ class Face(NamedTuple):
 
 
 class Post(NamedTuple):
-    """A round wall, or with radius 0 a corner."""
+    """A post is a round wall, or with radius 0 a corner."""
 
     center: Vector
     radius: float = 0.0
 
     def gap(self, x: float, y: float, r: float) -> float:
-        """Distance (m) from the ball."""
+        """Return the distance (m) from the ball."""
         dx, dy = x - self.center[0], y - self.center[1]
         return math.sqrt(dx * dx + dy * dy) - self.radius - r
 
     def normal(self, x: float, y: float) -> Vector:
-        """The unit vector from the post's centre to a ball."""
+        """Return the unit vector from the post's centre to a ball."""
         return unit(x - self.center[0], y - self.center[1])
 
     def length_along(self, path: Path, r: float) -> float:
-        """Path length (m) until a ball meets the post.
+        """Return the path length (m) until a ball meets the post.
 
-        A path that is tangent to rounding does not meet it: a ball that slides along a cushion goes
-        past its end.
+        A path that is tangent to rounding does not meet the post, so a ball that slides along a
+        cushion goes past its end.
         """
         if path.speed == 0.0:
             return math.inf
@@ -110,9 +117,10 @@ class Post(NamedTuple):
 
 
 class Wall:
-    """What bounces balls as one: its sides, its coefficients, and the number it is reported by.
+    """A wall bounces balls off; it consists of sides.
 
-    ``length_along`` is that of the side which a ball meets first.
+    It has its coefficients and the number by which it is reported. ``length_along`` is that of the
+    side that a ball meets first.
     """
 
     __slots__ = ("friction", "length_along", "number", "restitution", "sides")
@@ -132,19 +140,19 @@ class Wall:
         return min([side.length_along(path, r) for side in self.sides])
 
     def nearest(self, x: float, y: float, r: float) -> Side:
-        """The side whose surface is nearest to that of a ball of radius ``r`` at (x, y)."""
+        """Return the side whose surface is nearest to a ball of radius ``r`` at (x, y)."""
         if len(self.sides) == 1:
             return self.sides[0]
         return min(self.sides, key=lambda side: abs(side.gap(x, y, r)))
 
 
 def face_between(start: Vector, end: Vector, radius: float = 0.0) -> Face:
-    """The face on the left of the way from ``start`` to ``end`` (m)."""
+    """Return the face that a traveller from ``start`` to ``end`` (m) has on the left."""
     tx, ty = unit(end[0] - start[0], end[1] - start[1])
     return Face(start, (tx, ty), (-ty, tx), math.dist(start, end), radius)
 
 
 def unit(x: float, y: float) -> Vector:
-    """The unit vector along (x, y); of nothing, along x."""
+    """Return the unit vector along (x, y), or the x axis if both are zero."""
     length = math.sqrt(x * x + y * y)
     return (x / length, y / length) if length > 0.0 else (1.0, 0.0)

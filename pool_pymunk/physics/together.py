@@ -1,19 +1,19 @@
-"""Contacts of one instant that share a ball: the velocities that they leave.
+"""This module answers contacts of one instant that share a ball.
 
-In a real rack the outcome hangs on the order of the hits, which a gap of 1e-9 m decides.
-There are two answers here that do not depend on the order in which balls are listed:
+In a real rack the outcome depends on the order of the hits, and a gap of 1e-9 m decides that order.
+The two answers here do not depend on the order in which balls are listed:
 
-- :func:`at_once`, for Coulomb's law. Normal impulses J >= 0 are solved for at once, such that every
-  contact leaves with -e times the speed it closed with (Newton's law of restitution for
-  simultaneous impact; where the contacts are redundant, the smallest such impulses). Then every
-  contact takes its friction, min(mu J_n, m_eff |slip|), shared out where a ball has several
-  contacts, so that no slip is reversed and energy cannot grow.
-- :func:`mean_over_orders`, for any law: the mean of what comes of the orders in which the contacts
-  could have come, again and again until nothing closes. It keeps momentum where the law does, and
-  by convexity has no more energy than the orders have on average.
+- :func:`at_once` is for Coulomb's law. It solves for all normal impulses J >= 0 at once, such that
+  every contact leaves with -e times its closing speed or faster (Newton's law of restitution for
+  simultaneous impact). Where the contacts are redundant, it takes the smallest such impulses. Then
+  every contact takes its friction, min(mu J_n, m_eff |slip|). A ball with several contacts shares
+  this out among them, so that no slip is reversed and energy cannot grow.
+- :func:`mean_over_orders` is for any law. It answers the contacts in every order in which they
+  could have come, takes the mean, and repeats this until nothing closes. It keeps momentum where
+  the law does. By convexity it leaves no more energy than the orders do on average.
 
-Contacts that close only because of this are a next impact at the same instant: a hit runs through
-a row of touching balls one after the other, as in Newton's cradle.
+A contact may close only because of this answer. It is then the next impact at the same instant: a
+hit runs through a row of touching balls one after the other, as in Newton's cradle.
 """
 
 from __future__ import annotations
@@ -29,13 +29,12 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities, cl
 
 Array = NDArray[np.float64]
 
-ALL_ORDERS = 4  # contacts, up to which all their orders are tried
-MOST_SWEEPS = 200  # of the mean over orders; what closes then is a next impact
-DIRECTIONS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(16))
-TIE_DIGITS = 9  # to which a front reaches two contacts together
-ROUNDING = 64.0 * 2.0**-52  # share of the speeds, or of the impulses, that may be rounding
-MOST_EXCHANGES = 20  # for each contact
-TOO_SLOW = 0.5  # share of a parting speed; a law of one's own may leave a contact slower than that
+ALL_ORDERS = 4  # For up to so many contacts all their orders are tried.
+MOST_SWEEPS = 200  # After so many sweeps of the mean, what still closes is a next impact.
+TIE_DIGITS = 9  # Normals that agree to so many digits are the same.
+SPEED_ROUNDING = 64.0 * 2.0**-52  # This share of the speeds, or of the impulses, may be rounding.
+MOST_EXCHANGES = 20  # This many exchanges are tried for each contact.
+TOO_SLOW = 0.5  # of the parting speed: a law of your own may leave a contact slower than this share
 
 
 # -- any law: the mean over orders -------------------------------------------------------------
@@ -46,16 +45,16 @@ def mean_over_orders(
     velocity: Velocities,
     respond: Callable[[Contact, Velocities], object],
 ) -> None:
-    """Answer the contacts in every order that they could come in, and take the mean.
+    """Answer the contacts in every order in which they could come, and take the mean.
 
-    Up to ``ALL_ORDERS`` contacts all orders count; beyond, those in which a front sweeps over the
-    contacts from one of ``DIRECTIONS``; of contacts that it reaches together, either end comes
-    first. This goes on until nothing closes.
+    For up to ``ALL_ORDERS`` contacts all orders count. For more, each order is that in which a
+    front runs over the contacts along the normal of one of them. Where the front reaches contacts
+    together, one order begins at either end of them. Repeat this until nothing closes.
     """
     balls = sorted({i for contact in contacts for i in contact.balls})
     orders = list(_orders(contacts))
     for _ in range(MOST_SWEEPS):
-        noise = ROUNDING * max(math.hypot(*velocity[i]) for i in balls)
+        noise = SPEED_ROUNDING * max(math.hypot(*velocity[i]) for i in balls)
         if all(closing_speed(contact, velocity) <= noise for contact in contacts):
             return
         ends = [_in_order(order, {i: velocity[i] for i in balls}, respond) for order in orders]
@@ -69,7 +68,7 @@ def _in_order(
     velocity: dict[int, Vector],
     respond: Callable[[Contact, Velocities], object],
 ) -> dict[int, Vector]:
-    """The velocities after the contacts that close were answered one after the other."""
+    """Return the velocities after the closing contacts were answered one after the other."""
     for contact in order:
         if closing_speed(contact, velocity) > 0.0:
             respond(contact, velocity)
@@ -77,28 +76,28 @@ def _in_order(
 
 
 def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
-    """All orders of a few contacts; of many, one for every direction in which a front may run."""
+    """Yield all orders of a few contacts, or for many the orders in which fronts reach them."""
     if len(contacts) <= ALL_ORDERS:
         yield from permutations(contacts)
         return
-    size = max(abs(x) for contact in contacts for x in contact.point)
-    for cos, sin in DIRECTIONS:
-        places = {
-            contact: (round((x * cos + y * sin) / size, TIE_DIGITS), y * cos - x * sin)
-            for contact in contacts
-            for x, y in [contact.point]
-        }
-        yield sorted(contacts, key=lambda contact: places[contact])
-        yield sorted(contacts, key=lambda contact: (places[contact][0], -places[contact][1]))
+    places = np.array([contact.point for contact in contacts])
+    places = places - places.mean(axis=0)
+    size = np.abs(places).max() or 1.0
+    along = {(round(x, TIE_DIGITS), round(y, TIE_DIGITS)) for x, y in (c.normal for c in contacts)}
+    for nx, ny in sorted(along | {(-x, -y) for x, y in along}):
+        reached = np.round(places @ (nx, ny) / size, TIE_DIGITS)
+        across = places @ (-ny, nx)
+        for end in (across, -across):
+            yield [contacts[k] for k in np.lexsort((end, reached))]
 
 
 # -- Coulomb's law: all at once ----------------------------------------------------------------
 
 
 def at_once(contacts: Sequence[Contact], velocity: Velocities) -> bool:
-    """Give every contact its normal impulse at once, then its friction, where it pushes.
+    """Give every contact that pushes its normal impulse at once, then its friction.
 
-    Returns False, with nothing done, where rounding hides which contacts push.
+    Where rounding hides which contacts push, do nothing and return False.
     """
     balls = sorted({i for contact in contacts for i in contact.balls})
     normals, tangents, lightness = _directions(contacts, balls)
@@ -131,7 +130,11 @@ def push_apart(contact: Contact, parting: float, velocity: Velocities) -> None:
 
 
 def _directions(contacts: Sequence[Contact], balls: Sequence[int]) -> tuple[Array, Array, Array]:
-    """How fast each contact opens (C, 2N) and slips (C, 2N) by each velocity; 1 / mass (2N,)."""
+    """Return how each contact depends on the velocities, and the inverse masses.
+
+    The first two arrays (C, 2N) say how fast each contact opens and slips for each component of
+    velocity. The third (2N,) is 1 / mass (1/kg).
+    """
     normals, tangents = np.zeros((2, len(contacts), 2 * len(balls)))
     lightness = np.empty(2 * len(balls))
     for k, contact in enumerate(contacts):
@@ -148,15 +151,16 @@ def _directions(contacts: Sequence[Contact], balls: Sequence[int]) -> tuple[Arra
 
 
 def _normal_impulses(response: Array, wanted: Array) -> Array | None:
-    """The impulses J >= 0 (kg m/s) that open every contact by ``wanted`` (m/s) or more.
+    """Return the impulses J >= 0 (kg m/s) that open every contact by ``wanted`` (m/s) or more.
 
-    ``response[k, l]`` is by how much a unit impulse at contact l opens contact k (1/kg). A contact
-    that pushes opens by just what is wanted: J (response J - wanted) = 0, a linear complementarity
-    problem. It is solved in units in which each contact's own response is 1, as masses may differ
-    widely.
+    ``response[k, l]`` is the speed by which a unit impulse at contact l opens contact k (1/kg). A
+    contact that pushes opens by exactly ``wanted``: J (response J - wanted) = 0. This is a linear
+    complementarity problem. Masses may differ widely, so the units are chosen such that each
+    contact's own response is 1. The answer is None where rounding hides which contacts push.
 
-    All contacts that are wrong change sides at once, so that their order does not matter; where
-    this goes in circles, only the last one does (Murty, Linear Complementarity, 1988, section 3.2).
+    All contacts on the wrong side change sides at once, so that their order does not matter. If
+    that does not end, only the last of them changes (Murty, Linear Complementarity, 1988, section
+    3.2).
     """
     unit = np.sqrt(response.diagonal())
     response, wanted = response / np.outer(unit, unit), wanted / unit
@@ -173,7 +177,7 @@ def _normal_impulses(response: Array, wanted: Array) -> Array | None:
 
 
 def _pushed(response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array:
-    """The (smallest) impulses of the pushing contacts that open these by what is wanted."""
+    """Return the smallest impulses that open the pushing contacts by what is wanted."""
     impulses = np.zeros(len(wanted))
     part = response[np.ix_(pushing, pushing)]
     impulses[pushing] = np.linalg.lstsq(part, wanted[pushing], rcond=1e-12)[0]
@@ -181,6 +185,6 @@ def _pushed(response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array
 
 
 def _slack(response: Array, wanted: Array, impulses: Array) -> float:
-    """How much of an opening speed (m/s) rounding may hide."""
+    """Return how much of an opening speed (m/s) rounding may hide."""
     pushed = np.abs(response) @ np.abs(impulses)
-    return float(1e-12 * np.abs(wanted).max() + ROUNDING * pushed.max())
+    return float(1e-12 * np.abs(wanted).max() + SPEED_ROUNDING * pushed.max())

@@ -1,4 +1,7 @@
-"""Pictures and films of runs. matplotlib is imported here and nowhere else in the package."""
+"""This package draws pictures and films of runs.
+
+matplotlib is imported here and nowhere else in the package.
+"""
 
 from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""Balls, ghosts of balls, their tracks and the arrows of a shot."""
+"""This module draws balls, ghosts of balls, their tracks and the arrows of a shot."""
 
 from __future__ import annotations
 
@@ -24,15 +24,18 @@ from pool_pymunk.render.view import View
 
 Color = tuple[float, float, float, float]
 BOLD = FontProperties(family="DejaVu Sans", weight="bold")
-CAPITAL = 0.73  # height of its capitals and digits, in its size
-SPOT = 0.5  # the white spot's radius, in the ball's
-LEGIBLE = 0.34  # capitals are this high at least, in ``letter``, or the label stands beside
-TRACK = 0.24  # half the width of a ball's track, in its radius
-SOFT = 14  # circles that make a soft shadow or light
+CAPITAL = 0.73  # height of the font's capitals and digits, in its size
+SPOT = 0.5  # the radius of the white spot, in that of the ball
+LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
+TRACK = 0.24  # half the width of a ball's track, in the ball's radius
+SOFT = 14  # A soft shadow or light consists of so many circles.
 
 
 class Disc(NamedTuple):
-    """A ball on the canvas: centre, radius, and small letters' size there, in points."""
+    """A disc is a ball on the canvas, in points.
+
+    It has a centre, a radius, and the size of small letters there.
+    """
 
     x: float
     y: float
@@ -43,24 +46,24 @@ class Disc(NamedTuple):
 
     @property
     def spot(self) -> float:
-        """The white spot's radius: half the ball's, more where the label could not be read."""
+        """Return the white spot's radius: half the ball's, or more if that could not be read."""
         return min(max(SPOT * self.radius, 0.55 * self.letter), 0.72 * self.radius)
 
     @property
     def is_labelled_inside(self) -> bool:
-        """Whether the label can be read in the spot."""
+        """Tell whether the label can be read in the spot."""
         height: float = _lettering(self.label).get_extents().height
         return self.spot * height > LEGIBLE * self.letter
 
     @property
     def reach(self) -> float:
-        """How far from the centre anything of the ball is drawn, at most."""
+        """Return how far from the centre anything of the ball is drawn, at most."""
         beside = 0.0 if self.is_labelled_inside else self.letter * (1 + len(self.label))
         return 1.35 * self.radius + 2.0 + beside
 
 
 def discs(scene: Scene, position: Array, view: View) -> list[Disc]:
-    """The scene's balls as ``view`` shows them at ``position`` (N, 2), m."""
+    """Return the scene's balls as ``view`` shows them at ``position`` (N, 2), m."""
     places = [view.place((float(x), float(y))) for x, y in position]
     return [
         Disc(*place, view.scale * ball.radius, color, ball.id, view.letter)
@@ -69,11 +72,11 @@ def discs(scene: Scene, position: Array, view: View) -> list[Disc]:
 
 
 def draw_balls(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
-    """Balls: shadow, body with a dark outline and soft light, white spot, label."""
-    for k in range(SOFT):  # the shadow, down to the right
+    """Draw balls, each with shadow, dark outline, soft light, white spot and label."""
+    for k in range(SOFT):  # This is the shadow, down to the right.
         _circles(axes, balls, (0.10, -0.14), 1.18 - 0.025 * k, (0.0, 0.0, 0.0, 0.026), 2.0)
     _bodies(axes, balls, style)
-    for k in range(SOFT):  # light from the upper left
+    for k in range(SOFT):  # This is light from the upper left.
         offset = (-0.022 * k, 0.027 * k)
         _circles(axes, balls, offset, 0.90 - 0.04 * k, (1.0, 1.0, 1.0, 0.024), 2.2)
     for ball in balls:
@@ -81,7 +84,7 @@ def draw_balls(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
 
 
 def draw_ghosts(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
-    """Balls as ghosts: a pale, see-through disc with a ring in the ball's colour, and the label."""
+    """Draw ghosts of balls: pale, clear discs with a ring in the ball's colour and a label."""
     for ball in balls:
         width = min(0.14 * ball.radius, 4.0)
         disc = Circle((ball.x, ball.y), ball.radius - width / 2, zorder=1.7)
@@ -98,7 +101,10 @@ def draw_ghosts(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
 def _circles(
     axes: Axes, balls: Sequence[Disc], offset: Point, size: float, color: Color, zorder: float
 ) -> None:
-    """One circle a ball, ``size`` radii large, ``offset`` radii beside its centre, as one area."""
+    """Draw one circle a ball, all of them as one area.
+
+    They are ``size`` radii large, and ``offset`` radii beside the centres.
+    """
     circle = Outline.unit_circle()
     corners = size * np.asarray(circle.vertices, dtype=float) + np.array(offset)
     middles = np.array([(ball.x, ball.y) for ball in balls])[:, None]
@@ -109,7 +115,7 @@ def _circles(
 
 
 def _bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
-    """The discs; the outline lies inside the radius, so that balls that touch are seen to."""
+    """Draw the discs; outlines lie inside the radius, so that balls that touch are seen to."""
     lines = [min(0.07 * ball.radius, 1.6) for ball in balls]
     patches = [
         Circle((ball.x, ball.y), ball.radius - line / 2)
@@ -123,7 +129,7 @@ def _bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
 
 
 def _name(axes: Axes, ball: Disc, style: Style) -> None:
-    """The white spot with the label in it; the label beside the ball where it could not be read."""
+    """Draw the white spot with the label in it, or the label beside the ball if it is too small."""
     if ball.is_labelled_inside:
         spot = Circle((ball.x, ball.y), ball.spot, facecolor="#ffffff", zorder=2.3)
         spot.set(edgecolor=style.outline, linewidth=min(0.025 * ball.radius, 0.6))
@@ -137,7 +143,7 @@ def _name(axes: Axes, ball: Disc, style: Style) -> None:
 
 
 def _label(ball: Disc, color: str, **looks: Any) -> PathPatch:
-    """A ball's label as an outline that fills its spot, whatever the ball's size."""
+    """Return a ball's label as an outline that fills its spot, whatever the ball's size."""
     shape = Affine2D().scale(ball.spot).translate(ball.x, ball.y)
     path = _lettering(ball.label).transformed(shape)
     return PathPatch(path, facecolor=color, edgecolor="none", **looks)
@@ -145,7 +151,10 @@ def _label(ball: Disc, color: str, **looks: Any) -> PathPatch:
 
 @lru_cache(maxsize=1024)
 def _lettering(text: str) -> Outline:
-    """Letters centred on the origin, in a circle of radius 0.87 and no higher than a single one."""
+    """Return letters centred on the origin, in a circle of radius 0.87.
+
+    They are no higher than a single letter.
+    """
     path = TextPath((0.0, 0.0), text.replace("$", r"\$"), size=1.0, prop=BOLD)
     box = path.get_extents()
     size = min(1.74 / math.hypot(box.width, CAPITAL), 1.05 / CAPITAL)
@@ -159,7 +168,7 @@ def _lettering(text: str) -> Outline:
 def draw_tracks(
     axes: Axes, paths: Sequence[Sequence[Point]], balls: Sequence[Disc], *, solid: bool
 ) -> None:
-    """The paths (points) of the balls as soft lines in their colours; those of ghosts are thin."""
+    """Draw the paths (points) of the balls as soft lines in their colours, thin for ghosts."""
     share = 1.0 if solid else 0.4
     for width, alpha in ((2.0, 0.10), (1.7, 0.12), (1.4, 0.14), (1.1, 0.16)):
         lines = LineCollection(
@@ -171,7 +180,7 @@ def draw_tracks(
 
 
 def draw_arrow(axes: Axes, ball: Disc, way: Point, style: Style) -> None:
-    """An arrow from the ball's edge along ``way`` (points), long enough to be seen."""
+    """Draw an arrow from the ball's edge along ``way`` (points), long enough to be seen."""
     length = math.hypot(*way)
     ahead = (way[0] / length, way[1] / length)
     reach = max(length, 1.2 * ball.radius)

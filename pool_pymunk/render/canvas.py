@@ -1,4 +1,7 @@
-"""An empty canvas measured in points, text on it, and its pixels. No window, no display."""
+"""This module makes an empty canvas measured in points, text on it, and its pixels.
+
+It needs no window and no display.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ POINTS_PER_INCH = 72.0
 
 
 def canvas(width: float, height: float, color: str = "none") -> tuple[Figure, Axes]:
-    """A canvas of ``width`` x ``height`` points, y upwards; transparent without a ``color``."""
+    """Return a canvas of ``width`` x ``height`` points, y upwards; clear without a ``color``."""
     inches = (width / POINTS_PER_INCH, height / POINTS_PER_INCH)
     figure = Figure(inches, dpi=POINTS_PER_INCH, facecolor=color)
     FigureCanvasAgg(figure)
@@ -28,7 +31,10 @@ def canvas(width: float, height: float, color: str = "none") -> tuple[Figure, Ax
 
 
 def pixels(figure: Figure, per_point: float = 1.0) -> Pixels:
-    """The figure as red, green, blue and alpha, (height, width, 4), so many pixels a point."""
+    """Return the figure as red, green, blue and alpha, (height, width, 4).
+
+    A point has ``per_point`` pixels.
+    """
     figure.set_dpi(per_point * POINTS_PER_INCH)
     agg = FigureCanvasAgg(figure)
     agg.draw()  # type: ignore[no-untyped-call]
@@ -36,7 +42,7 @@ def pixels(figure: Figure, per_point: float = 1.0) -> Pixels:
 
 
 def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **looks: Any) -> None:
-    """A line of text in ``size`` points at most, smaller where it is wider than ``room`` points."""
+    """Write a line of text in ``size`` points, or smaller if it is wider than ``room`` points."""
     drawn = axes.text(*at, text, fontsize=size, parse_math=False, **looks)
     width = drawn.get_window_extent().width
     if width > room:

@@ -1,4 +1,4 @@
-"""Where every ball may end: a cloud of ends on the table, one point a sample."""
+"""This module draws where every ball may end: a cloud of ends, one point a sample."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from pool_pymunk.physics.motion import Array
     from pool_pymunk.studies.sensitivity import Sensitivity
 
-DOTS = 1.1  # radius of a point, in points
-TAG = 0.38  # radius of a label's spot, in the ball's radius
-SHOWN = 0.03  # a cloud is drawn where its standard deviation is at least this share of a radius
+DOTS = 1.1  # the radius of a point, in points
+TAG = 0.38  # the radius of a label's spot, in that of the ball
+SHOWN = 0.03  # of a radius; a cloud is drawn if its standard deviation is at least this share
 
 
 def cloud_picture(
@@ -30,8 +30,8 @@ def cloud_picture(
 ) -> None:
     """Draw the clouds of ends: starts as rings, unperturbed ends as discs, samples as points.
 
-    A ball whose ends hardly spread is drawn as ever. The suffix of ``path`` says the format (png,
-    svg, pdf).
+    A ball whose ends hardly spread is drawn without a cloud. The suffix of ``path`` gives the
+    format (png, svg, pdf).
     """
     show = Show((found.reference,))
     layout = picture_layout(show)
@@ -64,7 +64,7 @@ def _draw_clouds(sheet: Sheet, found: Sensitivity, style: Style) -> None:
 
 
 def _faded(axes: Axes, ball: Disc, style: Style) -> None:
-    """The unperturbed end of a ball that may as well end elsewhere."""
+    """Draw the unperturbed end of a ball that may as well end elsewhere."""
     line = 0.07 * ball.radius
     disc = Circle((ball.x, ball.y), ball.radius - line / 2, zorder=2.05)
     disc.set(facecolor=(*to_rgb(ball.color), 0.45), edgecolor=style.outline, linewidth=line)
@@ -72,7 +72,7 @@ def _faded(axes: Axes, ball: Disc, style: Style) -> None:
 
 
 def _cloud(axes: Axes, ball: Disc, points: Array, style: Style) -> None:
-    """The points in the ball's colour, all of them together with a light and a dark outline."""
+    """Draw the points in the ball's colour; together they have a light and a dark outline."""
     looks = ((DOTS + 1.0, style.outline), (DOTS + 0.6, "#ffffff"), (DOTS, ball.color))
     for layer, (radius, color) in enumerate(looks):
         dots = CircleCollection(
@@ -83,7 +83,7 @@ def _cloud(axes: Axes, ball: Disc, points: Array, style: Style) -> None:
 
 
 def _tag(axes: Axes, ball: Disc, points: Array, others: list[Disc], style: Style) -> None:
-    """The label on the disc's rim, where it is farthest from the cloud and from other balls."""
+    """Write the label on the disc's rim, where it is farthest from the cloud and other balls."""
     angles = np.arange(8) * np.pi / 4 + np.pi / 8
     rim = ball.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1) + (ball.x, ball.y)
     free = np.array([np.hypot(*(points - at).T).min() for at in rim])

@@ -1,4 +1,7 @@
-"""Two balls that meet at an offset, as a textbook draws them: the approach, and the contact."""
+"""This module draws two balls that meet at an offset as a textbook does.
+
+One panel has the approach, the other the contact.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +23,11 @@ if TYPE_CHECKING:
 
 INK, FAINT, BEFORE, AFTER = "#22262a", "#7d858d", "#0072b2", "#d55e00"
 FILLS = {"A": "#eef1f4", "B": "#f6e6cf"}
-LONGEST = 1.3  # of the velocities' arrows; like all lengths here in sums of the radii
+LONGEST = 1.3  # the longest arrow of a velocity; like all lengths here in sums of the radii
 AHEAD = 1.5  # how far A still has to go, as B sees it, where the approach is drawn
-AT_REST = 0.02  # a shorter arrow is left out
-ARC = 1.12  # radius of the impact angle's arc
-WIDTH, HEAD, FOOT = 11.0, 0.4, 0.85  # of the sheet and its margins, in inches
+AT_REST = 0.02  # A shorter arrow is left out.
+ARC = 1.12  # the radius of the impact angle's arc
+WIDTH, HEAD, FOOT = 11.0, 0.4, 0.85  # These are sizes of the sheet and its margins, in inches.
 LETTER = 12.0  # points
 APPROACH = "before (dash-dotted: A's way, as B sees it)"
 CONTACT = "after (n: line of centres, t: tangent)"
@@ -33,7 +36,7 @@ CONTACT = "after (n: line of centres, t: tangent)"
 def collision_picture(hit: Collision, path: Path, units: Units, *, dpi: float = 200.0) -> None:
     """Draw the balls as they approach, with the offset, and as they touch, with n and t.
 
-    Arrows are velocities before and after, to one scale. The suffix of ``path`` says the format.
+    Arrows are velocities before and after, to one scale. The suffix of ``path`` gives the format.
     """
     figure = Figure(facecolor="white")
     FigureCanvasAgg(figure)
@@ -51,7 +54,7 @@ def collision_picture(hit: Collision, path: Path, units: Units, *, dpi: float = 
 
 
 def _arrange(figure: Figure, left: _Panel, right: _Panel) -> None:
-    """Two panels of one scale side by side, the sheet as high as they need."""
+    """Put two panels of one scale side by side, and make the sheet as high as they need."""
     sizes = [panel.size for panel in (left, right)]
     width, height = (max(side) + 0.2 for side in zip(*sizes, strict=True))
     inches = WIDTH / 2 * height / width
@@ -65,7 +68,10 @@ def _arrange(figure: Figure, left: _Panel, right: _Panel) -> None:
 
 @dataclass(frozen=True)
 class _Panel:
-    """Axes on which the sum of the radii is 1; ``scale`` is the length of an arrow for 1 m/s."""
+    """A panel is a pair of axes on which the sum of the radii is 1.
+
+    ``scale`` is the length of an arrow for 1 m/s.
+    """
 
     axes: Axes
     scale: float
@@ -73,13 +79,13 @@ class _Panel:
 
     @property
     def box(self) -> tuple[Point, Point]:
-        """Two corners of what was drawn."""
+        """Return two corners of what was drawn."""
         xs, ys = zip(*self.seen, strict=True)
         return (min(xs), min(ys)), (max(xs), max(ys))
 
     @property
     def size(self) -> Point:
-        """Width and height of what was drawn."""
+        """Return width and height of what was drawn."""
         (x0, y0), (x1, y1) = self.box
         return (x1 - x0, y1 - y0)
 
@@ -94,18 +100,18 @@ class _Panel:
         self.axes.axis("off")
 
     def ball(self, at: Point, radius: float, name: str, **looks: Any) -> None:
-        """A disc with its name, or (dashed, without a name) where one will be."""
+        """Draw a disc with its name, or a dashed one without a name where a ball will be."""
         looks = {"facecolor": FILLS.get(name, "none"), "edgecolor": INK, "linewidth": 1.6} | looks
         self.axes.add_patch(Circle(at, radius, zorder=1, **looks))
         self.seen.extend([(at[0] - radius, at[1] - radius), (at[0] + radius, at[1] + radius)])
 
     def line(self, a: Point, b: Point, style: str = "--") -> None:
-        """A construction line."""
+        """Draw a construction line."""
         self.axes.plot((a[0], b[0]), (a[1], b[1]), style, color=FAINT, linewidth=1.0, zorder=2)
         self.seen.extend([a, b])
 
     def arrow(self, a: Point, b: Point, color: str, style: str, width: float) -> None:
-        """An arrow from ``a`` to ``b``."""
+        """Draw an arrow from ``a`` to ``b``."""
         arrow = FancyArrowPatch(
             a, b, arrowstyle=style, color=color, linewidth=width, mutation_scale=8 + 4 * width,
             shrinkA=0.0, shrinkB=0.0, zorder=4,
@@ -114,16 +120,17 @@ class _Panel:
         self.seen.extend([a, b])
 
     def text(self, at: Point, text: str, color: str = INK) -> None:
-        """Letters centred on a point, on a light ground where they lie on lines."""
+        """Write letters centred on a point, on a light ground if they lie on lines."""
         box = {"boxstyle": "round,pad=0.12", "facecolor": "white", "alpha": 0.8, "linewidth": 0}
         self.axes.text(
             *at, text, color=color, ha="center", va="center", fontsize=LETTER, bbox=box, zorder=5
         )
-        half = 0.1 + 0.04 * len(text.replace(r"$\theta$", "0"))  # of its width, roughly
+        # This is half of its width, roughly.
+        half = 0.1 + 0.04 * len(text.replace(r"$\theta$", "0"))
         self.seen.extend([(at[0] - half, at[1] - 0.1), (at[0] + half, at[1] + 0.1)])
 
     def velocity(self, at: Point, v: Point, name: str, color: str) -> None:
-        """The arrow of ball ``name`` from its centre, with the names of both."""
+        """Draw the arrow of ball ``name`` from its centre, with the names of both."""
         length = self.scale * math.hypot(*v)
         arrow = f"$v_{name}'$" if color == AFTER else f"$v_{name}$"
         if length < AT_REST:
@@ -145,13 +152,13 @@ def _left(v: Point) -> Point:
 
 
 def _approach(panel: _Panel, hit: Collision, units: Units) -> None:
-    """A on its way to B: the line on which it comes, seen from B, and the offset across it."""
+    """Draw A on its way to B, with the line on which it comes and the offset across it."""
     speed = math.hypot(*hit.approach)
     u = (hit.approach[0] / speed, hit.approach[1] / speed)
     offset = hit.offset / hit.reach
     b, touching = (0.0, 0.0), _along((0.0, 0.0), hit.normal, -1.0)
     a = _along(touching, u, -AHEAD)
-    foot = _along(b, _left(u), -offset)  # of B's centre on A's way
+    foot = _along(b, _left(u), -offset)  # the foot of the perpendicular from B's centre on A's way
     panel.ball(a, hit.a.radius / hit.reach, "A")
     panel.ball(b, hit.b.radius / hit.reach, "B")
     panel.ball(touching, hit.a.radius / hit.reach, "", linestyle=":", linewidth=1.2)
@@ -168,7 +175,7 @@ def _approach(panel: _Panel, hit: Collision, units: Units) -> None:
 
 
 def _contact(panel: _Panel, hit: Collision) -> None:
-    """The balls as they touch: line of centres, tangent, impact angle, velocities after."""
+    """Draw the balls as they touch: line of centres, tangent, impact angle, velocities after."""
     n, t, origin = hit.normal, _left(hit.normal), (0.0, 0.0)
     a, b = (_along(origin, n, r / hit.reach) for r in (-hit.a.radius, hit.b.radius))
     panel.ball(a, hit.a.radius / hit.reach, "A")
@@ -183,14 +190,14 @@ def _contact(panel: _Panel, hit: Collision) -> None:
 
 
 def _free(panel: _Panel, hit: Collision) -> float:
-    """How far the normal is drawn: past B, and past B's arrow where that lies on it."""
+    """Return how far the normal is drawn: past B, and past B's arrow if that lies on it."""
     after = hit.after[1]
     on_it = after.n > 0.0 and abs(after.t) < 0.2 * after.n
     return max(1.2, hit.b.radius / hit.reach + panel.scale * after.n + 0.35 if on_it else 0.0)
 
 
 def _angle(panel: _Panel, degrees: float) -> None:
-    """The impact angle, from x to n."""
+    """Draw the impact angle, from x to n."""
     panel.line((0.0, 0.0), (1.3, 0.0), ":")
     panel.text((1.4, 0.0) if abs(degrees) > 12.0 else (1.3, -0.12), "$x$", FAINT)
     low, high = sorted((0.0, degrees))
@@ -205,7 +212,7 @@ def _angle(panel: _Panel, degrees: float) -> None:
 
 
 def _free_of_tangent(degrees: float) -> float:
-    """Where on the arc its label lies: in the middle, or as far as may be from the tangent."""
+    """Return where on the arc its label lies: in the middle, or well away from the tangent."""
     if abs(degrees) < 60.0:
         return degrees / 2
     apart = {
@@ -216,7 +223,7 @@ def _free_of_tangent(degrees: float) -> float:
 
 
 def _facts(hit: Collision, units: Units) -> tuple[str, str]:
-    """Masses, coefficients and speeds in two lines."""
+    """Return masses, coefficients and speeds in two lines."""
     masses = (f"{units.from_si(ball.mass, 'mass'):.4g} {units.mass}" for ball in (hit.a, hit.b))
     before, after = hit.energy
     speeds = ", ".join(

@@ -1,4 +1,7 @@
-"""The work-precision diagram: error and time on logarithmic axes, one line a solver."""
+"""This module draws the work-precision diagram: error and time on logarithmic axes.
+
+Each solver has a line.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +14,16 @@ from matplotlib.figure import Figure
 
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
-from pool_pymunk.studies.tradeoff import Setting, Tradeoff, order
+from pool_pymunk.studies.tradeoff import SHARED_ENGINE, Setting, Tradeoff, order
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-NO_ORDER = 0.3  # a smaller slope of error over dt is no convergence
+NO_ORDER = 0.3  # If the slope of error over dt is smaller than this, the error does not converge.
 
 
 def draw(result: Tradeoff, paths: Sequence[Path]) -> None:
-    """Draw the diagram into each of ``paths``; the suffix (.png, .svg, .pdf) says the format."""
+    """Draw the diagram into each of ``paths``; the suffix (.png, .svg, .pdf) gives the format."""
     figure = Figure(figsize=(9.5, 6.0), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
@@ -39,6 +42,8 @@ def draw(result: Tradeoff, paths: Sequence[Path]) -> None:
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=True, framealpha=0.9, fontsize=9, loc="center", bbox_to_anchor=(0.42, 0.55))
+    if len(result.exact) > 1:
+        figure.supxlabel(SHARED_ENGINE, fontsize=8.5, color="#555555")
     for path in paths:
         figure.savefig(path, dpi=200)
 
@@ -66,7 +71,7 @@ def _line(axes: Axes, result: Tradeoff, solver: Solver, settings: list[Setting])
 
 
 def _label(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
-    """The solver's name, and how its error shrinks with the step."""
+    """Return the solver's name, and how its error shrinks with the step."""
     slope = order(settings, result.rounding, 0.5 * _size(result))
     if solver.is_yardstick:
         return f"{solver.name}: exact to rounding, no step"
@@ -78,7 +83,7 @@ def _label(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
 
 
 def _size(result: Tradeoff) -> float:
-    """How large the scene is (m): errors of that size say only that all is lost."""
+    """Return the size of the scene (m): an error of that size says only that all is lost."""
     xs = [ball.position[0] for ball in result.scene.balls]
     ys = [ball.position[1] for ball in result.scene.balls]
     if result.scene.table is not None:

@@ -1,4 +1,4 @@
-"""How far two runs of one shot lie apart, ball by ball, and the small plot of it."""
+"""This module measures how far two runs of one shot lie apart, ball by ball, and plots it."""
 
 from __future__ import annotations
 
@@ -16,19 +16,23 @@ from pool_pymunk.render.view import Box
 from pool_pymunk.results.run import Run
 
 SAMPLES = 1500
-WIDE_RANGE = 30.0  # largest over smallest distance from which on the axis is logarithmic
+# From this ratio of the largest to the smallest distance on, the axis is logarithmic.
+WIDE_RANGE = 30.0
 DECADES = 1e-6  # the least distance shown, in the largest
 
 
 class Distances(NamedTuple):
-    """``t`` (T,) in s and the distance (T, N) of each ball from itself in the other run, in m."""
+    """Distances are those of each ball from itself in another run.
+
+    ``t`` (T,) is in s and ``apart`` (T, N) in m.
+    """
 
     t: Array
     apart: Array
 
 
 def distances(a: Run, b: Run, start: float, end: float) -> Distances:
-    """Distances of two runs of the same balls, between two times (s)."""
+    """Return the distances of two runs of the same balls, between two times (s)."""
     t = np.linspace(start, end, SAMPLES)
     gap = a.at(t)[0] - b.at(t)[0]
     return Distances(t, np.hypot(gap[..., 0], gap[..., 1]))
@@ -71,7 +75,7 @@ def dress_plot(axes: Axes, style: Style, letter: float) -> None:
 
 
 def _scale(axes: Axes, apart: Array) -> None:
-    """A logarithmic axis where the distances span a wide range, else one from zero."""
+    """Make the axis logarithmic if the distances span a wide range; else it begins at zero."""
     shown = apart[np.isfinite(apart) & (apart > 0.0)]
     if not shown.size:
         axes.set_ylim(0.0, 1.0)

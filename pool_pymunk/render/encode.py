@@ -1,4 +1,4 @@
-"""Frames in, a film out: a pipe to the ffmpeg that imageio brings along."""
+"""This module turns frames into a film, by a pipe to the ffmpeg that imageio brings along."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from typing import IO
 from pool_pymunk.render.canvas import Pixels
 from pool_pymunk.render.output import RenderError, written
 from pool_pymunk.safety.files import DEVICE_ERRORS
-from pool_pymunk.safety.interrupts import deaf, uninterrupted
+from pool_pymunk.safety.interrupts import block_sigint, uninterrupted
 
 Write = Callable[[Pixels], object]
 Recipe = tuple[str, ...]
 PIPE_SIZE = 1 << 20  # bytes; a frame of 1600 x 900 has four million
-GIF_SCREEN, GIF_LOOP = 13, 19  # bytes before a gif's colours, and of the block that makes it loop
+GIF_SCREEN, GIF_LOOP = 13, 19  # bytes before a gif's colours, and in the block that makes it loop
 
 
 def mp4(held: int) -> Recipe:
-    """H.264 as browsers and slides play it; the last frame is shown ``held`` times more."""
+    """Encode in H.264, which browsers and slides play; show the last frame ``held`` times more."""
     pixels = "scale=out_color_matrix=bt709:out_range=tv,format=yuv420p"
     named = "setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709:range=tv"
     return (
         *("-vf", f"{pixels},{named},tpad=stop_mode=clone:stop={held}"),
         *("-c:v", "libx264", "-preset", "superfast", "-crf", "18"),
-        *("-movflags", "+faststart"),  # starts to play before all of it is there
+        *("-movflags", "+faststart"),  # The film starts to play before all of it is there.
     )
 
 
 def gif(held: int, palette: Path) -> Recipe:
-    """A gif that loops, in the colours of a palette made by PALETTE."""
+    """Encode a gif that loops, in the colours of a palette made by PALETTE."""
     pause = f"[0:v]tpad=stop_mode=clone:stop={held}[film]"
     colors = "[film][1:v]paletteuse=dither=none:diff_mode=rectangle"
     return ("-i", str(palette), "-lavfi", f"{pause};{colors}", "-loop", "0")
@@ -46,8 +46,8 @@ PALETTE: Recipe = ("-vf", "palettegen=reserve_transparent=1", "-frames:v", "1", 
 def encoder(path: Path, size: tuple[int, int], fps: float, how: Recipe) -> Iterator[Write]:
     """Take frames (height, width, 3) of ``size`` (width, height) and write them to ``path``.
 
-    Raises RenderError with ffmpeg's own last words where it fails, OSError where the disk does.
-    Whatever ends the block early ends ffmpeg, too.
+    Raises RenderError with ffmpeg's own last words if ffmpeg fails, and OSError if the disk does.
+    If anything ends the block early, ffmpeg ends, too.
     """
     form = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", repr(fps))
     with tempfile.TemporaryFile() as words:
@@ -63,8 +63,8 @@ def encoder(path: Path, size: tuple[int, int], fps: float, how: Recipe) -> Itera
 def join(films: Sequence[Path], path: Path) -> None:
     """Write films one after another to ``path`` as they are: nothing is encoded again.
 
-    They must be of one size and pace, gifs also of one palette (see :func:`film`, which takes
-    several shots). Raises RenderError where they cannot be joined, OSError where the disk fails.
+    They must be of one size and pace, and gifs also of one palette (see :func:`film`, which takes
+    several shots). Raises RenderError if they cannot be joined, and OSError if the disk fails.
     """
     with written(path) as part:
         if path.suffix.lower() == ".gif":
@@ -86,7 +86,7 @@ def _join_mp4s(films: Sequence[Path], path: Path) -> None:
 
 
 def _join_gifs(films: Sequence[Path], path: Path) -> None:
-    """The first one's head (size, colours, loop), the frames of all, and the closing byte."""
+    """Join the first gif's head (size, colours, loop), the frames of all, and the closing byte."""
     with path.open("wb") as whole:
         for k, film in enumerate(films):
             data = film.read_bytes()
@@ -105,7 +105,7 @@ def _ffmpeg() -> str:
 
 
 def _start(arguments: list[str], words: IO[bytes]) -> subprocess.Popen[bytes]:
-    """ffmpeg in a session of its own, out of reach of Ctrl-C: we end it in order."""
+    """Start ffmpeg in a session of its own, which Ctrl-C does not reach: we end it in order."""
     return subprocess.Popen(
         [_ffmpeg(), "-hide_banner", "-loglevel", "error", "-y", *arguments],
         stdin=subprocess.PIPE,
@@ -118,10 +118,10 @@ def _start(arguments: list[str], words: IO[bytes]) -> subprocess.Popen[bytes]:
 
 @contextmanager
 def _running(arguments: list[str], words: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-    """ffmpeg at work: waited for after the block; a block that fails kills it."""
+    """Run ffmpeg: wait for it after the block, and kill it if the block fails."""
     process = None
     try:
-        with uninterrupted(), deaf():
+        with uninterrupted(), block_sigint():
             process = _start(arguments, words)
         yield process
         process.wait()
@@ -132,13 +132,13 @@ def _running(arguments: list[str], words: IO[bytes]) -> Iterator[subprocess.Pope
     finally:
         if process is not None:
             process.wait()
-            with suppress(OSError):  # what is left in the pipe has nowhere to go
+            with suppress(OSError):  # The rest in the pipe has nowhere to go.
                 if process.stdin is not None:
                     process.stdin.close()
 
 
 def _check(process: subprocess.Popen[bytes], words: IO[bytes]) -> None:
-    """Raise OSError where the disk failed ffmpeg, RenderError with its last words otherwise."""
+    """Raise OSError if the disk failed ffmpeg, otherwise RenderError with its last words."""
     if process.returncode == 0:
         return
     words.seek(0)

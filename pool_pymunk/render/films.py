@@ -1,4 +1,4 @@
-"""Films of shots: one by one, all in one, or two runs of a shot compared."""
+"""This module films shots: one by one, all in one, or two runs of a shot compared."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ FASTEST_GIF = 50.0  # frames a second; players take the next pace, 1/100 s a fra
 
 @dataclass(frozen=True)
 class FilmSettings:
-    """How a film is made.
+    """The settings say how a film is made.
 
-    ``size`` (width, height) in pixels, ``fps`` frames a second, ``slow`` how many times slower
-    than life, ``start`` and ``end`` the times shown (s; the end: when the last ball stops),
-    ``pause`` how long the last frame stays (s). Raises RenderError for what no film can be.
+    ``size`` (width, height) is in pixels, and ``fps`` is in frames a second. ``slow`` is how many
+    times slower than life the film is. ``start`` and ``end`` are the times shown (s; by default the
+    film ends when the last ball stops). ``pause`` is how long the last frame stays (s). Raises
+    RenderError for settings that no film can have.
     """
 
     size: tuple[int, int] = (1600, 900)
@@ -61,13 +62,13 @@ class FilmSettings:
         return cls(**{**usual, **settings})
 
     def timing(self, show: Show) -> Timing:
-        """The times of a show's frames."""
+        """Return the times of a show's frames."""
         end = show.duration if self.end is None else min(self.end, show.duration)
         return Timing(min(self.start, end), end, self.fps, self.slow)
 
     @property
     def held(self) -> int:
-        """How many times more the last frame is shown."""
+        """Return how many times more the last frame is shown."""
         return round(self.pause * self.fps)
 
 
@@ -77,11 +78,11 @@ def film(
     settings: FilmSettings = FilmSettings(),
     progress: Progress | None = None,
 ) -> None:
-    """Film one shot, or several one after another; the suffix says the format, mp4 or gif.
+    """Film one shot, or several one after another; the suffix gives the format, mp4 or gif.
 
     Every frame shows the solver's exact positions at its time. ``progress`` is called with the
-    number of frames drawn since its last call. Raises RenderError for what cannot be filmed,
-    OSError where the file cannot be written; whatever ends it early leaves no file.
+    number of frames drawn since its last call. Raises RenderError for what cannot be filmed, and
+    OSError if the file cannot be written. If anything ends it early, it leaves no file.
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
@@ -101,7 +102,7 @@ def film(
 
 
 def frame_count(what: Run | Show, settings: FilmSettings) -> int:
-    """How many frames a film of one shot has, without the pause at its end."""
+    """Return how many frames a film of one shot has, without the pause at its end."""
     return settings.timing(_show(what)).frames
 
 
@@ -122,7 +123,7 @@ def _stage(show: Show, settings: FilmSettings) -> Stage:
 
 @contextmanager
 def _recipe(path: Path, shows: Sequence[Show], settings: FilmSettings) -> Iterator[Recipe]:
-    """How to encode what the suffix asks for. A gif's colours are chosen from a few frames."""
+    """Give the recipe to encode for the suffix; a gif's colours are chosen from a few frames."""
     if path.suffix.lower() == ".mp4":
         yield mp4(settings.held)
         return

@@ -1,4 +1,4 @@
-"""The table of the extremes as a picture: where each solver breaks, and how badly."""
+"""This module draws the table of the extremes: where each solver breaks, and how badly."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from pool_pymunk.studies.stability.table import notes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Blue against yellow to brown: told apart by the colour-blind, and by lightness in grey.
+# Blue against yellow to brown can be told apart by the colour-blind, and in grey by lightness.
 HOLDS, NOT_RUN = "#cde2f2", "#ececec"
-DEGREES = (  # severity up to which, colour, in words
+DEGREES = (  # Each row has a severity, the colour up to it, and its words.
     (1e-6, "#fff4c9", "error below 1e-6"),
     (1e-3, "#fdd783", "below 1e-3"),
     (0.1, "#f6a243", "below 0.1"),
@@ -42,7 +42,7 @@ SCALE = "error as a share of a ball's radius, of the energy, or of the speed"
 
 
 def draw(cells: Sequence[Cell], path: Path) -> None:
-    """Draw the heat map of the cells; its suffix (.png, .svg, .pdf) says the format."""
+    """Draw the heat map of the cells; the suffix (.png, .svg, .pdf) gives the format."""
     found = {(cell.extreme, cell.solver): cell for cell in cells}
     rows = [e for e in EXTREMES if any(name == e.name for name, _ in found)]
     used = {solver.name: _steps_used(cells, solver.name) for solver in columns()}
@@ -72,12 +72,15 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
 
 
 def _exact_in_steps() -> str:
-    """The solver that must be exact at every step; the picture shows how far off it is at each."""
+    """Return the solver that must be exact at every step.
+
+    The picture shows how far off it is at each step.
+    """
     return next((solver.name for solver in columns() if solver.exact and solver.dt), "")
 
 
 def _steps_used(cells: Sequence[Cell], solver: str) -> list[float]:
-    """The steps (s) that a solver was tried with, but for the row that is about steps."""
+    """Return the steps (s) that a solver was tried with, except in the row about steps."""
     usual = {extreme.name for extreme in EXTREMES if not extreme.steps}
     outcomes = (o for c in cells if c.solver == solver and c.extreme in usual for o in c.outcomes)
     return sorted({outcome.dt for outcome in outcomes if outcome.dt}, reverse=True)

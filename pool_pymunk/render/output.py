@@ -1,4 +1,4 @@
-"""Whole files or none, and one clear line where a picture or film cannot be made."""
+"""This module writes whole files or none, and one clear line if it cannot be done."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ __all__ = ["RenderError", "written"]
 
 @contextmanager
 def written(path: Path) -> Iterator[Path]:
-    """A temporary name to write to; it becomes ``path`` when the block succeeds.
+    """Give a temporary name to write to, which becomes ``path`` when the block succeeds.
 
     A RenderError in the block gets the path in front. Raises OSError, with the path as its file
-    name, for a folder or disk that will not do.
+    name, for a folder or disk that cannot be written to.
     """
     try:
         with whole(path) as part:

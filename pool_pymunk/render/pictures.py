@@ -1,4 +1,4 @@
-"""Pictures of a shot's start and end, good enough to print."""
+"""This module draws pictures of a shot's start and end, good enough to print."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pool_pymunk.results.run import Run
 
 When = Literal["start", "end"]
 FORMATS = (".png", ".svg", ".pdf")
-ARROW = 0.08  # an arrow is as long as the way a ball makes in this time (s), if that shows
+ARROW = 0.08  # s; an arrow is as long as the way that a ball travels in this time, if that shows
 
 
 def picture(
@@ -31,13 +31,13 @@ def picture(
     caption: str | None = None,
     style: Style = PRINT,
 ) -> None:
-    """Draw a run's ``start`` or ``end``, or a scene as it is set up; the suffix says the format.
+    """Draw a run's ``start`` or ``end``, or a scene as it is set up; the suffix gives the format.
 
-    The start has an arrow at every ball that moves, the end the balls' tracks. A Show of two runs
-    compares them, with their distances in a plot below. PNG, SVG and PDF are known; ``dpi``
-    matters for PNG (10 in wide: 2000 pixels at 200 dpi). ``caption`` replaces the line that names
-    scenario, shot, solver and time step. Raises RenderError for what cannot be drawn, OSError where
-    the file cannot be written.
+    The start has an arrow at every ball that moves, and the end has the balls' tracks. A Show of
+    two runs compares them, with their distances in a plot below. PNG, SVG and PDF are known.
+    ``dpi`` matters for PNG (10 in wide: 2000 pixels at 200 dpi). ``caption`` replaces the line that
+    names scenario, shot, solver and time step. Raises RenderError for what cannot be drawn, and
+    OSError if the file cannot be written.
     """
     check_name(path)
     save_figure(figure_of(what, when, caption=caption, style=style), path, dpi)
@@ -82,7 +82,7 @@ def _show(what: Run | Scene | Show) -> Show:
 
 
 def _as_set_up(scene: Scene) -> Run:
-    """A run in which nothing happens."""
+    """Return a run in which nothing happens."""
     start = scene.start(None)
     knots = [np.array([[0.0, *p, *v]]) for p, v in zip(start.position, start.velocity, strict=True)]
     return Run(
@@ -92,7 +92,7 @@ def _as_set_up(scene: Scene) -> Run:
 
 
 def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, solid: bool) -> None:
-    """The balls of one run: solid, with tracks or arrows, or as ghosts."""
+    """Draw the balls of one run: solid, with tracks or arrows, or as ghosts."""
     position, velocity = run.at([0.0 if when == "start" else run.duration])
     balls = discs(run.scene, position[0], view)
     if when == "end":
@@ -107,5 +107,5 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
 
 
 def _path(run: Run, i: int, view: View) -> list[Point]:
-    """The way of ball ``i`` on the canvas."""
+    """Return the way of ball ``i`` on the canvas."""
     return [view.place((x, y)) for x, y in [*run.knots[i][:, 1:3].tolist(), run.end.position[i]]]

@@ -1,4 +1,4 @@
-"""What is to be seen, where it goes on a picture or a frame, and all that stands still there."""
+"""This module decides what is shown and where it goes, and draws all that does not move."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ DOT = "  \N{MIDDLE DOT}  "
 
 @dataclass(frozen=True)
 class Show:
-    """One run, or two of the same shot to compare, one as a ghost or the two side by side."""
+    """A show is one run, or two of the same shot to compare.
+
+    Two runs are on one table, one of them as a ghost, or side by side.
+    """
 
     runs: tuple[Run, ...]
     side_by_side: bool = False
@@ -36,26 +39,26 @@ class Show:
 
     @property
     def panels(self) -> tuple[tuple[Run, ...], ...]:
-        """The runs shown on each table; the first of them is solid, the other a ghost."""
+        """Return the runs shown on each table; the first of them is solid, the other a ghost."""
         return tuple((run,) for run in self.runs) if self.side_by_side else (self.runs,)
 
     @cached_property
     def seen(self) -> Box:
-        """The part of the plane (m) that shows all that happens."""
+        """Return the part of the plane (m) that shows all that happens."""
         return extent(self.runs[0].scene, self.runs)
 
     @property
     def duration(self) -> float:
-        """When the last ball of any run stops (s)."""
+        """Return the time at which the last ball of any run stops (s)."""
         return max(run.duration for run in self.runs)
 
     def settings(self) -> list[str]:
-        """The setting of each run, with the contact law where they differ in it."""
+        """Return the setting of each run, with the contact law if they differ in it."""
         laws = {run.scene.physics.law for run in self.runs}
         return [setting(run, with_law=len(laws) > 1) for run in self.runs]
 
     def caption(self, *more: str) -> str:
-        """Scenario, shot, solver and time step in one line."""
+        """Return scenario, shot, solver and time step in one line."""
         run, names = self.runs[0], self.settings()
         if self.side_by_side:
             names = []
@@ -65,7 +68,7 @@ class Show:
 
 
 def setting(run: Run, with_law: bool = False) -> str:
-    """Solver and time step as one writes them, "pymunk, dt = 1/240 s"; the law on demand."""
+    """Return solver and time step as "pymunk, dt = 1/240 s", with the law on demand."""
     parts = [run.solver] if run.solver else []
     if run.dt is not None:
         parts.append(f"dt = {step(run.dt)} s")
@@ -75,7 +78,7 @@ def setting(run: Run, with_law: bool = False) -> str:
 
 
 def step(dt: float) -> str:
-    """A time step as a number, or as a fraction where the number would be rounded.
+    """Return a time step as a number, or as a fraction if the number would be rounded.
 
     >>> step(0.0001), step(1 / 240), step(1e-6), step(0.0123)
     ('0.0001', '1/240', '1e-06', '0.0123')
@@ -89,7 +92,7 @@ def step(dt: float) -> str:
 
 
 class Layout(NamedTuple):
-    """The canvas (points), a room for each panel, for the plot and for the caption.
+    """A layout has the canvas (points), and a room for each panel, for the plot and the caption.
 
     ``letter`` is the height of the caption's letters; a film's point is a pixel.
     """
@@ -103,7 +106,7 @@ class Layout(NamedTuple):
 
 
 def picture_layout(show: Show) -> Layout:
-    """A sheet ten inches wide, less where the table would be higher than seven and a half."""
+    """Lay out a sheet ten inches wide, or less if the table would be higher than 7.5 inches."""
     margin, letter, strip = 16.0, 10.5, 36.0
     panels, seen = len(show.panels), show.seen
     foot = strip + (112.0 if len(show.runs) > 1 else 0.0)
@@ -123,7 +126,7 @@ def picture_layout(show: Show) -> Layout:
 
 
 def film_layout(show: Show, size: tuple[int, int]) -> Layout:
-    """A frame of ``size`` pixels: the panels, below them the plot, then the caption."""
+    """Lay out a frame of ``size`` pixels: the panels, below them the plot, then the caption."""
     width, height = size
     unit = min(height, 0.7 * width) / 100.0
     margin, strip, heading = 2.0 * unit, 6.0 * unit, 4.5 * unit
@@ -131,7 +134,7 @@ def film_layout(show: Show, size: tuple[int, int]) -> Layout:
     inner = (width - (panels + 1) * margin) / panels
     head = height - margin - (heading if panels > 1 else 0.0)
     tall = head - strip - (26.0 * unit if compared else 0.0)
-    if compared:  # what the tables leave is the plot's
+    if compared:  # The plot gets what the tables leave.
         tall = min(tall, inner * show.seen.height / show.seen.width)
     left = [margin + k * (inner + margin) for k in range(panels)]
     plot = Box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit, head - tall - 1.5 * margin)
@@ -149,7 +152,7 @@ def film_layout(show: Show, size: tuple[int, int]) -> Layout:
 
 
 class Sheet(NamedTuple):
-    """A drawn background: a view for each panel, and the plot where there is one."""
+    """A sheet is a drawn background: a view for each panel, and the plot if there is one."""
 
     figure: Figure
     axes: Axes
@@ -158,7 +161,7 @@ class Sheet(NamedTuple):
 
 
 def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, float]) -> Sheet:
-    """Draw the page, a table or open plane in each room, headings, and the plot over ``times``."""
+    """Draw the page, a table or plane in each room, headings, and the plot over ``times``."""
     figure, axes = canvas(layout.width, layout.height, style.page)
     scene = show.runs[0].scene
     views = tuple(fit(show.seen, room, 0.7 * layout.letter) for room in layout.rooms)
@@ -184,7 +187,7 @@ def _headings(axes: Axes, show: Show, layout: Layout, style: Style) -> None:
 
 
 def draw_caption(sheet: Sheet, layout: Layout, text: str, style: Style, share: float = 1.0) -> None:
-    """Write a line into the ``share`` of the caption's room: in the middle, or from the left."""
+    """Write a line into the ``share`` of the caption's room, in the middle or from the left."""
     room = layout.caption
     x, side = ((room.x0 + room.x1) / 2, "center") if share == 1.0 else (room.x0, "left")
     draw_text(

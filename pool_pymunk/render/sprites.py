@@ -1,7 +1,8 @@
-"""Drawing into pixels, fast: sprites at quarter-pixel positions, soft rings and soft lines.
+"""This module draws into pixels, fast: sprites, soft rings and soft lines.
 
-A frame is an array (height, width, 3) of uint8, row 0 on top. Positions are in pixels from the
-lower left corner, as on the canvas (one point is one pixel in a film).
+Sprites are placed to a quarter of a pixel. A frame is an array (height, width, 3) of uint8, with
+row 0 on top. Positions are in pixels from the lower left corner, as on the canvas (one point is one
+pixel in a film).
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Pixels, canvas, pixels
 
-FINE = 4  # sprites are drawn this many times finer than the frame, and placed as finely
+FINE = 4  # Sprites are drawn this many times finer than the frame, and placed as finely.
 
 
 class Sprite:
-    """A small picture with soft edges that can be put anywhere on a frame.
+    """A sprite is a small picture with soft edges that can be put anywhere on a frame.
 
-    ``fine`` (side, side, 4) has FINE times the frame's pixels, its colours darkened by its alpha.
+    ``fine`` (side, side, 4) has FINE times the frame's pixels, and its alpha darkens its colours.
     """
 
     def __init__(self, fine: Pixels) -> None:
@@ -32,7 +33,7 @@ class Sprite:
         self._shifted: dict[tuple[int, int], tuple[NDArray[np.uint16], NDArray[np.uint16]]] = {}
 
     def stamp(self, frame: Pixels, x: float, y: float) -> None:
-        """Put the sprite's middle at (x, y); a ball that is nowhere (NaN) is not seen."""
+        """Put the sprite's middle at (x, y); a ball without a position (NaN) is not drawn."""
         if not math.isfinite(x + y):
             return
         column, across = divmod(round(x * FINE), FINE)
@@ -47,7 +48,10 @@ class Sprite:
             frame[r0:r1, c0:c1] = (light[part] + under * clear[part] + 127) // 255
 
     def _at(self, across: int, down: int) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-        """The sprite moved right and down by quarters of a pixel: 255 x its light, 255 - alpha."""
+        """Return the sprite moved right and down by quarters of a pixel.
+
+        The first array is 255 x its light, the second 255 - alpha.
+        """
         if (across, down) not in self._shifted:
             n = 2 * self.half + 1
             total = np.zeros((n, n, 4), dtype=np.float32)
@@ -63,9 +67,9 @@ class Sprite:
 def sprites(
     count: int, reach: float, draw: Callable[[Axes, list[Point]], None]
 ) -> tuple[Sprite, ...]:
-    """So many sprites that reach so far (pixels) from their middles, drawn all at once.
+    """Return so many sprites that reach so far (pixels) from their middles, drawn all at once.
 
-    ``draw`` is given axes and the points around which each is to be drawn.
+    ``draw`` gets axes and the points around which it must draw each sprite.
     """
     half = math.ceil(reach) + 1
     columns = math.ceil(math.sqrt(count))
@@ -83,7 +87,10 @@ def sprites(
 
 
 def _window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | None:
-    """Rows and columns of a box (x0, y0, x1, y1); its pixels' middles x (1, c) and y (r, 1)."""
+    """Return the rows and columns of a box (x0, y0, x1, y1), and the middles of its pixels.
+
+    The middles are x (1, c) and y (r, 1).
+    """
     if not np.isfinite(box).all():
         return None
     height, width = frame.shape[:2]
@@ -105,7 +112,7 @@ def _blend(frame: Pixels, rows: slice, columns: slice, share: Array, color: Arra
 def glow(
     frame: Pixels, at: Point, radius: float, soft: float, color: Array, strength: float
 ) -> None:
-    """A ring of light around ``at`` that fades over ``soft`` pixels to both sides of ``radius``."""
+    """Draw a ring of light around ``at``, which fades over ``soft`` pixels on both sides."""
     reach = radius + 2.2 * soft
     window = _window(frame, np.array([at[0] - reach, at[1] - reach, at[0] + reach, at[1] + reach]))
     if window is None:
@@ -117,7 +124,7 @@ def glow(
 
 
 class Track:
-    """The soft line a ball leaves behind, drawn piece by piece, nowhere twice.
+    """A track is the soft line a ball leaves behind, drawn piece by piece, nowhere twice.
 
     ``corners`` (K, 3) are the times and places (pixels) where its straight path bends.
     """
@@ -163,7 +170,7 @@ class Track:
         self.points.append(end)
 
     def _near(self, box: Array) -> list[tuple[Array, Array]]:
-        """The pieces drawn so far that may show in the box."""
+        """Return the pieces drawn so far that may show in the box."""
         points = np.array(self.points)
         low = np.minimum(points[:-1], points[1:]) - self.width
         high = np.maximum(points[:-1], points[1:]) + self.width
@@ -171,7 +178,7 @@ class Track:
         return [(points[k], points[k + 1]) for k in np.flatnonzero(meets)]
 
     def _cover(self, x: Array, y: Array, a: Array, b: Array) -> Array:
-        """How much of each pixel the piece from a to b covers, soft towards the sides."""
+        """Return how much of each pixel the piece from a to b covers, soft towards the sides."""
         along = b - a
         share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / float(along @ along)
         share = np.clip(share, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""A film's frames: a background drawn once, and what moves put on it, frame by frame."""
+"""This module makes a film's frames: it draws a background once, then what moves on each."""
 
 from __future__ import annotations
 
@@ -21,13 +21,16 @@ from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Event, Run
 
-FLASH = 0.22  # s of film that a flash lasts
+FLASH = 0.22  # s of film; a flash lasts as long
 TRACK_STRENGTH = 0.5
-CLEAR = 2.0  # a ball that makes this many radii in a second of film has its full halo
+CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
 
 
 class Cast:
-    """The balls of one run in one view, solid or as ghosts, with tracks, halos and flashes."""
+    """A cast is the balls of one run in one view, solid or as ghosts.
+
+    It also has their tracks, halos and flashes.
+    """
 
     def __init__(self, run: Run, view: View, style: Style, slow: float, *, solid: bool) -> None:
         self.run, self.view, self.solid, self.slow = run, view, solid, slow
@@ -61,7 +64,7 @@ class Cast:
             sprite.stamp(frame, *self.view.place((float(place[0]), float(place[1]))))
 
     def _halos(self, frame: Pixels, position: Array, velocity: Array) -> None:
-        """A pale ring around every ball that moves; it fades as the ball comes to rest."""
+        """Draw a pale ring around every ball that moves; it fades as the ball comes to rest."""
         speeds = np.hypot(velocity[:, 0], velocity[:, 1])
         for i in np.flatnonzero(speeds):
             radius = self.discs[i].radius
@@ -71,7 +74,7 @@ class Cast:
 
 
 class Flashes:
-    """Contacts light up where they happen and fade at once."""
+    """Flashes light up where contacts happen, and fade at once."""
 
     def __init__(self, run: Run, view: View) -> None:
         self.run, self.view = run, view
@@ -92,7 +95,7 @@ class Flashes:
             glow(frame, at, (0.3 + 1.2 * age) * radius, 0.14 * radius, light, 0.8 * fade)
 
     def _place(self, event: Event) -> tuple[Point, float]:
-        """Where the contact is on the canvas, and the radius of the smaller ball."""
+        """Return where the contact is on the canvas, and the radius of the smaller ball."""
         scene = self.run.scene
         balls = [scene.index[id_] for id_ in event.balls]
         position = self.run.at([event.t])[0][0]
@@ -110,7 +113,7 @@ class Flashes:
 
 
 class Clock:
-    """The time, in figures of one width that stand still."""
+    """The clock shows the time, in figures of one width that stand still."""
 
     def __init__(self, layout: Layout, style: Style, decimals: int) -> None:
         size = 1.15 * layout.letter
@@ -130,7 +133,10 @@ class Clock:
 
 
 class Curves:
-    """The plot of the distances, drawn faintly at first, in full up to the time of the frame."""
+    """Curves are the plot of the distances.
+
+    They are faint at first, and drawn in full up to the time of the frame.
+    """
 
     def __init__(self, sheet: Sheet, layout: Layout, style: Style) -> None:
         assert sheet.plot is not None and layout.plot is not None
@@ -154,7 +160,7 @@ class Curves:
 
 @dataclass(frozen=True)
 class Timing:
-    """Which times (s) a film shows: 1/(fps slow) apart, and the last one exactly."""
+    """A timing has the times (s) that a film shows: 1/(fps slow) apart, the last one exactly."""
 
     start: float
     end: float
@@ -163,19 +169,19 @@ class Timing:
 
     @property
     def frames(self) -> int:
-        """How many frames there are."""
+        """The number of frames."""
         return math.ceil((self.end - self.start) * self.fps * self.slow - 1e-6) + 1
 
     def times(self, first: int, last: int) -> Array:
-        """The times of the frames from ``first`` to before ``last``."""
+        """Return the times of the frames from ``first`` to before ``last``."""
         t = self.start + np.arange(first, last) / (self.fps * self.slow)
         return np.minimum(t, self.end)
 
 
 class Stage:
-    """All that a film of one shot is drawn from; its frames come from :meth:`frames`."""
+    """A stage has all that a film of one shot is drawn from; :meth:`frames` draws its frames."""
 
-    BLOCK = 64  # frames whose positions are asked for at once
+    BLOCK = 64  # The positions of so many frames are asked for at once.
 
     def __init__(self, show: Show, size: tuple[int, int], timing: Timing, style: Style) -> None:
         self.timing = timing
@@ -193,13 +199,13 @@ class Stage:
         ]
 
     def frames(self) -> Iterator[Pixels]:
-        """The frames in order, (height, width, 3) of uint8 each; to be asked for once."""
+        """Yield the frames in order, (height, width, 3) of uint8 each; ask for them once only."""
         for first in range(0, self.timing.frames, self.BLOCK):
             times = self.timing.times(first, min(first + self.BLOCK, self.timing.frames))
             yield from self._drawn(times)
 
     def samples(self) -> Iterator[Pixels]:
-        """A few frames that have the film's colours between them; to be asked for once."""
+        """Yield a few frames that have the film's colours between them; ask for them once only."""
         return self._drawn(np.linspace(self.timing.start, self.timing.end, 5))
 
     def _drawn(self, times: Array) -> Iterator[Pixels]:
@@ -221,7 +227,7 @@ class Stage:
 
 @lru_cache(maxsize=8)
 def _balls(discs: tuple[Disc, ...], style: Style, *, solid: bool) -> tuple[Sprite, ...]:
-    """The sprites of balls, wherever they are; a label beside its ball included."""
+    """Return the sprites of balls, wherever they are, with the labels that stand beside them."""
 
     def draw(axes: Axes, middles: list[Point]) -> None:
         placed = [d._replace(x=x, y=y) for d, (x, y) in zip(discs, middles, strict=True)]
@@ -232,7 +238,7 @@ def _balls(discs: tuple[Disc, ...], style: Style, *, solid: bool) -> tuple[Sprit
 
 @lru_cache(maxsize=8)
 def _letters(text: str, size: float, color: str) -> dict[str, Sprite]:
-    """A sprite for each letter; they stand 0.36 sizes below their middles."""
+    """Return a sprite for each letter; they stand 0.36 sizes below their middles."""
 
     def draw(axes: Axes, middles: list[Point]) -> None:
         for letter, (x, y) in zip(text, middles, strict=True):

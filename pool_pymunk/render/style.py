@@ -1,4 +1,4 @@
-"""How things look: the colours of table, page and balls, as plain numbers."""
+"""This module says how things look: the colours of table, page and balls, as plain numbers."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from dataclasses import dataclass
 
 from pool_pymunk.model import Scene
 
-# Okabe and Ito's palette, told apart with any kind of colour vision.
+# This is Okabe and Ito's palette, which can be told apart with any kind of colour vision.
 # The eighth is black, as players have it.
 PALETTE = ("#e69f00", "#0072b2", "#f0e442", "#d55e00", "#56b4e9", "#cc79a7", "#009e73", "#000000")
 CUE = "#ffffff"
-SHADES = ((0.0, 0.45), (1.0, 0.55))  # further rounds through the palette: darker, lighter
+# These are further rounds through the palette, darker and lighter.
+SHADES = ((0.0, 0.45), (1.0, 0.55))
 
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """Colours of everything but the balls: page and words, table, open plane, light."""
+    """A style has the colours of all but the balls: page and words, table, open plane, light."""
 
     page: str = "#ffffff"
     ink: str = "#22262a"
@@ -39,7 +40,7 @@ SCREEN = Style(page="#15191d", ink="#e8ebee", faint="#8b949c", plane="#4b5860", 
 
 
 def ball_colors(scene: Scene) -> tuple[str, ...]:
-    """The scenario's colour of every ball, or else one of its own; the cue ball's is white."""
+    """Return the scenario's colour of every ball, or one of its own; the cue ball's is white."""
     places = {ball.id: k for k, ball in enumerate(b for b in scene.balls if not b.cue)}
     return tuple(
         ball.color or (CUE if ball.cue else default_color(places[ball.id])) for ball in scene.balls
@@ -47,18 +48,18 @@ def ball_colors(scene: Scene) -> tuple[str, ...]:
 
 
 def default_color(place: int) -> str:
-    """A colour for the ball at a ``place`` (from 0): first the palette, then shades of it.
+    """Return a colour for the ball at a ``place`` (from 0): the palette first, then its shades.
 
     >>> default_color(0), default_color(7), default_color(8)
     ('#e69f00', '#000000', '#7e5700')
     """
     if place < len(PALETTE):
         return PALETTE[place]
-    again, hue = divmod(place - len(PALETTE), len(PALETTE) - 1)  # black has no shades
+    again, hue = divmod(place - len(PALETTE), len(PALETTE) - 1)  # Black has no shades.
     return _mixed(PALETTE[hue], *SHADES[again % len(SHADES)])
 
 
 def _mixed(color: str, other: float, share: float) -> str:
-    """A colour mixed with a grey: 0 black, 1 white."""
+    """Return a colour mixed with a grey: 0 is black, 1 is white."""
     parts = (int(color[k : k + 2], 16) for k in (1, 3, 5))
     return "#" + "".join(f"{round(part + (255 * other - part) * share):02x}" for part in parts)

@@ -1,4 +1,4 @@
-"""The table seen from above, whatever its outline, or an open plane."""
+"""This module draws the table from above, whatever its outline, or an open plane."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pool_pymunk.model import Point, Table
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import CUSHION, RAIL, Box, View
 
-SHARPEST_MITRE = math.radians(60.0)  # a sharper corner of the cushions is drawn round
+SHARPEST_MITRE = math.radians(60.0)  # A sharper corner of the cushions is drawn round.
 
 
 def draw_table(axes: Axes, table: Table, view: View, style: Style) -> None:
-    """Wooden rails, cushions and cloth. Each band is a wide stroke around whatever lies on it."""
+    """Draw wooden rails, cushions and cloth, each as a wide stroke around what lies on it."""
     x0, y0, x1, y1 = table.bounds
     short = min(x1 - x0, y1 - y0) * view.scale
     cushion, rail, thin = CUSHION * short, (CUSHION + RAIL) * short, 0.006 * short
@@ -31,7 +31,7 @@ def draw_table(axes: Axes, table: Table, view: View, style: Style) -> None:
     _stroke(axes, corners, style.nose, thin / 2, mitre)
     cloth = Polygon(corners, facecolor=style.cloth, edgecolor="none", zorder=1.1)
     axes.add_artist(cloth)
-    for k in range(1, 7):  # the cushions' soft shadow
+    for k in range(1, 7):  # This is the cushions' soft shadow.
         shade = _stroke(axes, corners, "#000000", 0.12 * k * cushion, "round")
         shade.set(alpha=0.05, zorder=1.2)
         shade.set_clip_path(cloth)
@@ -43,7 +43,7 @@ Join = Literal["miter", "round"]
 
 
 def _stroke(axes: Axes, corners: list[Point], color: str, width: float, join: Join) -> Polygon:
-    """A line that reaches ``width`` points to either side of the outline."""
+    """Draw a line that reaches ``width`` points to either side of the outline."""
     line = Polygon(corners, facecolor="none", edgecolor=color, linewidth=2.0 * width, zorder=1.0)
     line.set_joinstyle(join)
     axes.add_artist(line)
@@ -51,16 +51,17 @@ def _stroke(axes: Axes, corners: list[Point], color: str, width: float, join: Jo
 
 
 def _sharpest(table: Table) -> float:
-    """The smallest angle (rad) between cushions that meet."""
+    """Return the smallest angle (rad) between cushions that meet."""
     headings = [math.atan2(edge.tangent[1], edge.tangent[0]) for edge in table.edges]
     turns = [b - a for a, b in zip(headings, headings[1:] + headings[:1], strict=True)]
     return min(math.pi - math.remainder(turn, math.tau) for turn in turns)
 
 
 def _sights(table: Table, out: float) -> Iterator[Point]:
-    """Points on the rails, ``out`` (m) from the cushions' noses, in quarters of the shortest side.
+    """Yield points on the rails, ``out`` (m) from the noses of the cushions.
 
-    None lie near a corner that sticks out into the table: there the rails have no room for them.
+    They are quarters of the shortest side apart. None lie near a corner that sticks out into the
+    table, because the rails have no room for them there.
     """
     step = min(edge.length for edge in table.edges) / 4.0
     for k, edge in enumerate(table.edges):
@@ -84,7 +85,7 @@ def _dots(axes: Axes, points: list[Point], radius: float, color: str) -> None:
 
 
 def draw_plane(axes: Axes, room: Box, view: View, style: Style) -> None:
-    """An open plane: a calm sheet with a faint grid, its pitch a power of ten in metres."""
+    """Draw an open plane: a calm sheet with a faint grid, its pitch a power of ten in metres."""
     corners = [(room.x0, room.y0), (room.x1, room.y0), (room.x1, room.y1), (room.x0, room.y1)]
     axes.add_artist(Polygon(corners, facecolor=style.plane, edgecolor="none", zorder=1.0))
     pitch = view.scale * 10.0 ** round(math.log10(0.08 * room.width / view.scale))
@@ -97,6 +98,6 @@ def draw_plane(axes: Axes, room: Box, view: View, style: Style) -> None:
 
 
 def _grid(origin: float, pitch: float, low: float, high: float) -> list[float]:
-    """Where the grid's lines lie between two points of the canvas."""
+    """Return where the grid's lines lie between two points of the canvas."""
     first, last = math.ceil((low - origin) / pitch), math.floor((high - origin) / pitch)
     return [origin + k * pitch for k in range(first, last + 1)]

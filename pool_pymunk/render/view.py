@@ -1,4 +1,4 @@
-"""Where the table lies on the canvas: metres on the plane -> points on the canvas, y upwards."""
+"""This module maps metres on the plane to points on the canvas, y upwards."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import NamedTuple
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.results.run import Run
 
-CUSHION = 0.035  # width of the cushions and of the wooden rail, in the table's shorter side
+CUSHION = 0.035  # the width of the cushions and of the wooden rail, in the table's shorter side
 RAIL = 0.075
 
 
 class Box(NamedTuple):
-    """A rectangle: lower left corner, upper right corner."""
+    """A box is a rectangle, given by its lower left and its upper right corner."""
 
     x0: float
     y0: float
@@ -30,12 +30,12 @@ class Box(NamedTuple):
         return self.y1 - self.y0
 
     def grown(self, by: float) -> Box:
-        """The box with a margin all around it."""
+        """Return the box with a margin all around it."""
         return Box(self.x0 - by, self.y0 - by, self.x1 + by, self.y1 + by)
 
 
 class View(NamedTuple):
-    """``scale`` in points per metre, where the plane's origin lies on the canvas (points).
+    """A view has a ``scale`` in points per metre, and the plane's origin on the canvas (points).
 
     ``letter`` is the size (points) of the smallest letters that are easy to read there.
     """
@@ -46,12 +46,12 @@ class View(NamedTuple):
     letter: float
 
     def place(self, point: Point) -> Point:
-        """Where a point of the plane (m) lies on the canvas (points)."""
+        """Return where a point of the plane (m) lies on the canvas (points)."""
         return self.x + self.scale * point[0], self.y + self.scale * point[1]
 
 
 def fit(extent: Box, room: Box, letter: float) -> View:
-    """The view that shows ``extent`` (m) as large as ``room`` (points) allows, in its middle."""
+    """Return the view that shows ``extent`` (m) as large as ``room`` (points) allows, centred."""
     scale = min(room.width / extent.width, room.height / extent.height)
     return View(
         scale,
@@ -62,7 +62,7 @@ def fit(extent: Box, room: Box, letter: float) -> View:
 
 
 def extent(scene: Scene, runs: Sequence[Run] = ()) -> Box:
-    """What there is to see (m): the table with its rails, or all paths with room around them."""
+    """Return what there is to see (m): the table with its rails, or all paths with a margin."""
     if scene.table is not None:
         x0, y0, x1, y1 = scene.table.bounds
         short = min(x1 - x0, y1 - y0)
@@ -76,7 +76,7 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Box:
 
 
 def _widened(box: Box, most: float = 2.4) -> Box:
-    """The box made less long and thin: no side more than ``most`` times the other."""
+    """Return the box made less long and thin: a side is at most ``most`` times the other."""
     dx = max(0.0, box.height / most - box.width) / 2
     dy = max(0.0, box.width / most - box.height) / 2
     return Box(box.x0 - dx, box.y0 - dy, box.x1 + dx, box.y1 + dy)

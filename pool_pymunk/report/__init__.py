@@ -1,1 +1,1 @@
-"""The report's own outputs: the log of its Listing 1, and the collision of its Part 1."""
+"""This package writes the report's own outputs: the log of Listing 1, the collision of Part 1."""

@@ -1,27 +1,28 @@
-"""Part 1 of the report: two balls of any masses and velocities meet at an offset (Figs. 1 and 2).
+"""This module is Part 1 of the report: two balls meet at an offset (Figs. 1 and 2).
 
-Seen from B, A comes along a straight line, the direction of approach. The *offset* e is the
-distance of B's centre from that line, positive if B's centre lies to its left: across the direction
-of approach u the centres are e apart, along it sqrt(R^2 - e^2) when they touch, R being the sum of
-the radii. So the line of centres, the normal n from A to B, is turned from u by asin(e / R); e = 0
-is a head-on hit, and where |e| reaches R the balls just miss.
+The balls have any masses and velocities. Seen from B, A comes along a straight line, the direction
+of approach. The *offset* e is the distance of B's centre from that line, positive if B's centre
+lies to its left. When the balls touch, the centres are e apart across the direction of approach u,
+and sqrt(R^2 - e^2) along it, where R is the sum of the radii. So the line of centres, the normal n
+from A to B, is turned from u by asin(e / R). At e = 0 the hit is head-on, and at |e| = R the balls
+just miss.
 
 The velocities then change along n and t = (-n_y, n_x) by the contact law of every solver.
 
-The report turns velocities through the impact angle instead (Eqs. 4 to 7), which is the same thing
-as long as the angle is atan2(d_y, d_x) of the line of centres. As it stands there, with atan(d_y /
-d_x), the form breaks down
+The report turns velocities through the impact angle instead (Eqs. 4 to 7). This is the same as long
+as the angle is atan2(d_y, d_x) of the line of centres. The report has atan(d_y / d_x), and with it
+the form breaks down
 
 - at d_x = 0, where it divides by zero;
 - at d_x < 0, where normal and tangent come out turned by 180 degrees. Momentum and restitution
   (Eqs. 1 to 3) are linear and do not notice. Friction does: mu (v_n - v_n') is positive for A only
-  if n points at B. Turned round it changes sign and drives the slip that it should brake, so that
-  energy may grow; and whoever asks whether the balls approach, v_An > v_Bn, is told that they part.
-  With mu |v_n' - v_n| against the slip, 180 degrees do not matter.
+  if n points at B. If n is turned round, it changes sign and drives the slip that it should brake,
+  so energy may grow. Also the test whether the balls approach, v_An > v_Bn, then says that they
+  part. With mu |v_n' - v_n| against the slip, 180 degrees do not matter.
 
-Friction's sign is the form's second trap: the same mu (v_n - v_n'), written with each ball's own
-velocities, is negative for B (its v_n grows). Listing 3 has it so in line 132, and B is pushed with
-the slip; tangential momentum is not kept.
+The sign of friction is the second trap of this form. The same mu (v_n - v_n'), written with each
+ball's own velocities, is negative for B, because its v_n grows. Listing 3 has it so in line 132: B
+is pushed with the slip, and tangential momentum is not kept.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from pool_pymunk.physics.motion import kinetic_energy
 
 @dataclass(frozen=True, slots=True)
 class Disc:
-    """One of two balls that meet: mass (kg), radius (m), velocity (m/s)."""
+    """A disc is one of two balls that meet: mass (kg), radius (m), velocity (m/s)."""
 
     mass: float
     radius: float
@@ -48,7 +49,7 @@ class Disc:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """How two balls answer: coefficients of restitution and of friction, and the contact law."""
+    """A material is how two balls answer: restitution, coefficient of friction, contact law."""
 
     restitution: float = 1.0
     friction: float = 0.0
@@ -60,10 +61,11 @@ ELASTIC = Material()
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A collision of balls ``a`` and ``b``: what came in, and the velocities after it.
+    """A collision of balls ``a`` and ``b`` holds what came in, and the velocities after it.
 
-    ``normal`` is the unit vector from A's centre to B's when they touch; ``velocity_a`` and
-    ``velocity_b`` are those after the collision, along x and y (m/s). Everything else follows.
+    ``normal`` is the unit vector from A's centre to B's when they touch. ``velocity_a`` and
+    ``velocity_b`` are the velocities after the collision, along x and y (m/s). All else follows
+    from these.
     """
 
     a: Disc
@@ -76,12 +78,12 @@ class Collision:
 
     @property
     def angle(self) -> float:
-        """The impact angle (rad): the direction of the line of centres from A to B."""
+        """The impact angle (rad), which is the direction of the line of centres from A to B."""
         return math.atan2(self.normal[1], self.normal[0])
 
     @property
     def reach(self) -> float:
-        """The distance of the centres (m): the sum of the radii."""
+        """The distance of the centres (m), which is the sum of the radii."""
         return self.a.radius + self.b.radius
 
     @property
@@ -91,7 +93,7 @@ class Collision:
 
     @property
     def offset(self) -> float:
-        """How far B's centre lies to the left of the line on which A comes, seen from B (m)."""
+        """Return how far B's centre lies left of the line on which A comes, seen from B (m)."""
         ux, uy = _unit(self.approach)
         return self.reach * (ux * self.normal[1] - uy * self.normal[0])
 
@@ -107,9 +109,9 @@ class Collision:
 
     @property
     def impulses(self) -> tuple[NT, NT]:
-        """What A and B receive, along n and t (kg m/s).
+        """Return the impulses that A and B receive, along n and t (kg m/s).
 
-        Equal and opposite under the law coulomb; under published not along t.
+        They are equal and opposite under the law coulomb. Under published they are not so along t.
         """
         masses = (self.a.mass, self.b.mass)
         a, b = (
@@ -140,7 +142,7 @@ class Collision:
         )
 
     def as_dict(self) -> dict[str, object]:
-        """The collision as it stands in the JSON of ``collide --json``, in SI; angle in degrees."""
+        """Return the collision as in the JSON of ``collide --json``, in SI and degrees."""
         momentum, energy, impulses = self.momentum, self.energy, self.impulses
         balls = {
             name: {
@@ -168,11 +170,11 @@ class Collision:
 
 
 def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC) -> Collision:
-    """The collision of two balls whose centres are ``offset`` (m) apart across their approach.
+    """Return the collision of two balls whose centres are ``offset`` (m) apart across u.
 
-    Raises :class:`~pool_pymunk.SceneError` for sizes and coefficients that make no sense, and
-    where there is no collision: an offset as large as the sum of the radii, balls that keep their
-    distance.
+    u is their direction of approach. Raises :class:`~pool_pymunk.SceneError` for sizes and
+    coefficients that make no sense, and if there is no collision. This is so for an offset as large
+    as the sum of the radii, and for balls that keep their distance.
 
     >>> hit = collide(Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03), offset=0.03)
     >>> round(math.degrees(hit.angle), 9), [round(v, 9) for v in hit.velocity_b]
@@ -196,7 +198,7 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
 
 
 def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> Collision:
-    """The collision of two balls that touch; ``angle`` (rad) is that of the line from A to B.
+    """Return the collision of two balls that touch, with the line from A to B at ``angle`` (rad).
 
     Raises SceneError as :func:`collide` does, and for balls that recede.
 
@@ -214,7 +216,7 @@ def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> 
 
 
 def _answered(a: Disc, b: Disc, material: Material, normal: Point) -> Collision:
-    """What the contact law makes of it, as in every solver."""
+    """Answer the collision by the contact law, as every solver does."""
     law = LAWS[material.law]
     velocity = {0: a.velocity, 1: b.velocity}
     pair = Pair(a.mass, b.mass, material.restitution, material.friction)

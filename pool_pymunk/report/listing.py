@@ -1,4 +1,4 @@
-"""The log of a run in the form of the report's Listing 1, and agreement with published ends."""
+"""This module writes a run's log in the form of Listing 1, and compares it with published ends."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pool_pymunk.results.words import counted
 
 
 def opening(scene: Scene) -> Iterator[str]:
-    """The first lines of Listing 1: the ball closest to the cue ball and the attitude to it."""
+    """Yield the first lines of Listing 1: the ball closest to the cue ball, and its attitude."""
     if scene.title:
         yield scene.title
         yield ""
@@ -27,7 +27,7 @@ def opening(scene: Scene) -> Iterator[str]:
 
 
 def shot_lines(run: Run) -> Iterator[str]:
-    """One shot: its velocity, where each ball ended, and how that compares with the published."""
+    """Yield a shot's velocity, where each ball ended, and how that compares with the published."""
     unit = run.scene.units.length
     yield _heading(run)
     published = run.shot.published if run.shot else {}
@@ -55,7 +55,7 @@ def shot_lines(run: Run) -> Iterator[str]:
 
 
 def closing(runs: list[Run]) -> Iterator[str]:
-    """The last line: how many published ends came out, over all shots."""
+    """Yield the last line: how many published ends were reproduced, over all shots."""
     agreements = [Agreement.of(run) for run in runs if run.shot and run.shot.published]
     if agreements:
         counts = [len(agreement.agreeing) for agreement in agreements]
@@ -66,7 +66,10 @@ def closing(runs: list[Run]) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Which ends agree with the published ones in every printed digit, and the largest distance."""
+    """An agreement tells which ends agree with the published ones in every printed digit.
+
+    It also holds the largest distance.
+    """
 
     agreeing: tuple[str, ...]
     count: int
@@ -85,7 +88,7 @@ class Agreement:
         return cls(agreeing, len(published), farthest, off.get(farthest, 0.0))
 
     def sentence(self, run: Run) -> str:
-        """The comparison in words, in the scenario's units."""
+        """Return the comparison in words, in the scenario's units."""
         largest = run.scene.units.from_si(self.largest, "length")
         return (
             f"{len(self.agreeing)} of {self.count} agree with the published ends to 0.01 "
@@ -94,7 +97,7 @@ class Agreement:
         )
 
     def as_dict(self) -> dict[str, object]:
-        """For the JSON; ``largest`` in m."""
+        """Return the comparison for the JSON; ``largest`` is in m."""
         return {"agree": len(self.agreeing), "of": self.count, "largest": self.largest}
 
 
@@ -119,7 +122,7 @@ def _rounded(value: float) -> str:
 
 
 def modelled(scene: Scene) -> Iterator[str]:
-    """What solvers will compute for this scene, and what they will leave out."""
+    """Yield what solvers will compute for this scene, and what they will leave out."""
     count = len(scene.balls)
     yield f"balls: {count}" + ("" if count > 1 else "; no ball-ball handler")
     if count > 1:

@@ -1,1 +1,1 @@
-"""Whole files or none, and Ctrl-C where it does no harm."""
+"""This package writes whole files or none, and raises Ctrl-C where it does no harm."""

@@ -1,4 +1,4 @@
-"""Whole files or none: what is written appears under its name only when it is complete."""
+"""This module writes whole files or none: a file gets its name only when it is complete."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pool_pymunk.safety.interrupts import heed, uninterrupted
+from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
 
-# What a device says that fails: EIO, EFBIG, ENOSPC, EDQUOT (other OSErrors are about the place).
+# A device that fails says one of EIO, EFBIG, ENOSPC, EDQUOT; other OSErrors are about the place.
 DEVICE_ERRORS = (errno.EIO, errno.EFBIG, errno.ENOSPC, errno.EDQUOT)
 
 
 class RenderError(RuntimeError):
-    """A picture or film that cannot be made; the message is one line."""
+    """This error says in one line why a picture or film cannot be made."""
 
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """A temporary name beside ``path`` to write to; it becomes ``path`` when the block succeeds.
+    """Give a temporary name beside ``path``, which becomes ``path`` when the block succeeds.
 
-    The folder is made if it is not there. The temporary name keeps the suffix. Whatever ends the
-    block early (an error, a full disk, Ctrl-C) leaves ``path`` as it was; an OSError names it.
+    The folder is made if it is not there. The temporary name keeps the suffix. If an error, a full
+    disk or Ctrl-C ends the block early, ``path`` stays as it was; an OSError names ``path``.
 
     >>> import tempfile
     >>> target = Path(tempfile.mkdtemp()) / "new" / "a.txt"
@@ -33,7 +33,7 @@ def whole(path: Path) -> Iterator[Path]:
     >>> target.read_text(), len(list(target.parent.iterdir()))
     ('all of it', 1)
     """
-    heed()
+    raise_pending()
     path.parent.mkdir(parents=True, exist_ok=True)
     part = None
     try:
@@ -52,7 +52,7 @@ def whole(path: Path) -> Iterator[Path]:
 
 
 def _temporary(path: Path) -> Path:
-    """A new, empty file beside ``path`` with the same suffix."""
+    """Make a new, empty file beside ``path`` with the same suffix, and return its path."""
     handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     return Path(name)

@@ -1,9 +1,9 @@
-"""Ctrl-C, raised where it does no harm.
+"""This module raises Ctrl-C where it does no harm.
 
-Python raises KeyboardInterrupt wherever the program happens to be. In a callback from C or in a
-destructor it is printed and lost; in the middle of a library it may come out as another error;
-between starting a process and noting that it was started, nobody is left to end it. The command
-line has it wait, for moments, until our own code is at work.
+Python raises KeyboardInterrupt at whatever point the program has reached. In a callback from C or
+in a destructor it is printed and lost. In the middle of a library it may come out as another error.
+Between the start of a process and the note that it was started, nobody would end that process. So
+the command line delays Ctrl-C, for moments, until the package's own code is at work.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-PAUSE = 0.01  # s between attempts to raise a Ctrl-C that waits
-OWN, CALLS_BACK = "pool_pymunk", "pymunk"  # packages: ours, and the one that swallows
+PAUSE = 0.01  # s between attempts to raise a pending Ctrl-C
+# packages: our own, and the one whose callbacks swallow errors
+OWN, CALLS_BACK = "pool_pymunk", "pymunk"
 
 
 class _Waiting:
-    """Whether a Ctrl-C waits, and how many blocks are at work that it must not split."""
+    """This class notes whether a Ctrl-C is pending, and how many blocks must not be split by it."""
 
     asked = False
     held = 0
@@ -27,7 +28,7 @@ class _Waiting:
 
 @contextmanager
 def patient_interrupts() -> Iterator[None]:
-    """In this block Ctrl-C waits for a place where it does no harm; a second one does not."""
+    """Delay a Ctrl-C in this block until it does no harm; a second one is raised at once."""
     if (
         not hasattr(signal, "setitimer")
         or threading.current_thread() is not threading.main_thread()
@@ -38,7 +39,7 @@ def patient_interrupts() -> Iterator[None]:
     usual_alarm = signal.signal(signal.SIGALRM, _raise_if_harmless)
     try:
         yield
-        heed()
+        raise_pending()
     finally:
         _done_waiting()
         signal.signal(signal.SIGINT, usual)
@@ -47,7 +48,10 @@ def patient_interrupts() -> Iterator[None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Ctrl-C waits until the block is done, so that what it starts is known to who must end it."""
+    """Delay Ctrl-C until the block is done.
+
+    What the block starts is then known to the code that must end it.
+    """
     _Waiting.held += 1
     try:
         yield
@@ -56,8 +60,8 @@ def uninterrupted() -> Iterator[None]:
 
 
 @contextmanager
-def deaf() -> Iterator[None]:
-    """Processes that start in this block never hear of Ctrl-C: it is for the one that asked."""
+def block_sigint() -> Iterator[None]:
+    """Keep Ctrl-C from processes that start in this block: their parent handles it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -68,8 +72,8 @@ def deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, usual)
 
 
-def heed() -> None:
-    """Raise the Ctrl-C that waits, if one does: for places where libraries do all the work."""
+def raise_pending() -> None:
+    """Raise a pending Ctrl-C, if there is one; call this where libraries do all the work."""
     if _Waiting.asked:
         _done_waiting()
         raise KeyboardInterrupt
@@ -77,20 +81,20 @@ def heed() -> None:
 
 def _asked(number: int, frame: FrameType | None) -> None:
     if _Waiting.asked:
-        heed()
+        raise_pending()
     _Waiting.asked = True
     _raise_if_harmless(number, frame)
 
 
 def _raise_if_harmless(_number: int, frame: FrameType | None) -> None:
     if _harmless(frame):
-        heed()
+        raise_pending()
     elif _Waiting.asked:
         signal.setitimer(signal.ITIMER_REAL, PAUSE)
 
 
 def _harmless(frame: FrameType | None) -> bool:
-    """Whether the code at work is ours, is not called back by pymunk, and may be split here."""
+    """Tell whether the running code is ours, is not called by pymunk, and may be split here."""
     if _Waiting.held or frame is None or _package(frame) != OWN:
         return False
     below = frame.f_back

@@ -1,7 +1,7 @@
-"""The exact solver: between contacts the motion is closed-form, so jump from contact to contact.
+"""The exact solver jumps from contact to contact, because motion between them is closed-form.
 
-There is no time step and no error but rounding: the contact engine
-(:mod:`pool_pymunk.engine.contacts`) looks for what is near by boxes around the balls' paths.
+It has no time step, and it errs by rounding alone. The contact engine
+(:mod:`pool_pymunk.engine.contacts`) finds what is near a ball by boxes around the balls' paths.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from functools import cache
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.path import motion_at, set_off
-from pool_pymunk.physics.sides import Face, Post, Wall
+from pool_pymunk.physics.path import set_off
 from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers.exact import TraceRecorder, bound, cut_off, walls
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings, TraceRecorder, warn_if_given_up
+from pool_pymunk.solvers.settings import Settings
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
@@ -27,24 +27,18 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     trace = Trace(start)
     engine = set_up(scene, start, settings, trace)
     latest = math.inf if settings.max_time is None else settings.max_time
-    settings.bound(engine)
+    bound(engine, settings)
     engine.advance(latest)
     trace.steps = engine.answered
     trace.status = _status(engine, latest)
-    if trace.status == "settled":
-        return trace
     if trace.status == "max_time" and latest < math.inf:
         engine.now = latest
-    trace.duration = engine.now
-    warn_if_given_up(engine, trace)
-    for i in engine.moving():
-        x, y, vx, vy = motion_at(engine.paths[i], engine.now)
-        trace.knot(i, engine.now, (x, y), (vx, vy))
+    cut_off(trace, engine, engine.now)
     return trace
 
 
 def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> ContactEngine:
-    """The contact engine with the scene's balls on their way."""
+    """Return the contact engine with the scene's balls on their way."""
     law = settings.law_of(scene)
     recorder = TraceRecorder(scene, trace, law)
     engine = ContactEngine(law, cache(scene.pair), scene.deceleration, recorder)
@@ -63,22 +57,8 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     return engine
 
 
-def walls(scene: Scene) -> list[Wall]:
-    """The scene's cushions: each has its face, and its first corner where that sticks out."""
-    if scene.table is None:
-        return []
-    e = scene.restitution.cushion
-    assert e is not None, "the scene saw to it"
-    found = []
-    for number, edge in enumerate(scene.table.edges):
-        face = Face(edge.start, edge.tangent, edge.normal, edge.length)
-        corner = (Post(edge.start),) if number in scene.table.reflex_corners else ()
-        found.append(Wall((face, *corner), e, scene.friction.cushion, number))
-    return found
-
-
 def _status(engine: ContactEngine, latest: float) -> str:
-    """Why the engine went no further."""
+    """Tell why the engine went no further."""
     if not engine.is_finite:
         return "non_finite"
     if engine.upcoming() < math.inf:

@@ -1,11 +1,12 @@
-"""A baseline, not a product: stock pymunk, as the tutorials have it.
+"""This solver is a baseline, not a product: it is stock pymunk, as the tutorials have it.
 
-Elasticity and friction of two shapes multiply, balls spin, contacts are answered by the built-in
-impulse solver with its default iterations, and a PivotJoint to the static body brakes each ball.
+Elasticity and friction of two shapes multiply. Balls spin. The built-in impulse solver answers
+contacts, with its default iterations. A PivotJoint to the static body brakes each ball.
 
-To be fair, the products give the scene's restitution and friction for every kind of hit: cushions
-come twice, once for the cue ball and once for the others, kept apart by shape filters; the slop is
-a thousandth of a radius (pymunk's default, 0.1, is more than a ball in metres).
+To be fair, the products equal the scene's restitution and friction for every kind of hit. Therefore
+each cushion is there twice, once for the cue ball and once for the others, and shape filters keep
+the two apart. The slop is a thousandth of a radius, because pymunk's default, 0.1, is more than a
+ball in metres.
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 
 BALL, CUSHION = 1, 2
-CUE, OTHER = 0b01, 0b10  # categories: each kind of ball has its own cushions
-LOOKS = 240  # how often a second to look where the balls are: looking costs more than the steps
-AT_REST = 1e-4  # in units of radius / second: slower balls are called at rest
+CUE, OTHER = 0b01, 0b10  # These are categories: each kind of ball has its own cushions.
+# So often in a second the balls are looked at, because looking costs more than the steps.
+LOOKS = 240
+AT_REST = 1e-4  # radii a second; a slower ball counts as at rest
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
@@ -46,7 +48,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
 
 
 class Builtin:
-    """A stock pymunk space with a scene's balls and cushions."""
+    """This is a stock pymunk space with a scene's balls and cushions."""
 
     def __init__(self, scene: Scene, start: State, dt: float) -> None:
         self.scene, self.dt = scene, dt
@@ -71,7 +73,7 @@ class Builtin:
         self.moving = {i for i, v in enumerate(start.velocity) if v != (0.0, 0.0)}
 
     def _elasticity(self, cue: bool) -> float:
-        """Shape elasticities whose products are the restitutions of ball on ball."""
+        """Return a shape elasticity; the products of two are the restitutions of ball on ball."""
         both = ball_ball_restitution(self.scene.restitution, False)
         with_cue = ball_ball_restitution(self.scene.restitution, True)
         if both is None:
@@ -122,7 +124,7 @@ class Builtin:
             self.trace.ball_ball(self.time, min(i, j), max(i, j))
 
     def step(self) -> None:
-        """One step of the space; now and then note who moves and who has stopped."""
+        """Make one step of the space, and now and then note who moves and who has stopped."""
         self.trace.steps += 1
         self.time = self.trace.steps * self.dt
         self.space.step(self.dt)

@@ -1,8 +1,9 @@
-"""The scene in a pymunk space: cushions are static segments, balls are circles.
+"""This solver puts the scene into a pymunk space.
 
-The contact law and surface friction come from :class:`pool_pymunk.world.Billiards`. A part that
-the scene leaves out is not installed: no table, no segments; no surface friction, no damping; a
-ball at rest costs no callback.
+Cushions are static segments, and balls are circles. The contact law and surface friction come from
+:class:`pool_pymunk.world.Billiards`. What the scene leaves out is not installed: without a table
+there are no segments, and without surface friction there is no damping. A ball at rest costs no
+callback.
 """
 
 from __future__ import annotations
@@ -13,11 +14,10 @@ from functools import cache, partial
 import pymunk
 
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.path import motion_at
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.event_driven import walls
+from pool_pymunk.solvers.exact import TraceRecorder, bound, cut_off, walls
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings, TraceRecorder, warn_if_given_up
+from pool_pymunk.solvers.settings import Settings
 from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
 
 
@@ -31,29 +31,25 @@ def solve(
 ) -> Trace:
     """Simulate with steps of ``settings.dt`` s.
 
-    ``contacts`` "swept" finds every contact at its true time inside the step; "discrete" answers
-    overlaps at the end of the step, an error of first order in dt.
+    With ``contacts="swept"`` every contact is found at its true time inside the step. With
+    ``contacts="discrete"`` overlaps are answered at the end of the step, an error of first order in
+    dt.
     """
     trace = Trace(start)
     table = set_up(scene, start, settings, contacts, friction)
     table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
-    settings.bound(table.engine)
+    bound(table.engine, settings)
     table.latest = math.inf if settings.max_time is None else settings.max_time
     table.play()
     trace.steps = table.steps
     trace.status = _status(table)
-    if trace.status != "settled":
-        trace.duration = table.time
-        warn_if_given_up(table.engine, trace)
-        for ball in table.moving.values():
-            x, y, vx, vy = motion_at(ball.path, table.time)
-            trace.knot(ball.number, table.time, (x, y), (vx, vy))
+    cut_off(trace, table.engine, table.time)
     return trace
 
 
 def _status(table: Billiards) -> str:
-    """Why the table was played no further."""
-    if not table.is_finite:
+    """Tell why the table was played no further."""
+    if not table.engine.is_finite:
         return "non_finite"
     if table.engine.is_over and (table.moving or table.engine.upcoming() < math.inf):
         return "max_events"
@@ -66,7 +62,7 @@ discrete = partial(solve, contacts="discrete")
 def set_up(
     scene: Scene, start: State, settings: Settings, contacts: Contacts, friction: FrictionBy
 ) -> Billiards:
-    """A space with the scene's cushions, and its balls on their way."""
+    """Return a space with the scene's cushions, and its balls on their way."""
     assert settings.dt is not None
     space = pymunk.Space()
     table = Billiards(

@@ -1,4 +1,4 @@
-"""The record of a solver: all that the studies and the command line know of it."""
+"""The record of a solver says all that the studies and the command line know of it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Steps = tuple[float, ...]  # s, from coarse to fine
 
 @dataclass(frozen=True, kw_only=True)
 class Solver:
-    """A solver, and what it can do with its default options.
+    """A solver's record says what the solver can do with its default options.
 
     A fact that a record leaves out does not hold. Raises ValueError for a record that contradicts
     itself.
@@ -54,5 +54,5 @@ class Solver:
 
     @property
     def is_yardstick(self) -> bool:
-        """Whether it is exact and has no step, so that the others can be measured by it."""
+        """Tell whether it is exact and has no step, so that the others can be measured by it."""
         return self.exact and self.dt is None

@@ -1,15 +1,16 @@
-"""The report's own algorithm: advance every ball by a tiny slice of time, then look for overlaps.
+"""This solver is the report's own: it advances every ball by a slice, then seeks overlaps.
 
 A slice moves all balls (Eq. 10), then lets every ball answer the cushions (Eq. 9), then every pair
-of balls in their order (Listing 3). The arithmetic is the listing's: angles by atan2, velocities
-turned by cosine and sine, in the same order, so that its rounding is reproduced as well.
+of balls in their order (Listing 3). The arithmetic is the listing's: angles come from atan2, and
+cosine and sine turn the velocities, in the same order. So the rounding is reproduced as well.
 
-Looking for overlaps is skipped where it provably finds nothing: a ball at rest, a cushion or
-another ball farther off than the balls can come in the slices that are skipped. The arithmetic of
-every slice is done all the same, so that skipping does not change a single bit.
+The search for overlaps is skipped where it provably finds nothing. This is so for a ball at rest,
+and for a cushion or another ball that is farther off than the balls can come in the slices that are
+skipped. The arithmetic of every slice is done all the same, so skipping does not change a single
+bit.
 
 On polygon tables the listing's rule holds edge by edge, and at corners that stick out; a ball at
-rest stays where it is. A ball that comes farther than its radius in a slice can pass an edge there.
+rest stays where it is. A ball that travels more than its radius in a slice can pass an edge there.
 """
 
 from __future__ import annotations
@@ -22,18 +23,19 @@ from math import atan2, cos, hypot, pi, sin
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings, sign_warning
+from pool_pymunk.solvers.settings import Settings
 
-EPSILON = 2.0**-52
-SAFE = 1.0 - 1e-6  # share of a gap that the balls may provably not cross, rounding included
+SAFE = 1.0 - 1e-6  # of a gap: the balls provably do not cross this share of it, rounding included
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     """Simulate with slices of ``settings.dt`` s; a contact is found up to one slice late.
 
-    Reproduces Listing 1 of the report to every printed digit at 1e-6 s with law ``published``.
+    At 1e-6 s with law ``published``, this reproduces Listing 1 of the report to every printed
+    digit.
     """
     assert settings.dt is not None
     slices = Slices(scene, start, settings.dt, settings.law_of(scene))
@@ -64,7 +66,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
 
 
 class Slices:
-    """The balls in the middle of a run, advanced slice by slice."""
+    """This class holds the balls in the middle of a run, and advances them slice by slice."""
 
     def __init__(self, scene: Scene, start: State, dt: float, law: Law) -> None:
         self.scene = scene
@@ -98,7 +100,7 @@ class Slices:
     # -- contacts --------------------------------------------------------------------------------
 
     def look(self, moved: list[int], t: float) -> None:
-        """Let cushions, then pairs, answer what overlaps now; only what moved can have changed."""
+        """Answer overlaps with cushions, then those of pairs, for balls that have moved."""
         if self.scene.table is not None:
             answer = self._rectangle if self.scene.table.is_rectangle else self._polygon
             for i in moved:
@@ -114,7 +116,7 @@ class Slices:
         return self.vx[i] != 0.0 or self.vy[i] != 0.0
 
     def _rectangle(self, i: int, t: float) -> None:
-        """The listing's cushions: first the two across x, then the two across y."""
+        """Answer the listing's cushions: first the two across x, then the two across y."""
         assert self.scene.table is not None
         x0, y0, x1, y1 = self.scene.table.bounds
         r = self.radius[i]
@@ -132,7 +134,7 @@ class Slices:
             self._note_cushion(i, t, number, approach)
 
     def _polygon(self, i: int, t: float) -> None:
-        """The same rule edge by edge, and at corners that stick out into the table."""
+        """Answer cushions edge by edge by the listing's rule, and corners that stick out."""
         assert self.scene.table is not None
         r = self.radius[i]
         for number, edge in enumerate(self.scene.table.edges):
@@ -162,7 +164,7 @@ class Slices:
         return self.law.cushion(v, e, self.scene.friction.cushion)
 
     def _note_cushion(self, i: int, t: float, number: int, approach: float) -> None:
-        if approach == 0.0:  # it came to rest in this very slice and is only put back
+        if approach == 0.0:  # The ball came to rest in this very slice and is only put back.
             self.trace.knot(i, t, (self.x[i], self.y[i]), (self.vx[i], self.vy[i]))
             return
         self.trace.ball_cushion(t, i, number)
@@ -185,7 +187,7 @@ class Slices:
             self.colliding.discard((i, j))
 
     def _collide(self, i: int, j: int, t: float) -> None:
-        """Listing 3: into the frame of the impact by angles, the contact law, and back."""
+        """Answer a hit by Listing 3: turn to the frame of impact, apply the law, turn back."""
         impact = atan2(self.y[j] - self.y[i], self.x[j] - self.x[i])
         a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
         if self.law.jumps(a, b, pair):
@@ -220,10 +222,11 @@ class Slices:
     # -- what can be skipped ---------------------------------------------------------------------
 
     def quiet(self) -> float:
-        """A number of slices in which no overlap can begin or end, however the balls move.
+        """Return a number of slices in which no overlap can begin or end, however the balls move.
 
-        In one slice a ball comes no farther than its speed times dt, plus a rounding error of
-        each coordinate; so a gap lasts for at least gap / (what both can come in a slice) slices.
+        In one slice a ball travels no farther than its speed times dt, plus a rounding error of
+        each coordinate. So a gap lasts for at least gap / (how far both can travel in a slice)
+        slices.
         """
         if not self.moving:
             return 0.0
@@ -237,7 +240,7 @@ class Slices:
         return least * SAFE - 2.0 if least < math.inf else self._until_rest()
 
     def _until_rest(self) -> float:
-        """Slices until every ball has stopped, where there is nothing to meet."""
+        """Return the slices until every ball has stopped, where there is nothing to meet."""
         if self.loss == 0.0:
             return math.inf
         return max(hypot(self.vx[i], self.vy[i]) for i in self.moving) / self.loss + 1.0
@@ -264,10 +267,18 @@ class Slices:
                 yield i, j, abs(distance - self.radius[i] - self.radius[j])
 
 
+def sign_warning(a: str, b: str, slip: float) -> str:
+    """Return the warning that in the listing's arithmetic rounding decides."""
+    return (
+        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} the slip was "
+        f"{slip:.0e} m/s, a rounding error, and its sign decided, as in the report"
+    )
+
+
 def slide(
     p: Point, v: Point, loss: float, dt: float, slices: int
 ) -> tuple[float, float, float, float, int]:
-    """So many slices of Eq. 10 for one ball, as the listing computes them; ends when it stops.
+    """Move one ball by so many slices of Eq. 10, as the listing computes them, or until it stops.
 
     Returns x, y, vx, vy and the slices used.
     """
@@ -292,7 +303,7 @@ def slide(
 def drift(
     p: Point, v: Point, _loss: float, dt: float, slices: int
 ) -> tuple[float, float, float, float, int]:
-    """The same without surface friction: nothing to turn, nothing to lose."""
+    """Do the same without surface friction, where no velocity changes."""
     (x, y), (vx, vy) = p, v
     for _ in range(slices):
         x += vx * dt
@@ -300,7 +311,7 @@ def drift(
     return x, y, vx, vy, slices
 
 
-PUBLISHED_STEP = 1e-6  # s; the slice that the report uses
+PUBLISHED_STEP = 1e-6  # s; the report uses this slice
 
 SOLVER = Solver(
     name="time-slice",

@@ -1,1 +1,1 @@
-"""Studies: what a solver errs and costs, what an input is worth, and where each solver breaks."""
+"""Studies measure what a solver errs and costs, what an input is worth, and where solvers break."""

@@ -1,4 +1,4 @@
-"""Runs of one shot side by side: how far their ends lie apart, and where they first part ways."""
+"""This module compares runs of one shot: how far their ends are apart, and where they part ways."""
 
 from __future__ import annotations
 
@@ -14,14 +14,20 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Event, Run
 
-Contact = tuple[tuple[str, ...], int | None]  # the balls, and the cushion if it was one
-Place = tuple[Contact, tuple[int, ...]]  # a contact, and the how-manieth it is of each of its balls
-SAME_TIME = 1e-3  # s; the same contact at times further apart than this is called late or early
+# This is the balls, and the cushion if the contact was with one.
+Meeting = tuple[tuple[str, ...], int | None]
+# This is a contact, and for each of its balls, the how-manieth contact of that ball it is.
+Place = tuple[Meeting, tuple[int, ...]]
+# s; if the times of the same contact are further apart than this, it is late or early
+SAME_TIME = 1e-3
 
 
 @dataclass(frozen=True)
 class Divergence:
-    """The first contact that two runs do not share: when (s), what it was, what came instead."""
+    """A divergence is the first contact that two runs do not share.
+
+    It tells when (s) this contact came, what it was, and what came instead.
+    """
 
     t: float
     event: Event
@@ -31,7 +37,7 @@ class Divergence:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A run beside a ``reference`` run of the same shot.
+    """A comparison sets a run beside a ``reference`` run of the same shot.
 
     >>> from pool_pymunk import load, simulate
     >>> scene = load("report")
@@ -47,12 +53,12 @@ class Comparison:
 
     @cached_property
     def distances(self) -> dict[str, float]:
-        """How far each ball's end lies from its end in the reference (m)."""
+        """Return how far each ball's end lies from its end in the reference (m)."""
         return end_distances(self.run, self.reference.final)
 
     @property
     def farthest(self) -> str:
-        """The ball whose ends lie farthest apart."""
+        """Return the ball whose ends lie farthest apart."""
         return max(self.distances, key=lambda id_: self.distances[id_])
 
     @property
@@ -67,36 +73,36 @@ class Comparison:
 
     @cached_property
     def divergence(self) -> Divergence | None:
-        """Where the runs part ways; None where they share every contact."""
+        """Return where the runs part ways; None if they share every contact."""
         return first_divergence(self.reference, self.run)
 
     @cached_property
     def shared(self) -> int:
-        """How many contacts of the reference, in its order, the run shares before they part."""
+        """Count the contacts of the reference that the run shares, in order, before they part."""
         last = math.inf if self.divergence is None else self.divergence.t
         return sum(event.t < last for event in contacts(self.reference))
 
     def apart(self, times: Array) -> Array:
-        """The distance (T,) at ``times`` (s) of the ball that is farthest apart then (m)."""
+        """Return the distance (T,) at ``times`` (s) of the ball that is farthest apart then (m)."""
         gap = self.reference.at(times)[0] - self.run.at(times)[0]
         return np.asarray(np.hypot(gap[..., 0], gap[..., 1]).max(axis=1))
 
 
 def end_distances(run: Run, ends: Mapping[str, Point]) -> dict[str, float]:
-    """Distance (m) of each ball's end from the one in ``ends``, for the balls in it."""
+    """Return the distance (m) of each ball's end from the one in ``ends``, for the balls in it."""
     return {id_: math.dist(run.final[id_], end) for id_, end in ends.items()}
 
 
 def contacts(run: Run) -> list[Event]:
-    """The run's events without the stops."""
+    """Return the run's events without the stops."""
     return [event for event in run.events if event.kind != "stop"]
 
 
 def first_divergence(reference: Run, run: Run) -> Divergence | None:
-    """The earliest contact that only one of two runs has.
+    """Return the earliest contact that only one of two runs has.
 
-    A contact is the same in both where it is, for each of its balls, the same one in the ball's own
-    sequence: contacts far apart on the table may swap their order in time without meaning.
+    A contact is the same in both runs if for each of its balls it is the same one in that ball's
+    own sequence. Contacts far apart on the table may swap their order in time without meaning.
     """
     ours, theirs = _placed(reference), _placed(run)
     only_reference = [event for key, event in ours.items() if key not in theirs]
@@ -115,7 +121,7 @@ def first_divergence(reference: Run, run: Run) -> Divergence | None:
 
 
 def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence:
-    """What ``run`` did about a contact of the reference that it does not have in its place."""
+    """Tell what ``run`` did about a contact of the reference that it does not have in its place."""
     same = [other for other in contacts(run) if _contact(other) == _contact(event)]
     later = min(same, key=lambda other: abs(other.t - event.t), default=None)
     kind = "missed"
@@ -132,7 +138,7 @@ def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence
 
 
 def describe(event: Event) -> str:
-    """A contact in words.
+    """Return a contact in words.
 
     >>> describe(Event(0.1, "ball-ball", ("C", "1")))
     'ball C on ball 1'
@@ -144,12 +150,14 @@ def describe(event: Event) -> str:
     return f"ball {event.balls[0]} on cushion {event.cushion}"
 
 
-def _contact(event: Event) -> Contact:
+def _contact(event: Event) -> Meeting:
     return (tuple(sorted(event.balls)), event.cushion)
 
 
 def contact_order(run: Run) -> frozenset[Place]:
-    """The place of every contact: equal where every ball meets the same, one after the other.
+    """Return the place of every contact.
+
+    The places of two runs are equal if every ball meets the same others in the same order.
 
     >>> from pool_pymunk import load, simulate
     >>> sorted(contact_order(simulate(load("report"), "Simulation 3")))
@@ -159,7 +167,7 @@ def contact_order(run: Run) -> frozenset[Place]:
 
 
 def _placed(run: Run) -> dict[Place, Event]:
-    """Each contact of a run in its place."""
+    """Return each contact of a run in its place."""
     so_far: Counter[str] = Counter()
     placed = {}
     for event in contacts(run):

@@ -1,8 +1,9 @@
-"""What the uncertainty of the inputs does to the ends: many runs from starts a little different.
+"""This study plays many runs from slightly different starts, and measures how far ends spread.
 
-Every draw of the inputs is played by the exact solver: what spreads is the scene's own doing. A
-shot that aims at a ball aims at where that ball is in each draw. A shot that goes on from the one
-before starts where that one, played from the same draw, ends.
+So it tells what the uncertainty of the inputs does to the ends. The exact solver plays every draw
+of the inputs, so the spread comes from the scene alone. A shot that aims at a ball aims at where
+that ball is in each draw. A shot that goes on from the one before starts where that one ends,
+played from the same draw.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ import numpy as np
 from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES, Run
-from pool_pymunk.safety.interrupts import deaf, heed
+from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SettingError, find_shot, request, simulate, yardstick
 from pool_pymunk.studies.compare import contact_order
-from pool_pymunk.studies.uncertainty import Mask, Room, Uncertainty
+from pool_pymunk.studies.uncertainty import Mask, StartSampler, Uncertainty
 
 UNFINISHED = ("max_events", "non_finite")
-CHUNK = 25  # samples that a process plays before it reports
-INSTANTS = 256  # at how many times of a run, besides its start, it is compared
+CHUNK = 25  # A process plays so many samples before it reports.
+INSTANTS = 256  # A run is compared at so many times, besides its start.
 UNKNOWN = "?"
-PRINTED_DECIMALS = 2  # of an end, in the scenario's unit of length
+PRINTED_DECIMALS = 2  # the decimals of a printed end, in the scenario's unit of length
 
 
 # -- what comes out --------------------------------------------------------------------------------
@@ -39,13 +40,14 @@ PRINTED_DECIMALS = 2  # of an end, in the scenario's unit of length
 
 @dataclass(frozen=True)
 class Spread:
-    """How far one ball's ends lie apart (m); points are x and y.
+    """A spread tells how far one ball's ends lie apart (m); points are x and y.
 
     ``end`` is where the unperturbed run ends. ``std`` are the standard deviations along x and y,
-    ``deviation`` is the larger one; 95 % of the ends lie between ``low`` and ``high`` along x, and
-    along y. ``amplification`` is ``deviation`` over that of the starts (the root mean square over
-    balls; None where no start is moved). ``horizon`` (s, to 1/256 of the run) is when half of the
-    runs have left the unperturbed one by more than ``Sensitivity.agree``; infinite if never.
+    and ``deviation`` is the larger one. 95 % of the ends lie between ``low`` and ``high`` along x,
+    and along y. ``amplification`` is ``deviation`` over that of the starts (their root mean square
+    over balls); it is None where no start is moved. ``horizon`` (s, to 1/256 of the run) is the
+    time at which half of the runs have left the unperturbed one by more than ``Sensitivity.agree``;
+    it is infinite if they never do.
     """
 
     ball: str
@@ -59,7 +61,7 @@ class Spread:
     horizon: float
 
     def digits(self, scene: Scene) -> tuple[str, str]:
-        """The end's x and y as the log prints them, ``?`` for each digit that means nothing.
+        """Return the end's x and y as the log prints them, with ``?`` for a digit without meaning.
 
         A digit means something if the standard deviation is at most half its place value.
         """
@@ -78,7 +80,10 @@ COLUMNS = (
 
 
 def write_csv(found: Sequence[Sensitivity], path: Path) -> None:
-    """Write one row a shot and ball, in SI; empty where there is no amplification or horizon."""
+    """Write one row a shot and ball, in SI; leave out what is not known.
+
+    A ball may have no amplification and no horizon.
+    """
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(COLUMNS)
@@ -91,7 +96,7 @@ def write_csv(found: Sequence[Sensitivity], path: Path) -> None:
 
 
 def digits_that_hold(value: float, std: float) -> str:
-    """``value`` with two decimals, and ``?`` for every digit below twice ``std``.
+    """Return ``value`` with two decimals, and ``?`` for every digit below twice ``std``.
 
     >>> digits_that_hold(14.76, 0.003), digits_that_hold(14.76, 0.04), digits_that_hold(14.76, 1.7)
     ('14.76', '14.7?', '1?.??')
@@ -107,15 +112,15 @@ def digits_that_hold(value: float, std: float) -> str:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """The spread of one shot's ends.
+    """A sensitivity holds the spread of one shot's ends.
 
-    ``starts`` and ``ends`` (S, N, 2) are positions (m) of the samples that could be finished,
-    ``left`` (S, N) when each ball left the unperturbed run by more than ``agree`` (m) for the first
-    time (s; inf: never). ``agree`` is one unit of the last digit that the starts are written to
-    (twice the largest uncertainty; of the printed ends where no start is moved).
-    ``same_contacts`` (S,) says whether every ball met the same others in the same order;
-    ``rejected`` counts draws of single balls that overlapped something, ``unfinished`` samples
-    that are left out.
+    ``starts`` and ``ends`` (S, N, 2) are positions (m) of the samples that could be finished.
+    ``left`` (S, N) is the time (s; inf: never) at which each ball first was more than ``agree`` (m)
+    off the unperturbed run. ``agree`` is one unit of the last digit that the starts are written to:
+    it is twice the largest uncertainty. Where no start is moved, it is the last digit of the
+    printed ends. ``same_contacts`` (S,) says whether every ball met the same others in the same
+    order. ``rejected`` counts draws of single balls that overlapped something. ``unfinished``
+    counts samples that are left out.
     """
 
     reference: Run
@@ -132,16 +137,18 @@ class Sensitivity:
 
     @property
     def samples(self) -> int:
-        """How many samples were finished."""
+        """The number of samples that were finished."""
         return len(self.ends)
 
     @cached_property
     def balls(self) -> tuple[Spread, ...]:
-        """Each ball's spread, in the scene's order."""
+        """Return each ball's spread, in the scene's order."""
         widths = self.uncertainty.widths(self.reference.scene)
-        moved = math.sqrt(float((widths**2).mean()) / 3.0)  # uniform within +-h: variance h^2 / 3
+        # A uniform draw within +-h has the variance h^2 / 3.
+        moved = math.sqrt(float((widths**2).mean()) / 3.0)
         low, high = np.quantile(self.ends, (0.025, 0.975), axis=0)
-        std = (self.ends - self.reference.end.position).std(axis=0)  # equal ends: exactly 0
+        # If all ends are equal, this is exactly 0.
+        std = (self.ends - self.reference.end.position).std(axis=0)
         horizon = np.quantile(self.left, 0.5, axis=0, method="higher")
         return tuple(
             Spread(
@@ -159,7 +166,7 @@ class Sensitivity:
         )
 
     def as_dict(self) -> dict[str, object]:
-        """The shot as it stands in the JSON of ``sensitivity --json``, in SI; null is never."""
+        """Return the shot as in the JSON of ``sensitivity --json``, in SI; null means never."""
         scene = self.reference.scene
         return {
             "name": self.reference.name,
@@ -194,17 +201,17 @@ class Sensitivity:
 
     @property
     def worst(self) -> Spread:
-        """The ball that spreads most."""
+        """Return the spread of the ball that spreads most."""
         return max(self.balls, key=lambda ball: ball.deviation)
 
     @property
     def horizon(self) -> float:
-        """When the first ball's horizon is reached (s): the predictability of the whole shot."""
+        """Return the first ball's horizon (s), until which the whole shot is predictable."""
         return min(ball.horizon for ball in self.balls)
 
     @property
     def kept_digits(self) -> tuple[int, int]:
-        """How many digits of all balls' printed ends mean anything, and how many there are."""
+        """Count the digits of all printed ends that mean anything, and all digits."""
         texts = [text for ball in self.balls for text in ball.digits(self.reference.scene)]
         kept = sum(c.isdigit() for text in texts for c in text)
         return kept, sum(c.isdigit() or c == UNKNOWN for text in texts for c in text)
@@ -239,12 +246,12 @@ def sensitivity(
     """Play ``samples`` starts drawn within ``uncertainty``, with the exact solver.
 
     ``shot`` is chosen as in :func:`~pool_pymunk.simulate`. ``processes`` (None: one for each core)
-    share the work; the numbers do not depend on how many, only on ``seed``. Where Python starts
-    processes afresh (Windows, macOS), a script must call this under ``if __name__ == "__main__"``.
-    ``on_done(n)`` is called whenever ``n`` more samples are done.
+    share the work. The numbers depend only on ``seed``, not on how many processes there are. Where
+    Python starts processes afresh (Windows, macOS), a script must call this under ``if __name__ ==
+    "__main__"``. ``on_done(n)`` is called whenever ``n`` more samples are done.
 
     Raises SettingError for settings that make no sense, for a ball that leaves no room for another,
-    and where the unperturbed run, or every other, cannot be finished.
+    and if the unperturbed run, or every other one, cannot be finished.
 
     >>> from pool_pymunk import load
     >>> found = sensitivity(load("report"), "Simulation 1", Uncertainty(0.005 * 0.0254), 200,
@@ -285,7 +292,10 @@ def sensitivity(
 
 @dataclass(frozen=True)
 class _Study:
-    """What a process needs to play samples of one shot: ``chain`` are the shots up to it."""
+    """A study holds what a process needs to play samples of one shot.
+
+    ``chain`` are the shots up to it.
+    """
 
     chain: tuple[Shot | None, ...]
     reference: Run
@@ -293,12 +303,12 @@ class _Study:
 
     @cached_property
     def times(self) -> Array:
-        """When runs are compared (s)."""
+        """Return the times (s) at which runs are compared."""
         return np.linspace(0.0, self.reference.duration, INSTANTS + 1)
 
     @cached_property
     def path(self) -> Array:
-        """Where the unperturbed run has the balls at ``times`` (T, N, 2), m."""
+        """Return where the unperturbed run has the balls at ``times`` (T, N, 2), in m."""
         return self.reference.at(self.times)[0]
 
 
@@ -319,20 +329,23 @@ def _study(scene: Scene, shot: Shot | None, uncertainty: Uncertainty) -> _Study:
 def _draw(
     study: _Study, uncertainty: Uncertainty, samples: int, rng: np.random.Generator
 ) -> tuple[Array, Array, int]:
-    """Starts (S, N, 2), the errors of speed and angle of each shot (S, K, 2), and the rejected."""
+    """Draw starts (S, N, 2), and the errors of speed and angle of each shot (S, K, 2).
+
+    Also return how many draws were rejected.
+    """
     scene = study.reference.scene
     kicks = rng.uniform(-1.0, 1.0, (samples, len(study.chain), 2))
     kicks *= (uncertainty.speed, uncertainty.angle)
-    room = Room(scene, uncertainty.widths(scene))
-    starts = room.starts(samples, rng)
-    return starts, kicks, room.rejected
+    sampler = StartSampler(scene, uncertainty.widths(scene))
+    starts = sampler.starts(samples, rng)
+    return starts, kicks, sampler.rejected
 
 
 # -- playing them ----------------------------------------------------------------------------------
 
 
 class _Played(NamedTuple):
-    """What became of some samples, arrays as in :class:`Sensitivity`."""
+    """These are the results of some samples, in arrays as in :class:`Sensitivity`."""
 
     ends: Array
     left: Array
@@ -363,10 +376,10 @@ def _play_all(study: _Study, starts: Array, kicks: Array, processes: int) -> Ite
 
     pool = ProcessPoolExecutor(min(processes, len(chunks)))
     try:
-        with deaf():
+        with block_sigint():
             played = pool.map(play, [starts[c] for c in chunks], [kicks[c] for c in chunks])
         for part in played:
-            heed()
+            raise_pending()
             yield part
     finally:
         pool.shutdown(cancel_futures=True)
@@ -400,7 +413,7 @@ def _run(study: _Study, start: Sequence[Sequence[float]], kicks: Sequence[Sequen
 def _struck(
     scene: Scene, shot: Shot | None, state: State, faster: float, turned: float
 ) -> Shot | None:
-    """The shot with its velocity changed by ``faster`` (m/s) and ``turned`` (rad)."""
+    """Return the shot with its velocity changed by ``faster`` (m/s) and ``turned`` (rad)."""
     if shot is None or (faster == 0.0 and turned == 0.0):
         return shot
     vx, vy = scene.start(shot, state).velocity[scene.index[shot.ball]]
@@ -409,7 +422,7 @@ def _struck(
 
 
 def _left(study: _Study, run: Run) -> Array:
-    """When each ball (N,) left the unperturbed run by more than ``agree`` (s; inf: never)."""
+    """Return when (s; inf: never) each ball (N,) first was ``agree`` off the unperturbed run."""
     off = run.at(study.times)[0] - study.path
     apart = np.hypot(off[..., 0], off[..., 1]) > study.agree
     return np.where(apart.any(axis=0), study.times[apart.argmax(axis=0)], math.inf)

@@ -1,20 +1,21 @@
-"""Which time step keeps an error below a tolerance, told from runs alone.
+"""This study finds a time step that keeps an error below a tolerance, from runs alone.
 
-:func:`choose_step` needs no exact solution, so it serves any pymunk world: it halves the step until
-the ends no longer change, and then makes sure. Halving alone is optimistic. Where contacts are
-found at the end of a step, the error is the share of a step by which each contact came late, and of
-two steps, one half of the other, every second contact is as late in both: their ends agree by
-chance. (Of single contacts at random instants, a quarter would end outside of the tolerance.) So a
-step dt is accepted only if
+:func:`choose_step` needs no exact solution, so it serves any pymunk world. It halves the step until
+the ends no longer change, and then makes sure. Halving alone is optimistic. If contacts are found
+at the end of a step, the error is the share of a step by which each contact came late. Of two
+steps, one half of the other, every second contact is as late in both, so their ends agree by
+chance. (For single contacts at random instants, a quarter of the ends would be outside of the
+tolerance.) So a step dt is accepted only if
 
-- the ends at 4 dt, 2 dt and dt agree: two halvings, of which the first may change twice as much;
-- those at five steps between dt and 2 dt, which share no grid with it, agree with those at dt;
-- all to a quarter of the tolerance (``SAFETY`` is 4: the estimated error is four times the largest
-  change);
+- the ends at 4 dt, 2 dt and dt agree (these are two halvings, and the first may change the ends
+  twice as much);
+- the ends at five steps between dt and 2 dt, which share no grid with it, agree with those at dt;
+- all of them agree to a quarter of the tolerance (``SAFETY`` is 4: the estimated error is four
+  times the largest change);
 - in all these runs the same contacts happen, in the same order for every ball, and no ball has two
   of them so close together that steps blur their order.
 
-What no comparison of runs can see is a contact that all of them miss: a graze shorter than a step.
+No comparison of runs can see a contact that all of them miss: a graze shorter than a step.
 """
 
 from __future__ import annotations
@@ -31,17 +32,19 @@ from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SettingError, find_solver, simulate
 from pool_pymunk.studies.compare import contact_order
 
-SAFETY = 4.0  # the estimated error is so many times the largest change
-BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # further steps that must agree, in dt
+SAFETY = 4.0  # The estimated error is so many times the largest change.
+# These further steps must agree; they are in units of dt.
+BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))
 COARSEST = 1 / 60  # s
-NO_ORDER = 0.3  # changes that shrink more slowly than dt to this power do not converge
+NO_ORDER = 0.3  # Changes that shrink more slowly than dt to this power do not converge.
 
 
 class Outcome(NamedTuple):
-    """What one run ended in: ``positions`` (m) and, where known, its contacts and steps.
+    """An outcome is where one run ended: ``positions`` (m) and, where known, contacts and steps.
 
-    ``contacts`` is anything that compares equal where the same contacts happened in the same order;
-    ``resolved`` is False where some follow each other so closely that steps blur their order.
+    ``contacts`` may be anything that compares equal if the same contacts happened in the same
+    order. ``resolved`` is False if some contacts follow each other so closely that steps blur their
+    order.
     """
 
     positions: Sequence[Point]
@@ -50,14 +53,14 @@ class Outcome(NamedTuple):
     resolved: bool = True
 
 
-Trial = Callable[[float], Outcome | Sequence[Point]]
+RunAtStep = Callable[[float], Outcome | Sequence[Point]]
 
 
 class Level(NamedTuple):
-    """One halving: its step (s), by how much the ends changed (m), and the estimated error (m).
+    """A level is one halving: its step (s), the change of the ends (m), the estimated error (m).
 
-    ``change`` is infinite at the first level, ``error`` also where the contacts are others than at
-    twice the step, or where the run did not end in numbers.
+    ``change`` is infinite at the first level. ``error`` is also infinite if the contacts differ
+    from those at twice the step, or if the run ended in numbers that are not finite.
     """
 
     dt: float
@@ -67,16 +70,17 @@ class Level(NamedTuple):
 
     @property
     def settled(self) -> float:
-        """The change (m) where the contacts are the same, else infinite."""
+        """Return the change (m) if the contacts are the same, else infinity."""
         return self.change if self.same_contacts else math.inf
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The step (s) that was chosen, whether it reaches the ``tolerance`` (m), and the work spent.
+    """A choice is the step (s) that was chosen, and the work spent.
 
-    ``error`` (m) is the estimate for ``dt``, safety factor included; ``order`` the observed order
-    of convergence, None where fewer than three changes tell; ``reason`` says why no step does.
+    It also tells whether the step reaches the ``tolerance`` (m). ``error`` (m) is the estimate for
+    ``dt``, safety factor included. ``order`` is the observed order of convergence; it is None if
+    there are fewer than three changes. ``reason`` says why no step reaches the tolerance.
     """
 
     dt: float
@@ -91,7 +95,7 @@ class Choice:
     reason: str = ""
 
     def lines(self, units: Units) -> Iterator[str]:
-        """The choice in words: the step, the error, the work, and why it falls short if it does."""
+        """Yield the choice in words: the step, the error, the work, and why it falls short."""
         tolerance, error = (units.from_si(x, "length") for x in (self.tolerance, self.error))
         text = f"Tolerance {tolerance:.3g} {units.length}: "
         text += "reached" if self.reached else "not reached; the finest run is kept:"
@@ -104,7 +108,7 @@ class Choice:
             yield f"Why: {self.reason}"
 
     def as_dict(self) -> dict[str, object]:
-        """The choice as it stands in the JSON of ``run``, in SI; an unknown error is null."""
+        """Return the choice as in the JSON of ``run``, in SI; an unknown error is null."""
         return {
             "tolerance": self.tolerance,
             "reached": self.reached,
@@ -119,7 +123,7 @@ class Choice:
 
 
 def choose_step(
-    run: Trial,
+    run: RunAtStep,
     tolerance: float,
     start: float = COARSEST,
     smallest: float = 1e-6,
@@ -129,9 +133,9 @@ def choose_step(
 
     ``run(dt)`` simulates anything with steps of dt seconds and returns where it ended: points (m),
     or an :class:`Outcome`, which also tells the contacts. All runs must end at rest, or at one
-    moment, of which not every dt is a part. No step below ``smallest`` (s) is tried; where none
-    will do, the finest is kept and ``reason`` says why. ``on_run(dt)`` is called before each run.
-    Raises SettingError for a tolerance or steps that make no sense.
+    moment that is not a multiple of every dt. No step below ``smallest`` (s) is tried. If none
+    reaches the tolerance, the finest is kept and ``reason`` says why. ``on_run(dt)`` is called
+    before each run. Raises SettingError for a tolerance or steps that make no sense.
 
     >>> def euler(dt):  # x' = -x from 1, to t = 1: first order
     ...     return [((1.0 - dt) ** (1.0 / dt), 0.0)]
@@ -158,10 +162,10 @@ def _check(tolerance: float, start: float, smallest: float) -> None:
 
 
 class _Search:
-    """The ladder of halvings so far, and what it cost."""
+    """A search holds the ladder of halvings so far, and what it cost."""
 
     def __init__(
-        self, run: Trial, tolerance: float, on_run: Callable[[float], object] | None
+        self, run: RunAtStep, tolerance: float, on_run: Callable[[float], object] | None
     ) -> None:
         self.run = run
         self.tolerance = tolerance
@@ -173,7 +177,7 @@ class _Search:
         self.began = time.perf_counter()
 
     def descend(self, dt: float) -> Level:
-        """Run at ``dt``, half of the last step, and where the ends agree, at steps between."""
+        """Run at ``dt``, half of the last step; if the ends agree, run at steps between as well."""
         before, here = self.last, self._outcome(dt)
         change = _distance(before, here)
         same = before is not None and before.contacts == here.contacts and here.resolved
@@ -198,7 +202,7 @@ class _Search:
         return outcome
 
     def choice(self) -> Choice:
-        """The last level: the first to reach the tolerance, or the finest there is."""
+        """Return the last level: the first to reach the tolerance, or the finest there is."""
         last = self.levels[-1]
         reached = last.error <= self.tolerance
         return Choice(
@@ -216,7 +220,7 @@ class _Search:
 
 
 def _distance(a: Outcome | None, b: Outcome) -> float:
-    """The largest distance (m) of two runs' ends; infinite where they cannot be compared."""
+    """Return the largest distance (m) of two runs' ends; infinite if they cannot be compared."""
     if a is None:
         return math.inf
     off = [math.dist(p, q) for p, q in zip(a.positions, b.positions, strict=True)]
@@ -224,7 +228,7 @@ def _distance(a: Outcome | None, b: Outcome) -> float:
 
 
 def _order(levels: Sequence[Level]) -> float | None:
-    """The slope of log(change) over log(dt) in the last five levels with the same contacts."""
+    """Return the slope of log(change) over log(dt) in the last five levels with equal contacts."""
     told = [level for level in levels if level.same_contacts and 0.0 < level.change < math.inf][-5:]
     if len(told) < 3:
         return None
@@ -236,7 +240,7 @@ def _order(levels: Sequence[Level]) -> float | None:
 
 
 def _reason(levels: Sequence[Level]) -> str:
-    """Why no level reaches the tolerance."""
+    """Tell why no level reaches the tolerance."""
     last, order = levels[-1], _order(levels)
     if len(levels) < 2:
         return f"no step below {last.dt:.3g} s may be tried"
@@ -268,10 +272,10 @@ def simulate_within(
 ) -> Iterator[tuple[Run, Choice]]:
     """Simulate each shot with the step that keeps every ball's end within ``tolerance`` (m).
 
-    No step below ``smallest`` (s; None: the solver's own) is tried; the run at the chosen step and
-    the Choice are given even where the tolerance is not reached.
-    A shot that goes on from the one before is run with it, at one step. Raises SettingError for a
-    solver that has no step, or whose physics is not the scene's.
+    No step below ``smallest`` (s; None: the solver's own) is tried. The run at the chosen step and
+    the Choice are given even if the tolerance is not reached. A shot that goes on from the one
+    before is run with it, at one step. Raises SettingError for a solver that has no step, or whose
+    physics is not the scene's.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -292,9 +296,9 @@ def simulate_within(
 
 
 def finest_step(solver: str) -> float:
-    """The finest step (s) worth trying with a solver.
+    """Return the finest step (s) worth trying with a solver.
 
-    Raises SettingError where its step cannot be chosen by a tolerance.
+    Raises SettingError if its step cannot be chosen by a tolerance.
     """
     method = find_solver(solver)
     if method.finest is None:
@@ -303,10 +307,10 @@ def finest_step(solver: str) -> float:
 
 
 def outcome(run: Run) -> Outcome:
-    """Where a run ended, which contacts every ball had, one after the other, and its steps.
+    """Return where a run ended, the contacts of every ball in their order, and its steps.
 
-    A run that is cut off ends with a step, up to one after ``max_time``: runs with different steps
-    are compared at ``max_time`` itself.
+    A run that is cut off ends with a step, up to one after ``max_time``. Runs with different steps
+    are therefore compared at ``max_time`` itself.
     """
     last = run.scene.physics.max_time if run.status == "max_time" else None
     ends = run.at([last])[0][0].tolist() if last is not None else run.end.position
@@ -317,7 +321,7 @@ def outcome(run: Run) -> Outcome:
 
 
 def _resolved(run: Run) -> bool:
-    """Whether no ball has two contacts within two steps, where steps are what contacts wait for."""
+    """Tell whether no ball has two contacts within two steps, if contacts wait for steps."""
     assert run.dt is not None
     if not find_solver(run.solver).late:
         return True

@@ -1,9 +1,9 @@
-"""Work and precision: what error a solver and a step leave, and what they cost, on one's own scene.
+"""This study measures the error that a solver and a step leave, and the time that they cost.
 
-The error of a setting is the largest distance of any ball's end from its exact end, over all shots;
-its time is the sum over the shots, each the least of several runs after a warm-up. The exact solver
-errs by rounding alone; how much that is, is measured by turning the scene through an angle and
-turning the ends back.
+The error of a setting is the largest distance of any ball's end from its exact end, over all shots.
+Its time is the sum over the shots of the least of several runs after a warm-up. The exact solver
+errs by rounding alone. This rounding is measured as well: the scene is turned through an angle, and
+its ends are turned back.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import SOLVERS, find_solver, simulate, yardstick
 from pool_pymunk.studies.compare import Comparison, contacts
 
-Ladders = Mapping[str, Sequence[float | None]]  # the steps (s) of each solver
+Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of each solver.
 
 TURN = 1.0  # rad
 MOST_REPEATS = 7
@@ -29,7 +29,10 @@ MOST_REPEATS = 7
 
 @dataclass(frozen=True)
 class Setting:
-    """One solver at one step, measured: errors (m), contacts shared, time (s), or the failure."""
+    """A setting is one solver at one step, measured.
+
+    It holds the errors (m), the contacts shared and the time (s), or the failure.
+    """
 
     solver: str
     dt: float | None
@@ -44,11 +47,11 @@ class Setting:
 
 @dataclass(frozen=True)
 class Tradeoff:
-    """Every setting measured on one scene.
+    """A tradeoff holds every setting measured on one scene.
 
     ``spread`` (m) is how far the uncertainty of the start positions alone moves an end (standard
-    deviation of the worst ball), None where it is not known. ``left_out`` names shots whose exact
-    end rounding decides: no error can be measured there.
+    deviation of the worst ball); it is None where it is not known. ``left_out`` names the shots
+    whose exact end depends on rounding: no error can be measured there.
     """
 
     scene: Scene
@@ -58,15 +61,21 @@ class Tradeoff:
     left_out: tuple[str, ...]
     seed: int
 
+    @property
+    def exact(self) -> list[str]:
+        """Return the solvers that were measured and are exact to rounding."""
+        measured = dict.fromkeys(setting.solver for setting in self.settings)
+        return [name for name in measured if name in SOLVERS and SOLVERS[name].exact]
+
     def of(self, solver: str) -> list[Setting]:
-        """The solver's settings that did not fail, from coarse to fine."""
+        """Return the solver's settings that did not fail, from coarse to fine."""
         return [s for s in self.settings if s.solver == solver and not s.failure]
 
 
 def ladders_of(names: Iterable[str] | None = None) -> Ladders:
-    """The steps (s) at which solvers are measured; default: all solvers, those with steps first.
+    """Return the steps (s) at which solvers are measured; default: all solvers, steps first.
 
-    Raises SettingError for an unknown solver.
+    Solvers without a step come last. Raises SettingError for an unknown solver.
     """
     if names is None:
         names = sorted(SOLVERS, key=lambda name: SOLVERS[name].dt is None)
@@ -86,8 +95,8 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure every solver of ``ladders`` (default: all solvers) at every step.
 
-    ``budget`` (s) is about what repeated runs may take in all; each setting runs once at least.
-    ``on_done`` is called after every setting, with all that is measured so far.
+    ``budget`` (s) is about the time that repeated runs may take in all; each setting runs once at
+    least. ``on_done`` is called after every setting, with all that is measured so far.
     """
     ladders = ladders_of() if ladders is None else ladders
     exact = _exact(scene, shots)
@@ -105,7 +114,7 @@ def tradeoff(
 
 
 def sound_shots(scene: Scene, shots: Sequence[Shot | None] | None = None) -> list[Shot | None]:
-    """The shots whose exact end does not hang on rounding (or all, where none is sound)."""
+    """Return the shots whose exact end does not depend on rounding (or all, if there is none)."""
     return [run.shot for run in _sound(_exact(scene, shots))]
 
 
@@ -121,7 +130,7 @@ def _sound(exact: list[Run]) -> list[Run]:
 def _measure(
     exact: Sequence[Run], solver: str, dt: float | None, budget: float, rounding: float
 ) -> Setting:
-    """Error and time of one setting over all shots."""
+    """Return error and time of one setting over all shots."""
     found, times, repeats = [], 0.0, MOST_REPEATS
     for reference in exact:
         run, least, repeated = _timed(reference, solver, dt, budget / len(exact))
@@ -143,7 +152,7 @@ def _measure(
 
 
 def _timed(reference: Run, solver: str, dt: float | None, budget: float) -> tuple[Run, float, int]:
-    """A run, the least wall time (s) of several after a warm-up, and of how many."""
+    """Return a run, the least wall time (s) of several after a warm-up, and how many there were."""
     began = time.perf_counter()
     run = simulate(reference.scene, reference.shot, solver=solver, dt=dt)
     least, repeats = run.wall_time, 1
@@ -155,7 +164,7 @@ def _timed(reference: Run, solver: str, dt: float | None, budget: float) -> tupl
 
 
 def _rounding(run: Run) -> float:
-    """By how much (m) rounding alone moves an exact end: the scene, turned, and turned back."""
+    """Return how far (m) rounding alone moves an exact end: turn the scene, and turn it back."""
     scene = run.scene
     turned = turn(scene, TURN)
     shot = None if run.shot is None else turned.shots[scene.shots.index(run.shot)]
@@ -167,7 +176,7 @@ def _rounding(run: Run) -> float:
 
 
 def turn(scene: Scene, angle: float) -> Scene:
-    """The scene turned by ``angle`` (rad) about the origin."""
+    """Return the scene turned by ``angle`` (rad) about the origin."""
     table = scene.table and Table(tuple(_turned(corner, angle) for corner in scene.table.outline))
     balls = tuple(
         replace(b, position=_turned(b.position, angle), velocity=_turned(b.velocity, angle))
@@ -191,9 +200,10 @@ def _turned(p: Point, angle: float) -> Point:
 
 
 def order(settings: Sequence[Setting], floor: float, ceiling: float) -> float | None:
-    """The order of convergence: the slope of log error over log dt, between floor and ceiling (m).
+    """Return the order of convergence: the slope of log error over log dt.
 
-    None where fewer than three settings lie there: an error that is rounding has no order.
+    Only errors between floor and ceiling (m) count. The order is None if fewer than three settings
+    lie there, because an error that is rounding has no order.
     """
     used = [s for s in settings if s.dt is not None and 10 * floor < s.largest < ceiling]
     if len(used) < 3:
@@ -203,13 +213,23 @@ def order(settings: Sequence[Setting], floor: float, ceiling: float) -> float | 
 
 
 def cheapest(settings: Iterable[Setting], tolerance: float) -> Setting | None:
-    """The setting that takes the least time of those that err by at most ``tolerance`` (m)."""
+    """Return the fastest of the settings that err by ``tolerance`` (m) at most."""
     good = [s for s in settings if not s.failure and s.largest <= tolerance]
     return min(good, key=lambda s: s.time, default=None)
 
 
+SHARED_ENGINE = (
+    "The solvers that are exact to rounding share one contact engine: their agreement proves "
+    "nothing by itself."
+)
+INDEPENDENT = (
+    "Independent are time slices, which converge to them, and the reference in forty digits that "
+    "the project's tests compare with."
+)
+
+
 def sentences(result: Tradeoff) -> list[str]:
-    """What the measurement says, in words."""
+    """Say in words what the measurement tells."""
     units = result.scene.units
     lines = [_within(result, digits) for digits in (1.0, 0.1, 0.01, 0.001)]
     for exact in result.of(yardstick().name):
@@ -222,6 +242,8 @@ def sentences(result: Tradeoff) -> list[str]:
             f"{units.from_si(result.spread, 'length'):.2g} {units.length} (standard deviation, "
             f"worst ball). Errors below that buy nothing."
         )
+    if len(result.exact) > 1:
+        lines.append(f"{SHARED_ENGINE} {INDEPENDENT}")
     lines += [
         f"{name} is left out: its exact end hangs on a slip of zero, which rounding decides."
         for name in result.left_out
@@ -230,7 +252,7 @@ def sentences(result: Tradeoff) -> list[str]:
 
 
 def _within(result: Tradeoff, digits: float) -> str:
-    """Which step comes within so many units of length for the least time, in words."""
+    """Say in words which step comes within so many units of length in the least time."""
     from pool_pymunk.results.words import step_text
 
     units = result.scene.units
@@ -248,7 +270,7 @@ def _within(result: Tradeoff, digits: float) -> str:
 
 
 def _published(result: Tradeoff) -> list[Setting]:
-    """The report's own algorithm at the report's own step, if it was measured."""
+    """Return the report's own algorithm at the report's own step, if it was measured."""
     return [
         setting
         for solver in SOLVERS.values()
@@ -258,7 +280,7 @@ def _published(result: Tradeoff) -> list[Setting]:
 
 
 def machine() -> dict[str, str]:
-    """What the times were measured on."""
+    """Return what the times were measured on."""
     import pymunk
 
     from pool_pymunk import __version__

@@ -1,8 +1,8 @@
-"""What is not known of a scene's inputs, and starts drawn within it.
+"""This module describes what is not known of a scene's inputs, and draws starts within it.
 
 Every number is drawn uniformly within its uncertainty. A start that overlaps a neighbour or a
-cushion is drawn again, ball by ball in the scene's order: each ball is anywhere that those listed
-before it leave free.
+cushion is drawn again, ball by ball in the scene's order. So each ball may be anywhere that the
+balls listed before it leave free.
 """
 
 from __future__ import annotations
@@ -25,15 +25,16 @@ from pool_pymunk.solvers import SettingError
 
 Mask = NDArray[np.bool_]
 
-ROUNDS, ATTEMPTS = 64, 100  # draws of a ball that overlaps, of a start that leaves it no room
+ROUNDS, ATTEMPTS = 64, 100  # draws of a ball that overlaps; draws of a start that leaves it no room
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Half the width of what an input may be: ``position`` (m), ``speed`` (m/s), ``angle`` (rad).
+    """An uncertainty is half the width of the range in which an input may be.
 
-    ``position`` is one number for all balls, or x and y for each ball by its id. Speed and angle
-    are those of the ball that a shot strikes.
+    ``position`` is in m, ``speed`` in m/s, ``angle`` in rad. ``position`` is one number for all
+    balls, or x and y for each ball by its id. Speed and angle are those of the ball that a shot
+    strikes.
 
     >>> Uncertainty(position=-1.0)
     Traceback (most recent call last):
@@ -60,7 +61,7 @@ class Uncertainty:
                 raise SettingError(f"{key} = {value}: must be 0 or more, and finite")
 
     def widths(self, scene: Scene) -> Array:
-        """Half the width (N, 2) of each ball's position, in m."""
+        """Return half the width (N, 2) of each ball's position, in m."""
         if not isinstance(self.position, Mapping):
             return np.full((len(scene.balls), 2), float(self.position))
         unknown = self.position.keys() - scene.index.keys()
@@ -69,7 +70,7 @@ class Uncertainty:
         return np.array([self.position.get(ball.id, (0.0, 0.0)) for ball in scene.balls])
 
     def described(self, scene: Scene) -> str:
-        """The uncertainty in words, in the scenario's units.
+        """Return the uncertainty in words, in the scenario's units.
 
         >>> from pool_pymunk import load
         >>> Uncertainty(0.000127, speed=0.01, angle=0.001).described(load("report"))
@@ -88,7 +89,7 @@ class Uncertainty:
 
 
 def written_uncertainty(scenario: str | Path) -> Uncertainty:
-    """Half of the last digit that a scenario file writes for each ball's position.
+    """Return half of the last digit that a scenario file writes for each ball's position.
 
     ``position = [66.00, 22.0]`` in inches is within 0.005 in along x and 0.05 in along y. The file
     must be one that :func:`~pool_pymunk.load` reads.
@@ -103,7 +104,7 @@ def written_uncertainty(scenario: str | Path) -> Uncertainty:
 
 
 def uncertainty_of(text: str) -> Uncertainty:
-    """:func:`written_uncertainty` of a scenario's text.
+    """Do what :func:`written_uncertainty` does, for a scenario's text.
 
     >>> uncertainty_of('[[balls]]\\nid = "1"\\nposition = [0.50, 3]').position
     {'1': (0.005, 0.5)}
@@ -118,7 +119,7 @@ def uncertainty_of(text: str) -> Uncertainty:
 
 
 def _half_digit(written: int | Decimal) -> float:
-    """Half of the last digit's place value: 0.005 for 66.00, 0.5 for 66."""
+    """Return half of the last digit's place value: 0.005 for 66.00, 0.5 for 66."""
     exponent = written.as_tuple().exponent if isinstance(written, Decimal) else 0
     assert isinstance(exponent, int), "positions are finite"
     return float(Decimal(1).scaleb(exponent) / 2)
@@ -127,8 +128,8 @@ def _half_digit(written: int | Decimal) -> float:
 # -- drawing starts --------------------------------------------------------------------------------
 
 
-class Room:
-    """Draws starts in which no ball overlaps another or a cushion."""
+class StartSampler:
+    """A start sampler draws starts in which no ball overlaps another or a cushion."""
 
     def __init__(self, scene: Scene, widths: Array) -> None:
         self.scene = scene
@@ -140,12 +141,12 @@ class Room:
         self.near = [self._near(i) for i in range(len(scene.balls))]
 
     def _near(self, i: int) -> list[int]:
-        """The balls listed before ball ``i`` that it could overlap."""
+        """Return the balls listed before ball ``i`` that it could overlap."""
         gap = np.hypot(*(self.base[:i] - self.base[i]).T) - self.radius[:i] - self.radius[i]
         return np.flatnonzero(gap < np.hypot(*(self.widths[:i] + self.widths[i]).T)).tolist()
 
     def starts(self, samples: int, rng: np.random.Generator) -> Array:
-        """Positions (S, N, 2), m."""
+        """Draw positions (S, N, 2), in m."""
         starts = np.empty((samples, *self.base.shape))
         missing = np.ones(samples, dtype=bool)
         for _ in range(ATTEMPTS):
@@ -159,7 +160,7 @@ class Room:
         )
 
     def _attempt(self, samples: int, rng: np.random.Generator) -> tuple[Array, Mask]:
-        """Starts, and which of them are free of overlaps."""
+        """Draw starts, and tell which of them are free of overlaps."""
         starts = self.base + self.widths * rng.uniform(-1.0, 1.0, (samples, *self.base.shape))
         fits = np.ones(samples, dtype=bool)
         for i in range(len(self.base)):
@@ -175,7 +176,7 @@ class Room:
         return starts, fits
 
     def _overlaps(self, starts: Array, i: int) -> Mask:
-        """In which starts (S, N, 2) ball ``i`` overlaps a ball before it, or a cushion."""
+        """Tell in which starts (S, N, 2) ball ``i`` overlaps a ball before it, or a cushion."""
         at, found = starts[:, i], np.zeros(len(starts), dtype=bool)
         for j in self.near[i]:
             reach = (1.0 - TOUCHING) * (self.radius[i] + self.radius[j])
@@ -186,7 +187,7 @@ class Room:
 
 
 def _off(table: Table, at: Array, radius: float) -> Mask:
-    """Which points (S, 2) are not on the table, or closer than ``radius`` (m) to a cushion."""
+    """Tell which points (S, 2) are off the table, or nearer than ``radius`` (m) to a cushion."""
     inside, near = np.zeros(len(at), dtype=bool), np.zeros(len(at), dtype=bool)
     x, y = at.T
     for edge in table.edges:
@@ -199,7 +200,7 @@ def _off(table: Table, at: Array, radius: float) -> Mask:
 
 
 def _distance(edge: Edge, x: Array, y: Array) -> Array:
-    """Distances (S,) of points from a cushion, ends included (m)."""
+    """Return the distances (S,) of points from a cushion, ends included (m)."""
     along = np.clip(edge.along(x, y), 0.0, edge.length)  # type: ignore[arg-type]
     (ax, ay), (tx, ty) = edge.start, edge.tangent
     return np.asarray(np.hypot(x - ax - along * tx, y - ay - along * ty))

@@ -1,4 +1,7 @@
-"""The contact engine in any pymunk space: balls are circles, walls are static shapes."""
+"""This package puts the contact engine into any pymunk space.
+
+Balls are circles there, and walls are static shapes.
+"""
 
 from pool_pymunk.world.billiards import Ball, Billiards, ContactEvent, same_balls
 

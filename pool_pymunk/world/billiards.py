@@ -1,15 +1,16 @@
-"""The contact law and surface friction, on shapes of any pymunk space.
+"""This module applies the contact law and surface friction to shapes of any pymunk space.
 
-Cushions are pymunk shapes, balls are circles, collision handlers replace the built-in response by
-the contact law, and friction is a per-step damping callback or a joint inside the C step.
+Cushions are pymunk shapes, and balls are circles. Collision handlers replace the built-in response
+by the contact law. Friction is a per-step damping callback, or a joint inside the C step.
 
-pymunk moves the balls and finds what is near; the contact engine
-(:mod:`pool_pymunk.engine.contacts`) is that of the exact solver. It keeps each ball's exact path
-and, with ``contacts="swept"``, finds when inside the step the paths meet, answers there, and lets
-the balls travel the rest of the step with their new velocities. For this a ball's sensor carries a
-margin, the way that the ball can come in one step: whatever it touched during a step is then near
-at its end. ``contacts="discrete"`` answers overlaps at the end of the step instead, as a plain
-handler does: up to a step late, and not at all where a ball only grazed or tunnelled.
+pymunk moves the balls and finds what is near. The contact engine
+(:mod:`pool_pymunk.engine.contacts`) is that of the exact solver, and keeps each ball's exact path.
+With ``contacts="swept"`` it finds the time inside the step at which the paths meet, answers the
+contact there, and lets the balls travel the rest of the step with their new velocities. For this, a
+ball's sensor is larger than the ball by a margin, the way that the ball can travel in one step.
+Whatever the ball touched during a step is then near at the step's end. With ``contacts="discrete"``
+overlaps are answered at the end of the step, as a plain handler does. Such an answer comes up to a
+step late, and it never comes where a ball only grazed or tunnelled.
 
 A step of pymunk moves positions first and changes velocities last. Between steps a body therefore
 carries the mean velocity of its path over the coming step, which makes positions exact.
@@ -35,14 +36,18 @@ from pool_pymunk.world.shapes import sides_of
 Contacts = Literal["swept", "discrete"]
 FrictionBy = Literal["joint", "callback"]
 
-BALL, SENSOR, WALL = 0x42616C6C, 0x53656E73, 0x57616C6C  # collision types of our own
+BALL, SENSOR, WALL = 0x42616C6C, 0x53656E73, 0x57616C6C  # These are our own collision types.
 MOST_QUIET = 1000.0  # steps between two looks at the clock
-HAIR = 1e-9  # radii by which a sensor is larger than what moves; if contacts are discrete, smaller
-# than what rests, lest balls that rest in touch call in every step
+HAIR = 1e-9  # radii; the sensor of a ball that moves is larger by this
+# With discrete contacts, the sensor of a resting ball is smaller by this: then balls that rest in
+# touch do not call in every step.
 
 
 class ContactEvent(NamedTuple):
-    """A contact that was answered: when, and of which balls, or of a ball and a wall's number."""
+    """A contact event tells when a contact was answered, and whose it was.
+
+    ``balls`` are two balls, or one ball that met the wall of number ``wall``.
+    """
 
     t: float
     balls: tuple[int, ...]
@@ -50,7 +55,7 @@ class ContactEvent(NamedTuple):
 
 
 class Ball:
-    """A ball on the table: its number, its body, and the sensor that feels what is near."""
+    """A ball on the table has a number, a body, and a sensor that feels what is near."""
 
     __slots__ = ("_engine", "body", "joint", "number", "radius", "sensor")
 
@@ -62,7 +67,7 @@ class Ball:
         self.radius = radius
         self.sensor = sensor
         self.body = sensor.body
-        self.joint: pymunk.PivotJoint | None = None  # friction, while it moves
+        self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
         self._engine = engine
 
     @property
@@ -72,16 +77,17 @@ class Ball:
 
 
 class Billiards:
-    """The report's physics for balls and walls of a pymunk space that is stepped by ``dt`` (s).
+    """Billiards is the report's physics for balls and walls of a pymunk space.
 
-    ``deceleration`` (m/s^2) is what surface friction takes, mu_s g; 0 leaves friction out.
-    ``pair`` tells masses and coefficients of a hit of two balls by their numbers; ``law`` is the
-    name of a contact law, or one of your own (:class:`~pool_pymunk.physics.laws.Law`).
+    You step the space by ``dt`` (s). ``deceleration`` (m/s^2) is that of surface friction, mu_s g;
+    0 leaves friction out. ``pair`` returns the masses and coefficients of a hit of two balls, given
+    their numbers. ``law`` is the name of a contact law, or a law of your own
+    (:class:`~pool_pymunk.physics.laws.Law`).
 
-    Call ``space.step(dt)`` as ever; everything else in the space keeps its built-in response, with
-    each other and with the balls, and a velocity that you or a spring or a flipper gives to a ball
-    is noticed. Only where nothing else touches balls (``alone=True``), the circles themselves are
-    the sensors, and :meth:`step` steps the space: that is faster.
+    Call ``space.step(dt)`` as ever. Everything else in the space keeps its built-in response, with
+    each other and with the balls. If you, a spring or a flipper gives a ball a velocity, this is
+    noticed. If nothing else touches balls, say ``alone=True``: then the circles themselves are the
+    sensors, and :meth:`step` steps the space, which is faster.
 
     >>> space = pymunk.Space()
     >>> table = Billiards(space, dt=1 / 60, deceleration=0.5, pair=same_balls(0.9, 0.05, mass=0.2))
@@ -122,10 +128,11 @@ class Billiards:
         self.balls: list[Ball] = []
         self.moving: dict[int, Ball] = {}
         self.time = 0.0
-        self.latest = math.inf  # when to stop (s), in the middle of a step if need be
+        self.latest = math.inf  # the time (s) to stop at, in the middle of a step if need be
         self.steps = 0
         self._next_stop = math.inf
-        self._wake = -math.inf  # when (s) something is to be done; steps that end before are bare
+        # the time (s) when something is to be done; steps that end before it are bare
+        self._wake = -math.inf
         self._ball_of: dict[pymunk.Body, Ball] = {}
         self._moved_by_others: list[int] = []
         self._error: Exception | None = None
@@ -134,8 +141,8 @@ class Billiards:
     def _install(self) -> None:
         """Set the collision handlers and, in a shared space, the clock that calls every step.
 
-        A swept contact is foreseen as soon as two sensors touch, so that one call is enough until
-        they part; a discrete one wants a call in every step.
+        A swept contact is predicted as soon as two sensors touch, so one call is enough until they
+        part. A discrete contact needs a call in every step.
         """
         when = "begin" if self._is_swept else "pre_solve"
         self.space.on_collision(SENSOR, SENSOR, **{when: self._feels})
@@ -152,8 +159,8 @@ class Billiards:
     def add_ball(self, circle: pymunk.Circle) -> Ball:
         """Make ``circle`` and its body a ball; both join the space if they are not in it.
 
-        In a shared space the ball gets a second circle, its sensor, a little larger than the ball;
-        alone, the circle itself is the sensor.
+        In a shared space the ball gets a second circle, its sensor, a little larger than the ball.
+        If ``alone``, the circle itself is the sensor.
         """
         body = circle.body
         assert body is not None
@@ -166,7 +173,7 @@ class Billiards:
             sensor.color = (0, 0, 0, 0)
             self.space.add(sensor)
         sensor.collision_type = SENSOR
-        path = self._path(self.time, _vector(body.position), _vector(body.velocity))
+        path = set_off(self.time, body.position, body.velocity, self.deceleration)
         number = self.engine.add_ball(path, radius, body.mass)
         ball = Ball(number, radius, sensor, self.engine)
         self.near.sensors.append(sensor)
@@ -190,9 +197,10 @@ class Billiards:
         friction: float = 0.0,
         sides: tuple[Side, ...] | None = None,
     ) -> int:
-        """Make a static segment, circle or polygon something that balls bounce off (Eq. 9).
+        """Make a static segment, circle or polygon a wall that balls bounce off (Eq. 9).
 
-        ``sides`` are what a ball can meet of it (default: all there is). Returns its number.
+        ``sides`` are the sides of it that a ball can meet (default: all of them). Returns its
+        number.
         """
         self._join(shape)
         shape.collision_type = WALL
@@ -204,28 +212,24 @@ class Billiards:
     def strike(self, ball: Ball, velocity: Vector) -> None:
         """Give a ball a velocity (m/s) now, between two steps."""
         position, _ = ball.path.at(self.time)
+        path = set_off(self.time, position, velocity, self.deceleration)
         self.engine.now = self.time
-        self.engine.set_off(ball.number, self._path(self.time, position, velocity))
+        self.engine.set_off(ball.number, path)
         self.engine.predict([ball.number])
         self._carry(ball)
-
-    @property
-    def is_finite(self) -> bool:
-        """Whether every number is in range; if not, contacts mean nothing any more."""
-        return self.engine.is_finite
 
     # -- stepping --------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """One step of a space that holds nothing else, contacts and stops inside it included.
+        """Make one step of a space that holds nothing else, contacts and stops included.
 
-        What a callback raised comes out here: pymunk itself only prints it.
+        An error from a callback is raised here, because pymunk itself only prints it.
         """
         self.space.step(self.dt)
         self._after_step()
 
     def play(self) -> None:
-        """Step until everything rests, it is ``latest``, or nothing more may happen."""
+        """Step until everything rests, until ``latest``, or until nothing more may happen."""
         while self.moving and self.time < self.latest:
             self._make_steps(self._steps_until_due())
             self._after_step()
@@ -235,7 +239,10 @@ class Billiards:
                 return
 
     def _make_steps(self, count: int) -> None:
-        """Step the space until two sensors touch, at most so often; the last step is not over."""
+        """Step the space until two sensors touch, but at most ``count`` times.
+
+        The last step is not counted yet: the caller finishes it.
+        """
         step, dt, pairs = self.space.step, self.dt, self.near.pairs
         quiet = 0
         step(dt)
@@ -246,13 +253,13 @@ class Billiards:
         self.time = self.steps * dt
 
     def _steps_until_due(self) -> int:
-        """In how many steps something is due, if no two sensors touch until then."""
+        """Return in how many steps something is due, if no two sensors touch until then."""
         if self.friction == "callback" or self._wake == -math.inf:
             return 1
         return int(max(1.0, min((self._wake - self.time) / self.dt - 1.0, MOST_QUIET)))
 
     def _after_step(self, *_: object) -> None:
-        """Answer what happened in the step that pymunk has just made; mostly nothing."""
+        """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
         since = self.time
         self.steps += 1
         self.time = min(self.steps * self.dt, self.latest)
@@ -280,7 +287,7 @@ class Billiards:
     def _on_clock(
         self, _clock: pymunk.Body, _gravity: Vector, _damping: float, dt: float
     ) -> None:  # fmt: skip
-        """Called in every step of a shared space, when positions are new and velocities are not."""
+        """Look after each step of a shared space, when positions are new and velocities are not."""
         try:
             self.space.add_post_step_callback(self._after_step, self)
             if abs(dt - self.dt) > 1e-9 * self.dt:
@@ -301,11 +308,12 @@ class Billiards:
         if abs(vx - ex) + abs(vy - ey) <= 1e-9 * scale and math.dist((x, y), expected) <= slack:
             return
         begin = (x - vx * self.dt, y - vy * self.dt)
-        self.engine.set_off(ball.number, self._path(self.time, begin, (vx, vy)))
+        path = set_off(self.time, begin, (vx, vy), self.deceleration)
+        self.engine.set_off(ball.number, path)
         self._moved_by_others.append(ball.number)
 
     def _feels(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
-        """The collision handler: these two are near enough to have met during this step."""
+        """Handle a collision: note that these two shapes may have met during this step."""
         try:
             arbiter.process_collision = False
             self.near.touched(*arbiter.shapes)
@@ -313,14 +321,14 @@ class Billiards:
             self._note(error)
 
     def _note(self, error: Exception) -> None:
-        """Keep an error for the end of the step: pymunk only prints what a callback raises."""
+        """Keep an error until the step's end, because pymunk only prints what a callback raises."""
         self._error = self._error or error
         self._wake = -math.inf
 
     def _damp(
         self, body: pymunk.Body, _gravity: Vector, _damping: float, _dt: float
     ) -> None:  # fmt: skip
-        """The damping callback: a body carries its path's mean velocity over the coming step."""
+        """Damp a body: it carries its path's mean velocity over the coming step."""
         try:
             now = (self.steps + 1) * self.dt
             body.velocity = self._mean_velocity(self._ball_of[body].path, now)
@@ -328,13 +336,10 @@ class Billiards:
             self._note(error)
 
     def _mean_velocity(self, path: Path, t: float) -> Vector:
-        """The velocity (m/s) that takes a body along its path from ``t`` to ``t + dt``."""
+        """Return the velocity (m/s) that takes a body along its path from ``t`` to ``t + dt``."""
         x0, y0, _, _ = motion_at(path, t)
         x1, y1, _, _ = motion_at(path, t + self.dt)
         return ((x1 - x0) / self.dt, (y1 - y0) / self.dt)
-
-    def _path(self, t: float, position: Vector, velocity: Vector) -> Path:
-        return set_off(t, position, velocity, self.deceleration)
 
     # -- bodies on their paths -------------------------------------------------------------------
 
@@ -346,8 +351,7 @@ class Billiards:
         if path.stop <= self.time:
             self._rest(ball)
             return
-        next_x, next_y, _, _ = motion_at(path, self.time + self.dt)
-        ball.body.velocity = (next_x - x) / self.dt, (next_y - y) / self.dt
+        ball.body.velocity = self._mean_velocity(path, self.time)
         margin = math.sqrt(vx * vx + vy * vy) * self.dt if self._is_swept else 0.0
         rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
         ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
@@ -361,25 +365,24 @@ class Billiards:
         if self.deceleration == 0.0:
             return
         if self.friction == "joint":
-            ball.joint = _friction_joint(self.space, ball.body, self.deceleration)
+            ball.joint = ball.joint or _friction_joint(self.space, ball.body, self.deceleration)
             self.space.add(ball.joint)
         else:
             ball.body.velocity_func = self._damp
 
     def _rest(self, ball: Ball) -> None:
-        """A ball stops; from now on it costs nothing."""
+        """Put a ball to rest; from now on it costs nothing."""
         ball.body.velocity = (0.0, 0.0)
         ball.sensor.unsafe_set_radius(ball.radius * (1.0 if self._is_swept else 1.0 - HAIR))
         if self.moving.pop(ball.number, None) is None:
             return
         if ball.joint is not None:
             self.space.remove(ball.joint)
-            ball.joint = None
         elif self.deceleration > 0.0:
             ball.body.velocity_func = pymunk.Body.update_velocity
 
     def _stop_balls(self) -> None:
-        """Put balls to rest whose paths have ended, and lead those there that end in this step."""
+        """Put balls to rest whose paths have ended, and steer those that stop in the next step."""
         for ball in list(self.moving.values()):
             if ball.path.stop <= self.time:
                 self._carry(ball)
@@ -389,7 +392,7 @@ class Billiards:
 
 
 class Callbacks(Recorder):
-    """Passes on what the engine does to the callbacks of a :class:`Billiards`."""
+    """This recorder passes on what the engine does to the callbacks of a :class:`Billiards`."""
 
     def __init__(self, table: Billiards) -> None:
         self.table = table
@@ -405,13 +408,13 @@ class Callbacks(Recorder):
             self.table.on_stop(self.table.balls[i])
 
     def stop_revoked(self, i: int, t: float) -> None:
-        """Call ``on_stop_revoked``: the ball had not come to rest."""
+        """Call ``on_stop_revoked``, because the ball had not come to rest."""
         if self.table.on_stop_revoked is not None:
             self.table.on_stop_revoked(self.table.balls[i])
 
 
 def same_balls(restitution: float, friction: float, mass: float) -> Callable[[int, int], Pair]:
-    """The ``pair`` of a table whose balls are all alike.
+    """Return the ``pair`` of a table whose balls are all alike.
 
     >>> same_balls(0.9, 0.05, mass=0.2)(0, 1)
     Pair(m_a=0.2, m_b=0.2, restitution=0.9, friction=0.05)
@@ -422,7 +425,10 @@ def same_balls(restitution: float, friction: float, mass: float) -> Callable[[in
 def _friction_joint(
     space: pymunk.Space, body: pymunk.Body, deceleration: float
 ) -> pymunk.PivotJoint:
-    """Coulomb friction inside the C step: a joint that pulls back with m a and holds no place."""
+    """Return a joint that is Coulomb friction inside the C step.
+
+    It pulls back with the force m a, and holds the body at no place.
+    """
     joint = pymunk.PivotJoint(space.static_body, body, (0.0, 0.0), (0.0, 0.0))
     joint.max_bias = 0.0
     joint.max_force = body.mass * deceleration
@@ -431,7 +437,3 @@ def _friction_joint(
 
 def _no_response(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
     arbiter.process_collision = False
-
-
-def _vector(v: tuple[float, float]) -> Vector:
-    return (v[0], v[1])

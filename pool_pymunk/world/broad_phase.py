@@ -1,4 +1,4 @@
-"""What pymunk's broad phase finds near a ball, as the contact engine wants to know it."""
+"""This module hands what pymunk's broad phase finds near a ball to the contact engine."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ EVERYTHING = pymunk.ShapeFilter()
 
 
 class BroadPhase:
-    """The pairs that touched during a step, and what a ball may meet in the rest of it.
+    """A broad phase knows the pairs that touched during a step, and what is near a ball.
 
     ``until`` (s) is the end of the present step. ``changed`` are the balls that have begun a new
-    path in it: their bodies are no longer where their paths are.
+    path in it, so their bodies are no longer where their paths are.
     """
 
     def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
@@ -26,14 +26,15 @@ class BroadPhase:
         self.engine = engine
         self.until = 0.0
         self.sensors: list[pymunk.Circle] = []
-        self.numbers: dict[pymunk.Shape, int] = {}  # of a sensor's ball, or -1 - that of a wall
-        self.pairs: dict[Key, None] = {}  # that touched during this step
+        # the number of a sensor's ball, or -1 - the number of a wall
+        self.numbers: dict[pymunk.Shape, int] = {}
+        self.pairs: dict[Key, None] = {}  # the pairs that touched during this step
         self.changed: dict[int, None] = {}
         self._touching: list[Key] = []
         self._around: dict[int, list[int]] = {}
 
     def touched(self, a: pymunk.Shape, b: pymunk.Shape) -> None:
-        """Two shapes came so near that their balls may have met during this step."""
+        """Note that two shapes came so near that their balls may have met during this step."""
         i, j = self.numbers[a], self.numbers[b]
         self.pairs[(i, j) if j < 0 or i < j else (j, i)] = None
 
@@ -49,7 +50,7 @@ class BroadPhase:
     # -- what the engine asks ------------------------------------------------------------------
 
     def walls(self, i: int) -> Iterable[int]:
-        """The walls that ball ``i`` may meet in the rest of the step."""
+        """Return the walls that ball ``i`` may meet in the rest of the step."""
         found = self._around[i] = self._look_around(i)
         return [-1 - j for j in found if j < 0]
 
@@ -58,7 +59,7 @@ class BroadPhase:
         self.changed[i] = None
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """The balls that ball ``i`` may meet in the rest of the step."""
+        """Return the balls that ball ``i`` may meet in the rest of the step."""
         found = self._around.pop(i, None) or self._look_around(i)
         others = dict.fromkeys((*found, *self.changed))
         return [j for j in others if j >= 0 and j != i]
@@ -68,9 +69,9 @@ class BroadPhase:
         self.changed.pop(i, None)
 
     def _look_around(self, i: int) -> list[int]:
-        """Whose shapes are near ball ``i`` in the rest of the step, or near its sensor.
+        """Return what is near ball ``i`` in the rest of the step, or near its sensor.
 
-        What the sensor touches now is not reported again until they part.
+        pymunk does not report again what the sensor touches now, until the two part.
         """
         path, r = self.engine.paths[i], self.engine.radii[i]
         x, y, _, _ = motion_at(path, max(self.until, path.t))
@@ -86,24 +87,27 @@ class BroadPhase:
 
 
 class EndOfStep(BroadPhase):
-    """Contacts at the end of a step, as a plain handler finds them.
+    """This broad phase finds contacts at the end of a step, as a plain handler does.
 
-    Two sides meet at the end of the step if they overlap there and close: up to a step late, and
-    not at all where a ball only grazed or tunnelled.
+    Two sides meet at the end of the step if they overlap there and close. Such a contact comes up
+    to a step late, and it never comes where a ball only grazed or tunnelled.
     """
 
     def foresee(self) -> None:
-        """Put in the queue what overlaps and closes of the pairs that touched."""
+        """Put into the queue the pairs that touched, if they overlap and close."""
         self._touching = list(self.pairs)
         self.pairs.clear()
         self._queue_if_closing(self._touching)
 
     def walls(self, i: int) -> Iterable[int]:
-        """A new path meets no wall before the step is over."""
+        """Return nothing: a new path meets no wall before the step is over."""
         return ()
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """A new path meets no ball, either; what it touches already may close now."""
+        """Return nothing: a new path meets no ball, either.
+
+        But what the ball touches already may close now, and is put into the queue.
+        """
         self._queue_if_closing([pair for pair in self._touching if i in pair])
         return ()
 

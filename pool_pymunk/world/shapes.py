@@ -1,4 +1,4 @@
-"""The sides of pymunk shapes that balls can bounce off: static segments, circles and polygons."""
+"""This module finds the sides of pymunk shapes: static segments, circles and polygons."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pool_pymunk.physics.sides import Post, Side, face_between
 
 
 def sides_of(shape: pymunk.Shape) -> tuple[Side, ...]:
-    """The faces and corners of a static segment, circle or polygon."""
+    """Return the faces and corners of a static segment, circle or polygon."""
     body = shape.body
     assert body is not None
     if isinstance(shape, pymunk.Circle):
@@ -21,5 +21,6 @@ def sides_of(shape: pymunk.Shape) -> tuple[Side, ...]:
         ends = [body.local_to_world(corner) for corner in shape.get_vertices()]
     corners = [(x, y) for x, y in ends]
     outline = zip(corners, corners[1:] + corners[:1], strict=True)
-    faces = [face_between(b, a, shape.radius) for a, b in outline]  # a polygon's outside
+    # The faces are those of a polygon's outside.
+    faces = [face_between(b, a, shape.radius) for a, b in outline]
     return (*faces, *(Post(corner, shape.radius) for corner in corners))

@@ -1,21 +1,21 @@
-"""The extremes: where each solver breaks, by how much, from where on, and whether it says so.
+"""This study goes to extremes: it finds where each solver breaks, and whether it says so.
 
-An extreme is a row of small scenes made from parameters, from mild to extreme; what must hold is
-measured, each with a bound and where the bound comes from
+An extreme is a row of small scenes made from parameters, from mild to extreme. Each claim measures
+what must hold, with a bound; the module says where the bounds come from
 (:mod:`pool_pymunk.studies.stability.claims`).
 """
 
 from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
-from pool_pymunk.studies.stability.suite import Cell, Outcome, check, check_all, columns
+from pool_pymunk.studies.stability.suite import CaseResult, Cell, check, check_all, columns
 from pool_pymunk.studies.stability.trial import Case, Measure, Trial
 
 __all__ = [
     "EXTREMES",
     "Case",
+    "CaseResult",
     "Cell",
     "Extreme",
     "Measure",
-    "Outcome",
     "Trial",
     "check",
     "check_all",

@@ -1,15 +1,15 @@
-"""What must always hold, measured: each claim looks at a trial, and returns a value with its bound.
+"""Claims measure what must always hold: each looks at a trial, and returns value and bound.
 
-Where the bounds come from:
+The bounds come from three sources:
 
-- *Rounding*: a contact rounds velocities and positions a few times; after K contacts that is at
+- *Rounding*: a contact rounds velocities and positions a few times. After K contacts that is at
   most ``CARE * (K + 1)`` units of rounding, of the velocities or of the largest coordinate.
-- *Amplification*: how far two exact runs move apart whose starts differ by one unit of rounding is
+- *Amplification*: two exact runs whose starts differ by one unit of rounding move apart. How far is
   measured (:func:`pool_pymunk.studies.stability.trial.exact`). Every contact may nudge a run like
   that, so two exact solvers may differ by ``CARE * (K + 1)`` times as much, and by no more.
-- *Lateness*: a solver that answers contacts at the end of a step promises no more than its step:
-  it may overlap by the way that the fastest ball comes in one, and every contact may nudge it by
-  as much; but it is wrong where a ball is off by more than a radius.
+- *Lateness*: a solver that answers contacts at the end of a step promises no more than its step. It
+  may overlap by the way that the fastest ball travels in one step, and every contact may nudge it
+  by as much. But it is wrong if a ball is off by more than a radius.
 """
 
 from __future__ import annotations
@@ -21,10 +21,9 @@ from dataclasses import replace
 import numpy as np
 
 from pool_pymunk.model import Scene, SceneError, State, Table
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies.stability.trial import (
-    EPSILON,
     Measure,
     Trial,
     distance,
@@ -32,11 +31,11 @@ from pool_pymunk.studies.stability.trial import (
     wrong,
 )
 
-CARE = 32.0  # units of rounding that a contact may cost
-OVERLAP = 1e-9  # of the sum of the radii: what a scene may overlap by at its start, too
-PRESSED = 1e-4  # of a radius: what balls may overlap by that surface friction presses together
-AT_ONCE = 1_000_000  # pairs of balls and times looked at in one go
-QUICK = 0.5  # s; slower runs are not repeated
+CARE = 32.0  # A contact may cost so many units of rounding.
+OVERLAP = 1e-9  # of the sum of the radii; a scene may overlap by this at its start, too
+PRESSED = 1e-4  # of a radius; balls that surface friction presses together may overlap by this
+AT_ONCE = 1_000_000  # So many pairs of balls and times are looked at in one go.
+QUICK = 0.5  # s; a run slower than this is not repeated
 
 
 def measures(trial: Trial) -> Iterator[Measure]:
@@ -44,7 +43,7 @@ def measures(trial: Trial) -> Iterator[Measure]:
     broken = finite(trial)
     yield broken
     if not broken.holds:
-        return  # the rest would measure nonsense
+        return  # All further measures would be nonsense.
     for claim in (*ALWAYS, *trial.case.claims):
         measure = claim(trial)
         if measure is not None:
@@ -52,13 +51,13 @@ def measures(trial: Trial) -> Iterator[Measure]:
 
 
 def finite(trial: Trial) -> Measure:
-    """Every number is one."""
+    """Measure that every number is finite."""
     sound = all(np.isfinite(knots).all() for knots in trial.run.knots)
     return wrong("finite", "numbers out of range", not sound or trial.run.status == "non_finite")
 
 
 def ends(trial: Trial) -> Measure:
-    """The run ends as it must, and not after ``max_time``; it may come to rest before."""
+    """Measure that the run ends as it must, and not after ``max_time``; it may rest before."""
     run, expected = trial.run, trial.case.status
     if run.status != expected and not (run.status == "settled" and _rests(run)):
         return wrong("ends", f"ends with {run.status}, not {expected}")
@@ -72,12 +71,12 @@ def _rests(run: Run) -> bool:
 
 
 def energy(trial: Trial) -> Measure | None:
-    """Under the law `coulomb` energy never grows; without losses it never falls either."""
+    """Measure that under the law `coulomb` energy never grows; without losses it never falls."""
     return energy_kept(trial) if trial.law == "coulomb" else None
 
 
 def energy_kept(trial: Trial) -> Measure:
-    """By which share of all energy it grows; without losses, by which it changes."""
+    """Return by which share of all energy it grows; without losses, by which it changes."""
     speeds = trial.run.at(trial.times)[1]
     mass = np.array([ball.mass for ball in trial.scene.balls])
     total = 0.5 * (mass * (speeds**2).sum(axis=2)).sum(axis=1) / trial.run.energy["initial"]
@@ -88,13 +87,13 @@ def energy_kept(trial: Trial) -> Measure:
 
 
 def momentum(trial: Trial) -> Measure | None:
-    """Where balls meet only balls, and nothing brakes them, momentum is kept."""
+    """Measure that momentum is kept, where balls meet only balls and nothing brakes them."""
     alone = trial.scene.table is None and trial.scene.deceleration == 0.0
     return momentum_kept(trial) if alone and trial.law == "coulomb" else None
 
 
 def momentum_kept(trial: Trial) -> Measure:
-    """By which share momentum changes, of the sum of what all balls have."""
+    """Return by which share momentum changes, of the sum of what all balls have."""
     mass = np.array([ball.mass for ball in trial.scene.balls])[:, None]
     _, speeds = trial.run.at([0.0, trial.run.duration])
     total = (mass * speeds).sum(axis=1)
@@ -105,7 +104,7 @@ def momentum_kept(trial: Trial) -> Measure:
 
 
 def inside(trial: Trial) -> Measure | None:
-    """No ball reaches beyond a cushion."""
+    """Measure that no ball reaches beyond a cushion."""
     table = trial.scene.table
     if table is None:
         return None
@@ -116,7 +115,10 @@ def inside(trial: Trial) -> Measure | None:
 
 
 def beyond(table: Table, points: Array, radii: Array) -> Array:
-    """How far (m) discs at ``points`` (T, N, 2) reach beyond the cushions; negative: not at all."""
+    """Return how far (m) discs at ``points`` (T, N, 2) reach beyond the cushions.
+
+    It is negative if they do not.
+    """
     x, y = points[..., 0], points[..., 1]
     nearest = np.full(x.shape, np.inf)
     within = np.zeros(x.shape, dtype=bool)
@@ -130,7 +132,7 @@ def beyond(table: Table, points: Array, radii: Array) -> Array:
 
 
 def overlap(trial: Trial) -> Measure | None:
-    """No two balls overlap beyond what a scene may start with."""
+    """Measure that no two balls overlap beyond what a scene may start with."""
     radii = np.array([ball.radius for ball in trial.scene.balls])
     if len(radii) < 2:
         return None
@@ -150,7 +152,7 @@ def overlap(trial: Trial) -> Measure | None:
 
 
 def exact_run(trial: Trial) -> Measure | None:
-    """The run stays at the exact one as far as the scene's measured amplification lets it."""
+    """Measure that the run stays as near the exact one as the scene's amplification lets it."""
     if trial.is_exact_run:
         return None
     apart = distance(trial.run, trial.exact.run, trial.exact.times)
@@ -158,7 +160,7 @@ def exact_run(trial: Trial) -> Measure | None:
 
 
 def farthest(claim: str, apart: Array, trial: Trial, words: str, care: float = 1.0) -> Measure:
-    """The distance (T,) (m) from where balls should be when it is largest beside its bound."""
+    """Measure the largest of the distances (T,) (m) from where balls should be, with its bound."""
     reference = trial.exact
     unit = EPSILON + trial.late / reference.extent
     share = care * CARE * (trial.contacts + 1) * unit
@@ -168,7 +170,7 @@ def farthest(claim: str, apart: Array, trial: Trial, words: str, care: float = 1
 
 
 def same_bits(trial: Trial) -> Measure | None:
-    """The same input gives the same bits."""
+    """Measure that the same input gives the same bits."""
     if trial.run.wall_time > QUICK:
         return None
     again = trial.simulate(trial.scene)
@@ -177,7 +179,10 @@ def same_bits(trial: Trial) -> Measure | None:
 
 
 def any_order(trial: Trial) -> Measure | None:
-    """The order in which balls are listed does not matter (in `published` it does: A is first)."""
+    """Measure that the listing order of the balls does not matter.
+
+    Under `published` it does, because the ball listed first is A.
+    """
     scene, run, times = trial.scene, trial.run, trial.exact.times
     if trial.law != "coulomb" or len(scene.balls) < 2 or run.wall_time > QUICK:
         return None
@@ -187,14 +192,14 @@ def any_order(trial: Trial) -> Measure | None:
 
 
 def there_and_back(trial: Trial) -> Measure | None:
-    """Where nothing dissipates, all velocities reversed lead back to the start."""
+    """Measure that all velocities reversed lead back to the start, where nothing dissipates."""
     run = trial.run
     if not lossless(trial.scene) or run.status != "max_time" or run.wall_time > QUICK:
         return None
     try:
         back = moving_as(trial.scene, reversed_state(run))
     except SceneError:
-        return None  # it ended off the table; `inside` says so
+        return None  # It ended off the table, and `inside` says so.
     home = replace(trial, case=replace(trial.case, scene=back))
     times = home.exact.times
     apart = longest(home.run.at(times)[0] - run.at(run.duration - times)[0])
@@ -202,19 +207,19 @@ def there_and_back(trial: Trial) -> Measure | None:
 
 
 def lossless(scene: Scene) -> bool:
-    """Whether nothing in the scene takes energy."""
+    """Tell whether nothing in the scene takes energy."""
     r, f = scene.restitution, scene.friction
     elastic = {r.ball_ball, r.cue_ball, r.cushion} <= {None, 1.0}
     return elastic and scene.deceleration == f.cushion == f.ball_ball == 0.0
 
 
 def reversed_state(run: Run) -> State:
-    """The end of a run, every ball on its way back."""
+    """Return the end of a run, with every ball on its way back."""
     return run.end._replace(velocity=tuple((-vx, -vy) for vx, vy in run.end.velocity))
 
 
 def moving_as(scene: Scene, state: State) -> Scene:
-    """The scene with its balls where and as fast as the state has them."""
+    """Return the scene with its balls where and as fast as the state has them."""
     moved = zip(scene.balls, state.position, state.velocity, strict=True)
     return replace(
         scene, balls=tuple(replace(ball, position=p, velocity=v) for ball, p, v in moved)

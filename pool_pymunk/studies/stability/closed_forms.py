@@ -1,4 +1,4 @@
-"""Claims that one extreme makes and others do not: its closed form, its symmetry, its likeness."""
+"""These claims are for single extremes: a closed form, a symmetry, or a likeness."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from pool_pymunk.studies.stability.trial import (
 
 
 def by_coulomb(claim: Claim) -> Claim:
-    """A claim that the law `published`, which answers in the listing's order, does not make."""
+    """Return the claim, but not for the law `published`, which answers in the listing's order."""
     return lambda trial: claim(trial) if trial.law == "coulomb" else None
 
 
 def contacts_are(expected: int) -> Claim:
-    """The run has just so many contacts."""
+    """Claim that the run has just so many contacts."""
 
     def contacts(trial: Trial) -> Measure:
         words = f"{trial.contacts} contacts, not {expected}"
@@ -37,7 +37,7 @@ def contacts_are(expected: int) -> Claim:
 
 
 def leave_with(velocities: Mapping[str, Point]) -> Claim:
-    """Balls end with these velocities (m/s)."""
+    """Claim that balls end with these velocities (m/s)."""
 
     def velocity(trial: Trial) -> Measure:
         ends = trial.run.end.velocity
@@ -49,7 +49,7 @@ def leave_with(velocities: Mapping[str, Point]) -> Claim:
 
 
 def leaves_at(id_: str, speed: float) -> Claim:
-    """A ball ends with this speed (m/s)."""
+    """Claim that a ball ends with this speed (m/s)."""
 
     def leaves(trial: Trial) -> Measure:
         end = math.hypot(*trial.run.end.velocity[trial.scene.index[id_]])
@@ -59,18 +59,18 @@ def leaves_at(id_: str, speed: float) -> Claim:
 
 
 def _velocity(trial: Trial, off: float) -> Measure:
-    bound = min(_displaced(trial) / trial.smallest, 1.0) * trial.fastest  # normals turn as much
+    bound = min(_displaced(trial) / trial.smallest, 1.0) * trial.fastest  # Normals turn by as much.
     return Measure("velocity", off, bound, trial.fastest, "m/s", "a velocity is {} off")
 
 
 def _displaced(trial: Trial) -> float:
-    """How far (m) rounding, or coming late, may displace the contacts of a short run."""
+    """Return how far (m) rounding, or coming late, may displace the contacts of a short run."""
     return CARE * (trial.contacts + 1) * trial.rounding + trial.late
 
 
 @by_coulomb
 def mirrored(trial: Trial) -> Measure:
-    """What is symmetric about y = 0 at the start stays so."""
+    """Measure that a scene which is symmetric about y = 0 at the start stays so."""
     start = {ball.position: k for k, ball in enumerate(trial.scene.balls)}
     partner = [start[x, -y] for x, y in start]
     points = trial.run.at(trial.exact.times)[0]
@@ -80,7 +80,7 @@ def mirrored(trial: Trial) -> Measure:
 
 @by_coulomb
 def on_the_diagonal(trial: Trial) -> Measure:
-    """A ball that comes along the diagonal x = y of a square stays on it."""
+    """Measure that a ball that comes along the diagonal x = y of a square stays on it."""
     points = trial.run.at(trial.times)[0]
     off = float(np.abs(points[..., 0] - points[..., 1]).max())
     return Measure("symmetry", off, _displaced(trial), trial.smallest, "m", "{} from symmetric")
@@ -88,7 +88,7 @@ def on_the_diagonal(trial: Trial) -> Measure:
 
 @by_coulomb
 def all_as_far(trial: Trial) -> Measure:
-    """Balls that come to the origin alike leave it alike; one that was there stays."""
+    """Measure that balls that come to the origin alike leave it alike; one that was there stays."""
     points = trial.run.at(trial.times)[0]
     far = np.hypot(points[..., 0], points[..., 1])
     comes = far[0] > 0.0
@@ -98,7 +98,7 @@ def all_as_far(trial: Trial) -> Measure:
 
 
 def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
-    """Everything happens as in another scene, scaled and then shifted (m)."""
+    """Claim that everything happens as in another scene, scaled and then shifted (m)."""
 
     def likeness(trial: Trial) -> Measure:
         like = replace(trial, case=replace(trial.case, scene=under(base, trial.law)))
@@ -110,7 +110,7 @@ def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
 
 
 def together(trial: Trial) -> Measure | None:
-    """Contacts of one instant are answered as the exact solver does, however they are nudged."""
+    """Measure that contacts of one instant are answered as by the exact solver, even if nudged."""
     if trial.dt is None:
         return None
     apart = float(distance(trial.run, trial.exact.run, trial.times).max())

@@ -1,4 +1,4 @@
-"""The extremes: small scenes made from parameters, each row from mild to extreme."""
+"""This module makes the extremes: small scenes from parameters, each row from mild to extreme."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pool_pymunk.studies.stability import closed_forms as must
 from pool_pymunk.studies.stability.claims import energy_kept, momentum_kept
 from pool_pymunk.studies.stability.trial import Case
 
-R = 2.0**-5  # m; sizes and places are short binary numbers, so that what should touch does
+R = 2.0**-5  # m; sizes and places are short binary numbers, so that balls that should touch do
 M = 0.2  # kg
 REST = (0.0, 0.0)  # m/s
 LIVELY = Restitution(ball_ball=0.9, cushion=0.7)
@@ -37,10 +37,10 @@ Row = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 
 @dataclass(frozen=True)
 class Extreme:
-    """A row of the table: cases from mild to extreme, and what they are about.
+    """An extreme is a row of the table: its cases run from mild to extreme.
 
-    ``steps`` (s) replace the solvers' usual ones; ``because`` says why every solver with
-    the scene's law must fail here.
+    ``steps`` (s) replace the solvers' usual ones. ``because`` says why every solver with the
+    scene's law must fail here.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Extreme:
 
 
 def alike(rows: Iterable[Row], r: float = R, m: float = M) -> tuple[Ball, ...]:
-    """Balls of one kind (m, kg); the first is the cue ball."""
+    """Return balls of one kind (m, kg); the first is the cue ball."""
     return tuple(
         Ball(str(k), (x, y), r, m, cue=k == 0, velocity=(vx, vy))
         for k, (x, y, vx, vy) in enumerate(rows)
@@ -63,27 +63,27 @@ def alike(rows: Iterable[Row], r: float = R, m: float = M) -> tuple[Ball, ...]:
 
 
 def rectangle(length: float, width: float, corner: Point = (0.0, 0.0)) -> Table:
-    """A table of that size (m) with its lower left corner anywhere."""
+    """Return a table of that size (m) with its lower left corner anywhere."""
     x, y = corner
     return Table(((x, y), (x + length, y), (x + length, y + width), (x, y + width)))
 
 
 def on_plane(balls: tuple[Ball, ...], e: float, time: float, friction: Friction = CHALK) -> Scene:
-    """Balls that meet nothing but each other, for so long (s)."""
+    """Return a scene in which balls meet nothing but each other, for so long (s)."""
     return Scene(balls, None, Restitution(e), friction, Physics(max_time=time))
 
 
 def unit(degrees: float) -> Point:
-    """The unit vector in that direction."""
+    """Return the unit vector in that direction."""
     return math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
 
 
 def grip(speed: float, length: float) -> float:
-    """The coefficient of surface friction that stops a ball after ``length`` (m)."""
+    """Return the coefficient of surface friction that stops a ball after ``length`` (m)."""
     return speed * speed / (2.0 * length * STANDARD_GRAVITY)
 
 
-# On a table of 2 m by 1 m: two that move among others that rest; and three of them touching.
+# On a table of 2 m by 1 m, two balls move among others that rest; three of those touch.
 MIXED: tuple[Row, ...] = (
     (0.5, 0.5, 3.0, 0.25),
     (1.0, 0.5, *REST),
@@ -103,7 +103,7 @@ TOUCHING: tuple[Row, ...] = (
 
 
 def speeds() -> Iterator[Case]:
-    """A ball is shot at another, near enough to be reached."""
+    """Shoot a ball at another, near enough to be reached."""
     for speed in (1.0, 1e-6, 1e3, 1e6):
         (vx, vy), (ux, uy) = unit(20.0), unit(23.0)
         way = 2.0 * R + min(0.25, 0.01 * speed**2)
@@ -113,7 +113,7 @@ def speeds() -> Iterator[Case]:
 
 
 def masses() -> Iterator[Case]:
-    """One ball of another mass is hit from both sides."""
+    """Hit one ball of another mass from both sides."""
     rows = ((0.0, 0.0, 2.0, 0.0625), (0.375, R, *REST), (0.75, R, -1.0, 0.0), (0.5, -0.125, *REST))
     usual = alike(rows)
     for ratio in (1.0, 1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9):
@@ -122,7 +122,7 @@ def masses() -> Iterator[Case]:
 
 
 def radii() -> Iterator[Case]:
-    """Small balls meet one that is half a metre in radius."""
+    """Let small balls meet one that is half a metre in radius."""
     for ratio in (1.0, 10.0, 100.0, 1000.0):
         big = Ball("big", (1.0, 1.25), 0.5, M, velocity=(0.5, 0.125))
         (small,) = alike([(3.0, 1.25, -2.0, 0.03125)], 0.5 / ratio)
@@ -132,7 +132,7 @@ def radii() -> Iterator[Case]:
 
 
 def restitutions() -> Iterator[Case]:
-    """From elastic to sticking."""
+    """Vary the restitution from elastic to sticking."""
     for label, ball, cushion in (
         ("0.9, cushions 0.7", 0.9, 0.7),
         ("1", 1.0, 1.0),
@@ -145,7 +145,7 @@ def restitutions() -> Iterator[Case]:
 
 
 def frictions() -> Iterator[Case]:
-    """From none to far more than the laws have use for."""
+    """Vary friction from none to far more than the laws have use for."""
     for label, friction in (
         ("as in the report", CLOTH),
         ("0", SMOOTH),
@@ -155,13 +155,14 @@ def frictions() -> Iterator[Case]:
         ("10", Friction(10.0, 10.0, 10.0)),
     ):
         physics = Physics(max_time=None if friction.surface else 3.0)
-        faster = 1.0 if friction.surface < 1.0 else 5.0  # lest nothing is ever met
+        # The ball is fast enough to meet something.
+        faster = 1.0 if friction.surface < 1.0 else 5.0
         rows = ((x, y, faster * vx, faster * vy) for x, y, vx, vy in MIXED)
         yield Case(label, Scene(alike(rows), rectangle(2.0, 1.0), LIVELY, friction, physics))
 
 
 def time_steps() -> Iterator[Case]:
-    """One small, fast scene for all steps: over in 0.1 s, ten contacts or more."""
+    """Play one small, fast scene at all steps: it lasts 0.1 s and has ten contacts or more."""
     size = 2.0**-4
     rows = ((x * size, y * size, vx, vy) for x, y, vx, vy in MIXED)
     balls = alike(rows, R * size)
@@ -170,7 +171,7 @@ def time_steps() -> Iterator[Case]:
 
 
 def table_sizes() -> Iterator[Case]:
-    """The same table in every size, then balls of usual size on the largest."""
+    """Play on the same table in every size, then with balls of usual size on the largest."""
     for length in (1.0, 1e-3, 100.0, 1e4):
         claim = must.as_in(sized(1.0), scale=length)
         yield Case(f"{length:g} m", sized(length), (claim,))
@@ -178,7 +179,10 @@ def table_sizes() -> Iterator[Case]:
 
 
 def sized(length: float, radius: float = R) -> Scene:
-    """A table, crossed in about a second; ``radius`` in units of the table's ``length`` (m)."""
+    """Return a scene whose table is crossed in about a second.
+
+    ``radius`` is in units of the table's ``length`` (m).
+    """
     rows = (
         (0.25, 0.125, 1.5, 0.25),
         (0.75, 0.125 + 0.5 / 6.0 - radius, *REST),
@@ -194,14 +198,14 @@ def sized(length: float, radius: float = R) -> Scene:
 
 
 def origins() -> Iterator[Case]:
-    """The same table, farther and farther from the origin."""
+    """Put the same table farther and farther from the origin."""
     for far in (0.0, 1e3, 1e5, 1e7):
         claim = must.as_in(moved((0.0, 0.0)), shift=(far, -far))
         yield Case(f"{far:g} m", moved((far, -far)), (claim,))
 
 
 def moved(corner: Point) -> Scene:
-    """The mixed scene on a table with its corner there; all starts are exact to 1e7 m."""
+    """Return the mixed scene on a table with its corner there; starts are exact up to 1e7 m."""
     rows = ((x + corner[0], y + corner[1], vx, vy) for x, y, vx, vy in MIXED)
     return Scene(alike(rows), rectangle(2.0, 1.0, corner), LIVELY, CLOTH)
 
@@ -210,7 +214,7 @@ def moved(corner: Point) -> Scene:
 
 
 def racks() -> Iterator[Case]:
-    """A rack of 15, hit head-on: the break stays symmetric."""
+    """Hit a rack of 15 head-on: the break stays symmetric."""
     for gap in (1e-6, 1e-9, 1e-12, 1e-15, 0.0):
         pitch = 2.0 * R + gap
         places = (
@@ -225,7 +229,7 @@ def racks() -> Iterator[Case]:
 
 
 def cradles() -> Iterator[Case]:
-    """As many balls leave a row of touching balls as hit it, at the same speed."""
+    """Hit a row of touching balls: as many balls leave it as hit it, at the same speed."""
     for strikers, count in ((1, 2), (1, 3), (1, 4), (1, 5), (1, 6), (1, 7), (2, 5), (3, 7)):
         rows = [
             (2.0 * R * k - (0.25 if k < strikers else 0.0), 0.0, float(k < strikers), 0.0)
@@ -237,7 +241,7 @@ def cradles() -> Iterator[Case]:
 
 
 def meetings() -> Iterator[Case]:
-    """Balls from all sides meet at one instant, around nothing or around a ball at rest."""
+    """Let balls from all sides meet at one instant, around nothing or around a ball at rest."""
     for e in (0.9, 0.0):
         for count in (2, 3, 4, 6):
             around = [(0.5 * x, 0.5 * y, -x, -y) for x, y in map(unit, angles(count))]
@@ -248,12 +252,12 @@ def meetings() -> Iterator[Case]:
 
 
 def angles(count: int) -> list[float]:
-    """Directions (degrees) all around."""
+    """Return directions (degrees) all around."""
     return [360.0 * k / count for k in range(count)]
 
 
 def head_ons() -> Iterator[Case]:
-    """No slip: the other ball leaves along the line of centres."""
+    """Hit without slip: the other ball leaves along the line of centres."""
     for angle in (0.0, 30.0, 45.0, 90.0, 165.0):
         x, y = unit(angle)
         scene = on_plane(alike([(0.0, 0.0, x, y), (0.5 * x, 0.5 * y, *REST)]), 0.95, 1.0)
@@ -262,11 +266,12 @@ def head_ons() -> Iterator[Case]:
 
 
 def grazing_hits() -> Iterator[Case]:
-    """A ball passes another at the sum of the radii, give or take a share: a hit, or a miss."""
+    """Let a ball pass another at the sum of the radii, more or less: it hits, or it misses."""
     for share in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12, 0.0):
         beside = 2.0 * R * (1.0 + share)
         inside = max(2.0 * R - beside, 0.0) * (2.0 * R + beside)
-        kick = 0.95 * math.sqrt(inside) / (2.0 * R)  # normal change of velocity, e = 0.9
+        # This is the normal change of velocity for e = 0.9.
+        kick = 0.95 * math.sqrt(inside) / (2.0 * R)
         speed = kick * math.hypot(1.0, CHALK.ball_ball)
         scene = on_plane(alike([(-0.5, beside, 1.0, 0.0), (0.0, 0.0, *REST)]), 0.9, 1.0)
         claims = (must.contacts_are(int(beside < 2.0 * R)), must.leaves_at("1", speed))
@@ -277,7 +282,7 @@ def grazing_hits() -> Iterator[Case]:
 
 
 def corners() -> Iterator[Case]:
-    """A ball runs along the diagonal into a square's corner, or onto a corner that sticks out."""
+    """Run a ball along the diagonal into a square's corner, or onto a corner that sticks out."""
     square = rectangle(1.0, 1.0)
     ell = Table(((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.5), (0.5, 1.0), (0.0, 1.0)))
     for label, table, e, mu in (
@@ -297,9 +302,9 @@ def corners() -> Iterator[Case]:
 
 
 def squeezes() -> Iterator[Case]:
-    """A heavy ball drives a light one to a cushion; elastic, they count the digits of pi.
+    """Let a heavy ball drive a light one to a cushion; elastic, they count the digits of pi.
 
-    Galperin (2003): with a mass ratio N the hits are ceil(pi / atan(sqrt(1/N))) - 1 in number.
+    With a mass ratio N there are ceil(pi / atan(sqrt(1/N))) - 1 hits (Galperin 2003).
     """
     for ratio in (1e2, 1e4, 1e6, 1e8):
         hits = math.ceil(math.pi / math.atan(math.sqrt(1.0 / ratio))) - 1
@@ -314,15 +319,18 @@ def squeezes() -> Iterator[Case]:
 
 
 def squeezed(ratio: float, beside: float = 0.0, far: float = 0.0) -> tuple[Ball, ...]:
-    """A heavy ball on its way to a light one, ``beside`` (m) its line, before a cushion."""
+    """Return a heavy ball on its way to a light one, which is before a cushion.
+
+    ``beside`` (m) is how far the heavy ball's line is from the light ball.
+    """
     heavy = Ball("heavy", (far + 2.0, 0.5), R, M * ratio, velocity=(-1.0, 0.0))
     return heavy, Ball("light", (far + 1.0, 0.5 + beside), R, M)
 
 
 def wedges() -> Iterator[Case]:
-    """A ball runs into a wedge; elastic, its path unfolds to a straight line through images of it.
+    """Run a ball into a wedge; elastic, its path unfolds to a straight line through images of it.
 
-    From the middle line, aimed a seventh of the angle beside the tip, it meets
+    The ball starts on the middle line and is aimed a seventh of the angle beside the tip. It meets
     ceil(180 / angle - 1/7 - 1/2) cushions.
     """
     for angle in (60.0, 10.0, 1.0, 0.1):
@@ -341,7 +349,7 @@ def wedges() -> Iterator[Case]:
 
 
 def crowd(count: int, box: float, seed: int = 1) -> tuple[Ball, ...]:
-    """Balls on a grid in a square box (m), each in its own direction at 1 m/s."""
+    """Return balls on a grid in a square box (m), each in its own direction at 1 m/s."""
     rng = random.Random(seed)
     side = math.ceil(math.sqrt(count))
     pitch = box / side
@@ -352,7 +360,7 @@ def crowd(count: int, box: float, seed: int = 1) -> tuple[Ball, ...]:
 
 
 def many_contacts() -> Iterator[Case]:
-    """Ten balls in a box, without losses, for so many contacts."""
+    """Play ten balls in a box, without losses, for so many contacts."""
     physics = Physics(max_time=1e6)
     for count in (1_000, 10_000, 100_000):
         scene = Scene(crowd(10, 0.5), rectangle(0.5, 0.5), ELASTIC, SMOOTH, physics)
@@ -360,7 +368,7 @@ def many_contacts() -> Iterator[Case]:
 
 
 def many_balls() -> Iterator[Case]:
-    """A box full of balls, for half a second."""
+    """Play a box full of balls, for half a second."""
     for count in (10, 100, 1_000):
         box = 0.125 * math.ceil(math.sqrt(count))
         physics = Physics(max_time=0.5)
@@ -369,7 +377,7 @@ def many_balls() -> Iterator[Case]:
 
 
 def never_at_rest() -> Iterator[Case]:
-    """Nothing brakes: the run ends at its ``max_time``, to the last bit, and not before."""
+    """Let nothing brake: the run ends at its ``max_time``, to the last bit, and not before."""
     physics = Physics(max_time=math.pi)
     one, table = (0.5, 0.5, 1.0, 0.25), rectangle(2.0, 1.0)
     for label, rows, where in (
@@ -382,7 +390,7 @@ def never_at_rest() -> Iterator[Case]:
 
 
 def the_listing() -> Iterator[Case]:
-    """The report's own law: what Listing 3 does to momentum and energy in an oblique hit."""
+    """Show what Listing 3, the report's own law, does to momentum and energy in an oblique hit."""
     for degrees in (0.0, 30.0, 60.0):
         x, y = unit(degrees)
         rows = ((-0.25 - 2.0 * R * x, -0.125 - 2.0 * R * y, 1.0, 0.5), (0.0, 0.0, *REST))

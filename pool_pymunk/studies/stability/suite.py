@@ -1,4 +1,4 @@
-"""All extremes by all solvers: one cell of the table each, worked out in several processes."""
+"""This module tries every extreme with every solver, in several processes, a cell for each."""
 
 from __future__ import annotations
 
@@ -10,22 +10,25 @@ from multiprocessing import resource_tracker
 from multiprocessing.pool import IMapIterator
 
 from pool_pymunk.results.words import step_text
-from pool_pymunk.safety.interrupts import deaf, heed
+from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
 from pool_pymunk.studies.stability.claims import measures
 from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
 from pool_pymunk.studies.stability.trial import GRID, Measure, Trial, wrong
 
-MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000  # of one run; what needs more is not run
-MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000  # the same, of pairs looked at one by one
+# This is the limit of one run; a run that needs more is left out.
+MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000
+# This is the limit of pairs looked at one by one.
+MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000
 PROCESSES = 2
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What was measured of one case, under one law and at one step (s), or why it was not.
+class CaseResult:
+    """A case result holds what was measured of one case, under one law and at one step (s).
 
-    ``compared`` is the share of the run that was compared with the exact one, before it was chaos.
+    It may hold instead why nothing was measured. ``compared`` is the share of the run that was
+    compared with the exact one, before it was chaos.
     """
 
     case: str
@@ -40,33 +43,33 @@ class Outcome:
 
     @property
     def broken(self) -> tuple[Measure, ...]:
-        """The measures that do not hold."""
+        """Return the measures that do not hold."""
         return tuple(measure for measure in self.measures if not measure.holds)
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One extreme by one solver: an outcome for every case, law and step."""
+    """A cell is one extreme by one solver, with a result for every case, law and step."""
 
     extreme: str
     solver: str
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CaseResult, ...]
     because: str = ""  # why it must break, if it does
 
     @property
-    def run(self) -> tuple[Outcome, ...]:
-        """The outcomes that were measured."""
+    def run(self) -> tuple[CaseResult, ...]:
+        """Return the results that were measured."""
         return tuple(outcome for outcome in self.outcomes if not outcome.not_run)
 
     @property
     def worst(self) -> Measure | None:
-        """What breaks worst; None where all holds."""
+        """Return what breaks worst; None if all holds."""
         broken = [measure for outcome in self.run for measure in outcome.broken]
         return max(broken, key=lambda measure: measure.severity, default=None)
 
     @property
     def where(self) -> str:
-        """The cases at which it breaks; where there is one only, the steps."""
+        """Return the cases at which it breaks; if there is only one, the steps."""
         cases = list(dict.fromkeys(outcome.case for outcome in self.run))
         if len(cases) > 1:
             return _where(cases, {outcome.case for outcome in self.run if outcome.broken})
@@ -76,7 +79,7 @@ class Cell:
 
     @property
     def left_out(self) -> str:
-        """Why some of it, or all, was not run."""
+        """Tell why some of it, or all, was not run."""
         reasons = [outcome.not_run for outcome in self.outcomes if outcome.not_run]
         if not self.outcomes:
             return "not run: it has a law of its own"
@@ -86,7 +89,7 @@ class Cell:
         return f"{share}not run: {reasons[-1]}"
 
     def distance(self, dt: float) -> float | None:
-        """How far (m) it came from the exact run at that step, over all cases and laws."""
+        """Return how far (m) it came from the exact run at that step, over all cases and laws."""
         found = [
             measure.value
             for outcome in self.run
@@ -103,7 +106,7 @@ class Cell:
 
 
 def _where(labels: Sequence[str], broken: set[str]) -> str:
-    """Which of the labels, from mild to extreme, are broken.
+    """Tell which of the labels, from mild to extreme, are broken.
 
     >>> _where(["1", "10", "100"], {"10", "100"}), _where(["1", "10", "100"], {"1", "10"})
     ('from 10 on', 'at 1 and 1 more')
@@ -120,7 +123,7 @@ def _where(labels: Sequence[str], broken: set[str]) -> str:
 
 
 def columns() -> list[Solver]:
-    """All solvers in the table's order: from the yardstick to those with a law of their own."""
+    """Return all solvers in the table's order: from the yardstick to those with their own law."""
     return sorted(
         SOLVERS.values(),
         key=lambda solver: (solver.own_law, not solver.exact, not solver.is_yardstick),
@@ -142,28 +145,28 @@ def check(extreme: Extreme, solver: str, quick: bool = False) -> Cell:
 
 
 def _steps(extreme: Extreme, solver: Solver, quick: bool) -> Sequence[float | None]:
-    """The steps (s) that a solver is tried with: the extreme's own, or those of its record."""
+    """Return the steps (s) for a solver: the extreme's own, or those of the solver's record."""
     if solver.dt is None:
         return (None,)
     quick_steps = solver.quick_stability_steps if quick else ()
     return extreme.steps or quick_steps or solver.stability_steps or (solver.dt,)
 
 
-def _outcome(trial: Trial, quick: bool) -> Outcome:
+def _outcome(trial: Trial, quick: bool) -> CaseResult:
     about = (trial.case.label, trial.law, trial.dt)
     too_much = _too_much(trial, quick)
     if too_much:
-        return Outcome(*about, not_run=too_much)
+        return CaseResult(*about, not_run=too_much)
     try:
         found = tuple(measures(trial))
-    except Exception as error:  # whatever a solver raises is what is looked for here
-        return Outcome(*about, (wrong("raises nothing", f"{type(error).__name__}: {error}"),))
+    except Exception as error:  # Whatever a solver raises is what the study looks for.
+        return CaseResult(*about, (wrong("raises nothing", f"{type(error).__name__}: {error}"),))
     run, share = trial.run, len(trial.exact.times) / (GRID + 1)
-    return Outcome(*about, found, run.status, trial.contacts, run.wall_time, share)
+    return CaseResult(*about, found, run.status, trial.contacts, run.wall_time, share)
 
 
 def _too_much(trial: Trial, quick: bool) -> str:
-    """Why a run would take too long, if it would."""
+    """Tell why a run would take too long, if it would."""
     pairs = trial.steps * len(trial.scene.balls) ** 2
     if trial.steps > (QUICK_MOST_STEPS if quick else MOST_STEPS):
         return f"would need {trial.steps:.0e} steps"
@@ -178,15 +181,15 @@ def check_all(
     quick: bool = False,
     processes: int = PROCESSES,
 ) -> Iterator[Cell]:
-    """Check every extreme with every solver (default: all); each row as soon as it is there.
+    """Check every extreme with every solver (default: all), and yield each row once it is done.
 
-    A row is one process's, which works out its exact runs once. The last rows, which take longest,
-    come first. Closing the iterator, as Ctrl-C does, ends the processes.
+    One process works out a whole row, so it needs the row's exact runs only once. The last rows,
+    which take longest, come first. If the iterator is closed, as by Ctrl-C, the processes end.
     """
     names = [solver.name for solver in columns()] if solvers is None else solvers
     tasks = [(extreme.name, names, quick) for extreme in reversed(extremes)]
-    resource_tracker.ensure_running()  # which ends deafness, if it only starts then
-    with deaf():
+    resource_tracker.ensure_running()  # This must not start later: it would then unblock SIGINT.
+    with block_sigint():
         pool = multiprocessing.get_context("spawn").Pool(processes)
     with pool:
         rows = pool.imap_unordered(_check_row, tasks)
@@ -200,13 +203,13 @@ def _check_row(task: tuple[str, Sequence[str], bool]) -> list[Cell]:
 
 
 def _next(rows: IMapIterator[list[Cell]]) -> list[Cell]:
-    """The next row that is done. The wait for it comes up for air: Ctrl-C may be waiting, too."""
+    """Return the next row that is done; wake up now and then, because Ctrl-C may be pending."""
     while True:
         with suppress(multiprocessing.TimeoutError):
             return rows.next(timeout=0.1)
-        heed()
+        raise_pending()
 
 
 def find(name: str) -> Extreme:
-    """The extreme of that name."""
+    """Return the extreme of that name."""
     return next(extreme for extreme in EXTREMES if extreme.name == name)

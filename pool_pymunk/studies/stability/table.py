@@ -1,4 +1,4 @@
-"""The table of the extremes: on a terminal, and as CSV."""
+"""This module writes the table of the extremes, on a terminal and as CSV."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ FIELDS = (
 
 
 def in_order(cells: Iterable[Cell]) -> list[Cell]:
-    """The cells row by row, as the table has them."""
+    """Return the cells row by row, as the table has them."""
     rows = {extreme.name: k for k, extreme in enumerate(EXTREMES)}
     places = {solver.name: k for k, solver in enumerate(columns())}
     return sorted(cells, key=lambda cell: (rows[cell.extreme], places[cell.solver]))
 
 
 def rich_table(cells: Sequence[Cell]) -> Table:
-    """The verdicts as a table: a row an extreme, a column a solver."""
+    """Return the verdicts as a table: a row for an extreme, a column for a solver."""
     from rich.table import Table
 
     used = {cell.solver for cell in cells}
@@ -54,12 +54,12 @@ def _styled(cell: Cell) -> str:
 
 
 def reason(cell: Cell) -> str:
-    """Why the cell breaks, in words; empty where it has no business to."""
+    """Tell in words why the cell breaks; empty where it must not break."""
     return cell.because or find_solver(cell.solver).limits
 
 
 def notes(cells: Iterable[Cell]) -> list[str]:
-    """The reasons of all that breaks, each once."""
+    """Return the reasons of all that breaks, each once."""
     lines: dict[str, None] = {}
     for cell in cells:
         if cell.worst is None:

@@ -1,4 +1,4 @@
-"""One extreme scene given to one solver: the run, and the exact run that it is measured against."""
+"""A trial gives one extreme scene to one solver, and has the exact run to measure it by."""
 
 from __future__ import annotations
 
@@ -12,24 +12,23 @@ from typing import NamedTuple
 import numpy as np
 
 from pool_pymunk.model import Ball, Scene
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, simulate, yardstick
 
-EPSILON = 2.0**-52
-
-# Amplification is measured by nudging starts: by this share of the smallest radius, but by no
-# less than so many units of rounding; up to the time when the nudge has grown to LINEAR radii.
+# Starts are nudged to measure amplification. The nudge is this share of the smallest radius, but no
+# less than so many units of rounding. It counts up to the time when it has grown to LINEAR radii.
 NUDGE, LEAST_NUDGE, NUDGES, LINEAR = 1e-9, 64.0 * EPSILON, 3, 1e-3
-ENOUGH = 2000  # events of a nudged run: far more than any nudge stays small for
-GRID = 200  # times at which runs are compared
-SAMPLES = 400  # times, beside the grid, at which invariants are looked at: contacts, mostly
+ENOUGH = 2000  # A nudged run has so many events at most; no nudge stays small for as long.
+GRID = 200  # Runs are compared at so many times.
+SAMPLES = 400  # Invariants are checked at so many times beside the grid, mostly at contacts.
 
 
 class Measure(NamedTuple):
-    """What was measured, the ``bound`` that it must not pass, and the ``size`` of what it is of.
+    """A measure holds a value, the ``bound`` that it must not pass, and a ``size`` to judge by.
 
-    All three are in ``unit``; ``words`` say what it means when it does not hold.
+    ``size`` is that of the whole quantity. All three are in ``unit``; ``words`` say what it means
+    if the bound does not hold.
     """
 
     claim: str
@@ -45,7 +44,7 @@ class Measure(NamedTuple):
 
     @property
     def severity(self) -> float:
-        """How bad it is: 0 where it holds, 1 and more where it is all wrong."""
+        """Return how bad it is: 0 where it holds, 1 and more where it is all wrong."""
         return 0.0 if self.holds else self.value / self.size
 
     def __str__(self) -> str:
@@ -53,16 +52,17 @@ class Measure(NamedTuple):
 
 
 def wrong(claim: str, words: str, is_so: bool = True) -> Measure:
-    """A claim that holds or does not."""
+    """Return the measure of a claim that holds or does not hold."""
     return Measure(claim, float(is_so), 0.0, words=words)
 
 
 @dataclass(frozen=True)
 class Case:
-    """One scene of an extreme, its place on the way from mild to extreme, and what it must do.
+    """A case is one scene of an extreme, and what must hold of it.
 
-    ``ends`` is the status it must end with, ``claims`` what must hold beyond what always must.
-    ``slow`` cases are left out of the quick form.
+    It has a place on the way from mild to extreme. ``ends`` is the status that it must end with.
+    ``claims`` are those that hold for this case beyond those that always hold. ``slow`` cases are
+    left out of the quick form.
     """
 
     label: str
@@ -74,13 +74,13 @@ class Case:
 
     @property
     def status(self) -> str:
-        """How the run must end."""
+        """Return the status that the run must end with."""
         return self.ends or ("max_time" if self.scene.physics.max_time else "settled")
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A case under a law, for one solver and time step (s)."""
+    """A trial is a case under a law, for one solver and time step (s)."""
 
     case: Case
     law: str
@@ -89,31 +89,31 @@ class Trial:
 
     @property
     def method(self) -> Solver:
-        """The solver's record."""
+        """Return the solver's record."""
         return find_solver(self.solver)
 
     @property
     def is_exact_run(self) -> bool:
-        """Whether the run is the exact run itself."""
+        """Tell whether the run is the exact run itself."""
         return self.solver == yardstick().name
 
     @cached_property
     def scene(self) -> Scene:
-        """The case's scene, under the law."""
+        """Return the case's scene, under the law."""
         return under(self.case.scene, self.law)
 
     @cached_property
     def exact(self) -> Exact:
-        """The exact run, and how far it can be relied on."""
+        """Return the exact run, and how far it can be relied on."""
         return exact(self.scene, self.case.max_events)
 
     @cached_property
     def run(self) -> Run:
-        """The run that is measured."""
+        """Return the run that is measured."""
         return self.exact.run if self.is_exact_run else self.simulate(self.scene)
 
     def simulate(self, scene: Scene) -> Run:
-        """Run a scene in bounds: of events, and of time, lest a solver never comes to rest."""
+        """Run a scene with bounds on events and time, because a solver may never come to rest."""
         if self.is_exact_run:
             return simulate(scene, solver=self.solver, max_events=self.case.max_events)
         most = min(10 * self.exact.contacts + 1000, self.case.max_events)
@@ -122,17 +122,17 @@ class Trial:
 
     @property
     def steps(self) -> float:
-        """How many steps the solver would need."""
+        """Return how many steps the solver would need."""
         return self.exact.run.duration / self.dt if self.dt else 0.0
 
     @cached_property
     def contacts(self) -> int:
-        """How many contacts the run has."""
+        """Return how many contacts the run has."""
         return contacts(self.run)
 
     @cached_property
     def times(self) -> Array:
-        """When to look at the run (s): at contacts, and between them."""
+        """Return the times (s) to look at the run: at contacts, and between them."""
         events = np.unique([event.t for event in self.run.events])
         thin = events[:: len(events) // SAMPLES + 1]
         return np.unique(np.concatenate([[0.0], thin, grid(self.run.duration)]))
@@ -149,7 +149,7 @@ class Trial:
 
     @property
     def late(self) -> float:
-        """How far (m) the fastest ball comes in the time by which contacts are answered late."""
+        """Return how far (m) the fastest ball travels in the time by which contacts are late."""
         return self.fastest * self.dt if self.dt and self.method.late else 0.0
 
     @property
@@ -163,11 +163,11 @@ Claim = Callable[[Trial], Measure | None]
 
 @dataclass(frozen=True)
 class Exact:
-    """The exact run of a scene, and the scene's amplification of its input.
+    """This is the exact run of a scene, and the scene's amplification of its input.
 
     ``growth`` (T,) is the distance (m) between runs whose starts differ by one unit, relative to
-    ``extent`` (m) and to the speeds, at the ``times`` (T,) that are compared at: those at which
-    the growth is still proportional to the nudge.
+    ``extent`` (m) and to the speeds. ``times`` (T,) are the times that are compared at: there the
+    growth is still proportional to the nudge.
     """
 
     run: Run
@@ -177,13 +177,13 @@ class Exact:
 
     @property
     def contacts(self) -> int:
-        """How many contacts the exact run has."""
+        """Return how many contacts the exact run has."""
         return contacts(self.run)
 
 
 @lru_cache(maxsize=128)
 def exact(scene: Scene, max_events: int) -> Exact:
-    """The exact run of a scene; its amplification, measured by nudging what moves at the start."""
+    """Return the exact run, and nudge what moves at the start to measure amplification."""
     run = simulate(scene, solver=yardstick().name, max_events=max_events)
     extent = _extent(run)
     smallest = min(ball.radius for ball in scene.balls)
@@ -202,32 +202,32 @@ def exact(scene: Scene, max_events: int) -> Exact:
 
 
 def under(scene: Scene, law: str) -> Scene:
-    """The scene under a contact law."""
+    """Return the scene under a contact law."""
     return replace(scene, physics=replace(scene.physics, law=law))
 
 
 def contacts(run: Run) -> int:
-    """How many contacts a run has."""
+    """Return how many contacts a run has."""
     return sum(event.kind != "stop" for event in run.events)
 
 
 def grid(duration: float) -> Array:
-    """Times (s) from the start to the end, evenly."""
+    """Return times (s) from the start to the end, evenly."""
     return np.linspace(0.0, duration, GRID + 1)
 
 
 def distance(one: Run, other: Run, times: Array) -> Array:
-    """The largest distance (m) of a ball from itself in another run, at each of the times (T,)."""
+    """Return the largest distance (m) of a ball from itself in another run, at the times (T,)."""
     return longest(one.at(times)[0] - other.at(times)[0])
 
 
 def longest(gaps: Array) -> Array:
-    """The length (T,) of the longest of the gaps (T, N, 2) at each time."""
+    """Return the length (T,) of the longest of the gaps (T, N, 2) at each time."""
     return np.asarray(np.hypot(gaps[..., 0], gaps[..., 1]).max(axis=1))
 
 
 def _extent(run: Run) -> float:
-    """The largest coordinate (m) that a ball or the table reaches."""
+    """Return the largest coordinate (m) that a ball or the table reaches."""
     reach = max(float(np.abs(knots[:, 1:3]).max()) for knots in run.knots)
     table = run.scene.table
     outline = max(map(abs, table.bounds)) if table else 0.0
@@ -235,7 +235,7 @@ def _extent(run: Run) -> float:
 
 
 def _nudged(scene: Scene, nudge: float, extent: float, rng: random.Random) -> Scene:
-    """The scene with everything that moves at the start moved by a relative ``nudge``."""
+    """Return the scene with everything that moves at the start moved by a relative ``nudge``."""
 
     def moved(ball: Ball) -> Ball:
         if ball.velocity == (0.0, 0.0):

@@ -1,0 +1,113 @@
+"""This module holds what both exact solvers need: a scene's walls, and a trace of the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.engine.decisions import CONTACT_TIME
+from pool_pymunk.model import Scene
+from pool_pymunk.physics.contact import Contact, Vector
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.sides import Face, Post, Wall
+from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers.settings import Settings
+
+
+def walls(scene: Scene) -> list[Wall]:
+    """Return the scene's cushions as walls.
+
+    Each wall has the cushion's face, and the cushion's first corner if it sticks out into the
+    table.
+    """
+    if scene.table is None:
+        return []
+    e = scene.restitution.cushion
+    assert e is not None, "the scene saw to it"
+    found = []
+    for number, edge in enumerate(scene.table.edges):
+        face = Face(edge.start, edge.tangent, edge.normal, edge.length)
+        corner = (Post(edge.start),) if number in scene.table.reflex_corners else ()
+        found.append(Wall((face, *corner), e, scene.friction.cushion, number))
+    return found
+
+
+def bound(engine: ContactEngine, settings: Settings) -> None:
+    """Tell the engine after how much it is to stop."""
+    engine.most, engine.most_unlisted = settings.most, settings.most_unlisted
+
+
+def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
+    """Write down where the balls are that still move when the run ends at ``t`` (s)."""
+    if trace.status == "settled":
+        return
+    trace.duration = t
+    if engine.is_given_up:
+        trace.warn(
+            f"the run was given up after {engine.unlisted} instants with micro-collisions only, "
+            "which are no events: surface friction presses balls together",
+            t,
+        )
+    for i, path in enumerate(engine.paths):
+        if path.stop > t:
+            x, y, vx, vy = motion_at(path, t)
+            trace.knot(i, t, (x, y), (vx, vy))
+
+
+class TraceRecorder(Recorder):
+    """This recorder writes a :class:`~pool_pymunk.results.trace.Trace` of what happens."""
+
+    def __init__(self, scene: Scene, trace: Trace, law: Law) -> None:
+        self.scene = scene
+        self.trace = trace
+        self.law = law
+
+    def contact(self, contact: Contact, t: float) -> None:
+        """List a hit."""
+        if contact.cushion is None:
+            self.trace.ball_ball(t, contact.a, contact.b)
+        else:
+            self.trace.ball_cushion(t, contact.a, contact.cushion)
+
+    def path(self, i: int, path: Path) -> None:
+        """Write down where a new path begins."""
+        self.trace.knot(i, path.t, (path.x, path.y), (path.vx, path.vy))
+
+    def stop(self, i: int, t: float, position: Vector) -> None:
+        """List a stop."""
+        self.trace.stop(i, t, position)
+
+    def stop_revoked(self, i: int, t: float) -> None:
+        """Take a stop off the list."""
+        self.trace.forget_stop(i, t)
+
+    def zero_slip(self, contact: Contact, t: float) -> None:
+        """Warn of a law that jumps at zero slip."""
+        self.trace.warn(
+            f"law {self.law.name} jumps at zero slip: in the head-on hit of balls "
+            f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed and "
+            "was taken for zero (no friction); rounding would have decided",
+            t,
+        )
+
+    def persistent(self, contact: Contact, t: float) -> None:
+        """Warn of balls that surface friction presses together."""
+        self.trace.warn(
+            f"surface friction presses balls {self._balls([contact])} together: instead of hits "
+            f"without end they have one in each contact time (at most {CONTACT_TIME:g} of the time "
+            "since they met or until they rest)",
+            t,
+        )
+
+    def no_end(self, contacts: Collection[Contact], t: float) -> None:
+        """Warn of hits without end."""
+        self.trace.warn(
+            f"inelastic collapse of balls {self._balls(contacts)}: hits without end at one instant "
+            "were given their limit, in which nothing closes any more",
+            t,
+        )
+
+    def _balls(self, contacts: Collection[Contact], between: str = ", ") -> str:
+        numbers = sorted({i for contact in contacts for i in contact.balls})
+        return between.join(self.scene.balls[i].id for i in numbers)

@@ -1,0 +1,127 @@
+"""The house: every room imports only from floors below it, and only render draws."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import pool_pymunk
+
+HOME = Path(pool_pymunk.__file__).parent
+
+# From the ground up. A room may import from every floor below its own.
+FLOORS = (
+    ("physics", "safety"),
+    ("model", "engine"),
+    ("results", "world"),
+    ("solvers", "report"),
+    ("studies",),
+    ("render",),
+    ("cli",),
+)
+FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
+
+# Methods that import late from a floor above: each is listed, and each that is listed is there.
+LATE: set[tuple[str, str]] = {("results/run.py", "render")}
+
+# Libraries that only one room may import.
+ONLY_IN = {"matplotlib": "render", "typer": "cli", "pydantic": "model"}
+
+
+class Import(NamedTuple):
+    """What a module imports, and whether it does so when it is itself imported."""
+
+    module: str  # its path in the package
+    target: str  # dotted
+    late: bool
+
+    @property
+    def room(self) -> str:
+        return self.module.split("/")[0]
+
+
+def imports() -> Iterator[Import]:
+    """Every import of the package's modules, but for the door and what only types need."""
+    for path in sorted(HOME.rglob("*.py")):
+        module = path.relative_to(HOME).as_posix()
+        if "/" in module:
+            yield from _of(module, ast.parse(path.read_text(encoding="utf-8")), late=False)
+
+
+def _of(module: str, node: ast.AST, late: bool) -> Iterator[Import]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(child, ast.Import):
+            yield from (Import(module, name.name, late) for name in child.names)
+        elif isinstance(child, ast.ImportFrom) and child.module:
+            if child.module == "pool_pymunk":
+                names = (f"pool_pymunk.{name.name}" for name in child.names)
+                yield from (Import(module, name, late) for name in names)
+            else:
+                yield Import(module, child.module, late)
+        else:
+            inside = isinstance(child, ast.FunctionDef | ast.Lambda)
+            yield from _of(module, child, late or inside)
+
+
+def room_of(target: str) -> str | None:
+    """The room that a dotted name leads to; None for the door and for other packages."""
+    parts = target.split(".")
+    return parts[1] if parts[0] == "pool_pymunk" and len(parts) > 1 and parts[1] in FLOOR else None
+
+
+def test_every_folder_is_a_room() -> None:
+    folders = {path.parent.name for path in HOME.glob("*/__init__.py")}
+    assert folders == FLOOR.keys()
+
+
+@pytest.mark.parametrize("room", FLOOR)
+def test_arrows_run_down(room: str) -> None:
+    """What a room imports lies below it."""
+    for found in imports():
+        target = room_of(found.target)
+        if found.room == room and target not in (None, room) and not found.late:
+            assert FLOOR[target or ""] < FLOOR[room], found
+
+
+def test_late_imports_that_run_up_are_listed() -> None:
+    up = {
+        (found.module, target)
+        for found in imports()
+        if found.late and (target := room_of(found.target)) and target != found.room
+        if FLOOR[target] >= FLOOR[found.room]
+    }
+    assert up == LATE
+
+
+@pytest.mark.parametrize(("library", "room"), ONLY_IN.items())
+def test_a_library_has_one_room(library: str, room: str) -> None:
+    users = {found.room for found in imports() if found.target.split(".")[0] == library}
+    assert users == {room}
+
+
+def test_physics_knows_nobody() -> None:
+    others = {found.target for found in imports() if found.room == "physics"}
+    outside = {name.split(".")[0] for name in others if not name.startswith("pool_pymunk.physics")}
+    assert outside <= {
+        "__future__",
+        "collections",
+        "functools",
+        "itertools",
+        "math",
+        "numpy",
+        "typing",
+    }
+
+
+def test_solvers_do_not_know_each_other() -> None:
+    """A solver is its file and its record."""
+    files = {"event_driven", "pymunk_space", "pymunk_builtin", "time_slice"}
+    for found in imports():
+        if found.module.removeprefix("solvers/").removesuffix(".py") in files:
+            assert found.target.removeprefix("pool_pymunk.solvers.") not in files, found

@@ -1,0 +1,233 @@
+"""Each piece of the policies for hard contacts is needed: what goes wrong without it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scenes import largest_distance
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
+from pool_pymunk.engine import decisions
+from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.engine.near import Boxes
+from pool_pymunk.physics.contact import Contact, Pair, Vector
+from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.physics.path import Path, set_off
+from pool_pymunk.physics.sides import Face, Post, Wall, face_between
+
+R = 0.05
+
+
+def exact(scene: Scene, **bounds: float | int) -> Run:
+    return simulate(scene, solver="event-driven", **bounds)  # type: ignore[arg-type]
+
+
+def disc(
+    id_: str, position: Vector, velocity: Vector = (0.0, 0.0), mass: float = 1.0, r: float = R
+) -> Ball:
+    return Ball(id_, position, r, mass, velocity=velocity)
+
+
+# -- one instant -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("e", [0.9, 0.97])
+def test_many_hits_at_one_instant_that_have_an_end_are_played_to_it(e: float) -> None:
+    """A light ball that touches a cushion and a heavy ball: some dozen hits, then they part.
+
+    With a gap of a micrometre the same hits come one after the other, and end alike.
+    """
+    ends = []
+    for gap in (0.0, 1e-6):
+        balls = (
+            disc("light", (R + gap, 0.0)),
+            disc("heavy", (3 * R + 2 * gap, 0.0), (-1.0, 0.0), mass=200.0),
+        )
+        box = Table(((0.0, -1.0), (20.0, -1.0), (20.0, 1.0), (0.0, 1.0)))
+        scene = Scene(balls, box, Restitution(e, None, e), physics=Physics(max_time=1.0))
+        run = exact(scene)
+        assert not run.warnings
+        assert len(run.events) > 20
+        ends.append(run.end.velocity)
+    for touching, apart in zip(*ends, strict=True):
+        assert touching == pytest.approx(apart, abs=1e-4)
+
+
+def test_hits_a_moment_apart_are_not_one_instant() -> None:
+    """A fast ball between two cushions hits 2,000 times: these are not rounds of one instant."""
+    gap = 1e-3
+    slot = Table(((0.0, 0.0), (2 * R + gap, 0.0), (2 * R + gap, 1.0), (0.0, 1.0)))
+    scene = Scene(
+        (disc("a", (R, 0.5), (1e3, 0.0)),),
+        slot,
+        Restitution(None, None, 0.999),
+        physics=Physics(max_time=5e-3),
+    )
+    run = exact(scene)
+    assert not run.warnings
+    assert len(run.events) > 1000
+
+
+def test_a_ball_that_a_cushion_leads_along_by_rounding_goes_on() -> None:
+    """It closes by less than rounding: no hit, but it must still stop, and not sink."""
+    lane = Table(((0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (0.0, 1.0)))
+    balls = (disc("a", (1.0, R + 1e-16), (1.0, -1e-15)),)
+    run = exact(Scene(balls, lane, Restitution(None, None, 0.5), Friction(0.1)))
+    reach = 1.0 / (2 * 0.1 * 9.80665)
+    assert [event.kind for event in run.events] == ["stop"]
+    assert run.final["a"] == pytest.approx((1.0 + reach, R), abs=1e-15)
+
+
+@pytest.mark.parametrize("fast", [1e-2, 1.0, 1e2])
+def test_what_rounding_leaves_of_a_hit_is_rest(fast: float) -> None:
+    """Equal masses, e = 1, head-on along no axis: the first ball stops, and its stop is listed."""
+    ux, uy = math.cos(0.3), math.sin(0.3)
+    balls = (disc("a", (0.0, 0.0), (fast * ux, fast * uy)), disc("b", (0.5 * ux, 0.5 * uy)))
+    run = exact(Scene(balls, None, Restitution(1.0), physics=Physics(max_time=1.0 / fast)))
+    assert run.end.velocity[0] == (0.0, 0.0)
+    assert [event.kind for event in run.events] == ["ball-ball", "stop"]
+
+
+def test_cushions_that_run_on_straight_answer_once() -> None:
+    """At the seam of two collinear cushions the ball meets both: friction must not act twice."""
+    seam = Table(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)))
+    whole = Table(((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)))
+    balls = (disc("a", (0.75, 0.25 + R), (1.0, -1.0)),)
+    friction, e = Friction(cushion=0.2), Restitution(None, None, 0.7)
+    runs = [
+        exact(Scene(balls, table, e, friction, Physics(max_time=0.6))) for table in (seam, whole)
+    ]
+    assert len(runs[0].events) == len(runs[1].events) == 1
+    assert largest_distance(*runs) < 1e-15
+
+
+# -- persistent contact ----------------------------------------------------------------------------
+
+
+def pressed(e: float, speed: float = 0.1, r: float = R) -> Scene:
+    """A ball catches up with another at an angle; friction presses it on."""
+    way = (speed * math.cos(0.8), speed * math.sin(0.8))
+    balls = (disc("a", (0.0, 0.0), way, r=r), disc("b", (2 * r, 0.0), (way[0] / 2, 0.0), r=r))
+    return Scene(balls, None, Restitution(e), Friction(0.1))
+
+
+def deepest(run: Run) -> float:
+    """How far (radii) the two balls sink into each other."""
+    positions, _ = run.at(np.linspace(0.0, run.duration, 20_001))
+    r = run.scene.balls[0].radius
+    return float(2.0 - np.hypot(*(positions[:, 1] - positions[:, 0]).T).min() / r)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("speed", [0.01, 0.1, 1.0, 10.0])
+def test_balls_in_persistent_contact_hardly_sink(e: float, speed: float) -> None:
+    run = exact(pressed(e, speed))
+    assert run.status == "settled"
+    assert deepest(run) < decisions.DEEPEST
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.1])
+def test_a_persistent_contact_takes_hundreds_of_hits_not_millions(speed: float) -> None:
+    """One in a contact time, 3/1000 of the stopping time: that is what it is for."""
+    run = exact(pressed(0.0, speed))
+    assert 100 < run.steps < 3000
+
+
+def test_micro_collisions_are_not_events_and_stops_between_them_are_none() -> None:
+    run = exact(pressed(0.0))
+    kinds = [event.kind for event in run.events]
+    assert kinds.count("ball-ball") <= 3
+    assert kinds.count("stop") == 2
+    last = {event.balls[0]: event.t for event in run.events if event.kind == "stop"}
+    for ball, t in last.items():
+        k = run.scene.index[ball]
+        assert run.knots[k][-1, 0] == t
+
+
+# -- the engine ------------------------------------------------------------------------------------
+
+
+class Notes(Recorder):
+    """Keeps what balls met."""
+
+    def __init__(self) -> None:
+        self.met: list[tuple[int, ...]] = []
+        self.stopped: list[int] = []
+
+    def contact(self, contact: Contact, t: float) -> None:
+        self.met.append(contact.balls)
+
+    def stop(self, i: int, t: float, position: Vector) -> None:
+        self.stopped.append(i)
+
+
+def row(*velocities: float, gap: float = 0.5) -> tuple[ContactEngine, Notes]:
+    """Balls in a row along x, equal and elastic, on an open plane."""
+    notes = Notes()
+    engine = ContactEngine(LAWS["coulomb"], lambda i, j: Pair(1.0, 1.0, 1.0, 0.0), 0.0, notes)
+    for k, v in enumerate(velocities):
+        engine.add_ball(set_off(0.0, (gap * k, 0.0), (v, 0.0), 0.0), R, 1.0)
+    engine.near = Boxes(len(velocities), 0)
+    for k, path in enumerate(engine.paths):
+        engine.near.begin(k, path, R, math.inf)
+    engine.predict(range(len(velocities)))
+    return engine, notes
+
+
+def test_a_hit_runs_down_a_row() -> None:
+    engine, notes = row(1.0, 0.0, 0.0)
+    engine.advance(2.0)
+    assert notes.met == [(0, 1), (1, 2)]
+    assert notes.stopped == [0, 1]
+
+
+@pytest.mark.parametrize("when", [0.0, 0.2, 0.45])
+def test_a_ball_that_is_removed_is_met_by_nobody(when: float) -> None:
+    """At the start, on the way, and between its hits: the balls behind it pass where it was."""
+    engine, notes = row(1.0, 0.0, 0.0)
+    engine.advance(when)
+    met = list(notes.met)
+    engine.now = when
+    engine.remove(1)
+    engine.advance(3.0)
+    passes = [(0, 2)] if when < 0.4 else []
+    assert notes.met == met + passes
+
+
+def test_a_moving_ball_that_is_removed_meets_nobody() -> None:
+    engine, notes = row(1.0, 0.0)
+    engine.remove(0)
+    engine.advance(3.0)
+    assert notes.met == []
+    assert engine.upcoming() == math.inf
+
+
+# -- sides -----------------------------------------------------------------------------------------
+
+
+def test_a_wall_with_two_faces_back_to_back_turns_the_nearer_one_to_the_ball() -> None:
+    """A segment of no thickness, as most people write them: each of its faces is as near."""
+    front, back = face_between((0.0, 0.0), (1.0, 0.0)), face_between((1.0, 0.0), (0.0, 0.0))
+    wall = Wall((front, back), 1.0, 0.0, 0)
+    for y in (R, -R):
+        side = wall.nearest(0.5, y, R)
+        assert side.normal(0.5, y) == (0.0, math.copysign(1.0, y))
+        assert side.gap(0.5, y, R) == 0.0
+
+
+def test_a_wall_is_met_where_its_first_side_is() -> None:
+    wall = Wall((face_between((0.0, 0.0), (1.0, 0.0)), Post((1.0, 0.0))), 1.0, 0.0, 0)
+    down: Path = set_off(0.0, (0.5, 1.0), (0.0, -1.0), 0.0)
+    past: Path = set_off(0.0, (1.0 + R / 2, 1.0), (0.0, -1.0), 0.0)
+    beside: Path = set_off(0.0, (1.0 + 2 * R, 1.0), (0.0, -1.0), 0.0)
+    assert wall.length_along(down, R) == pytest.approx(1.0 - R)
+    assert wall.length_along(past, R) == pytest.approx(1.0 - R * math.sqrt(0.75))
+    assert wall.length_along(beside, R) == math.inf
+
+
+def test_a_face_is_beside_whoever_has_its_foot_on_it() -> None:
+    face = Face((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), 1.0)
+    assert face.gap(0.5, 0.3, R) == pytest.approx(0.3 - R)
+    assert face.gap(1.1, 0.3, R) == math.inf
