@@ -544,6 +544,11 @@ def test_any_scene_survives_its_own_file(scene: Scene) -> None:
     assert loads(in_its_units.to_toml()) == in_its_units
 
 
+def test_a_title_may_hold_whatever_has_to_be_escaped() -> None:
+    scene = replace(REPORT, title='quotes "\\", \x00\x1f\x7f\x85\u2028, lines\r\n\t')
+    assert loads(scene.to_toml()) == scene
+
+
 @given(st.floats(1e-3, 1e3), units)
 def test_numbers_that_were_written_in_units_come_back_as_short(number: float, unit: Units) -> None:
     for kind in ("length", "mass", "speed"):

@@ -150,7 +150,7 @@ class Shot:
 
     @property
     def launch(self) -> Point | None:
-        """The velocity (m/s) at the start; None where that depends on where the balls are."""
+        """Return the velocity (m/s) at the start; None if it depends on where the balls are."""
         if self.speed is None or self.angle is None:
             return self.velocity
         angle = math.radians(self.angle)

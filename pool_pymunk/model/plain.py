@@ -1,4 +1,4 @@
-"""Plain Python values of what users pass: numbers of NumPy, arrays, lists.
+"""This module makes plain Python values of what users pass: numbers of NumPy, arrays, lists.
 
 A reader takes one value and returns it as a plain one, or raises :class:`Unfit`. So nothing of
 NumPy goes further than the door: not to the solvers, not to a law, not into a file.
@@ -19,7 +19,7 @@ Reader = Callable[[Any], Value]
 
 
 class Unfit(ValueError):
-    """A value of the wrong kind; the message says which kind is right."""
+    """The value is of the wrong kind; the message says which kind is right."""
 
 
 def number(value: Any) -> float:
@@ -101,7 +101,7 @@ def row(kind: type[Value]) -> Reader[tuple[Value, ...]]:
 
 
 def is_row(value: Any) -> bool:
-    """Whether a value is a tuple, a list or an array of one dimension or more."""
+    """Tell whether a value is a tuple, a list or an array of one dimension or more."""
     return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 

@@ -65,7 +65,7 @@ class SceneError(ValueError):
 
 
 class SettingError(ValueError):
-    """An argument that does not exist or makes no sense, such as a time step or a shot's name."""
+    """An argument, such as a time step or a shot's name, does not exist or makes no sense."""
 
     __module__ = "pool_pymunk"
 

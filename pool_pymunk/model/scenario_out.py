@@ -1,4 +1,4 @@
-"""A :class:`~pool_pymunk.Scene` -> the text of a scenario file that gives the same scene again."""
+"""This module writes a scenario file of a :class:`~pool_pymunk.Scene`; read, it gives it again."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NEIGHBOURS = 4  # floats to each side of a quotient, one of which may give the n
 
 
 class Inexact(ValueError):
-    """A number that no float in these units stands for exactly."""
+    """No float in these units stands for the number exactly."""
 
 
 def write(scene: Scene, path: str | Path) -> None:
@@ -79,7 +79,7 @@ Values = Mapping[str, object]
 
 
 class _Parts:
-    """The parts of a scene as a file has them, in its units."""
+    """This class writes the parts of a scene as a file has them, in its units."""
 
     def __init__(self, units: Units) -> None:
         self.units = units
@@ -127,13 +127,13 @@ class _Parts:
 
 
 def _units(units: Units, written: Units) -> Values:
-    """The units that differ from SI, and whether the file's numbers are in them."""
+    """Return the units that differ from SI, and whether the file's numbers are in them."""
     said = {key: name for key, name in _said(units).items() if name != getattr(Units(), key)}
     return said if units == written else {**said, "numbers": "SI"}
 
 
 def _said(part: object) -> dict[str, object]:
-    """The fields of a part that are not None."""
+    """Return the fields of a part that are not None."""
     names: Iterable[str] = part.__slots__  # type: ignore[attr-defined]
     return {key: value for key in names if (value := getattr(part, key)) is not None}
 

@@ -116,7 +116,7 @@ class Scene:
         return Pair(a.mass, b.mass, e, self.friction.ball_ball)
 
     def start(self, shot: Shot | None, before: State | None = None) -> State:
-        """Positions and velocities at the moment of a shot, from ``before`` or the scene's own.
+        """Return the state at the moment of a shot, from ``before`` or the scene's own.
 
         Balls that are off the table there stay off. Raises SceneError for a shot that strikes or
         aims at such a ball, or at one that the scene has not.
@@ -153,7 +153,7 @@ class Scene:
     def nearest(
         self, i: int, position: Sequence[Point] | None = None, off: Collection[str] = ()
     ) -> int:
-        """The ball whose centre is nearest to that of ball ``i`` (the first of equals).
+        """Return the ball whose centre is nearest to that of ball ``i`` (the first of equals).
 
         Balls that are ``off`` the table, by their ids, do not count.
         """
@@ -236,7 +236,7 @@ def _repeated(key: str, field: str, names: Mapping[int, str]) -> Iterator[Proble
 
 
 class Placed(NamedTuple):
-    """A ball at a place that is not its own in the scene."""
+    """This ball is at a place that is not its own in the scene."""
 
     id: str
     position: Point
@@ -246,7 +246,7 @@ class Placed(NamedTuple):
 def place_problems(
     balls: Mapping[int, Ball | Placed], table: Table | None, sunk: float = TOUCHING
 ) -> Iterator[Problem]:
-    """Balls off the table, in a cushion, in each other, by more than ``sunk`` radii."""
+    """Find balls off the table, in a cushion, in each other, by more than ``sunk`` radii."""
     if table is not None:
         for k, ball in balls.items():
             yield from _table_problems(k, ball, table, sunk)

@@ -1,4 +1,4 @@
-"""Where the balls are and how they move, and the reading of such a state from what users pass."""
+"""This module has the state of the balls, and reads one from what users pass."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pool_pymunk.model.problems import (
 
 
 class State(NamedTuple):
-    """Where the balls are (m) and how they move (m/s), in the scene's order.
+    """A state tells where the balls are (m) and how they move (m/s), in the scene's order.
 
     ``off`` has the ids of the balls that are off the table: they meet nothing and stay where they
     are.

@@ -1,4 +1,4 @@
-"""Energy and momentum of a run against time: what contacts and surface friction take."""
+"""This module draws the energy and the momentum of a run against time."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def energy_figure(run: Run, style: Style = PRINT) -> Figure:
 
 
 def energy_and_momentum(run: Run) -> tuple[Array, Array, Array]:
-    """Times (T,) in s, kinetic energy (T,) in J and size of momentum (T,) in kg m/s, of all balls.
+    """Return times (s), and the energy (J) and size of momentum (kg m/s) of all balls, each (T,).
 
     Every breakpoint comes twice: just before it, and when it has happened.
     """

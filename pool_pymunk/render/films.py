@@ -57,7 +57,7 @@ class FilmSettings:
 
     @classmethod
     def of(cls, path: Path | str, **settings: Any) -> FilmSettings:
-        """These settings; what they leave out is as the format of the file ``path`` has it."""
+        """Make settings; what is left out is as usual for the format of the file ``path``."""
         usual = USUAL.get(Path(path).suffix.lower(), {})
         return cls(**{**usual, **settings})
 

@@ -104,7 +104,7 @@ class Run:
 
     @property
     def success(self) -> bool:
-        """Whether the run is what was asked for.
+        """Tell whether the run is what was asked for.
 
         That is so where every ball came to rest, and where the run lasted until the ``max_time``
         that the caller or the scene set. It is not so at ``max_events``, which is a way out for
@@ -114,7 +114,7 @@ class Run:
 
     @property
     def message(self) -> str:
-        """How the run ended, in a plain sentence.
+        """Say in a plain sentence how the run ended.
 
         >>> from pool_pymunk import load, simulate
         >>> simulate(load("report"), "Simulation 3").message
@@ -152,7 +152,7 @@ class Run:
         return self._samples[1]
 
     def at(self, times: Array | Sequence[float] | float) -> tuple[Array, Array]:
-        """Positions (m) and velocities (m/s) at any ``times`` (s); after the end, the end.
+        """Return positions (m) and velocities (m/s) at any ``times`` (s); after the end, the end.
 
         For a sequence of times (T,) both are of shape (T, N, 2), for a single time (N, 2).
         """
@@ -274,7 +274,7 @@ class Run:
         return load(path)
 
     def _rows(self) -> Iterator[list[float | str]]:
-        """One row a time and ball, as in COLUMNS."""
+        """Yield one row a time and ball, as in COLUMNS."""
         for t, positions, velocities in zip(
             self.t.tolist(), self.position.tolist(), self.velocity.tolist(), strict=True
         ):

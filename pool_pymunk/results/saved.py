@@ -1,4 +1,4 @@
-"""A run in one file, a NumPy archive with all that it is made of, and back."""
+"""This module keeps all of a run in one file, a NumPy archive, and loads it again."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _no_run(path: str | Path) -> SettingError:
 
 
 def _parts(about: dict[str, Any], scene: Scene) -> dict[str, Any]:
-    """All of a run but its scene and breakpoints."""
+    """Return all of a run but its scene and breakpoints."""
     times = about["sample_times"]
     return {
         "shot": None if about["shot"] is None else scene.shots[about["shot"]],

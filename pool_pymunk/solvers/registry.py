@@ -1,4 +1,4 @@
-"""The solvers by their names."""
+"""This module keeps the solvers by their names."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ SOLVERS: dict[str, Solver] = {
 
 
 def find_solver(name: str) -> Solver:
-    """The solver of that name."""
+    """Return the solver of that name."""
     if not isinstance(name, str) or name not in SOLVERS:
         raise setting_error("solver", name, f"there is no such solver ({', '.join(SOLVERS)})")
     return SOLVERS[name]
 
 
 def yardstick() -> Solver:
-    """The exact solver without a step, by which the others are measured."""
+    """Return the exact solver without a step, by which the others are measured."""
     return next(solver for solver in SOLVERS.values() if solver.is_yardstick)

@@ -1,4 +1,4 @@
-"""What a run is asked for: arguments from Python, checked once for all solvers, and then played.
+"""This module checks the arguments of a run, once for all solvers, and plays the run.
 
 Whatever is wrong is one line that names the argument and shows its value.
 """
@@ -25,7 +25,7 @@ from pool_pymunk.solvers.settings import Settings
 
 
 class Request(NamedTuple):
-    """A scene, the solver and its options, the solver's settings, and when to sample (s)."""
+    """A request is a run that is asked for, in plain Python values; ``times`` (s) are sampled."""
 
     scene: Scene
     solver: Solver
@@ -35,7 +35,7 @@ class Request(NamedTuple):
 
     @property
     def law(self) -> str:
-        """The name of the law that answers the contacts; a solver with a law of its own has one."""
+        """Return the name of the law that answers; a solver with a law of its own gives its own."""
         if self.solver.own_law:
             return self.solver.name
         return str(self.settings.law_of(self.scene).name)
@@ -113,7 +113,7 @@ def request(
 
 
 def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
-    """The scene's shot of that name or number (from 1), or the shot itself; None: the first."""
+    """Return the scene's shot of that name or number (from 1), or this one; None: the first."""
     _check_scene(scene)
     if shot is None:
         return scene.shots[0] if scene.shots else None
@@ -130,7 +130,7 @@ def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
 
 
 def shot_before(scene: Scene, shot: Shot) -> Shot | None:
-    """The shot that this one goes on from, if it does."""
+    """Return the shot that this one goes on from, if it does."""
     return scene.shots[scene.shots.index(shot) - 1] if shot.from_previous else None
 
 
