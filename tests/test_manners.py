@@ -415,6 +415,7 @@ def test_the_energy_drawn_is_that_of_the_run() -> None:
     start = np.array(masses) @ run.velocity[0]
     assert momentum == pytest.approx(np.full(len(t), math.hypot(*start)))  # only the balls push
     (hit,) = (event.t for event in run.events)
+    assert {hit, math.nextafter(hit, 0.0)} <= set(t)  # the step is upright
     assert set(np.round(energy[t < hit], 12)) == {round(float(energy[0]), 12)}
     assert set(np.round(energy[t >= hit], 12)) == {round(float(energy[-1]), 12)}
 

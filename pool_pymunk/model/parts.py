@@ -111,7 +111,7 @@ class Physics:
             yield from size_problems("max_time", self.max_time)
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True)
 class Shot:
     """What is done to one ball: a ``velocity`` (m/s), or a ``speed`` (m/s) and where it goes.
 

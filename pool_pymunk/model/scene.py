@@ -38,7 +38,7 @@ MOST_OVERLAPS = 100  # reported of one scene
 SUNK = 1e-2
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Scene:
     """Everything a solver may know: balls, table, materials, law, and the shots to play.
 

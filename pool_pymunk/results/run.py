@@ -51,7 +51,7 @@ class Event:
         return record if self.cushion is None else {**record, "cushion": self.cushion}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Run:
     """One shot, simulated: what happened, where every ball was at any time, and what it cost.
 
