@@ -1,4 +1,4 @@
-"""One hypothesis profile for all tests: the same examples every time, no deadlines."""
+"""All tests use one hypothesis profile: the same examples come every time, with no deadlines."""
 
 from hypothesis import HealthCheck, settings
 

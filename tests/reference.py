@@ -1,10 +1,10 @@
-"""An independent exact solver in 40 digits, for tests: slow, plain, and none of the package's code.
+"""This is an independent exact solver in 40 digits, for tests: it is slow and plain.
 
-It shares nothing with ``event-driven`` but the scene's numbers: gaps are polynomials in time
-(degree 4 between discs, 2 to a cushion), whose roots are isolated between the roots of their
-derivatives and closed in by bisection and Newton; the contact laws are written from Eqs. 1-10 and
-Listing 3 anew. Contacts are answered one at a time, so scenes in which several happen at one
-instant, or in which balls come together at next to no speed, are refused.
+It shares nothing with ``event-driven`` except the scene's numbers. Gaps are polynomials in time
+(degree 4 between discs, 2 to a cushion). Their roots are isolated between the roots of their
+derivatives, and closed in by bisection and Newton. The contact laws are written anew from Eqs. 1-10
+and Listing 3. Contacts are answered one at a time. So a scene is refused if several contacts happen
+at one instant in it, or if balls come together at next to no speed.
 
 ``python -m tests.reference`` makes ``tests/data/reference_runs.json`` anew from its seeds.
 """
@@ -26,9 +26,9 @@ from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, State, Tabl
 
 DATA = Path(__file__).parent / "data"
 DIGITS = 40
-ROUNDING = mpf(10) ** -30  # m, m/s: what 40 digits leave of nothing
+ROUNDING = mpf(10) ** -30  # m, m/s; 40 digits leave so much of zero
 GENTLE = mpf(10) ** -6  # m/s; contacts that close more slowly are refused
-APART = mpf(10) ** -8  # s; contacts of neighbours closer in time are refused
+APART = mpf(10) ** -8  # s; contacts of neighbours that are closer in time are refused
 MOST_EVENTS = 400
 
 Number = Any  # mpmath has no types
@@ -37,14 +37,14 @@ Vec = tuple[Number, Number]
 
 
 class Refused(Exception):
-    """The scene has contacts that this reference does not decide."""
+    """This error says that the scene has contacts which this reference does not decide."""
 
 
 # -- polynomials -----------------------------------------------------------------------------------
 
 
 def value(poly: Poly, t: Number) -> Number:
-    """The polynomial at ``t``, by Horner's rule."""
+    """Return the polynomial at ``t``, by Horner's rule."""
     total = mpf(0)
     for coefficient in reversed(poly):
         total = total * t + coefficient
@@ -52,12 +52,12 @@ def value(poly: Poly, t: Number) -> Number:
 
 
 def derivative(poly: Poly) -> Poly:
-    """d/dt of the polynomial."""
+    """Return d/dt of the polynomial."""
     return [k * coefficient for k, coefficient in enumerate(poly)][1:]
 
 
 def product(p: Poly, q: Poly) -> Poly:
-    """The product of two polynomials."""
+    """Return the product of two polynomials."""
     out = [mpf(0)] * (len(p) + len(q) - 1)
     for i, a in enumerate(p):
         for j, b in enumerate(q):
@@ -66,7 +66,7 @@ def product(p: Poly, q: Poly) -> Poly:
 
 
 def real_roots(poly: Poly, low: Number, high: Number) -> list[Number]:
-    """The real roots of odd multiplicity in (low, high), in order."""
+    """Return the real roots of odd multiplicity in (low, high), in order."""
     while poly and poly[-1] == 0:
         poly = poly[:-1]
     if len(poly) < 2:
@@ -78,7 +78,7 @@ def real_roots(poly: Poly, low: Number, high: Number) -> list[Number]:
 
 
 def _root_between(poly: Poly, low: Number, high: Number) -> Number:
-    """Newton's iteration, kept inside a shrinking bracket."""
+    """Find the root by Newton's iteration, kept inside a shrinking bracket."""
     slope = derivative(poly)
     rises = value(poly, high) > 0
     t = (low + high) / 2
@@ -97,7 +97,7 @@ def _root_between(poly: Poly, low: Number, high: Number) -> Number:
 
 @dataclass
 class Disc:
-    """A disc of the scene, at the present time."""
+    """This is a disc of the scene, at the present time."""
 
     place: Vec
     velocity: Vec
@@ -116,7 +116,7 @@ class Disc:
 
 @dataclass
 class ReferenceRun:
-    """Events (t, kind, balls, cushion) and the end of a run, in 40 digits."""
+    """This holds the events (t, kind, balls, cushion) and the end of a run, in 40 digits."""
 
     events: list[tuple[Number, str, tuple[int, ...], int | None]] = field(default_factory=list)
     final: list[Vec] = field(default_factory=list)
@@ -129,7 +129,7 @@ Key = tuple[str, int, int]  # kind, ball, and the other ball, cushion, corner (o
 
 
 class Reference:
-    """The scene in 40 digits; ``run`` plays it."""
+    """This is the scene in 40 digits; ``run`` plays it."""
 
     def __init__(self, scene: Scene, start: State) -> None:
         self.scene = scene
@@ -174,7 +174,7 @@ class Reference:
     # -- motion, Eq. 10 --------------------------------------------------------------------------
 
     def _drag(self, disc: Disc) -> Vec:
-        """The acceleration of a moving disc: mu_s g against its velocity."""
+        """Return the acceleration of a moving disc: mu_s g against its velocity."""
         if not disc.moves:
             return (mpf(0), mpf(0))
         return (
@@ -183,7 +183,7 @@ class Reference:
         )
 
     def _path(self, disc: Disc) -> tuple[Poly, Poly]:
-        """x and y as polynomials in the time from now, until the disc stops."""
+        """Return x and y as polynomials in the time from now, until the disc stops."""
         ax, ay = self._drag(disc)
         return [disc.place[0], disc.velocity[0], ax / 2], [disc.place[1], disc.velocity[1], ay / 2]
 
@@ -215,7 +215,7 @@ class Reference:
                         self.due["ball-ball", min(i, j), max(i, j)] = self.now + t
 
     def _alone(self, i: int) -> Iterator[tuple[Key, Number | None]]:
-        """The disc's stop, and its first contact with every cushion and corner."""
+        """Yield the disc's stop, and its first contact with every cushion and corner."""
         disc = self.discs[i]
         until = self._stops_in(disc)
         if until < mp.inf:
@@ -241,7 +241,7 @@ class Reference:
     def _first_touch(
         self, x: Poly, y: Poly, point: Vec, reach: Number, until: Number
     ) -> Number | None:
-        """When a moving point first comes within ``reach`` of a fixed one."""
+        """Return when a moving point first comes within ``reach`` of a fixed one."""
         dx, dy = [x[0] - point[0], *x[1:]], [y[0] - point[1], *y[1:]]
         gap = [a + b for a, b in zip(product(dx, dx), product(dy, dy), strict=True)]
         gap[0] -= reach**2
@@ -260,7 +260,7 @@ class Reference:
     # -- what happens ----------------------------------------------------------------------------
 
     def _happen(self, key: Key) -> set[int]:
-        """Let it happen; the discs whose motion changed."""
+        """Let it happen, and return the discs whose motion changed."""
         kind, i, j = key
         if kind == "stop":
             self._stop(i)
@@ -294,7 +294,10 @@ class Reference:
         self.out.gentlest = min(self.out.gentlest, speed)
 
     def _bounce(self, disc: Disc, n: Vec) -> None:
-        """Eq. 9: v_n' = -e v_n; the tangential speed shrinks by mu |v_n' - v_n|, not past zero."""
+        """Answer by Eq. 9: v_n' = -e v_n, and the tangential speed loses mu |v_n' - v_n|.
+
+        It does not pass zero.
+        """
         e, mu = mpf(self.scene.restitution.cushion or 0), mpf(self.scene.friction.cushion)
         t = (-n[1], n[0])
         v_n, v_t = _dot(disc.velocity, n), _dot(disc.velocity, t)
@@ -304,7 +307,7 @@ class Reference:
         disc.velocity = _combine(new_n, n, new_t, t)
 
     def _collide(self, a: Disc, b: Disc) -> None:
-        """Eqs. 1-7 by momentum and restitution along n, and the law's friction along t."""
+        """Answer by Eqs. 1-7: momentum and restitution along n, and the law's friction along t."""
         r = self.scene.restitution
         cue = (a.cue or b.cue) and r.cue_ball is not None
         e, mu = mpf((r.cue_ball if cue else r.ball_ball) or 0), mpf(self.scene.friction.ball_ball)
@@ -331,12 +334,12 @@ class Reference:
 
 
 def _clamped(before: Number, after: Number) -> Number:
-    """Listing 3's clamp: a tangential velocity that was there and changed sign becomes zero."""
+    """Return 0 if a tangential velocity was not 0 and changed sign, as Listing 3 clamps it."""
     return mpf(0) if before != 0 and mp.sign(after) != mp.sign(before) else after
 
 
 def _entries(gap: Poly, until: Number) -> Iterator[Number]:
-    """Times from now at which a gap closes, in order: it goes from positive to negative."""
+    """Yield the times from now at which a gap closes: it goes from positive to negative."""
     if abs(gap[0]) < ROUNDING and gap[1] < -ROUNDING:
         yield mpf(0)
         return
@@ -347,7 +350,7 @@ def _entries(gap: Poly, until: Number) -> Iterator[Number]:
 
 
 def _beyond_all_roots(poly: Poly) -> Number:
-    """Cauchy's bound on the size of a polynomial's roots."""
+    """Return Cauchy's bound on the size of a polynomial's roots."""
     while poly and poly[-1] == 0:
         poly = poly[:-1]
     return 1 + max((abs(c / poly[-1]) for c in poly[:-1]), default=mpf(0)) if poly else mpf(1)
@@ -379,7 +382,7 @@ def _combine(n_part: Number, n: Vec, t_part: Number, t: Vec) -> Vec:
 
 
 def reference_run(scene: Scene, start: State | None = None) -> ReferenceRun:
-    """The scene as its velocities have it (or from ``start``), in 40 digits."""
+    """Play the scene as its velocities have it (or from ``start``), in 40 digits."""
     with mp.workdps(DIGITS):
         return Reference(scene, start or scene.start(None)).run(scene.physics.max_time)
 
@@ -395,12 +398,12 @@ OUTLINES: dict[str, tuple[tuple[float, float], ...] | None] = {
     "l-shape": ((0.0, 0.0), (2.0, 0.0), (2.0, 0.8), (0.9, 0.8), (0.9, 1.7), (0.0, 1.7)),
     "plane": None,
 }
-SCENES_EACH = 5  # of every law and table
+SCENES_EACH = 5  # There are so many for every law and table.
 MOST_BALLS = 12
 
 
 def random_scene(law: str, table: str, rng: random.Random) -> Scene:
-    """2 to 12 balls of any mass and size, most of them moving; any coefficients."""
+    """Return 2 to 12 balls of any mass and size, most of them moving, with any coefficients."""
     outline = OUTLINES[table]
     surface = rng.choice([0.0, round(rng.uniform(0.02, 0.3), 3)])
     balls: list[Ball] = []
@@ -434,7 +437,7 @@ def random_scene(law: str, table: str, rng: random.Random) -> Scene:
 def _random_velocity(
     open_plane: bool, position: tuple[float, float], rng: random.Random
 ) -> tuple[float, float]:
-    """Any direction; on the open plane towards the middle, lest nothing is ever met."""
+    """Return any direction; on the open plane one towards the middle, so that balls meet."""
     speed = rng.uniform(0.3, 3.0)
     angle = rng.uniform(-math.pi, math.pi)
     if open_plane:
@@ -456,7 +459,7 @@ def _fits(
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
-    """A random scene as it stands in the data file."""
+    """Return a random scene as it stands in the data file."""
     return {
         "law": scene.physics.law,
         "max_time": scene.physics.max_time,
@@ -472,7 +475,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
 
 
 def scene_from_dict(data: dict[str, Any]) -> Scene:
-    """The scene of an entry of the data file; ball 0 is the cue ball."""
+    """Return the scene of an entry of the data file; ball 0 is the cue ball."""
     return Scene(
         balls=tuple(
             Ball(str(i), (x, y), r, m, cue=i == 0, velocity=(vx, vy))
@@ -486,7 +489,7 @@ def scene_from_dict(data: dict[str, Any]) -> Scene:
 
 
 def run_to_dict(run: ReferenceRun) -> dict[str, Any]:
-    """The run as it stands in the data file, with 20 digits."""
+    """Return the run as it stands in the data file, with 20 digits."""
     return {
         "duration": mp.nstr(run.duration, 20),
         "events": [
@@ -497,7 +500,10 @@ def run_to_dict(run: ReferenceRun) -> dict[str, Any]:
 
 
 def made(law: str, table: str, k: int) -> dict[str, Any]:
-    """Scene ``k`` of that law and table with its run: the first of its seed that is not refused."""
+    """Make scene ``k`` of that law and table, with its run.
+
+    It is the first one from its seed that is not refused.
+    """
     rng = random.Random(f"{law} {table} {k}")
     while True:
         scene = random_scene(law, table, rng)

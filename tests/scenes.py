@@ -1,4 +1,4 @@
-"""Random scenes and exact ends that several tests share."""
+"""These are random scenes and exact ends that several tests share."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TABLES = {
 def random_scene(
     seed: int, table: str = "rectangle", law: str = "coulomb", speed: tuple[float, float] = (0.5, 8)
 ) -> Scene:
-    """Two to nine balls of different sizes, some of which move at speeds within ``speed``."""
+    """Return two to nine balls of different sizes; some of them move at speeds within ``speed``."""
     rnd = random.Random(seed)
     balls: list[Ball] = []
     wanted = rnd.randint(2, 9)
@@ -54,7 +54,7 @@ def random_scene(
 
 
 def frozen_rack(gap: float, e: float = 0.95, law: str = "coulomb") -> Scene:
-    """Fifteen balls in a triangle, ``gap`` (m) apart, and one that hits it head-on."""
+    """Return fifteen balls in a triangle, ``gap`` (m) apart, and one that hits it head-on."""
     r = 0.05
     pitch = 2 * r + gap
     balls = [Ball("C", (-0.6, 0), r, 0.17, cue=True, velocity=(3, 0))]
@@ -67,31 +67,31 @@ def frozen_rack(gap: float, e: float = 0.95, law: str = "coulomb") -> Scene:
 
 
 def asymmetry(run: Run) -> float:
-    """How far (m) a ball of the frozen rack ends from its mirror image's end, at most."""
+    """Return how far (m) a ball of the frozen rack ends from its mirror image's end, at most."""
     ends = {(row, k): run.final[f"{row}.{k}"] for row in range(5) for k in range(row + 1)}
     mirrored = ((end, ends[row, row - k]) for (row, k), end in ends.items())
     return max(math.dist((x, y), (mx, -my)) for (x, y), (mx, my) in mirrored)
 
 
 def contact_list(run: Run) -> list[tuple[str, tuple[str, ...], int | None]]:
-    """The run's events without their times."""
+    """Return the run's events without their times."""
     return [(event.kind, event.balls, event.cushion) for event in run.events]
 
 
 def largest_distance(a: Run, b: Run) -> float:
-    """The largest distance of two runs' ends (m)."""
+    """Return the largest distance of two runs' ends (m)."""
     return max(math.dist(a.final[id_], b.final[id_]) for id_ in a.final)
 
 
 @cache
 def exact_run(law: str, shot: int) -> dict[str, Any]:
-    """The exact end of one of the report's shots (from 1), solved in quadruple precision."""
+    """Return the exact end of one of the report's shots (from 1), in quadruple precision."""
     runs = json.loads((DATA / "exact_report.json").read_text())["runs"]
     found: dict[str, Any] = next(r for r in runs if r["law"] == law and r["shot"] == shot)
     return found
 
 
 def off_exact(run: Run, law: str, shot: int) -> float:
-    """How far (m) the worst end of a run lies from the exact one."""
+    """Return how far (m) the worst end of a run lies from the exact one."""
     final = exact_run(law, shot)["final"]
     return max(math.dist(run.final[i], (float(x), float(y))) for i, (x, y) in final.items())

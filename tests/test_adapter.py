@@ -1,4 +1,4 @@
-"""The pymunk adapter: contacts at their true time, friction, and any pymunk world."""
+"""The pymunk adapter finds contacts at their true time, has friction, and fits any pymunk world."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_ends_and_events_are_exact_at_game_like_steps(
 ) -> None:
     run = simulate(load(name), shot, solver="pymunk", dt=dt)
     exact = exact_run(law, shot)
-    assert off_exact(run, law, shot) < 1e-9 * INCH  # rounding, amplified by the scene
+    assert off_exact(run, law, shot) < 1e-9 * INCH  # Rounding is amplified by the scene.
     assert contact_list(run) == [
         (e["kind"], tuple(e["balls"]), e.get("cushion")) for e in exact["events"]
     ]
@@ -47,7 +47,7 @@ def test_random_scenes_end_where_the_exact_solver_ends(table: str, law: str, see
     exact = simulate(scene, solver="event-driven")
     run = simulate(scene, solver="pymunk", dt=1 / 60)
     assert contact_list(run) == contact_list(exact)
-    assert largest_distance(run, exact) < 1e-8  # rounding times the scene's amplification
+    assert largest_distance(run, exact) < 1e-8  # This is rounding times the scene's amplification.
     assert run.status == exact.status
 
 
@@ -116,7 +116,7 @@ def test_friction_leaves_no_error_in_position(friction: str, dt: float) -> None:
 
 @pytest.mark.parametrize("friction", ["joint", "callback"])
 def test_bodies_follow_their_paths_step_by_step(friction: str) -> None:
-    """The bodies themselves, not only the books kept of them, are where Eq. 10 puts them."""
+    """The bodies themselves are where Eq. 10 puts them, not only the paths kept of them."""
     space = pymunk.Space()
     table = Billiards(
         space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5, friction=friction, alone=True  # type: ignore[arg-type]
@@ -155,7 +155,7 @@ def test_discrete_contacts_converge_with_order_one(
 
 
 def _typical_error(scene: Scene, shot: int, dt: float) -> float:
-    """How late a contact is found depends on where in a step it falls: a mean over near steps."""
+    """Return a mean over near steps, because a contact is late by any share of a step."""
     near = [dt * share for share in (0.93, 0.97, 1.0, 1.03, 1.07)]
     runs = [simulate(scene, shot, solver="pymunk-discrete", dt=step) for step in near]
     return math.exp(sum(math.log(off_exact(run, "published", shot)) for run in runs) / len(runs))
@@ -234,7 +234,7 @@ def _play(dt: float, seconds: float) -> tuple[list[tuple[float, float]], list[Co
 
 
 def test_a_world_of_ones_own_gives_the_same_at_any_step() -> None:
-    """Segments, a round post, balls that get their velocity from outside; no step error is left."""
+    """Segments and a round post, and velocities set from outside: no step error is left."""
     coarse, fine = _play(1 / 60, 6.0), _play(1 / 480, 6.0)
     assert [c.balls for c in coarse[1]] == [c.balls for c in fine[1]]
     assert len(coarse[1]) > 5

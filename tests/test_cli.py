@@ -1,4 +1,4 @@
-"""The command line as a user types it."""
+"""The command line works as a user types it."""
 
 from __future__ import annotations
 
@@ -17,13 +17,16 @@ from pool_pymunk import __version__, load
 
 
 def typed(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """``pool-pymunk`` with these arguments, in a process of its own."""
+    """Run ``pool-pymunk`` with these arguments, in a process of its own."""
     command = [sys.executable, "-m", "pool_pymunk", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
 
 
 def one_line(result: subprocess.CompletedProcess[str]) -> str:
-    """The single line of an answer to bad input: exit code 2, nothing on stdout, no traceback."""
+    """Return the single line that answers bad input.
+
+    The exit code is 2, stdout is empty, and there is no traceback.
+    """
     assert result.returncode == 2
     assert result.stdout == ""
     assert len(result.stderr.splitlines()) == 1, result.stderr
@@ -42,7 +45,7 @@ def test_help_names_every_command() -> None:
 
 
 def test_help_loads_no_solver() -> None:
-    """Answering --help must stay quick: nothing heavy may be imported for it."""
+    """An answer to --help must come quickly, so nothing heavy may be imported for it."""
     code = (
         "import sys\nfrom pool_pymunk.cli import main\n"
         "try:\n    main(['run', '--help'])\nexcept SystemExit:\n    pass\n"
@@ -71,7 +74,7 @@ def test_version() -> None:
 
 @pytest.fixture(scope="module")
 def report_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
-    """The log of ``run report`` and the folder with what it wrote."""
+    """Return the log of ``run report`` and the folder with what it wrote."""
     folder = tmp_path_factory.mktemp("report")
     result = typed("run", "report", "--out", folder / "out", "--json", folder / "all.json")
     assert result.returncode == 0, result.stderr

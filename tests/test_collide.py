@@ -1,4 +1,4 @@
-"""Part 1 of the report: the geometry of the offset, Eqs. 1 to 7, conservation, and bad input."""
+"""Part 1 of the report is right: the offset's geometry, Eqs. 1 to 7, conservation, bad input."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ from pool_pymunk.cli import main
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 
-Angle = Callable[[float, float], float]  # of the line of centres, from d_y and d_x
-Friction = Callable[[float, float], float]  # mu times the change of v_n, from v_n and v_n'
+# It gives the angle of the line of centres, from d_y and d_x.
+Angle = Callable[[float, float], float]
+# It gives the change of v_n that mu multiplies, from v_n and v_n'.
+Friction = Callable[[float, float], float]
 
 numbers = st.floats(-5.0, 5.0)
 velocities = st.tuples(numbers, numbers)
@@ -33,19 +35,19 @@ shares = st.floats(-0.99, 0.99)  # of the largest offset
 
 
 def turned(v: Point, angle: float) -> Array:
-    """Eq. 4: a velocity along x and y, turned through the impact angle to normal and tangent."""
+    """Turn a velocity along x and y through the impact angle to normal and tangent (Eq. 4)."""
     rotation = [[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]]
     return np.array(rotation) @ v
 
 
 def turned_back(v: Array, angle: float) -> Array:
-    """Eq. 7: a velocity along normal and tangent, turned back to x and y."""
+    """Turn a velocity along normal and tangent back to x and y (Eq. 7)."""
     rotation = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
     return np.array(rotation) @ v
 
 
 def normal_velocities(m_a: float, m_b: float, a: float, b: float, e: float) -> tuple[float, float]:
-    """Eqs. 1 to 3: momentum and restitution, two linear equations."""
+    """Solve momentum and restitution, two linear equations (Eqs. 1 to 3)."""
     system = [[m_a, m_b], [1.0, -1.0]]
     after = np.linalg.solve(system, [m_a * a + m_b * b, -e * (a - b)])
     return float(after[0]), float(after[1])
@@ -56,7 +58,7 @@ def size_of_change(before: float, after: float) -> float:
 
 
 def signed_change(before: float, after: float) -> float:
-    """As Listing 3 has it: right for A if n points at B, wrong for B."""
+    """Return the change as Listing 3 has it: right for A if n points at B, wrong for B."""
     return before - after
 
 
@@ -68,7 +70,7 @@ def report(
     angle_of: Angle = math.atan2,
     change: Friction = size_of_change,
 ) -> tuple[Array, Array]:
-    """Eqs. 4 to 7: turn, solve, brake the slip by mu times the change of v_n, turn back."""
+    """Answer by Eqs. 4 to 7: turn, solve, brake the slip by mu |change of v_n|, turn back."""
     angle = angle_of(line[1], line[0])
     before_a, before_b = turned(a.velocity, angle), turned(b.velocity, angle)
     n_a, n_b = normal_velocities(a.mass, b.mass, before_a[0], before_b[0], material.restitution)
@@ -77,7 +79,7 @@ def report(
     brake_b = material.friction * size_of_change(before_b[0], n_b)
     t_a = before_a[1] - np.sign(slip) * brake_a
     t_b = before_b[1] + np.sign(slip) * brake_b
-    if brake_a >= 0.0 and abs(slip) < brake_a + brake_b:  # friction stops a slip, at most
+    if brake_a >= 0.0 and abs(slip) < brake_a + brake_b:  # Friction stops a slip, at most.
         t_a = t_b = (a.mass * before_a[1] + b.mass * before_b[1]) / (a.mass + b.mass)
     return turned_back(np.array([n_a, t_a]), angle), turned_back(np.array([n_b, t_b]), angle)
 
@@ -129,7 +131,7 @@ def test_atan_divides_by_zero_where_the_centres_are_one_above_the_other() -> Non
 def test_atan_turns_the_frame_and_only_signed_friction_notices(
     a: Disc, b: Disc, material: Material, share: float
 ) -> None:
-    """At d_x < 0 both axes are reversed: Eqs. 1 to 3 and mu |change| come out all the same."""
+    """At d_x < 0 both axes are reversed, but Eqs. 1 to 3 and mu |change| give the same."""
     assume(math.dist(a.velocity, b.velocity) > 1e-6)
     hit = collide(a, b, share * (a.radius + b.radius), material)
     assume(abs(hit.normal[0]) > 1e-6)
@@ -142,7 +144,7 @@ def test_signed_friction_in_the_turned_frame_drives_the_slip() -> None:
     right = report(a, b, line, material, math.atan2, signed_change)
     wrong = report(a, b, line, material, plain_atan, signed_change)
     assert right[0] == pytest.approx([0.0, 0.3])
-    assert wrong[0] == pytest.approx([0.0, 0.7])  # A speeds up along the tangent
+    assert wrong[0] == pytest.approx([0.0, 0.7])  # A speeds up along the tangent.
     before = energy(a, b, (np.array(a.velocity), np.array(b.velocity)))
     assert energy(a, b, right) < before < energy(a, b, wrong)
 
@@ -151,7 +153,7 @@ def test_the_published_law_pushes_b_with_the_slip() -> None:
     a, b = Disc(0.2, 0.03, (1.0, 0.5)), Disc(0.2, 0.03)
     hit = collide_at(a, b, 0.0, Material(1.0, 0.2, "published"))
     assert hit.velocity_a == pytest.approx((0.0, 0.3))
-    assert hit.velocity_b == pytest.approx((1.0, -0.2))  # A slips upwards along B
+    assert hit.velocity_b == pytest.approx((1.0, -0.2))  # A slips upwards along B.
     assert hit.momentum[1][1] != pytest.approx(hit.momentum[0][1])
     mended = collide_at(a, b, 0.0, Material(1.0, 0.2))
     assert mended.velocity_b == pytest.approx((1.0, 0.2))
@@ -178,7 +180,7 @@ def test_momentum_is_kept_energy_is_not_gained(
     assert (on_a.n, on_a.t) == pytest.approx((-on_b.n, -on_b.t), abs=1e-11)
     assert abs(on_b.t) <= material.friction * on_b.n + 1e-11
     (a_n, a_t), (b_n, b_t) = hit.before
-    assert on_b.t * (a_t - b_t) >= -1e-12  # A drags B along, and B holds A back
+    assert on_b.t * (a_t - b_t) >= -1e-12  # A drags B along, and B holds A back.
     (a_n2, _), (b_n2, _) = hit.after
     assert b_n2 - a_n2 == pytest.approx(material.restitution * (a_n - b_n), abs=1e-11)
 
@@ -192,7 +194,7 @@ def test_the_offset_is_across_the_approach(a: Disc, b: Disc, share: float) -> No
     speed = math.hypot(*hit.approach)
     u = (hit.approach[0] / speed, hit.approach[1] / speed)
     along = hit.normal[0] * u[0] + hit.normal[1] * u[1]
-    assert along == pytest.approx(math.sqrt(1.0 - share**2))  # never from behind
+    assert along == pytest.approx(math.sqrt(1.0 - share**2))  # The normal never points backwards.
     assert collide_at(a, b, hit.angle).offset == pytest.approx(offset, abs=1e-14)
 
 

@@ -1,4 +1,4 @@
-"""Comparisons of runs, on runs whose differences are known."""
+"""Comparisons of runs are right on runs whose differences are known."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_a_run_beside_itself(exact: Run) -> None:
 
 
 def test_distances_of_ends_are_those_of_two_known_paths() -> None:
-    """A ball that slides alone: twice the speed goes four times as far."""
+    """A ball slides alone: at twice the speed it goes four times as far."""
     scene = Scene(
         balls=(Ball("a", (0, 0), 0.05, 1, velocity=(1, 0)), Ball("b", (0, 9), 0.05, 1)),
         restitution=Restitution(1),

@@ -1,8 +1,9 @@
 """Eq. 8 of the report bounds the angular error of a grazing hit; here the worst one is measured.
 
-The report divides the way of one slice, v dt = 4 m/s x 1e-5 s, by 2.25 in (its radius): 7.0e-4 rad,
-or 0.0401 degrees, or 1.40 mm over 2 m. The normal at a contact found late by up to v dt is off by
-up to v dt over the distance of the centres, 2 r: half of that. The bound holds with a factor of 2.
+The report divides the way of one slice, v dt = 4 m/s x 1e-5 s, by 2.25 in (its radius). This is
+7.0e-4 rad, or 0.0401 degrees, or 1.40 mm over 2 m. A contact may be found late by up to v dt. The
+normal is then off by up to v dt over the distance of the centres, 2 r, which is half of that. The
+bound holds with a factor of 2.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ BOUND = SPEED * DT / R
 
 
 def angle_after(offset: float, lead: float, solver: str) -> float | None:
-    """The direction (rad) in which a resting ball leaves a frictionless hit; None if missed."""
+    """Return the direction (rad) in which a resting ball leaves a frictionless hit.
+
+    It is None if the ball is missed.
+    """
     scene = Scene(
         balls=(
             Ball("a", (0.0, 0.0), R, 0.16, velocity=(SPEED, 0.0)),
@@ -52,7 +56,7 @@ def test_the_worst_grazing_hit_is_off_by_half_the_bound() -> None:
 
 
 def test_a_hit_with_a_shorter_chord_than_a_slice_may_be_missed() -> None:
-    """What is missed would have turned the ball by less than the bound, too."""
+    """A hit that is missed would also have turned the ball by less than the bound."""
     chord = 0.3 * SPEED * DT
     offset = math.sqrt(4 * R * R - (chord / 2) ** 2)
     assert angle_after(offset, 1e-3 + 0.5 * SPEED * DT, "event-driven") is not None
@@ -60,5 +64,5 @@ def test_a_hit_with_a_shorter_chord_than_a_slice_may_be_missed() -> None:
         angle_after(offset, 1e-3 + SPEED * DT * k / 8, "time-slice") is None for k in range(8)
     ]
     assert any(missed)
-    turned = chord / 2 / (2 * R)  # the closing speed over the speed
+    turned = chord / 2 / (2 * R)  # This is the closing speed over the speed.
     assert turned < BOUND

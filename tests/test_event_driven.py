@@ -1,7 +1,8 @@
-"""The exact solver where it is hard: one instant, collapse, presses, polygons; and what must hold.
+"""The exact solver is right where it is hard: at one instant, in collapse, in lasting contact.
 
-The report's shots and random scenes against references stand in test_exact.py, with the plain
-cases; times of impact in test_time_of_impact.py; impacts of one instant in test_impact.py.
+It also keeps what must hold. The report's shots and random scenes against references are in
+test_exact.py, with the plain cases. Times of impact are in test_time_of_impact.py, and impacts of
+one instant in test_together.py.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ def disc(
 
 
 def plane(*balls: Ball, e: float = 1.0, friction: tuple[float, float] = (0.0, 0.0)) -> Scene:
-    """An open plane; friction with the surface, and between balls."""
+    """Return balls on an open plane; ``friction`` is with the surface, and between balls."""
     surface, mu = friction
     return Scene(
         balls=balls,
@@ -63,7 +64,10 @@ def plane(*balls: Ball, e: float = 1.0, friction: tuple[float, float] = (0.0, 0.
 def on_table(
     outline: Sequence[Point], *balls: Ball, e: float = 1.0, friction: tuple[float, float] = (0, 0)
 ) -> Scene:
-    """A table; friction with the surface, and with cushions and between balls."""
+    """Return balls on a table.
+
+    ``friction`` is with the surface, and with cushions and between balls.
+    """
     surface, mu = friction
     return Scene(
         balls=balls,
@@ -79,7 +83,7 @@ def velocities(run: Run) -> dict[str, Point]:
 
 
 def kinetic(run: Run, times: Sequence[float]) -> list[float]:
-    """The kinetic energy (J) at each of the times."""
+    """Return the kinetic energy (J) at each of the times."""
     _, v = run.at(times)
     mass = np.array([ball.mass for ball in run.scene.balls])
     energies: list[float] = (0.5 * mass * (v**2).sum(axis=2)).sum(axis=1).tolist()
@@ -87,7 +91,7 @@ def kinetic(run: Run, times: Sequence[float]) -> list[float]:
 
 
 def amplification(scene: Scene, run: Run) -> tuple[float, float]:
-    """How much farther (m/m) ends and how much later (s/m) events move than starts are nudged."""
+    """Return how much ends (m/m) and events (s/m) move when the starts are nudged."""
     ends, times = 1.0, 1.0
     for seed in range(3):
         rnd = random.Random(seed)
@@ -108,7 +112,7 @@ def amplification(scene: Scene, run: Run) -> tuple[float, float]:
 
 @pytest.mark.parametrize("record", REFERENCES, ids=lambda record: record["name"])
 def test_events_come_when_forty_digits_say(record: dict[str, Any]) -> None:
-    """Ends to 1e-13 m and times to 1e-12 s, times the scene's amplification.
+    """Ends agree to 1e-13 m and times to 1e-12 s, times the scene's amplification.
 
     Coordinates of some metres are good to 4e-16 m, and a scene has some dozen contacts.
     """
@@ -130,7 +134,10 @@ def test_the_references_on_file_are_those_that_the_reference_makes(law: str, tab
 
 
 def test_the_reference_solves_a_case_on_paper() -> None:
-    """2 m/s, 0.98 m/s^2: at the other ball after 1 m; equal masses, e = 1: it goes on instead."""
+    """A ball of 2 m/s slows at 0.98 m/s^2 and hits another after 1 m.
+
+    Their masses are equal and e = 1, so the other goes on instead.
+    """
     scene = plane(disc("a", (0, 0), (2.0, 0)), disc("b", (1 + 2 * R, 0)), friction=(0.1, 0.0))
     run = reference_run(scene)
     a = 0.1 * 9.80665
@@ -144,7 +151,7 @@ def test_the_reference_solves_a_case_on_paper() -> None:
 
 
 def test_three_balls_that_meet_at_one_instant_in_any_order() -> None:
-    """From 120 degrees apart to one point: e = 1 sends each back as it came."""
+    """Three balls come from 120 degrees apart to one point: e = 1 sends each back as it came."""
     ways = [(math.cos(k * 2 * math.pi / 3), math.sin(k * 2 * math.pi / 3)) for k in range(3)]
     balls = [disc(str(k), (ux, uy), (-ux, -uy)) for k, (ux, uy) in enumerate(ways)]
     for order in permutations(balls):
@@ -156,7 +163,7 @@ def test_three_balls_that_meet_at_one_instant_in_any_order() -> None:
 
 
 def crowd(seed: int) -> Scene:
-    """A dozen balls of different masses in a box."""
+    """Return a dozen balls of different masses in a box."""
     rnd = random.Random(seed)
     balls = tuple(
         disc(
@@ -197,13 +204,14 @@ def test_mirror_and_shift_of_the_table_mirror_and_shift_the_ends(seed: int) -> N
     for id_, (x, y) in run.final.items():
         assert math.dist(mirrored.final[id_], (2.0 - x, y)) < allowed
         assert math.dist(turned.final[id_], (1.0 - y, x)) < allowed
-        assert math.dist(far.final[id_], (x + 64.0, y - 32.0)) < 64 * allowed  # coarser numbers
+        # The numbers are coarser there.
+        assert math.dist(far.final[id_], (x + 64.0, y - 32.0)) < 64 * allowed
 
 
 def changed(
     scene: Scene, place: Callable[[float, float], Point], speed: Callable[[float, float], Point]
 ) -> Scene:
-    """The scene with every point and velocity put through the two."""
+    """Return the scene with every point and every velocity put through a function."""
     assert scene.table is not None
     corners = [place(*corner) for corner in scene.table.outline]
     (x0, y0), (x1, y1) = min(corners), max(corners)
@@ -231,7 +239,10 @@ def test_momentum_is_kept_on_an_open_plane() -> None:
 @pytest.mark.parametrize("gap", [0.0, 1e-17, -1e-17, -1e-13, -1e-11])
 @pytest.mark.parametrize("both", [False, True])
 def test_balls_that_touch_at_the_start(gap: float, both: bool) -> None:
-    """Approaching is a contact now; receding is none, be the overlap what a rounding makes it."""
+    """Two that approach have a contact now, and two that recede have none.
+
+    This holds whatever overlap rounding makes.
+    """
     drift = 0.25 if both else 0.0
     for speed, times in ((1.0, [0.0]), (-1.0, [])):
         scene = plane(
@@ -273,11 +284,11 @@ HEXAGON = tuple((math.cos(k * math.pi / 3), math.sin(k * math.pi / 3)) for k in 
 
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 def test_a_ball_into_the_corner_of_a_hexagon(e: float) -> None:
-    """Both cushions answer at once: straight in, it comes straight out with e."""
+    """Both cushions answer at once: a ball that comes straight in comes straight out with e."""
     run = exact(on_table(HEXAGON, disc("a", (0.2, 0.0), (1.0, 0.0)), e=e), max_time=1.0)
     assert {e.cushion for e in run.events if e.t == run.events[0].t} - {None} == {0, 5}
     assert run.end.velocity[0] == pytest.approx((-e, 0.0), abs=1e-12)
-    distance = 0.8 - R / math.sin(math.pi / 3)  # to where the ball touches both
+    distance = 0.8 - R / math.sin(math.pi / 3)  # the distance to where the ball touches both
     assert run.events[0].t == pytest.approx(distance, abs=1e-14)
 
 
@@ -292,7 +303,7 @@ def test_a_ball_straight_at_a_reflex_corner_comes_straight_back(angle: float) ->
 
 
 def test_a_ball_off_centre_on_a_reflex_corner_turns_about_the_normal() -> None:
-    """Eq. 9 along the line from the corner to the centre."""
+    """The ball answers by Eq. 9, along the line from the corner to the centre."""
     offset = 0.6 * R
     run = exact(on_table(L_SHAPE, disc("a", (0.5, 0.8 - offset), (1.0, 0.0)), e=1.0), max_time=0.5)
     nx, ny = -0.8, -0.6
@@ -300,7 +311,7 @@ def test_a_ball_off_centre_on_a_reflex_corner_turns_about_the_normal() -> None:
 
 
 def test_a_ball_that_slides_along_a_cushion_passes_a_reflex_corner_straight() -> None:
-    """Pressed on by nothing (e = 0) it touches all the way, and the corner does not turn it."""
+    """Nothing presses it on (e = 0): it touches all the way, and the corner does not turn it."""
     scene = on_table(L_SHAPE, disc("a", (1.9, 0.7), (-1.0, 1.0)), e=0.0)
     run = exact(scene, max_time=1.4)
     assert [(event.kind, event.cushion) for event in run.events] == [("ball-cushion", 2)]
@@ -331,7 +342,7 @@ def test_a_ball_that_fits_a_lane_exactly_runs_through_it() -> None:
 
 @pytest.mark.parametrize(("mass", "count"), [(1.0, 3), (1e2, 31), (1e4, 314), (1e6, 3141)])
 def test_a_wall_and_two_balls_count_the_digits_of_pi(mass: float, count: int) -> None:
-    """Galperin: a heavy ball, a light one and a wall, e = 1, hit each other so many times."""
+    """A heavy ball, a light one and a wall, e = 1, hit each other so many times (Galperin)."""
     room = ((0.0, 0.0), (1e3, 0.0), (1e3, 1.0), (0.0, 1.0))
     balls = disc("light", (1.0, 0.5)), disc("heavy", (2.0, 0.5), (-1.0, 0.0), mass)
     run = exact(on_table(room, *balls), max_time=50.0)
@@ -343,7 +354,7 @@ def test_a_wall_and_two_balls_count_the_digits_of_pi(mass: float, count: int) ->
 @pytest.mark.parametrize("mass", [1e3, 1e6, 1e9])
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.9])
 def test_a_squeezed_ball_collapses_and_stops_the_heavy_one(mass: float, e: float) -> None:
-    """The limit of its endless hits: both at rest at the cushion, as if all e were 0."""
+    """The limit of its endless hits leaves both at rest at the cushion, as if all e were 0."""
     box = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
     balls = disc("light", (0.3, 0.5)), disc("heavy", (1.5, 0.5), (-1.0, 0.0), mass)
     run = exact(on_table(box, *balls, e=e))
@@ -355,7 +366,7 @@ def test_a_squeezed_ball_collapses_and_stops_the_heavy_one(mass: float, e: float
 
 
 def test_elastic_hits_without_a_gap_are_not_cut_short() -> None:
-    """A light ball that touches the wall and the heavy one: 3141 hits need not be a collapse."""
+    """A light ball touches the wall and the heavy one: 3141 hits need not be a collapse."""
     room = ((0.0, 0.0), (1e3, 0.0), (1e3, 1.0), (0.0, 1.0))
     balls = disc("light", (R, 0.5)), disc("heavy", (3 * R, 0.5), (-1.0, 0.0), 1e4)
     run = exact(on_table(room, *balls), max_time=50.0)
@@ -390,7 +401,7 @@ def test_a_plastic_cradle_goes_on_as_one(count: int) -> None:
 
 
 def pressed_pair(e: float, mu: float = 0.0, heavy: float = 1.0) -> Scene:
-    """A slow ball catches up with another at an angle, and pushes on."""
+    """Return a slow ball that catches up with another at an angle, and pushes on."""
     speed, angle = 0.1, 0.8
     way = (speed * math.cos(angle), speed * math.sin(angle))
     behind = disc("a", (0.0, 0.0), way, heavy)
@@ -398,7 +409,10 @@ def pressed_pair(e: float, mu: float = 0.0, heavy: float = 1.0) -> Scene:
 
 
 def pushed(scene: Scene, until: float, steps: int = 2000) -> np.ndarray[Any, Any]:
-    """Where the pair is at a time if it touches without end: a constraint, by Runge and Kutta."""
+    """Return where the pair is at a time if it touches without end.
+
+    This is a constraint, integrated by Runge and Kutta.
+    """
     a, b = scene.balls
     g, mu, m_eff = scene.deceleration, scene.friction.ball_ball, 1 / (1 / a.mass + 1 / b.mass)
 
@@ -413,7 +427,8 @@ def pushed(scene: Scene, until: float, steps: int = 2000) -> np.ndarray[Any, Any
         return np.concatenate([va, vb, drag_a - push / a.mass, drag_b + push / b.mass])
 
     (ax, ay), (bx, by) = (ball.velocity for ball in scene.balls)
-    common = (a.mass * ax + b.mass * bx) / (a.mass + b.mass)  # the plastic hit at the start
+    # This is the plastic hit at the start.
+    common = (a.mass * ax + b.mass * bx) / (a.mass + b.mass)
     j_t = min(mu * m_eff * (ax - bx), m_eff * abs(ay - by)) * math.copysign(1.0, ay - by)
     y = np.array([*a.position, *b.position, common, ay - j_t / a.mass, common, by + j_t / b.mass])
     h = until / steps
@@ -428,7 +443,7 @@ def pushed(scene: Scene, until: float, steps: int = 2000) -> np.ndarray[Any, Any
 
 @pytest.mark.parametrize(("mu", "heavy"), [(0.0, 1.0), (0.2, 1.0), (0.0, 4.0)])
 def test_a_ball_that_is_pushed_along_stays_in_contact(mu: float, heavy: float) -> None:
-    """To a few hundredths of a micrometre; the hits are not listed, and a warning says so."""
+    """It stays to a few hundredths of a micrometre; no hit is listed, and a warning says so."""
     scene = pressed_pair(0.0, mu, heavy)
     run = exact(scene)
     assert run.status == "settled"
@@ -452,7 +467,10 @@ def test_what_spreading_hits_costs_is_of_second_order(monkeypatch: pytest.Monkey
 
 
 def test_a_small_ball_that_is_pressed_sinks_by_a_share_of_its_own_radius() -> None:
-    """1e-4 of it, fourfold after 1000 hits; a contact time by the stopping time alone gave 1e-2."""
+    """It sinks by less than 1e-4 of its radius, after thousands of hits.
+
+    With a contact time from the stopping time alone it would sink by 1e-2.
+    """
     behind, ahead = pressed_pair(0.0).balls
     radius = 1e-5 * R
     small = replace(ahead, radius=radius, position=(R + radius, 0.0))
@@ -465,7 +483,7 @@ def test_a_small_ball_that_is_pressed_sinks_by_a_share_of_its_own_radius() -> No
 
 @pytest.mark.parametrize("e", [0.2, 0.5, 0.9])
 def test_bounces_that_die_down_end_in_a_push(e: float) -> None:
-    """Like a bouncing ball: infinitely many hits in finite time, then contact."""
+    """A bouncing ball does the same: it hits infinitely often in finite time, then stays."""
     run = exact(pressed_pair(e))
     assert run.status == "settled"
     assert run.steps < 2000
@@ -479,7 +497,7 @@ def test_bounces_that_die_down_end_in_a_push(e: float) -> None:
 @pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-6])
 @pytest.mark.parametrize("e", [1.0, 0.7, 0.3])
 def test_a_rack_breaks_symmetrically_whatever_its_balls_are_made_of(e: float, gap: float) -> None:
-    """Also where its balls press on each other; all are answered as if at once."""
+    """This also holds where balls press on each other; all are answered as if at once."""
     run = exact(frozen_rack(gap, e))
     assert run.status == "settled"
     assert asymmetry(run) < 1e-9
@@ -497,7 +515,7 @@ def test_a_rack_comes_to_rest_under_both_laws(law: str, e: float) -> None:
 
 
 def heap(seed: int) -> Scene:
-    """Up to fifteen balls, many in heaps that touch, on any table, with any coefficients."""
+    """Return up to fifteen balls, many in heaps that touch, on any table, with any coefficients."""
     rnd = random.Random(seed)
     outline = rnd.choice([None, L_SHAPE, HEXAGON, ((0, 0), (2, 0), (2, 1), (0, 1))])
     table = Table(tuple(outline)) if outline else None
@@ -581,7 +599,7 @@ def test_a_start_that_is_not_finite_is_said_to_be_so() -> None:
 
 
 def test_hits_that_feed_each_other_end_as_non_finite() -> None:
-    """Law published gains energy where a heavy ball rubs a light one (line 132): 1e300 and on."""
+    """Law published gains energy where a heavy ball rubs a light one (line 132), beyond 1e300."""
     rnd = random.Random(4)
     balls = tuple(
         disc(str(k), (0.1 + 0.2 * (k % 5), 0.1 + 0.2 * (k // 5)), (rnd.gauss(0, 1), 0.3), mass)
@@ -620,7 +638,10 @@ def test_what_is_void_does_not_keep_a_run_from_settling() -> None:
 
 
 def bank_shot(k: int) -> Scene:
-    """Off a cushion into a ball, then rest; ``k`` shifts when that is, beside the others' steps."""
+    """Return a shot off a cushion into a ball, then rest.
+
+    ``k`` shifts the time of the hit, relative to the others' steps.
+    """
     return Scene(
         balls=(
             disc("a", (0.5, 0.5 + 0.00374166 * math.sqrt(k)), (1.5, -1.0)),
@@ -634,7 +655,7 @@ def bank_shot(k: int) -> Scene:
 
 @pytest.mark.parametrize("solver", ["time-slice", "pymunk-discrete"])
 def test_the_others_converge_to_it_with_order_one_down_to_1e_5(solver: str) -> None:
-    """How late a contact is found is any share of a step: the mean over some shots has an order."""
+    """A contact is late by any share of a step, so only the mean over some shots has an order."""
     scenes = [bank_shot(k) for k in range(6)]
     runs = [exact(scene) for scene in scenes]
     assert {len(run.events) for run in runs} == {4}
@@ -645,4 +666,4 @@ def test_the_others_converge_to_it_with_order_one_down_to_1e_5(solver: str) -> N
         errors.append(np.mean([largest_distance(a, b) for a, b in zip(found, runs, strict=True)]))
     slope = float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
     assert 0.85 < slope < 1.15
-    assert errors[-1] < 5 * 1.8 * 1e-5  # the way of a few slices at the first speed
+    assert errors[-1] < 5 * 1.8 * 1e-5  # This is the way of a few slices at the first speed.

@@ -1,4 +1,4 @@
-"""The exact solver against references in high precision, hard contacts, and invariants."""
+"""The exact solver agrees with references in high precision, and keeps invariants."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from scenes import DATA, INCH, asymmetry, contact_list, exact_run, frozen_rack, 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, load, simulate
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
-NUDGE = 1e-10  # m; small beside all else, large beside rounding
+NUDGE = 1e-10  # m; it is small beside all else, and large beside rounding
 R = 0.05
 
 
@@ -26,7 +26,7 @@ def exact(scene: Scene, **bounds: float | int) -> Run:
 
 
 def amplification(scene: Scene, run: Run) -> float:
-    """How much farther ends move than starts, from one nudge of every start."""
+    """Return how much farther ends move than starts, from one nudge of every start."""
     rnd = random.Random(0)
 
     def nudge(x: float) -> float:
@@ -88,7 +88,7 @@ def on_plane(*balls: Ball, e: float = 1.0, surface: float = 0.0, law: str = "cou
 
 @pytest.mark.parametrize(("inside", "hits"), [(1e-12, 1), (-1e-12, 0)])
 def test_a_grazing_hit_is_decided_to_a_millionth_of_a_micrometre(inside: float, hits: int) -> None:
-    angle = math.asin(2 * R / 1.0) - inside  # of a path tangent to a ball 1 m away
+    angle = math.asin(2 * R / 1.0) - inside  # the angle of a path tangent to a ball 1 m away
     scene = on_plane(
         Ball("a", (0, 0), R, 1, velocity=(math.cos(angle), math.sin(angle))),
         Ball("b", (1, 0), R, 1),
@@ -138,7 +138,7 @@ def test_newtons_cradle(count: int, solver: str) -> None:
 @pytest.mark.parametrize("gap", [0.0, 1e-15, 1e-12, 1e-9, 1e-6])
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 def test_a_head_on_break_of_a_frozen_rack_stays_symmetric(solver: str, gap: float) -> None:
-    """Rounding breaks the mirror by 1e-16; the break amplifies that by less than 1e6."""
+    """Rounding breaks the mirror by 1e-16, and the break amplifies that by less than 1e6."""
     run = simulate(frozen_rack(gap), solver=solver, dt=1 / 60)
     assert run.status == "settled"
     assert asymmetry(run) < 1e-9
@@ -168,7 +168,7 @@ def test_a_ball_squeezed_between_a_heavy_one_and_a_cushion(e: float, ratio: floa
 
 
 def gas(count: int, seed: int, max_time: float) -> Scene:
-    """Balls that lose nothing."""
+    """Return balls that lose nothing."""
     rnd = random.Random(seed)
     columns = math.ceil(math.sqrt(count))
     balls = tuple(

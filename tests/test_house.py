@@ -13,7 +13,7 @@ import pool_pymunk
 
 HOME = Path(pool_pymunk.__file__).parent
 
-# From the ground up. A room may import from every floor below its own.
+# The floors stand from the ground up. A room may import from every floor below its own.
 FLOORS = (
     ("physics", "safety"),
     ("model", "engine"),
@@ -25,15 +25,15 @@ FLOORS = (
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 
-# Methods that import late from a floor above: each is listed, and each that is listed is there.
+# These are methods that import late from a floor above: each is listed, and each listed is there.
 LATE: set[tuple[str, str]] = {("results/run.py", "render")}
 
-# Libraries that only one room may import.
+# Only one room may import each of these libraries.
 ONLY_IN = {"matplotlib": "render", "typer": "cli", "pydantic": "model"}
 
 
 class Import(NamedTuple):
-    """What a module imports, and whether it does so when it is itself imported."""
+    """An import tells what a module imports, and whether it does so when it is itself imported."""
 
     module: str  # its path in the package
     target: str  # dotted
@@ -45,7 +45,7 @@ class Import(NamedTuple):
 
 
 def imports() -> Iterator[Import]:
-    """Every import of the package's modules, but for the door and what only types need."""
+    """Yield every import of the package's modules, except the door's and those for types."""
     for path in sorted(HOME.rglob("*.py")):
         module = path.relative_to(HOME).as_posix()
         if "/" in module:
@@ -70,7 +70,7 @@ def _of(module: str, node: ast.AST, late: bool) -> Iterator[Import]:
 
 
 def room_of(target: str) -> str | None:
-    """The room that a dotted name leads to; None for the door and for other packages."""
+    """Return the room that a dotted name leads to; None for the door and for other packages."""
     parts = target.split(".")
     return parts[1] if parts[0] == "pool_pymunk" and len(parts) > 1 and parts[1] in FLOOR else None
 
@@ -82,7 +82,7 @@ def test_every_folder_is_a_room() -> None:
 
 @pytest.mark.parametrize("room", FLOOR)
 def test_arrows_run_down(room: str) -> None:
-    """What a room imports lies below it."""
+    """A room imports only from rooms below it."""
     for found in imports():
         target = room_of(found.target)
         if found.room == room and target not in (None, room) and not found.late:

@@ -1,4 +1,7 @@
-"""Ctrl-C and a full disk: whole files or none, finished work is kept, one line, the right code."""
+"""After Ctrl-C or with a full disk, files are whole or absent, and finished work is kept.
+
+The command ends with one line and the right code.
+"""
 
 from __future__ import annotations
 
@@ -23,16 +26,18 @@ from pool_pymunk.cli import main
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies import stability
 
-tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")  # its name is a function's, too
+# Its name is also that of a function.
+tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 
 PATIENCE = 60.0  # s
-# Slices of 1e-6 s take about a second for each of the report's shots: time enough to interrupt.
+# Slices of 1e-6 s take about a second for each of the report's shots, so there is time to
+# interrupt.
 SLOW_RUN = ("run", "report", "--solver", "time-slice", "--dt", "1e-6", "--no-pictures")
-MOST_BYTES = 20_000  # of a file on the disk that is full
+MOST_BYTES = 20_000  # A file on the full disk can have so many bytes.
 
 
 def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:
-    """``pool-pymunk`` with these arguments, in a process and group of its own."""
+    """Start ``pool-pymunk`` with these arguments, in a process and group of its own."""
     return subprocess.Popen(
         [sys.executable, "-m", "pool_pymunk", *map(str, arguments)],
         stdout=subprocess.PIPE,
@@ -44,7 +49,7 @@ def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:
 
 
 def _limit_files() -> None:
-    """No file may grow beyond this; writing more fails as it does on a full disk."""
+    """Limit the size of files, so that writing more fails as it does on a full disk."""
     resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES, MOST_BYTES))
 
 
@@ -57,7 +62,7 @@ def wait_until(so: Callable[[], bool]) -> None:
 
 
 def _is_alive(group: int) -> bool:
-    """Whether the group has a process left."""
+    """Tell whether the group has a process left."""
     try:
         os.killpg(group, 0)
     except ProcessLookupError:
@@ -66,7 +71,7 @@ def _is_alive(group: int) -> bool:
 
 
 def interrupt(process: subprocess.Popen[str]) -> str:
-    """Ctrl-C, as a terminal sends it to the whole group; returns what stderr says."""
+    """Send Ctrl-C to the whole group, as a terminal does, and return stderr."""
     os.killpg(process.pid, signal.SIGINT)
     _, stderr = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, stderr
@@ -74,13 +79,16 @@ def interrupt(process: subprocess.Popen[str]) -> str:
 
 
 def rows(path: Path) -> list[list[str]]:
-    """The rows of a CSV, the heading included."""
+    """Return the rows of a CSV, the heading included."""
     with path.open(newline="", encoding="utf-8") as file:
         return list(csv.reader(file))
 
 
 def all_whole(folder: Path) -> set[str]:
-    """The names of the files in a folder: each can be read to its end, none is temporary."""
+    """Return the names of the files in a folder.
+
+    Each must be readable to its end, and none may be temporary.
+    """
     for path in folder.iterdir():
         assert not path.name.startswith(".") and path.stat().st_size > 0, path
         if path.suffix == ".npz":
@@ -113,7 +121,7 @@ def test_ctrl_c_before_the_first_shot_leaves_nothing(tmp_path: Path) -> None:
     process = start("run", "report", "--solver", "time-slice", "--dt", "1e-8",
                     "--out", tmp_path / "out", "--json", results)  # fmt: skip
     assert process.stdout is not None
-    process.stdout.readline()  # the log has begun, the first shot runs
+    process.stdout.readline()  # The log has begun, and the first shot runs.
     assert interrupt(process) == "error: interrupted\n"
     assert list(tmp_path.iterdir()) == []
 
@@ -128,7 +136,7 @@ def test_ctrl_c_keeps_the_films_that_were_finished(tmp_path: Path) -> None:
 
 
 def frames(film: Path) -> int:
-    """How many frames a film has, read to its end."""
+    """Return how many frames a film has, read to its end."""
     from imageio_ffmpeg import count_frames_and_secs
 
     return int(count_frames_and_secs(str(film))[0])
@@ -166,7 +174,7 @@ def test_ctrl_c_keeps_the_shots_that_were_compared(
 
 
 def twice_then_ctrl_c(work: Callable[..., object]) -> Callable[..., object]:
-    """What works twice, and is then interrupted."""
+    """Return a function that works twice, and is then interrupted."""
     calls = 0
 
     def so(*arguments: object) -> object:
@@ -202,14 +210,14 @@ def test_ctrl_c_keeps_the_rows_of_stability(
 
 
 def one_cell(then: BaseException | None = None) -> Iterator[stability.Cell]:
-    """The first cell of the table, and what comes then."""
+    """Yield the first cell of the table, then raise ``then``."""
     yield stability.check(stability.EXTREMES[0], "event-driven", quick=True)
     if then is not None:
         raise then
 
 
 def exit_code(*arguments: str) -> object:
-    """What the command line would exit with."""
+    """Return the code with which the command line would exit."""
     with pytest.raises(SystemExit) as exit_:
         main(list(arguments))
     return exit_.value.code
@@ -263,13 +271,13 @@ def test_a_full_disk_stops_stability_in_one_line(
     error = f"error: {tmp_path / 'stability.csv'}: No space left on device\n"
     printed, errors = capsys.readouterr()
     assert errors == error
-    assert "event-driven" in printed  # the table itself is not lost
+    assert "event-driven" in printed  # The table itself is not lost.
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A file system of 64 kB, where we may mount one."""
+    """Give a file system of 64 kB, if this machine lets us mount one."""
     disk = tmp_path / "disk"
     disk.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(disk)]

@@ -1,4 +1,4 @@
-"""Ctrl-C is raised where it does no harm, and never lost."""
+"""Ctrl-C is raised where it does no harm, and it is never lost."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def ctrl_c() -> None:
 
 
 def wait() -> None:
-    """Be busy for longer than a Ctrl-C that waits needs to be raised, where it can be."""
+    """Be busy for longer than a pending Ctrl-C needs to be raised, where it can be."""
     time.sleep(10.0 * PAUSE)
 
 
@@ -27,11 +27,11 @@ def test_our_own_code_is_interrupted_at_once() -> None:
     soon = threading.Timer(0.2, ctrl_c)
     with pytest.raises(KeyboardInterrupt), patient_interrupts():
         soon.start()
-        simulate(load("report"), solver="time-slice", dt=1e-9)  # would take minutes
+        simulate(load("report"), solver="time-slice", dt=1e-9)  # This would take minutes.
 
 
 def test_it_is_not_lost_in_a_callback_of_pymunk(capfd: pytest.CaptureFixture[str]) -> None:
-    """cffi prints what is raised in a callback, and goes on."""
+    """cffi prints an error that is raised in a callback, and goes on."""
     space, body = pymunk.Space(), pymunk.Body(1.0, 1.0)
 
     def interrupted(body: pymunk.Body, *_: object) -> None:
@@ -43,7 +43,7 @@ def test_it_is_not_lost_in_a_callback_of_pymunk(capfd: pytest.CaptureFixture[str
     space.add(body)
     with pytest.raises(KeyboardInterrupt), patient_interrupts():
         space.step(0.1)
-        assert body.velocity == (1.0, 0.0)  # the callback came to its end
+        assert body.velocity == (1.0, 0.0)  # The callback came to its end.
         raise_pending()
     assert capfd.readouterr().err == ""
 
@@ -61,7 +61,7 @@ def test_it_is_not_lost_in_a_destructor() -> None:
 
 def test_the_end_of_the_block_is_the_last_place_to_hear_of_it() -> None:
     with pytest.raises(KeyboardInterrupt), patient_interrupts():
-        ctrl_c()  # this is not the package's own code
+        ctrl_c()  # This is not the package's own code.
         wait()
 
 

@@ -1,4 +1,4 @@
-"""Every contact of every solver is answered by the law: by name, or by an object of one's own."""
+"""The law answers every contact of every solver, by name or as an object of one's own."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ STEPS = {"time-slice": 1e-4, "pymunk-discrete": 1e-3}
 
 
 def moving(*rows: tuple[float, float, float, float]) -> tuple[Ball, ...]:
-    """Balls at x, y (m) that move with vx, vy (m/s)."""
+    """Return balls at x, y (m) that move with vx, vy (m/s)."""
     return tuple(
         Ball(str(k), (x, y), R, 0.2, velocity=(vx, vy)) for k, (x, y, vx, vy) in enumerate(rows)
     )
 
 
 def scene(*rows: tuple[float, float, float, float], boxed: bool = False) -> Scene:
-    """Lossy, rough balls on a plane, or in a box of 2 m by 1 m, for half a second."""
+    """Return lossy, rough balls on a plane, or in a box of 2 m by 1 m, for half a second."""
     table = Table(((-1.0, -0.5), (1.0, -0.5), (1.0, 0.5), (-1.0, 0.5))) if boxed else None
     friction = Friction(0.05, 0.2, 0.1)
     return Scene(moving(*rows), table, Restitution(0.9, None, 0.7), friction, Physics(max_time=0.5))
@@ -75,7 +75,7 @@ class CushionRaises(Law):
 
 
 class Smooth(Law):
-    """Coulomb's law without friction."""
+    """This is Coulomb's law without friction."""
 
     def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
         return super().ball_ball(a, b, pair._replace(friction=0.0))
@@ -85,7 +85,7 @@ class Smooth(Law):
 
 
 class Sticky(Law):
-    """A law that does not look at the restitution: nothing ever bounces."""
+    """This law ignores the restitution: nothing ever bounces."""
 
     def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
         return super().ball_ball(a, b, pair._replace(restitution=0.0))
@@ -120,7 +120,7 @@ def test_what_a_law_raises_leaves_every_kind_of_pymunk(contacts: str, friction: 
 @pytest.mark.parametrize("solver", BY_THE_LAW)
 @pytest.mark.parametrize("meeting", [ONE, TWO_AT_ONCE, CUSHION, CORNER])
 def test_a_law_without_friction_leaves_none(meeting: Scene, solver: str) -> None:
-    """It does what the scene without friction of balls and cushions does, to the last bit."""
+    """The run equals that of the scene without friction of balls and cushions, to the last bit."""
     smooth = replace(meeting, friction=Friction(meeting.friction.surface))
     run = simulate(meeting, solver=solver, dt=STEPS.get(solver), law=Smooth())
     plain = simulate(smooth, solver=solver, dt=STEPS.get(solver), law=Law())
@@ -131,7 +131,7 @@ def test_a_law_without_friction_leaves_none(meeting: Scene, solver: str) -> None
 
 
 def test_hits_without_end_ask_the_law_whether_they_lose_speed() -> None:
-    """The scene is elastic, its law is not: a squeezed ball must come to an end all the same."""
+    """The scene is elastic, but its law is not: a squeezed ball must still come to an end."""
     balls = (
         Ball("light", (0.3, 0.0), R, 0.1),
         Ball("heavy", (0.6, 0.0), R, 1e5, velocity=(1.0, 0.0)),
@@ -215,7 +215,7 @@ def test_the_mean_over_orders_does_not_depend_on_the_listing(seed: int, rnd: ran
     cluster = random_cluster(seed, widest=2.0)
     contacts = distinct(cluster.closing())
     places = [contact.point for contact in contacts]
-    assume(all(math.dist(p, q) > 1e-6 for p, q in combinations(places, 2)))  # nothing overlaps
+    assume(all(math.dist(p, q) > 1e-6 for p, q in combinations(places, 2)))  # Nothing overlaps.
     one = answered(contacts, cluster.velocity, MEAN)
     other = answered(rnd.sample(contacts, len(contacts)), cluster.velocity, MEAN)
     for i in one:
@@ -223,10 +223,10 @@ def test_the_mean_over_orders_does_not_depend_on_the_listing(seed: int, rnd: ran
 
 
 def test_the_mean_over_orders_by_hand() -> None:
-    """One ball into two, e = 1: either order is the mirror image of the other.
+    """One ball hits two, e = 1: either order is the mirror image of the other.
 
     The first hit takes cos 30 of the ball's speed along its normal and leaves (1/4, -sqrt(3)/4).
-    This closes at half of cos 30 on the second ball, so along x the ball loses 3/4 + 3/8: it comes
+    This closes at half of cos 30 on the second ball. So along x the ball loses 3/4 + 3/8, and comes
     back with 1/8. The two that were hit leave with the mean of cos 30 and half of it.
     """
     smooth = replace(TWO_AT_ONCE, restitution=Restitution(1.0), friction=Friction())
@@ -242,7 +242,7 @@ ROWS = [extreme for extreme in EXTREMES if extreme.laws != ("published",)]
 
 @pytest.fixture
 def law_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Under the name `coulomb`, which claims about energy and symmetry ask for: the base class."""
+    """Put the base class under the name `coulomb`, by which claims know what to measure."""
 
     class Own(Law):
         pass
@@ -257,7 +257,7 @@ def law_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 @pytest.mark.parametrize("extreme", ROWS, ids=lambda extreme: extreme.name)
 def test_ones_own_law_holds_in_the_whole_matrix(extreme: Extreme, solver: str) -> None:
-    """What a law of one's own leaves to the base class gains nothing, and is symmetric."""
+    """A law that leaves things to the base class gains no energy, and is symmetric."""
     cell = check(replace(extreme, laws=("coulomb",)), solver, quick=True)
     assert cell.run
     assert cell.worst is None, cell
@@ -278,7 +278,7 @@ def test_ones_own_law_breaks_a_rack_symmetrically(gap: float) -> None:
 
 
 def test_a_law_that_ignores_the_restitution_does_not_let_pressed_balls_sink() -> None:
-    """In a persistent contact balls part at the least bounce, whatever their law makes of it."""
+    """In a persistent contact balls part at the least bounce, whatever their law would do."""
     speed, angle = 0.1, 0.8
     way = (speed * math.cos(angle), speed * math.sin(angle))
     balls = moving((0.0, 0.0, *way), (2 * R, 0.0, way[0] / 2, 0.0))

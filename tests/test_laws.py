@@ -1,4 +1,4 @@
-"""The contact laws: what physics demands of `coulomb`, and what is wrong with `published`."""
+"""The contact laws: `coulomb` does what physics demands, and `published` has its defects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pool_pymunk.physics.laws import LAWS, Law, coulomb, cushion, published, sli
 EPSILON = 2.0**-52
 Vector = tuple[float, float]
 
-# A law is some ten operations, each rounded by EPSILON / 2 of the largest number in it.
+# A law is some ten operations, and each is rounded by EPSILON / 2 of the largest number in it.
 ROUNDING = 16 * EPSILON
 
 speeds = st.floats(-1e3, 1e3)
@@ -28,7 +28,7 @@ angles = st.floats(-math.pi, math.pi)
 
 @st.composite
 def hits(draw: st.DrawFn) -> tuple[NT, NT, Pair]:
-    """Two balls that approach each other."""
+    """Return two balls that approach each other."""
     a, b, pair = draw(velocities), draw(velocities), draw(pairs)
     assume(a.n > b.n)
     return a, b, pair
@@ -39,7 +39,7 @@ def top_speed(*balls: NT) -> float:
 
 
 def momentum_scale(a: NT, b: NT, pair: Pair) -> float:
-    """Momenta are rounded in proportion to this: both balls can end with the other's speed."""
+    """Return the scale of rounding of momenta: both balls can end with the other's speed."""
     m_eff = pair.m_a * pair.m_b / (pair.m_a + pair.m_b)
     exchanged = 2.0 * m_eff * (1.0 + pair.friction) * top_speed(a, b)
     return (pair.m_a * max(map(abs, a))) + (pair.m_b * max(map(abs, b))) + exchanged
@@ -80,7 +80,7 @@ def test_mirror_image_of_a_hit_gives_the_mirror_image_of_its_outcome(
 ) -> None:
     a, b, pair = hit
     mirrored = law.ball_ball(NT(a.n, -a.t), NT(b.n, -b.t), pair)
-    # to the last bit: a change of sign rounds nothing
+    # This is to the last bit, because a change of sign rounds nothing.
     assert mirrored == tuple(NT(v.n, -v.t) for v in law.ball_ball(a, b, pair))
 
 
@@ -95,7 +95,7 @@ def join(v: NT, normal: Vector) -> Vector:
 
 
 def meet(law: Law, a: Vector, b: Vector, normal: Vector, pair: Pair) -> tuple[Vector, Vector]:
-    """The law for velocities in the plane, as the solvers call it."""
+    """Apply the law to velocities in the plane, as the solvers do."""
     after_a, after_b = law.ball_ball(split(a, normal), split(b, normal), pair)
     return join(after_a, normal), join(after_b, normal)
 
@@ -115,12 +115,13 @@ def test_turning_the_table_turns_the_outcome(
     law: Law, hit: tuple[NT, NT, Pair], angle: float
 ) -> None:
     a, b, pair = hit
-    # `published` jumps where a velocity or the slip is zero, and turning rounds: keep clear of it
+    # `published` jumps where a velocity or the slip is zero, and turning rounds: stay away from
+    # there.
     assume(law.name == "coulomb" or min(abs(a.t), abs(b.t), abs(a.t - b.t)) > 1e-6)
     plain = meet(law, a, b, (1.0, 0.0), pair)
     normal = turned((1.0, 0.0), angle)
     found = meet(law, turned(a, angle), turned(b, angle), normal, pair)
-    # both turns and both splits round, and friction passes the normal's error on mu times
+    # Both turns and both splits round, and friction passes on the normal's error times mu.
     tolerance = 4 * ROUNDING * (1.0 + pair.friction) * top_speed(a, b)
     clamped = law.name == "published" and 0.0 in (plain[0][1], plain[1][1])
     for x, y in zip(found, plain, strict=True):
@@ -144,7 +145,7 @@ def test_coulomb_keeps_tangential_momentum(hit: tuple[NT, NT, Pair]) -> None:
 @example(a=NT(0.0, 0.0), b=NT(1.0, 1.0), pair=Pair(1.0, 1.0, 1.0, 10.0))
 def test_coulomb_never_adds_energy(a: NT, b: NT, pair: Pair) -> None:
     after = coulomb(a, b, pair)
-    # m v dv: the error of a momentum times the speed it has
+    # m v dv is the error of a momentum times the speed it has.
     tolerance = ROUNDING * momentum_scale(a, b, pair) * top_speed(a, b, *after)
     assert energy(*after, pair) <= energy(a, b, pair) + tolerance
 
@@ -160,10 +161,10 @@ def test_coulomb_without_losses_keeps_energy(a: NT, b: NT, m_a: float, m_b: floa
 @given(hit=hits())
 def test_coulomb_relabelling_the_balls_changes_nothing(hit: tuple[NT, NT, Pair]) -> None:
     a, b, pair = hit
-    # from B to A, normal and tangent point the other way
+    # From B to A, normal and tangent point the other way.
     flipped = coulomb(NT(-b.n, -b.t), NT(-a.n, -a.t), Pair(pair.m_b, pair.m_a, *pair[2:]))
     after_a, after_b = coulomb(a, b, pair)
-    # to the last bit: the same operations on the same numbers
+    # This is to the last bit, because the same operations act on the same numbers.
     assert flipped == (NT(-after_b.n, -after_b.t), NT(-after_a.n, -after_a.t))
 
 
@@ -183,10 +184,11 @@ def test_coulomb_friction_is_mu_times_the_normal_impulse_while_it_slips(
 ) -> None:
     a, b, pair = hit
     after_a, after_b = coulomb(a, b, pair)
-    normal, tangential = a.n - after_a.n, abs(a.t - after_a.t)  # impulses over the mass of A
+    # These are impulses over the mass of A.
+    normal, tangential = a.n - after_a.n, abs(a.t - after_a.t)
     rounding = ROUNDING * (1.0 + pair.friction) * top_speed(a, b)
     assert tangential <= pair.friction * normal + rounding
-    if abs(after_a.t - after_b.t) > rounding:  # it still slips: Coulomb's limit is reached
+    if abs(after_a.t - after_b.t) > rounding:  # It still slips, so Coulomb's limit is reached.
         assert abs(tangential - pair.friction * normal) <= rounding
 
 
@@ -194,7 +196,7 @@ def test_coulomb_friction_is_mu_times_the_normal_impulse_while_it_slips(
 def test_coulomb_looks_the_same_to_every_observer(hit: tuple[NT, NT, Pair], common: NT) -> None:
     a, b, pair = hit
     seen = coulomb(NT(a.n + common.n, a.t + common.t), NT(b.n + common.n, b.t + common.t), pair)
-    # adding the common velocity rounds the closing speed and the slip, friction scales that
+    # The common velocity rounds the closing speed and the slip, and friction scales that.
     tolerance = 4 * ROUNDING * (1.0 + pair.friction) * (top_speed(a, b) + top_speed(common))
     for found, own in zip(seen, coulomb(a, b, pair), strict=True):
         assert_close(found, (own.n + common.n, own.t + common.t), tolerance)
@@ -216,9 +218,9 @@ def test_coulomb_leaves_balls_alone_that_part(a: NT, b: NT, pair: Pair) -> None:
 
 
 def test_coulomb_by_hand() -> None:
-    """m_a = 3, m_b = 1, e = 0.5, closing 4 m/s: J_n = 1.5 * 0.75 * 4 = 4.5 N s.
+    """For m_a = 3, m_b = 1, e = 0.5, closing 4 m/s: J_n = 1.5 * 0.75 * 4 = 4.5 N s.
 
-    Slip 2 m/s needs 0.75 * 2 = 1.5 N s to end; mu J_n = 0.9 N s is less, so it slips on.
+    A slip of 2 m/s needs 0.75 * 2 = 1.5 N s to end; mu J_n = 0.9 N s is less, so it slips on.
     """
     after = coulomb(NT(4.0, 2.0), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 0.2))
     assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15)
@@ -226,7 +228,7 @@ def test_coulomb_by_hand() -> None:
 
 
 def test_coulomb_by_hand_where_the_slip_ends() -> None:
-    """As above with mu = 10: 1.5 N s end the slip, and both balls go on with 1.5 m/s."""
+    """As above, but with mu = 10: 1.5 N s end the slip, and both balls go on with 1.5 m/s."""
     after = coulomb(NT(4.0, 2.0), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 10.0))
     assert after[0] == pytest.approx((2.5, 1.5), rel=1e-15)
     assert after[1] == pytest.approx((4.5, 1.5), rel=1e-15)
@@ -236,20 +238,21 @@ def test_coulomb_by_hand_where_the_slip_ends() -> None:
 
 
 def test_published_by_hand() -> None:
-    """m_a = 3, m_b = 1, e = 0.5, closing 4 m/s: A goes on with 2.5, B with 4.5 m/s.
+    """For m_a = 3, m_b = 1, e = 0.5, closing 4 m/s: A goes on with 2.5, B with 4.5 m/s.
 
-    A: 2 - 0.2 * 1.5 = 1.7 m/s. B, pushed with the slip: 1 + 0.2 * (-4.5) = 0.1 m/s.
+    A has 2 - 0.2 * 1.5 = 1.7 m/s. B is pushed with the slip and has 1 + 0.2 * (-4.5) = 0.1 m/s.
     """
     after = published(NT(4.0, 2.0), NT(0.0, 1.0), Pair(3.0, 1.0, 0.5, 0.2))
     assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15)
-    assert after[1] == pytest.approx((4.5, 0.1), rel=1e-14)  # 1 - 0.9 loses a digit
+    assert after[1] == pytest.approx((4.5, 0.1), rel=1e-14)  # 1 - 0.9 loses a digit.
 
 
 def test_published_by_hand_where_the_clamp_acts() -> None:
     """A at 0.1 m/s would lose 0.2 * 1.5 = 0.3 m/s: it changes sign, so it gets 0."""
     after = published(NT(4.0, 0.1), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 0.2))
     assert after[0] == pytest.approx((2.5, 0.0), rel=1e-15)
-    assert after[1] == pytest.approx((4.5, -0.9), rel=1e-15)  # was at rest: no clamp
+    # It was at rest, so it is not clamped.
+    assert after[1] == pytest.approx((4.5, -0.9), rel=1e-15)
 
 
 def test_published_by_hand_where_the_clamp_acts_on_b() -> None:
@@ -275,7 +278,7 @@ def test_published_changes_a_by_mu_times_its_own_change_or_stops_it(
 def test_defect_line_132_pushes_b_with_the_slip(
     a: float, slip: float, m_a: float, m_b: float
 ) -> None:
-    """B is rubbed by A towards +t, so friction must push it towards +t: it goes the other way."""
+    """A rubs B towards +t, so friction must push B towards +t, but B goes the other way."""
     before = NT(a, slip), NT(0.0, 0.0)
     pair = Pair(m_a, m_b, 0.5, 0.1)
     assert published(*before, pair)[1].t < 0.0 < coulomb(*before, pair)[1].t
@@ -288,26 +291,28 @@ def test_defect_tangential_momentum_is_not_kept() -> None:
 
 
 def test_defect_friction_can_add_energy() -> None:
-    """B rests, is pushed against the slip's own direction, and gains what nothing gave it."""
+    """B rests, is pushed against the slip's own direction, and gains energy from nothing."""
     pair = Pair(1.0, 1.0, 1.0, 10.0)
     before = NT(1.0, 0.1), NT(0.0, 0.0)
     assert energy(*published(*before, pair), pair) > 50 * energy(*before, pair)
 
 
 def test_defect_the_law_depends_on_the_observer() -> None:
-    """The clamps look at each ball's own tangential velocity: to an observer who moves along the
-    tangent, the same hit ends otherwise."""
+    """The clamps look at each ball's own tangential velocity.
+
+    To an observer who moves along the tangent, the same hit ends otherwise.
+    """
     pair = Pair(1.0, 1.0, 1.0, 0.2)
     a, b = published(NT(1.0, 0.1), NT(0.0, 0.0), pair)
     moving_a, moving_b = published(NT(1.0, 5.1), NT(0.0, 5.0), pair)
-    assert a.t == 0.0  # clamped
-    assert moving_a.t - 5.0 == pytest.approx(-0.1)  # not clamped
+    assert a.t == 0.0  # It is clamped.
+    assert moving_a.t - 5.0 == pytest.approx(-0.1)  # It is not clamped.
     assert (moving_b.t - 5.0) == pytest.approx(b.t)
 
 
 @given(closing=st.floats(0.1, 1e3), mu=st.floats(0.01, 10.0))
 def test_defect_the_law_jumps_at_zero_slip(closing: float, mu: float) -> None:
-    """Slips of +1e-15 and -1e-15 m/s, rounding both, send B off to opposite sides."""
+    """Slips of +1e-15 and -1e-15 m/s, both of them rounding, send B off to opposite sides."""
     pair = Pair(1.0, 1.0, 1.0, mu)
     left = published(NT(closing, -1e-15), NT(0.0, 0.0), pair)[1].t
     right = published(NT(closing, 1e-15), NT(0.0, 0.0), pair)[1].t
@@ -318,12 +323,12 @@ def test_defect_the_law_jumps_at_zero_slip(closing: float, mu: float) -> None:
 def test_defect_relabelling_the_balls_changes_the_answer() -> None:
     """Friction is right for the ball that is called A and wrong for the other, whichever it is.
 
-    Equal masses, e = 1, closing 1 m/s, mu = 0.1, slip 1 m/s: A at 1 m/s is slowed to 0.9 and B
-    pushed to -0.1 m/s; with the labels exchanged B is pushed to +0.1 and A to 1.1 m/s.
+    Equal masses close at 1 m/s with e = 1, mu = 0.1 and a slip of 1 m/s. A at 1 m/s is slowed to
+    0.9 and B is pushed to -0.1 m/s. With the labels exchanged B is pushed to +0.1 and A to 1.1 m/s.
     """
     pair = Pair(1.0, 1.0, 1.0, 0.1)
     a, b = published(NT(1.0, 1.0), NT(0.0, 0.0), pair)
-    # from B to A, normal and tangent point the other way
+    # From B to A, normal and tangent point the other way.
     other_b, other_a = published(NT(0.0, 0.0), NT(-1.0, -1.0), pair)
     assert (a.t, b.t) == pytest.approx((0.9, -0.1), rel=1e-15)
     assert (-other_a.t, -other_b.t) == pytest.approx((1.1, 0.1), rel=1e-15)
@@ -338,7 +343,7 @@ def test_rounding_slips_are_told_from_real_ones() -> None:
 
 
 def test_cushion_by_hand() -> None:
-    """4 m/s come back as 3 m/s: a change of 7 m/s, of which mu = 0.1 takes 0.7 m/s from 2 m/s."""
+    """4 m/s come back as 3 m/s: of this change of 7 m/s, mu = 0.1 takes 0.7 m/s from 2 m/s."""
     assert cushion(NT(-4.0, -2.0), 0.75, 0.1) == pytest.approx((3.0, -1.3), rel=1e-15)
 
 
@@ -353,14 +358,14 @@ def test_cushion_friction_slows_and_never_reverses(v: NT, e: float, mu: float) -
     loss = mu * (1.0 + e) * abs(v.n)
     wanted = math.copysign(max(abs(v.t) - loss, 0.0), v.t)
     assert after.t * v.t >= 0.0 and abs(after.t) <= abs(v.t)
-    # the change of normal speed and the loss are rounded once each
+    # The change of normal speed and the loss are rounded once each.
     assert after.t == pytest.approx(wanted, rel=0, abs=4 * EPSILON * (abs(v.t) + loss))
 
 
 @given(v=velocities, e=restitutions, mu=frictions)
 def test_cushion_never_adds_energy(v: NT, e: float, mu: float) -> None:
     after = cushion(v, e, mu)
-    assert math.hypot(*after) <= math.hypot(*v) * (1 + EPSILON)  # hypot rounds
+    assert math.hypot(*after) <= math.hypot(*v) * (1 + EPSILON)  # The function hypot rounds.
 
 
 @given(v=velocities, e=restitutions, mu=frictions)

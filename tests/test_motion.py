@@ -1,4 +1,4 @@
-"""Motion between contacts: the closed form against Eq. 10, slice by slice, and its own laws."""
+"""The closed form of motion agrees with Eq. 10, slice by slice, and keeps its own laws."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EPSILON = 2.0**-52
 G = 9.80665
 
 coordinates = st.floats(-100.0, 100.0)
-speeds = st.just(0.0) | st.floats(1e-9, 100.0)  # squares of less would lose digits
+speeds = st.just(0.0) | st.floats(1e-9, 100.0)  # Squares of less would lose digits.
 angles = st.floats(-math.pi, math.pi)
 decelerations = st.just(0.0) | st.floats(1e-3, 100.0)
 times = st.floats(0.0, 100.0)
@@ -26,12 +26,12 @@ def along(speed: float, angle: float) -> tuple[float, float]:
 
 
 def rounding(speed: float, time: float) -> float:
-    """Some ten operations on numbers of the size of the coordinates and the way."""
+    """Return the rounding of some ten operations on numbers of the coordinates' size."""
     return 16 * EPSILON * (100.0 + speed * time)
 
 
 def stepped(speed: float, deceleration: float, time: float, slices: int) -> tuple[float, float]:
-    """Eq. 10 as the report has it: v' = max(0, v - a dt), s' = s + (v + v') / 2 dt."""
+    """Return Eq. 10 as the report has it: v' = max(0, v - a dt), s' = s + (v + v') / 2 dt."""
     s, v, dt = 0.0, speed, time / slices
     for _ in range(slices):
         new = max(0.0, v - deceleration * dt)
@@ -47,7 +47,7 @@ def test_closed_form_is_the_limit_of_eq_10(surface: float, time: float) -> None:
     speed, a, slices = 4.0, surface * G, 10_000
     s, v = stepped(speed, a, time, slices)
     x, y, vx, vy = slide(0.0, 0.0, speed, 0.0, a, time)
-    tolerance = a * (time / slices) ** 2 / 8 + slices * EPSILON * 4 * speed  # sums round
+    tolerance = a * (time / slices) ** 2 / 8 + slices * EPSILON * 4 * speed  # The sums are rounded.
     assert (y, vy) == (0.0, 0.0)
     assert abs(x - s) <= tolerance
     assert abs(vx - v) <= slices * EPSILON * speed
@@ -85,7 +85,8 @@ def test_the_velocity_keeps_its_direction_and_loses_a_t(
     vx, vy = along(speed, angle)
     _, _, wx, wy = slide(x, y, vx, vy, a, t)
     left = max(math.hypot(vx, vy) - a * t, 0.0)
-    # v - a t is formed as v (1 - a t / v): an error of EPSILON in the bracket is one of v's size
+    # v - a t is formed as v (1 - a t / v), so an error of EPSILON in the bracket is one of v's
+    # size.
     assert abs(math.hypot(wx, wy) - left) <= 8 * EPSILON * speed
     assert abs(wx * vy - wy * vx) <= 8 * EPSILON * speed**2
     assert wx * vx + wy * vy >= 0.0
@@ -101,7 +102,7 @@ def test_sliding_on_is_sliding_in_one_go(
     once = slide(*start, a, t1 + t2)
     twice = slide(*slide(*start, a, t1), a, t2)
     assert math.dist(once[:2], twice[:2]) <= rounding(speed, t1 + t2) + 8 * EPSILON * speed * t2
-    # an error of EPSILON a t in when it stops is one in the velocity just before
+    # An error of EPSILON a t in the time of the stop is one in the velocity just before.
     assert math.dist(once[2:], twice[2:]) <= 16 * EPSILON * (speed + a * (t1 + t2))
 
 
@@ -164,7 +165,7 @@ def test_slide_many_of_nothing() -> None:
 def test_friction_does_the_work_that_the_energy_loses(
     speed: float, angle: float, a: float, t: float
 ) -> None:
-    """m v^2 / 2 - m v'^2 / 2 = m a s: the closed form is consistent with Newton's second law."""
+    """The closed form obeys Newton's second law: m v^2 / 2 - m v'^2 / 2 = m a s."""
     vx, vy = along(speed, angle)
     x, y, wx, wy = slide(0.0, 0.0, vx, vy, a, t)
     lost = kinetic_energy(2.0, vx, vy) - kinetic_energy(2.0, wx, wy)
@@ -173,7 +174,10 @@ def test_friction_does_the_work_that_the_energy_loses(
 
 
 def test_slide_by_hand() -> None:
-    """3-4-5: 5 m/s at 2 m/s^2 for 1.5 s: 5 * 1.5 - 1.5^2 = 5.25 m, and 2 m/s left."""
+    """At 5 m/s and 2 m/s^2 for 1.5 s a ball travels 5 * 1.5 - 1.5^2 = 5.25 m and has 2 m/s left.
+
+    Its velocity is (3, -4) m/s.
+    """
     assert slide(1.0, 2.0, 3.0, -4.0, 2.0, 1.5) == pytest.approx(
         (1.0 + 0.6 * 5.25, 2.0 - 0.8 * 5.25, 0.6 * 2.0, -0.8 * 2.0), rel=4 * EPSILON
     )

@@ -19,7 +19,7 @@ README, CONTRIBUTING = (
 
 
 def blocks(language: str, text: str = README) -> list[str]:
-    """The blocks of code in one language."""
+    """Return the blocks of code in one language."""
     return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
 
 

@@ -1,4 +1,4 @@
-"""Pictures and films: what the files hold, and whether balls are seen where the solver has them."""
+"""Pictures and films: their files are sound, and balls are seen where the solver has them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from pool_pymunk.render.stage import Stage
 
 Frame = NDArray[np.uint8]
 
-# One ball that moves (magenta) and two that never do (cyan, orange), in colours cloth has not.
+# One ball moves (magenta) and two never do (cyan, orange), in colours that cloth does not have.
 SCENE = """
 title = "Three balls"
 [table]
@@ -95,9 +95,10 @@ def filmed(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def centre(
     frame: Frame, color: str, left: int = 0, right: int | None = None
 ) -> tuple[Array, float]:
-    """Middle (x, y upwards) and radius of the disc of a colour in a frame's columns, in pixels.
+    """Return the middle and the radius of the disc of a colour in a frame's columns, in pixels.
 
-    The body of the ball is found by its colour; spot, label and outline don't shift its middle.
+    The middle is (x, y upwards). The body of the ball is found by its colour; spot, label and
+    outline do not shift its middle.
     """
     wanted = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)])
     mask = (np.abs(frame[:, left:right].astype(int) - wanted) < 70).all(axis=-1)
@@ -108,7 +109,7 @@ def centre(
 
 
 class Gauge:
-    """Pixels per metre and the origin, taken from the two balls that never move."""
+    """A gauge has pixels per metre and the origin, taken from the two balls that never move."""
 
     def __init__(self, frame: Frame, left: int = 0, right: int | None = None) -> None:
         a, self.radius = centre(frame, "#00ffff", left, right)
@@ -122,7 +123,7 @@ class Gauge:
 
 
 def frames_of(path: Path) -> list[Frame]:
-    with warnings.catch_warnings():  # imageio leaves its pipes to the garbage collector
+    with warnings.catch_warnings():  # imageio leaves its pipes to the garbage collector.
         warnings.simplefilter("ignore", ResourceWarning)
         return list(iio.imiter(path, plugin="FFMPEG"))
 
@@ -158,7 +159,8 @@ def test_balls_in_film_are_where_the_solver_has_them(filmed: Path, run: Run) -> 
             for i, color in enumerate(("#ff00ff", "#00ffff", "#ff9000")):
                 found, radius = centre(frame, color)
                 assert np.abs(found - gauge.place(position[i])).max() < 1.0, (k, color)
-                assert 0.88 < radius / (0.06 * gauge.scale) <= 1.0  # all but the outline
+                # This is all except the outline.
+                assert 0.88 < radius / (0.06 * gauge.scale) <= 1.0
             checked += 1
     assert checked > 12
 
@@ -176,7 +178,7 @@ def test_frames_are_exact_to_a_fraction_of_a_pixel(run: Run) -> None:
 def test_last_frame_stays_for_a_second(filmed: Path) -> None:
     frames = frames_of(filmed)
     changes = [np.abs(a.astype(int) - b).max() for a, b in pairwise(frames)]
-    assert max(changes[-59:]) < 40  # the encoder still sharpens the picture a little
+    assert max(changes[-59:]) < 40  # The encoder still sharpens the picture a little.
     assert max(changes[:10]) > 100
 
 
@@ -241,7 +243,7 @@ def test_memory_does_not_grow_with_the_film(run: Run) -> None:
         settings = FilmSettings(size=(320, 180), slow=slow, end=0.4)
         stage = Stage(Show((run,)), settings.size, settings.timing(Show((run,))), settings.style)
         frames = stage.frames()
-        for _ in range(20):  # the sprites at all their fractions of a pixel
+        for _ in range(20):  # The sprites are drawn at all their fractions of a pixel.
             next(frames)
         tracemalloc.start()
         try:
@@ -251,7 +253,7 @@ def test_memory_does_not_grow_with_the_film(run: Run) -> None:
         finally:
             tracemalloc.stop()
 
-    peak(20.0)  # fills the caches
+    peak(20.0)  # This fills the caches.
     assert peak(40.0) < 1.2 * peak(4.0) + 100_000
 
 
@@ -280,7 +282,8 @@ def test_side_by_side_shows_the_runs_apart(run: Run) -> None:
     stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
     *_, last = stage.frames()
     assert stage.curves is not None
-    last = last[: stage.curves.rows.start]  # the tables only: the curves have the balls' colours
+    # These are the tables only, because the curves have the balls' colours.
+    last = last[: stage.curves.rows.start]
     for one, left, right in ((show.runs[0], 0, 320), (show.runs[1], 320, 640)):
         found, _ = centre(last, "#ff00ff", left, right)
         place = Gauge(last, left, right).place(np.array(one.end.position[0]))
@@ -295,8 +298,8 @@ def test_tracks_show_where_balls_came_from(run: Run) -> None:
     for t in np.linspace(0.0, 0.7 * run.duration, 12):
         x, y = gauge.place(run.at([t])[0][0, 0])
         pixel = last[360 - round(y), round(x)].astype(int)
-        assert pixel[0] > 100 and pixel[1] < 90, t  # half magenta, half cloth
-    x, y = gauge.place(np.array([1.0, 0.15]))  # nobody came by here
+        assert pixel[0] > 100 and pixel[1] < 90, t  # It is half magenta, half cloth.
+    x, y = gauge.place(np.array([1.0, 0.15]))  # Nobody came by here.
     assert (last[360 - round(y), round(x)] == first[360 - round(y), round(x)]).all()
 
 
@@ -343,18 +346,18 @@ def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
         assert (light * columns).sum() / light.sum() == pytest.approx(x, abs=0.13)
         assert 30 - (light * rows).sum() / light.sum() == pytest.approx(y, abs=0.13)
     for x, y in ((-50.0, 15.0), (1.0, 1.0), (39.0, 40.0)):
-        sprite.stamp(frame, x, y)  # partly or wholly off the frame
+        sprite.stamp(frame, x, y)  # It is partly or wholly off the frame.
 
 
 def test_default_colors_differ_for_every_eye() -> None:
-    """Balls without a colour get one of their own, told apart by deuteranopes, too."""
+    """Balls without a colour get one of their own, which deuteranopes can tell apart, too."""
     balls = tuple(Ball(str(k), (float(k), 0.0), 0.1, 1.0, cue=k == 0) for k in range(16))
     scene = Scene(balls, restitution=load("report").restitution)
     colors = style.ball_colors(scene)
     assert colors[0] == "#ffffff"
     assert len(set(colors)) == 16
     rgb = np.array([[int(c[k : k + 2], 16) / 255 for k in (1, 3, 5)] for c in colors[:9]])
-    # Machado, Oliveira and Fernandes (2009), deuteranopia
+    # Machado, Oliveira and Fernandes (2009) give this matrix for deuteranopia.
     deuteranope = np.array(
         [
             [0.367322, 0.860646, -0.227968],
@@ -395,10 +398,10 @@ def test_picture_has_the_balls_in_place(table: str, when: Any, tmp_path: Path) -
     place = gauge.place(run.at([0.0 if when == "start" else run.duration])[0][0, 0])
     found, radius = centre(image, "#ff00ff")
     assert np.abs(found - place).max() < 1.0
-    assert 0.88 < radius / (0.06 * gauge.scale) <= 1.0  # all but the outline
+    assert 0.88 < radius / (0.06 * gauge.scale) <= 1.0  # This is all except the outline.
     x, y = gauge.place(np.array([1.0, 0.9]))
     red, green, blue = map(int, image[len(image) - round(y), round(x)])
-    assert green > 1.3 * max(red, blue)  # cloth
+    assert green > 1.3 * max(red, blue)  # This is cloth.
 
 
 def test_picture_is_as_fine_as_asked(run: Run, tmp_path: Path) -> None:
@@ -421,7 +424,7 @@ def test_picture_of_a_scene_and_of_an_open_plane(tmp_path: Path) -> None:
     picture(run, tmp_path / "end.png", when="end", dpi=72)
     image = iio.imread(tmp_path / "end.png")[..., :3]
     found, radius = centre(image, "#d55e00")
-    assert 3 * radius < found[0] < image.shape[1] - 2 * radius  # the whole path is in the picture
+    assert 3 * radius < found[0] < image.shape[1] - 2 * radius  # The whole path is in the picture.
     assert 3 * radius < found[1] < image.shape[0] - 2 * radius
     assert iio.improps(tmp_path / "scene.png").shape[1] <= 500
 
@@ -544,7 +547,7 @@ def test_label_that_cannot_be_read_inside_stands_beside(
     found, size = centre(image, "#ff00ff")
     row, column = len(image) - round(float(found[1])), round(float(found[0] + size))
     beside = image[row - 120 : row, column + 2 : column + 160]
-    is_cloth = int(beside[..., 0].max()) < 60  # letters are white
+    is_cloth = int(beside[..., 0].max()) < 60  # Letters are white.
     assert is_cloth is inside
 
 

@@ -1,4 +1,4 @@
-"""Scenario files: the whole format, and every way of getting it wrong in one clear line each."""
+"""Scenario files: the whole format works, and every mistake gives one clear line."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ TOP_KEYS = "title, units, table, physics, restitution, friction, ball, balls, sh
 
 
 def changed(*changes: tuple[str, str]) -> str:
-    """The good scenario with each first text replaced by the second."""
+    """Return the good scenario with each first text replaced by the second."""
     text = GOOD
     for old, new in changes:
         assert text.count(old) == 1, old
@@ -54,7 +54,7 @@ def changed(*changes: tuple[str, str]) -> str:
 
 
 def problems(text: str) -> list[str]:
-    """The lines that a scenario's text is answered with, without the file's name."""
+    """Return the lines that answer a scenario's text, without the file's name."""
     with pytest.raises(SceneError) as caught:
         loads(text, FILE)
     lines = str(caught.value).splitlines()
@@ -143,7 +143,8 @@ def test_the_whole_format() -> None:
     assert first.published["é 8"] == pytest.approx((0.305, 0.4))
     assert (second.name, second.ball, second.from_previous) == ("Shot 2", "é 8", True)
     assert (second.velocity, second.angle) == (None, 90.0)
-    assert second.launch == pytest.approx((0.0, 0.254), abs=1e-16)  # cos of 90 degrees rounds
+    # The cosine of 90 degrees is rounded.
+    assert second.launch == pytest.approx((0.0, 0.254), abs=1e-16)
     assert (third.velocity, third.aim, third.from_previous) == (None, "é 8", False)
     assert third.speed == pytest.approx(0.254)
 
@@ -197,7 +198,8 @@ def test_numbers_come_back_in_the_units_of_the_file() -> None:
     scene = load("report")
     cue = scene.balls[0]
     back = [scene.units.from_si(x, "length") for x in cue.position]
-    assert back == pytest.approx([66.0, 22.0], rel=3e-16)  # a product and a quotient, rounded
+    # This is a product and a quotient, both rounded.
+    assert back == pytest.approx([66.0, 22.0], rel=3e-16)
     assert scene.units.from_si(cue.mass, "mass") == pytest.approx(200.0, rel=3e-16)
 
 
@@ -695,8 +697,11 @@ def test_malformed_scenarios(text: str, lines: list[str]) -> None:
 
 
 def test_all_problems_of_a_file_are_said_at_once() -> None:
-    """A wrong type, an unknown key, a number out of range, a missing value, a ball off the table,
-    an unknown ball: one line each, and nothing of what only follows from them."""
+    """Each problem has one line, and nothing is said that only follows from them.
+
+    The file has a wrong type, an unknown key, a number out of range, a missing value, a ball off
+    the table and an unknown ball.
+    """
     text = changed(
         ("surface = 0.1", 'surface = "ice"'),
         ("[ball]", '[ball]\nweight = "heavy"'),

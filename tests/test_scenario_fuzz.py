@@ -1,4 +1,4 @@
-"""Any scenario text gives a sound Scene or a SceneError of clear lines, and nothing else."""
+"""Any scenario text gives a sound Scene, or a SceneError of clear lines, and nothing else."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from pool_pymunk.model.scenario import bundled
 
 FILE = "fuzz.toml"
 LINE = re.compile(rf"{re.escape(FILE)}: .+ = .+: .+")
-LONGEST_LINE = 600  # a key, a value of 60 characters, and a message that may list a dozen names
+# It holds a key, a value of 60 characters, and a message that may list a dozen names.
+LONGEST_LINE = 600
 
 EXTREMES = (
     0.0, -0.0, 1.0, -1.0, 5e-324, 1e-320, 1e-308, 1e-162, 1e-100, 1e-99, 1e99, 1e100, 1e154, 1e308,
@@ -53,7 +54,7 @@ Path_ = tuple[str | int, ...]
 
 
 def paths(value: Any, here: Path_ = ()) -> list[Path_]:
-    """Where everything stands."""
+    """Return where everything stands."""
     below: list[Path_] = []
     if isinstance(value, dict):
         below = [p for key, v in value.items() for p in paths(v, (*here, key))]
@@ -70,7 +71,7 @@ def quoted(text: str) -> str:
 
 
 def toml(value: Any) -> str:
-    """TOML in inline form."""
+    """Return TOML in inline form."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{quoted(key)} = {toml(v)}" for key, v in value.items()) + "}"
     if isinstance(value, list):
@@ -107,7 +108,7 @@ outlines = st.lists(
 
 @st.composite
 def scenarios(draw: st.DrawFn) -> str:
-    """The sound scenario with a few things replaced, taken out or put in."""
+    """Return the sound scenario with a few things replaced, taken out or put in."""
     raw = copy.deepcopy(SCENARIO)
     if draw(st.booleans()):
         raw["table"] = {"outline": draw(outlines | st.just(OUTLINE))}
@@ -136,7 +137,7 @@ def change(draw: st.DrawFn, raw: Any, place: Path_) -> None:
 
 
 def answer(text: str) -> Scene | list[str]:
-    """What ``loads`` says: a sound scene, or the lines of its error, checked."""
+    """Return what ``loads`` says: a sound scene, or the lines of its error, checked."""
     try:
         scene = loads(text, FILE)
     except SceneError as error:
@@ -152,7 +153,7 @@ def answer(text: str) -> Scene | list[str]:
 
 
 def assert_sound(scene: Scene) -> None:
-    """Everything a solver may ask gives finite numbers in range."""
+    """Assert that everything a solver may ask gives finite numbers in range."""
     for ball in scene.balls:
         assert SMALLEST <= ball.radius <= LARGEST and SMALLEST <= ball.mass <= LARGEST
         assert all(abs(x) <= LARGEST for x in (*ball.position, *ball.velocity))
@@ -185,7 +186,7 @@ def test_scenarios_of_junk(raw: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("value", EXTREMES, ids=[str(v)[:12] for v in EXTREMES])
 def test_every_number_at_every_extreme(value: float) -> None:
-    """One by one: each key of the format takes each extreme, or says why not."""
+    """Each key of the format takes each extreme, or says why not, one by one."""
     for *path, last in PLACES:
         raw = copy.deepcopy(SCENARIO)
         inner: Any = raw
@@ -236,7 +237,7 @@ def test_the_report_with_a_piece_cut_out_or_put_in(data: st.DataObject) -> None:
 def test_any_bytes(content: bytes, tmp_path_factory: pytest.TempPathFactory) -> None:
     path: Path = tmp_path_factory.mktemp("fuzz") / FILE
     path.write_bytes(content)
-    with pytest.raises(SceneError) as caught:  # 64 bytes are too few for a sound scenario
+    with pytest.raises(SceneError) as caught:  # 64 bytes are too few for a sound scenario.
         load(path)
     assert all(line.startswith(str(path)) for line in str(caught.value).splitlines())
 
@@ -253,7 +254,7 @@ def test_any_ids(ids: list[str]) -> None:
     found = answer(text_of(raw))
     if isinstance(found, Scene):
         assert [ball.id for ball in found.balls] == ids
-    else:  # only ids of blanks and control characters are refused
+    else:  # Only ids of blanks and control characters are refused.
         assert all(
             "must be one line" in line or "must not be empty" in line or "TOML" in line
             for line in found
@@ -262,7 +263,7 @@ def test_any_ids(ids: list[str]) -> None:
 
 @pytest.mark.parametrize("wrong", [False, True], ids=["sound", "each wrong"])
 def test_thousands_of_balls(wrong: bool) -> None:
-    """Reading takes a time in proportion to the file: most of it is the TOML parser's."""
+    """The time to read is in proportion to the file; most of it is spent in the TOML parser."""
     raw: dict[str, Any] = {
         "ball": {"radius": 0.4, "mass": 0 if wrong else 1},
         "restitution": {"ball_ball": 0.5},
@@ -273,5 +274,5 @@ def test_thousands_of_balls(wrong: bool) -> None:
     }
     began = time.process_time()
     found = answer(text_of(raw))
-    assert time.process_time() - began < 10.0  # takes 1 s
+    assert time.process_time() - began < 10.0  # It takes 1 s.
     assert isinstance(found, Scene) != wrong

@@ -1,4 +1,4 @@
-"""Scenes: what they accept, what they refuse and how they say it, and what solvers ask them."""
+"""Scenes accept what is sound, refuse the rest with clear words, and answer solvers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ R = 0.05
 ELASTIC = Restitution(ball_ball=1.0, cushion=1.0)
 ROUGH = Friction(surface=0.1)
 
-# An L: the corner (1, 1) sticks out into the table.
+# This is an L: the corner (1, 1) sticks out into the table.
 ELL = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0))
 
 
@@ -46,7 +46,7 @@ def scene(*balls: Ball, table: Table | None = None, shots: tuple[Shot, ...] = ()
 
 
 def problems(make: Callable[[], object]) -> list[str]:
-    """What is wrong with what ``make`` makes, a line each."""
+    """Return what is wrong with the thing that ``make`` makes, a line each."""
     with pytest.raises(SceneError) as caught:
         make()
     return str(caught.value).splitlines()
@@ -345,7 +345,7 @@ def test_polygon_with_a_corner_that_sticks_out() -> None:
 
 def test_corners_in_line_are_allowed() -> None:
     table = Table(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)))
-    assert not table.is_rectangle  # its cushions are numbered otherwise
+    assert not table.is_rectangle  # Its cushions are numbered in another way.
     assert table.edges[0].normal == table.edges[1].normal == (0.0, 1.0)
     assert table.reflex_corners == ()
 
@@ -359,7 +359,7 @@ def test_heights_and_distances_of_a_cushion() -> None:
     assert edge.height(0.5, 0.25) == 0.25 and edge.height(0.5, -0.25) == -0.25
     assert edge.along(0.5, 0.25) == 0.5
     assert edge.distance(0.5, -0.25) == 0.25
-    assert edge.distance(5.0, 4.0) == 5.0  # 3-4-5 from its end
+    assert edge.distance(5.0, 4.0) == 5.0  # This is 3-4-5 from its end.
 
 
 def moved(table: Table, dx: float, dy: float) -> Table:
@@ -368,7 +368,7 @@ def moved(table: Table, dx: float, dy: float) -> Table:
 
 @pytest.mark.parametrize("away", [1e3, 1e5, 1e7])
 def test_tables_far_from_the_origin(away: float) -> None:
-    """Coordinates of 1e7 m are rounded to 2e-9 m: all but that must be as at the origin."""
+    """Coordinates of 1e7 m are rounded to 2e-9 m; all else must be as at the origin."""
     table = moved(Table(ELL), away, -away)
     assert table.reflex_corners == (3,)
     assert table.contains(away + 0.5, -away + 1.5) and not table.contains(away + 1.5, -away + 1.5)
@@ -389,7 +389,7 @@ def test_an_outline_of_thousands_of_corners_is_checked_in_a_moment() -> None:
     turns = [2 * math.pi * k / 5000 for k in range(5000)]
     began = time.process_time()
     table = Table(tuple((math.cos(turn), math.sin(turn)) for turn in turns))
-    assert time.process_time() - began < 2.0  # takes 0.1 s; all pairs would take a minute
+    assert time.process_time() - began < 2.0  # It takes 0.1 s; all pairs would take a minute.
     assert table.reflex_corners == () and table.contains(0.9, 0.0)
 
 
@@ -450,7 +450,7 @@ def test_a_ball_at_a_corner_that_sticks_out() -> None:
 
 
 def rack(away: float = 0.0) -> list[Ball]:
-    """Fifteen balls in a triangle, each touching its neighbours as well as rounding lets it."""
+    """Return fifteen balls in a triangle, each touching its neighbours, to rounding."""
     return [
         ball(f"{row}.{k}", away + row * R * math.sqrt(3), away + (2 * k - row) * R)
         for row in range(5)
@@ -470,7 +470,7 @@ def test_an_overlap_of_a_micrometre_is_not(away: float) -> None:
 
 
 def test_rounded_coordinates_may_overlap_by_a_billionth_of_the_distance() -> None:
-    """0.1 m apart: files may give 10 decimals, half of the last one is 5e-11 m."""
+    """Files may give 0.1 m with 10 decimals, and half of the last one is 5e-11 m."""
     scene(ball("1", 0, 0), ball("2", 2 * R - 5e-11, 0))
     one_on(Table.rectangle(2.0, 1.0), R - 2e-11, 0.5)
     assert problems(lambda: scene(ball("1", 0, 0), ball("2", 2 * R - 2e-10, 0)))
@@ -525,13 +525,13 @@ def test_two_thousand_balls_are_checked_in_a_moment(place: Callable[[int], Point
     balls = [ball(str(k), *place(k)) for k in range(2000)]
     began = time.process_time()
     Scene(tuple(balls), restitution=ELASTIC)
-    assert time.process_time() - began < 1.0  # takes 0.1 s; all pairs would take 2 s or more
+    assert time.process_time() - began < 1.0  # It takes 0.1 s; all pairs would take 2 s or more.
 
 
 def test_a_heap_of_balls_is_refused_in_a_moment() -> None:
     began = time.process_time()
     lines = problems(lambda: scene(*(ball(str(k), 0, 0) for k in range(2000))))
-    assert len(lines) == 100  # no more overlaps than that are listed: there are 1,999,000
+    assert len(lines) == 100  # No more overlaps than that are listed, though there are 1,999,000.
     assert time.process_time() - began < 1.0
 
 
@@ -549,7 +549,7 @@ def test_a_hit_of_the_cue_ball_may_have_its_own_restitution() -> None:
     assert trio(0.7).pair(2, 0) == Pair(0.2, 0.2, 0.7, 0.05)
     assert trio(0.7).pair(1, 2) == Pair(0.3, 0.2, 0.9, 0.05)
     assert trio(None).pair(0, 1).restitution == 0.9
-    assert trio(0.0).pair(0, 1).restitution == 0.0  # zero is a coefficient, not a blank
+    assert trio(0.0).pair(0, 1).restitution == 0.0  # Zero is a coefficient, not a blank.
 
 
 def test_indices_cue_and_deceleration() -> None:
@@ -590,7 +590,7 @@ def test_aim_points_from_centre_to_centre(x: float, y: float, speed: float) -> N
     assume(math.hypot(x, y) > 3 * R)
     shot = Shot("a", "C", speed=speed, aim="nearest")
     vx, vy = scene(ball("C", 0, 0), ball("1", x, y), shots=(shot,)).start(shot).velocity[0]
-    # atan2, cosine and sine round once each
+    # atan2, cosine and sine round once each.
     assert math.hypot(vx, vy) == pytest.approx(speed, rel=1e-15)
     assert abs(vx * y - vy * x) <= 1e-15 * speed * math.hypot(x, y)
     assert vx * x + vy * y >= 0.0
@@ -605,7 +605,8 @@ KINDS = [(kind, unit) for kind, known in UNITS.items() for unit in known]
 @given(value=st.floats(-1e6, 1e6))
 def test_units_go_to_si_and_back(kind: str, unit: str, value: float) -> None:
     units = Units(**{kind: unit})
-    # one product and one quotient, each rounded; the smallest numbers lose digits for good
+    # There are one product and one quotient, each rounded; the smallest numbers lose digits for
+    # good.
     assert units.from_si(units.to_si(value, kind), kind) == pytest.approx(
         value, rel=3e-16, abs=1e-300
     )

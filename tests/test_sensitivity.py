@@ -1,4 +1,4 @@
-"""The spread of ends: known where the ends are known in closed form, and reproducible."""
+"""The spread of ends is right where the ends are known in closed form, and it is reproducible."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from pool_pymunk.studies.uncertainty import uncertainty_of
 
 INCH = 0.0254
 RESTITUTION, BRAKE, RADIUS, SPEED = 0.8, 0.2 * 9.80665, 0.03, 2.0
-HALF = 1e-4  # m; half the width of what starts may be
-STD = HALF / math.sqrt(3.0)  # the standard deviation of numbers uniform within +-HALF
+HALF = 1e-4  # m; it is half the width of the range in which starts may be
+STD = HALF / math.sqrt(3.0)  # This is the standard deviation of numbers uniform within +-HALF.
 
 
 def off_one_cushion() -> Scene:
-    """A ball rolls into the cushion x = 1.5 and back."""
+    """Return a ball that slides into the cushion x = 1.5 and back."""
     ball = Ball("C", (0.7, 0.5), RADIUS, 0.2, cue=True)
     return Scene(
         (ball,),
@@ -51,7 +51,7 @@ def off_one_cushion() -> Scene:
 
 
 def head_on_pair() -> Scene:
-    """A ball hits another of the same mass in the middle."""
+    """Return a ball that hits another of the same mass head-on."""
     a = Ball("A", (0.0, 0.0), RADIUS, 0.2, cue=True)
     b = Ball("B", (0.5, 0.0), RADIUS, 0.2)
     return Scene(
@@ -70,7 +70,7 @@ def played(
 
 
 def standard_error(values: Array) -> float:
-    """Of the standard deviation of ``values``, from their fourth moment."""
+    """Return that of the standard deviation of ``values``, from their fourth moment."""
     off = (values - values.mean()) ** 2
     return float(off.std() / (2.0 * math.sqrt(off.mean() * len(values))))
 
@@ -79,7 +79,7 @@ def standard_error(values: Array) -> float:
 
 
 def test_off_one_cushion_the_spread_shrinks_by_the_square_of_the_restitution() -> None:
-    """The end is x = L - r - e^2 (v^2 / 2 a - (L - r - x0)): its slope in x0 is -e^2."""
+    """The end is x = L - r - e^2 (v^2 / 2 a - (L - r - x0)), so its slope in x0 is -e^2."""
     found = played(off_one_cushion(), Uncertainty(HALF))
     (ball,) = found.balls
     assert ball.std == pytest.approx((RESTITUTION**2 * STD, STD), rel=0.05)
@@ -98,13 +98,14 @@ def test_a_faster_ball_comes_farther_back() -> None:
     assert found.balls[0].std[0] == pytest.approx(slope * 0.01 / math.sqrt(3.0), rel=0.05)
     assert found.balls[0].std[1] == pytest.approx(0.0, abs=1e-15)
     assert found.balls[0].amplification is None
-    assert found.agree == pytest.approx(0.01)  # a digit of the printed end, here of metres
+    assert found.agree == pytest.approx(0.01)  # This is a digit of the printed end, here of metres.
 
 
 def test_a_turned_cue_misses_sideways() -> None:
     found = played(off_one_cushion(), Uncertainty(angle=0.001))
     way = 1.5 - RADIUS - 0.7
-    sideways = way + (way - RESTITUTION**2 * way)  # to first order, if friction did not matter
+    # This is to first order, if friction did not matter.
+    sideways = way + (way - RESTITUTION**2 * way)
     assert found.balls[0].std[1] > 0.001 * way / math.sqrt(3.0)
     assert found.balls[0].std[1] < 0.001 * 2.0 * sideways / math.sqrt(3.0)
     assert found.balls[0].std[0] < 1e-6
@@ -235,7 +236,7 @@ def test_each_ball_has_its_own_digits() -> None:
 
 
 def rack(rows: int = 4) -> Scene:
-    """A cue ball and a frozen triangle of touching balls."""
+    """Return a cue ball and a frozen triangle of touching balls."""
     balls = [Ball("C", (0.3, 0.5), RADIUS, 0.2, cue=True)]
     for row in range(rows):
         for k in range(row + 1):
@@ -269,10 +270,11 @@ def test_a_ball_at_a_slanting_cushion_stays_on_the_table() -> None:
         shots=(Shot("away", "C", (-1.0, 0.0)),),
     )  # fmt: skip
     found = played(scene, Uncertainty(0.01), samples=500)
-    assert found.rejected == pytest.approx(500, rel=0.3)  # half of all draws
+    assert found.rejected == pytest.approx(500, rel=0.3)  # This is half of all draws.
     x, y = found.starts[:, 0].T
     assert ((2.0 - x - y) / math.sqrt(2.0)).min() >= RADIUS * (1 - 1e-8)
-    wide = played(scene, Uncertainty(0.9), samples=100)  # farther than a radius past the cushion
+    # This is farther than a radius past the cushion.
+    wide = played(scene, Uncertainty(0.9), samples=100)
     assert (wide.starts > 0.0).all()
     assert (wide.starts.sum(axis=2) < 2.0).all()
 
@@ -411,7 +413,7 @@ def test_bad_arguments_get_one_line(
 
 
 def test_a_scenario_that_can_be_read_but_once(capsys: pytest.CaptureFixture[str]) -> None:
-    """A pipe has no digits the second time: the errors must be typed."""
+    """A pipe cannot be read a second time for its digits, so the errors must be typed."""
     read, write = os.pipe()
     os.write(write, bundled()["two-balls"].read_bytes())
     os.close(write)

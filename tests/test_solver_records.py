@@ -1,4 +1,4 @@
-"""A solver is a record: one record more is one solver more, everywhere; no one knows it by name."""
+"""A solver is a record: one record more is one solver more, and nothing knows it by name."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite,
 from pool_pymunk.studies.tolerance import simulate_within
 from pool_pymunk.studies.tradeoff import ladders_of, order, sentences, tradeoff
 
-# By how much (m) an end in the scenario two-balls is off for each second by which the hit is late:
+# By so much (m) an end in the scenario two-balls is off for each second by which the hit is late:
 # the balls close at 2.5 m/s, and then go 0.7 m in a direction that is off by that over 2 r.
 LATENESS = 2.5 * (1.0 + 0.7 / 0.1143)
 HEAD_ON = next(extreme for extreme in EXTREMES if extreme.name == "head-on hits")
 
 
 def explicit(scene: Scene, start: State, settings: Settings) -> Trace:
-    """On an open plane without friction: every ball moves on, then what overlaps is answered."""
+    """On an open plane without friction, move every ball on, then answer overlaps."""
     assert settings.dt is not None and settings.max_time is not None
     trace = Trace(start)
     x, v = np.array(start.position), np.array(start.velocity)
@@ -64,7 +64,7 @@ def explicit(scene: Scene, start: State, settings: Settings) -> Trace:
 def answered(
     scene: Scene, law: Law, balls: tuple[int, int], x: np.ndarray, v: np.ndarray
 ) -> bool:  # fmt: skip
-    """Whether two balls overlap and close; the law then changes their velocities."""
+    """Tell whether two balls overlap and close; if so, the law changes their velocities."""
     i, j = balls
     between = x[j] - x[i]
     normal = between / np.hypot(*between)
@@ -78,7 +78,7 @@ def answered(
 
 
 def point(values: np.ndarray) -> tuple[float, float]:
-    """A row of an array as plain numbers."""
+    """Return a row of an array as plain numbers."""
     return float(values[0]), float(values[1])
 
 
@@ -99,14 +99,14 @@ EXPLICIT = Solver(
 
 @pytest.fixture
 def added(monkeypatch: pytest.MonkeyPatch) -> Solver:
-    """The registry with one record more."""
+    """Return a record that the registry has in addition."""
     monkeypatch.setitem(SOLVERS, EXPLICIT.name, EXPLICIT)
     return EXPLICIT
 
 
 @pytest.fixture
 def registry() -> Iterator[dict[str, Solver]]:
-    """The registry, which is put back as it was afterwards, with its order."""
+    """Return the registry; put it back as it was afterwards, with its order."""
     kept = dict(SOLVERS)
     yield SOLVERS
     SOLVERS.clear()
@@ -114,7 +114,7 @@ def registry() -> Iterator[dict[str, Solver]]:
 
 
 def exit_code(*arguments: object) -> object:
-    """The code that the command line exits with."""
+    """Return the code that the command line exits with."""
     with pytest.raises(SystemExit) as exit_:
         main([*map(str, arguments)])
     return exit_.value.code
@@ -151,7 +151,8 @@ def test_its_work_and_precision_are_measured_and_drawn(added: Solver, tmp_path: 
 
 def test_its_stability_is_checked_at_its_steps(added: Solver, tmp_path: Path) -> None:
     names = [solver.name for solver in columns()]
-    assert names[-2:] == [added.name, "pymunk-builtin"]  # those with a law of their own come last
+    # Solvers with a law of their own come last.
+    assert names[-2:] == [added.name, "pymunk-builtin"]
     quick, full = (check(HEAD_ON, added.name, quick=quick) for quick in (True, False))
     assert {outcome.dt for outcome in quick.outcomes} == {2e-3}
     assert {outcome.dt for outcome in full.outcomes} == {added.dt}
@@ -275,7 +276,7 @@ def test_a_record_that_contradicts_itself_is_an_error(
 def test_the_yardstick_is_found_by_what_it_can_do(
     registry: dict[str, Solver], tmp_path: Path
 ) -> None:
-    """Under another name it serves all studies as before, though it stands last in the registry."""
+    """It serves all studies as before under another name, though it is last in the registry."""
     registry["truth"] = replace(registry.pop("event-driven"), name="truth")
     assert yardstick() is registry["truth"]
     scene, data = load("two-balls"), tmp_path / "data.json"
@@ -299,22 +300,23 @@ def test_the_exact_solver_with_steps_is_found_by_what_it_can_do(
     heatmap.draw([check(HEAD_ON, "stepper")], tmp_path / "stability.svg")
     drawn = (tmp_path / "stability.svg").read_text(encoding="utf-8")
     assert "<!-- stepper: largest distance from -->" in drawn
-    assert drawn.count("<!-- 1/60 s -->") == 1  # over its column of distances
+    assert drawn.count("<!-- 1/60 s -->") == 1  # It stands over its column of distances.
 
 
 # -- no one else knows a name ----------------------------------------------------------------------
 
 PACKAGE = Path(__file__).parent.parent / "pool_pymunk"
-OTHERWISE = {  # where a text has a solver's name in it all the same, and why it may
-    ("cli/__init__.py", "2D billiards in pymunk, by the report's time slices, and exactly."),  # lib
-    ("cli/gallery.py", "pymunk-discrete"),  # the README's picture of what plain handlers do
+OTHERWISE = {  # a text that has a solver's name in it, and why it may
+    # the library
+    ("cli/__init__.py", "2D billiards in pymunk, by the report's time slices, and exactly."),
+    ("cli/gallery.py", "pymunk-discrete"),  # the README's picture of plain handlers
     ("safety/interrupts.py", "pymunk"),  # the library, as a module
     ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down
 }
 
 
 def texts(tree: ast.Module) -> Iterator[str]:
-    """The string literals of a module, but for docstrings and for what is passed by default."""
+    """Yield the string literals of a module, except docstrings and default arguments."""
     apart: set[ast.AST] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and node.body:
@@ -328,7 +330,7 @@ def texts(tree: ast.Module) -> Iterator[str]:
 
 
 def test_no_other_module_knows_a_solver_by_name() -> None:
-    """A list that is too long fails as well: what is no longer there must leave it."""
+    """A list that is too long fails as well, so an entry must leave it when its text does."""
     found = {
         (path.relative_to(PACKAGE).as_posix(), text)
         for path in PACKAGE.rglob("*.py")

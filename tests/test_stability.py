@@ -1,4 +1,4 @@
-"""The extremes, each row in its quick form; and that the claims notice what they are there for."""
+"""The extremes hold, each row in its quick form, and the claims notice what they are for."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ from pool_pymunk.studies.stability.suite import PROCESSES, CaseResult
 from pool_pymunk.studies.stability.trial import exact, wrong
 
 SOLVERS = [solver.name for solver in columns()]
-EXACT = [solver.name for solver in columns() if solver.exact]  # hold, but for what the law breaks
+# These must hold, except where the law breaks it.
+EXACT = [solver.name for solver in columns() if solver.exact]
 ROWS = [(extreme, law) for extreme in EXTREMES for law in extreme.laws]
 
 
@@ -55,7 +56,7 @@ def test_every_row(extreme: Extreme, law: str, solver: str) -> None:
 
 
 def test_in_every_case_something_happens() -> None:
-    """But for the grazing hits that are misses, and a ball that is alone on a plane."""
+    """The exceptions are grazing hits that miss, and a ball that is alone on a plane."""
     for extreme in EXTREMES:
         for case in extreme.cases():
             if not case.slow:
@@ -65,7 +66,7 @@ def test_in_every_case_something_happens() -> None:
 
 
 def test_the_reports_law_breaks_in_every_solver_that_has_it() -> None:
-    """It is the law, not the solver: line 132 has a sign wrong."""
+    """The law is the cause, not the solver: line 132 has a sign wrong."""
     for solver in columns():
         cell = check(EXTREMES[-1], solver.name, quick=True)
         if solver.own_law:
@@ -88,7 +89,7 @@ def test_pymunk_is_as_far_from_the_exact_run_as_rounding_at_every_step() -> None
 
 
 def two_balls(**of_scene: object) -> Scene:
-    """Two balls that meet head-on on an open plane, without losses."""
+    """Return two balls that meet head-on on an open plane, without losses."""
     balls = (
         Ball("a", (0.0, 0.0), 0.05, 0.2, velocity=(1.0, 0.0)),
         Ball("b", (0.5, 0.0), 0.05, 0.2),
@@ -99,19 +100,19 @@ def two_balls(**of_scene: object) -> Scene:
 
 
 def trial_of(run: Run, solver: str = "pymunk") -> Trial:
-    """A trial whose run is this one, of whatever scene."""
+    """Return a trial whose run is this one, of whatever scene."""
     trial = Trial(Case("", two_balls()), "coulomb", solver, None)
     trial.__dict__["run"] = run
     return trial
 
 
 def broken(trial: Trial) -> set[str]:
-    """The claims that do not hold."""
+    """Return the claims that do not hold."""
     return {measure.claim for measure in claims.measures(trial) if not measure.holds}
 
 
 def tampered(run: Run, change: Callable[[np.ndarray], None]) -> Run:
-    """The run with the last knot of its first ball changed."""
+    """Return the run with the last knot of its first ball changed."""
     knots = [ball.copy() for ball in run.knots]
     change(knots[0][-1])
     return replace(run, knots=tuple(knots))
@@ -181,7 +182,7 @@ def test_a_wrong_end_is_noticed() -> None:
 
 
 def test_what_a_solver_raises_is_a_break() -> None:
-    """The bounds of a run are honoured, and an error is a row like any other."""
+    """The bounds of a run are kept, and an error is a row like any other."""
 
     def broken_claim(trial: Trial) -> None:
         raise ZeroDivisionError("float division by zero")
@@ -192,14 +193,14 @@ def test_what_a_solver_raises_is_a_break() -> None:
 
 
 def test_amplification_of_a_ball_that_only_runs() -> None:
-    """A ball that runs 1 m in 1 s: nudged by one in its place and its speed, it ends so far off."""
+    """A ball runs 1 m in 1 s; nudged by one in its place and its speed, it ends so far off."""
     scene = Scene(
         (Ball("a", (0.0, 0.0), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1.0)
     )
     reference = exact(scene, 100)
     assert reference.extent == pytest.approx(1.0)
     assert len(reference.times) == 201
-    assert 0.3 < reference.growth[-1] < 2.9  # m: both at most 1 along and 1 across
+    assert 0.3 < reference.growth[-1] < 2.9  # m; both are at most 1 along and 1 across
 
 
 def test_a_chaotic_run_is_compared_until_it_is_chaotic() -> None:
@@ -214,7 +215,7 @@ def test_a_chaotic_run_is_compared_until_it_is_chaotic() -> None:
 
 
 def case_of(row: str, label: str) -> Case:
-    """The case of that label of that row."""
+    """Return the case of that label in that row."""
     (extreme,) = (extreme for extreme in EXTREMES if extreme.name == row)
     (case,) = (case for case in extreme.cases() if case.label == label)
     return case
@@ -247,7 +248,7 @@ def test_a_run_ends_at_max_events_and_in_the_middle_of_a_step() -> None:
 def test_hits_that_are_not_listed_are_no_events_but_have_a_bound_of_their_own(
     solver: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Here two balls meet once, and are pressed together then."""
+    """Here two balls meet once, and are friction presses them together then."""
     balls = (
         Ball("a", (0.0, 0.0), 0.05, 0.2, velocity=(0.0697, 0.0717)),
         Ball("b", (0.1, 0.0), 0.05, 0.2, velocity=(0.0348, 0.0)),
@@ -274,7 +275,7 @@ def test_the_same_warning_comes_once_and_says_how_often() -> None:
 
 @pytest.mark.parametrize("solver", EXACT)
 def test_far_from_the_origin_hits_without_end_have_one(solver: str) -> None:
-    """There gaps round to more than what is one instant elsewhere: once, they were hits forever."""
+    """Gaps there round to more than one instant elsewhere; once, these were hits forever."""
     case = case_of("squeezed to a cushion", "1 : 1e6, e = 0.9, far")
     trial = Trial(case, "coulomb", solver, 1 / 60)
     assert trial.contacts < 1000
@@ -299,7 +300,7 @@ def test_hits_that_feed_each_other_end_as_non_finite(solver: str) -> None:
 
 
 def test_a_ball_that_slides_past_one_at_rest_ends_the_step() -> None:
-    """It touches and does not close: once, pymunk foresaw that contact again and again."""
+    """It touches and does not close; once, pymunk predicted that contact again and again."""
     rows = ((-0.3, 0.07, 1.0, 0.0), (0.0, 0.0, 0.0, 0.0))
     balls = tuple(
         Ball(str(k), (x, y), 0.05, 0.2 * 1000.0**k, velocity=(vx, vy))
@@ -347,7 +348,7 @@ def test_a_cell_tells_what_breaks_and_from_where_on() -> None:
 
 @pytest.fixture(scope="module")
 def cells() -> list[Cell]:
-    """Two rows by three solvers, worked out in processes."""
+    """Return two rows by three solvers, worked out in processes."""
     rows = (EXTREMES[1], EXTREMES[-1])
     found = check_all(rows, ("event-driven", "pymunk", "pymunk-builtin"), True, PROCESSES)
     return table.in_order(found)

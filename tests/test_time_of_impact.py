@@ -1,4 +1,4 @@
-"""When paths meet, against roots in forty digits, and what is decided where rounding would."""
+"""Paths meet when roots in forty digits say so, and what rounding would decide is settled."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ R = 0.05
 def first_touch(
     offset: Vector, velocity: Vector, pull: Vector, reach: float, horizon: float
 ) -> float:
-    """The first root of the quartic |offset + velocity t + pull t^2 / 2|^2 = reach^2."""
+    """Return the first root of the quartic |offset + velocity t + pull t^2 / 2|^2 = reach^2."""
     with mp.workdps(DIGITS):
         x, y = (
             [mpf(p), mpf(v), mpf(a) / 2] for p, v, a in zip(offset, velocity, pull, strict=True)
@@ -34,7 +34,7 @@ def first_touch(
 
 
 def smallest_gap(offset: Vector, velocity: Vector, pull: Vector, reach: float, t: float) -> float:
-    """How near to each other discs come until ``t``, in forty digits."""
+    """Return how near to each other discs come until ``t``, in forty digits."""
     with mp.workdps(DIGITS):
         x, y = (
             [mpf(p), mpf(v), mpf(a) / 2] for p, v, a in zip(offset, velocity, pull, strict=True)
@@ -89,7 +89,7 @@ def test_decelerations_that_are_equal_or_parallel_are_no_special_case(pull: Vect
 @pytest.mark.parametrize("across", [1.0 - 1e-12, 1.0 - 1e-9, 1.0 + 1e-12, 1.0 + 1e-9])
 @pytest.mark.parametrize("pull", [0.0, 0.3])
 def test_a_millionth_of_a_micrometre_decides_a_grazing_hit(across: float, pull: float) -> None:
-    """Discs that pass at ``across`` times their reach, resting or both moving, hit or do not."""
+    """Discs pass at ``across`` times their reach, resting or both moving, and hit or do not."""
     reach = 2 * R
     y = across * reach
     length = path_to_disc((1.0, y), (1.0, 0.0), reach)
@@ -98,7 +98,7 @@ def test_a_millionth_of_a_micrometre_decides_a_grazing_hit(across: float, pull: 
         assert (length, t) == (math.inf, math.inf)
         return
     chord = math.sqrt((reach - y) * (reach + y))
-    assert length == pytest.approx(1.0 - chord, rel=1e-9)  # the root of a rounding of y: 1e-8 R
+    assert length == pytest.approx(1.0 - chord, rel=1e-9)  # The root of a rounding of y is 1e-8 R.
     assert 2.0 * t - 0.5 * pull * t * t == pytest.approx(1.0 - chord, rel=1e-9)
 
 
@@ -130,7 +130,7 @@ def test_concentric_discs_have_an_answer() -> None:
 
 
 def test_a_near_miss_ends() -> None:
-    """A path that stays within a hair of a touch for long is left, one way or the other."""
+    """A path stays very near a touch for long, and is left, one way or the other."""
     for miss in (1e-18, 1e-16, 1e-15, 1e-14):
         t = time_of_impact((0.0, 1.0 + miss), (1e-9, 0.0), (0.0, 0.0), 1.0, 1e9, noise=1e-20)
         assert t == math.inf or t >= 0.0
@@ -159,7 +159,7 @@ def slid(x: float, speed: float, deceleration: float = 0.5) -> Path:
 def test_a_ball_that_stops_at_contact_stops(short: float) -> None:
     """2 m/s and 0.5 m/s^2 reach 4 m: a ball at 4 m + 2 R is touched, but not hit."""
     t = pair_time(slid(0.0, 2.0), slid(4.0 + 2 * R + short, 0.0), 2 * R, 0.0, math.inf)
-    if short == -1e-9:  # enters at the speed sqrt(2 a s): 3e-5 m/s
+    if short == -1e-9:  # It comes in at the speed sqrt(2 a s), which is 3e-5 m/s.
         assert t == pytest.approx(4.0 - math.sqrt(2 * 1e-9 / 0.5), abs=1e-9)
     elif short > 1e-12:
         assert t == math.inf
@@ -209,7 +209,7 @@ def test_a_ball_that_touches_a_cushion_and_slides_along_it_does_not_hit_it() -> 
 
 @pytest.mark.parametrize("above", [-1e-17, 0.0, 1e-17, 7e-18])
 def test_a_ball_that_slides_along_a_cushion_goes_past_its_end(above: float) -> None:
-    """Tangent to rounding: a hit at the corner would turn the ball by 1e-8."""
+    """The path is tangent to rounding: a hit at the corner would turn the ball by 1e-8."""
     assert CORNER.length_along(flying(0.3, R + above, 1.0, 0.0), R) == math.inf
 
 
@@ -222,7 +222,7 @@ def test_a_corner_is_grazed_or_missed_to_a_millionth_of_a_micrometre(
 
 @given(st.floats(-1.5, 1.5), st.floats(0.5, 1.5))
 def test_between_a_cushion_and_its_corner_there_is_no_hole(angle: float, way: float) -> None:
-    """Wherever a ball aims that meets face or corner about the seam, one of them answers."""
+    """A ball may aim at face or corner, anywhere about the seam: one of them answers."""
     for across in (-1e-9, -1e-15, -1e-16, 0.0, 1e-16, 1e-15, 1e-9):
         ux, uy = math.sin(angle), -math.cos(angle)
         x, y = 1.0 + across - way * ux, R - way * uy

@@ -1,4 +1,4 @@
-"""The report's algorithm: the plain loop to the last bit, and the report's published numbers."""
+"""The report's algorithm equals the plain loop to the last bit, and gives the published numbers."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Point = tuple[float, float]
 
 
 class PlainLoop:
-    """Every slice: move all balls, let all answer the cushions, then all pairs in their order.
+    """In every slice, move all balls, answer all cushions, then all pairs in their order.
 
-    Nothing is skipped and nothing remembered but which pairs overlap. What is written down:
-    a knot wherever a velocity changes, a stop where it becomes zero.
+    Nothing is skipped, and only overlapping pairs are remembered. A knot is written down wherever a
+    velocity changes, and a stop where it becomes zero.
     """
 
     def __init__(self, scene: Scene, start: State, dt: float) -> None:
@@ -35,12 +35,12 @@ class PlainLoop:
         self.balls = range(len(self.p))
         self.overlapping: set[tuple[int, int]] = set()
         self.t = 0.0
-        # On a polygon a ball may come to rest in an acute corner, put back from one cushion into
-        # the other; there the rule is that a ball at rest stays where it is.
+        # On a polygon a ball may come to rest in an acute corner, when one cushion puts it back
+        # into the other; there the rule is that a ball at rest stays where it is.
         self.all_answer = scene.table is None or scene.table.is_rectangle
 
     def run(self, last: int) -> Trace:
-        """At most ``last`` slices."""
+        """Play ``last`` slices at most."""
         for k in range(1, last + 1):
             if not any(self.moves(i) for i in self.balls):
                 break
@@ -62,7 +62,7 @@ class PlainLoop:
         return self.v[i] != [0.0, 0.0]
 
     def move(self, i: int) -> None:
-        """Eq. 10: v' = max(0, v - mu g dt), s' = s + (v + v') / 2 dt, along the velocity."""
+        """Move by Eq. 10: v' = max(0, v - mu g dt), s' = s + (v + v') / 2 dt, along v."""
         moved, dt = self.moves(i), self.dt
         (vx, vy), loss = self.v[i], dt * self.scene.friction.surface * self.scene.physics.gravity
         if loss > 0.0:
@@ -86,7 +86,7 @@ class PlainLoop:
             self.answer_edges(i, table)
 
     def answer_limits(self, i: int, axis: int, ends: Point, numbers: tuple[int, int]) -> None:
-        """Cushions answer whenever the ball is beyond the limit: it is put back, and Eq. 9."""
+        """Answer a cushion if the ball is beyond its limit: put the ball back, and apply Eq. 9."""
         r, v = self.scene.balls[i].radius, self.v[i]
         limits, at = (ends[0] + r, ends[1] - r), self.p[i][axis]
         if limits[0] <= at <= limits[1]:
@@ -122,7 +122,7 @@ class PlainLoop:
         return cushion(v, e, self.scene.friction.cushion)
 
     def answer_ball(self, i: int, j: int) -> None:
-        """A pair answers once per overlap, and again only after it has separated."""
+        """Answer a pair once per overlap, and again only after it has separated."""
         distance = hypot(self.p[i][0] - self.p[j][0], self.p[i][1] - self.p[j][1])
         if not distance < self.scene.balls[i].radius + self.scene.balls[j].radius:
             self.overlapping.discard((i, j))
@@ -161,12 +161,12 @@ class PlainLoop:
         if met:
             self.trace.ball_cushion(self.t, i, number)
             self.note(i)
-        else:  # only put back
+        else:  # It is only put back.
             self.trace.knot(i, self.t, self.place(i), (self.v[i][0], self.v[i][1]))
 
 
 def assert_same_bits(scene: Scene, shot: Shot | None, dt: float, max_time: float) -> Run:
-    """The solver's run, after it was found equal to the plain loop's in every bit it has."""
+    """Return the solver's run after comparing every bit of it with the plain loop's."""
     run = simulate(scene, shot, solver="time-slice", dt=dt, max_time=max_time)
     plain = PlainLoop(scene, scene.start(shot), dt).run(math.ceil(max_time / dt))
     ids = [ball.id for ball in scene.balls]
@@ -178,7 +178,7 @@ def assert_same_bits(scene: Scene, shot: Shot | None, dt: float, max_time: float
     for i, knots in enumerate(run.knots):
         found = knots.tolist()
         if run.status != "settled" and len(found) > len(plain.knots[i]):
-            found.pop()  # where the ball still moved when the time was up
+            found.pop()  # Here the ball still moved when the time was up.
         assert found == [list(knot) for knot in plain.knots[i]]
     return run
 
@@ -203,7 +203,8 @@ def test_skipping_changes_no_bit_without_table_and_friction(dt: float) -> None:
     assert [event.kind for event in run.events] == ["ball-ball"]
 
 
-# An L with a slanted end, and a triangle: reflex and acute corners, cushions along no axis.
+# These are an L with a slanted end, and a triangle. They have reflex and acute corners, and
+# cushions along no axis.
 OUTLINES: dict[str, tuple[Point, ...]] = {
     "rectangle": Table.rectangle(2.0, 1.0).outline,
     "far rectangle": tuple((x + 1e4, y - 1e3) for x, y in Table.rectangle(2.0, 1.0).outline),
@@ -221,7 +222,7 @@ def room_for(table: Table | None, balls: list[Ball], place: Point, radius: float
 
 
 def random_scene(seed: int, outline: str | None, law: str) -> Scene:
-    """Up to eight balls of different sizes and masses, most of them moving."""
+    """Return up to eight balls of different sizes and masses, most of them moving."""
     rng = random.Random(f"{seed} {outline} {law}")
     table = Table(OUTLINES[outline]) if outline else None
     x0, y0, x1, y1 = table.bounds if table else (0.0, 0.0, 1.0, 1.0)
@@ -251,15 +252,18 @@ def test_skipping_changes_no_bit_of_random_scenes(outline: str | None, law: str)
     for seed in range(6):
         run = assert_same_bits(random_scene(seed, outline, law), None, 1e-3, max_time=2.0)
         contacts += sum(event.kind != "stop" for event in run.events)
-    assert contacts > 0  # otherwise nothing was shown
+    assert contacts > 0  # Otherwise the test would show nothing.
 
 
-# Where everything happens along an axis, zeros have signs, and atan2 turns these into angles.
+# If everything happens along an axis, zeros have signs, and atan2 turns these into angles.
 AXES: tuple[Point, ...] = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (-0.0, -1.5))
 
 
 def lattice_scene(seed: int, law: str) -> Scene:
-    """Balls on a lattice that move along its lines: head-on hits, and hits at one instant."""
+    """Return balls on a lattice that move along its lines, for head-on hits.
+
+    It also gives hits at one instant.
+    """
     rng = random.Random(f"{seed} {law}")
     cells = [(0.25 + 0.25 * i, 0.25 + 0.25 * j) for i in range(7) for j in range(7)]
     balls = tuple(
@@ -285,7 +289,7 @@ def test_skipping_changes_no_bit_of_head_on_scenes(law: str) -> None:
 
 
 def frozen_rack(law: str) -> Scene:
-    """Fifteen balls that touch as well as rounding lets them, and one that comes."""
+    """Return fifteen balls that touch, to rounding, and one that comes."""
     r = 0.03
     places = [
         (1.3 + row * r * math.sqrt(3), 0.5 + (2 * k - row) * r)
@@ -314,7 +318,7 @@ def test_skipping_changes_no_bit_of_a_break(law: str) -> None:
 
 
 def printed(scene: Scene, ends: dict[str, Point]) -> dict[str, list[str]]:
-    """Positions as Listing 1 prints them: in inches, to 0.01."""
+    """Return positions as Listing 1 prints them: in inches, to 0.01."""
     return {
         ball: [f"{scene.units.from_si(x, 'length'):.2f}" for x in place]
         for ball, place in ends.items()
@@ -329,7 +333,7 @@ def test_the_report_is_reproduced_to_every_printed_digit(shot: Shot) -> None:
 
 
 class FirstHit(Law):
-    """The published law; notes the slip of the first hit, and multiplies it by a factor."""
+    """This is the published law; it notes the slip of the first hit, and multiplies it."""
 
     def __init__(self, factor: float) -> None:
         self.factor, self.slip = factor, math.nan
@@ -342,17 +346,17 @@ class FirstHit(Law):
 
 
 def simulation_4(factor: float) -> tuple[float, Point]:
-    """The slip of its first hit (m/s), and where ball 9 ends (m)."""
+    """Return the slip of its first hit (m/s), and where ball 9 ends (m)."""
     law = FirstHit(factor)
     run = simulate(REPORT, "Simulation 4", solver="time-slice", dt=1e-6, law=law)
     return law.slip, run.final["9"]
 
 
 def test_a_rounding_error_decides_the_end_of_simulation_4() -> None:
-    """The shot is head-on: its slip is zero but for rounding, and the law jumps there.
+    """The shot is head-on: its slip is zero to rounding, and the law jumps there.
 
-    Without the rounding error ball 9 ends 2.4 in from where the report has it, with the opposite
-    one 4.5 in.
+    Without the rounding error ball 9 ends 2.4 in from where the report has it. With the opposite
+    error it ends 4.5 in from there.
     """
     slip, as_published = simulation_4(1.0)
     assert slip == pytest.approx(4e-14, rel=0.2)
@@ -383,10 +387,10 @@ def test_one_ball_stops_where_and_when_eq_10_says(dt: float) -> None:
     run = simulate(scene, solver="time-slice", dt=dt)
     a, speed = scene.deceleration, 1.5
     assert run.status == "settled" and [event.kind for event in run.events] == ["stop"]
-    assert 0.0 <= run.duration - speed / a <= dt * (1 + 1e-9)  # seen at the end of a slice
+    assert 0.0 <= run.duration - speed / a <= dt * (1 + 1e-9)  # It is seen at the end of a slice.
     assert run.steps == round(run.duration / dt)
     way = math.dist(run.final["1"], (0.5, 0.5))
-    # the slice in which it stops errs by a dt^2 / 8 at most, the sum of all others by rounding
+    # The slice in which it stops errs by a dt^2 / 8 at most, and the sum of all others by rounding.
     assert abs(way - speed**2 / (2 * a)) <= a * dt**2 / 8 + run.steps * 2.0**-52 * way
 
 
@@ -403,7 +407,7 @@ def test_max_time_ends_a_run_in_the_middle(shot: Shot) -> None:
     assert (part.status, part.duration, part.steps) == ("max_time", 0.3, 300)
     assert part.events == tuple(event for event in whole.events if event.t <= 0.3)
     position, velocity = whole.at([0.3])
-    # the plain slices of the one and the closed form of the other differ by rounding
+    # The plain slices of the one and the closed form of the other differ by rounding.
     assert part.position[-1] == pytest.approx(position[0], abs=1e-12)
     assert part.velocity[-1] == pytest.approx(velocity[0], abs=1e-12)
 
@@ -428,9 +432,9 @@ def test_without_losses_a_ball_goes_on_until_max_time_and_keeps_its_energy() -> 
     table = Table.rectangle(2.0, 1.0)
     run = simulate(one_ball((1.0, 0.7), 0.0, table), solver="time-slice", dt=1e-3, max_time=30.0)
     assert (run.status, run.duration) == ("max_time", 30.0)
-    # 30 m along x: 1.45 m, then 15 times 1.9 m; 21 m along y: 0.45 m, then 22 times 0.9 m
+    # Along x 30 m are 1.45 m, then 15 times 1.9 m; along y 21 m are 0.45 m, then 22 times 0.9 m.
     assert len(run.events) == 16 + 23
-    assert run.energy["final"] == run.energy["initial"]  # signs turn, nothing is rounded
+    assert run.energy["final"] == run.energy["initial"]  # Signs turn, and nothing is rounded.
 
 
 def test_a_start_that_is_not_finite_is_said_to_be_so() -> None:

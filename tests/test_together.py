@@ -1,4 +1,4 @@
-"""Impacts of several contacts at one instant: hand results, and what must hold in any cluster."""
+"""Impacts of several contacts at one instant give hand results, and keep what must hold."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from pool_pymunk.physics.laws import LAWS, Law, coulomb, respond, settle
 from pool_pymunk.physics.together import _normal_impulses
 
 RIGHT, UP = (1.0, 0.0), (0.0, 1.0)
-ROUNDING = 1e-13  # some hundred operations on numbers of the size of the speeds
+ROUNDING = 1e-13  # This is for some hundred operations on numbers of the size of the speeds.
 
 
 class Cluster(NamedTuple):
-    """Discs of diameter 1 that contact each other and cushions, and how they move."""
+    """A cluster is discs of diameter 1 that contact each other and cushions, and move."""
 
     masses: list[float]
     contacts: list[Contact]
@@ -45,7 +45,7 @@ class Cluster(NamedTuple):
 
 
 def random_cluster(seed: int, widest: float = 3.0) -> Cluster:
-    """Two to twelve discs on a lattice or anywhere, masses over up to ``widest`` decades."""
+    """Return two to twelve discs on a lattice or anywhere, masses over ``widest`` decades."""
     rnd = random.Random(seed)
     places = [(0.0, 0.0)]
     on_lattice = rnd.random() < 0.6
@@ -81,7 +81,7 @@ def energy(masses: Sequence[float], velocity: Mapping[int, Vector]) -> float:
 def answered(
     contacts: Sequence[Contact], velocity: Mapping[int, Vector], law: Law = LAWS["coulomb"]
 ) -> dict[int, Vector]:
-    """The velocities after contacts of one instant, as the engine answers them."""
+    """Return the velocities after contacts of one instant, as the engine answers them."""
     after = dict(velocity)
 
     def by_law(contact: Contact, velocity: Velocities) -> None:
@@ -108,7 +108,7 @@ def wall(a: int, normal: Vector, e: float = 1.0, mu: float = 0.0, number: int = 
 
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 def test_one_ball_between_two_that_stand_symmetrically(e: float) -> None:
-    """J = (1 + e) v cos 30 / (1 + 2 cos^2 30) at each: the ball keeps v (1 - 3 (1 + e) / 5)."""
+    """J is (1 + e) v cos 30 / (1 + 2 cos^2 30) at each: the ball keeps v (1 - 3 (1 + e) / 5)."""
     normals = [(math.sqrt(0.75), 0.5), (math.sqrt(0.75), -0.5)]
     contacts = [ball(0, k + 1, normal, e) for k, normal in enumerate(normals)]
     after = answered(contacts, {0: (1.0, 0.0), 1: (0.0, 0.0), 2: (0.0, 0.0)})
@@ -123,7 +123,7 @@ def test_friction_between_one_ball_and_two_is_shared() -> None:
     nx, ny = math.sqrt(0.75), 0.5
     contacts = [ball(0, 1, (nx, ny), 1.0, 0.2), ball(0, 2, (nx, -ny), 1.0, 0.2)]
     after = answered(contacts, {0: (1.0, 0.0), 1: (0.0, 0.0), 2: (0.0, 0.0)})
-    j, slip = 2 * nx / 2.5, 0.2 * ny  # the ball comes back with 0.2
+    j, slip = 2 * nx / 2.5, 0.2 * ny  # The ball comes back with 0.2.
     j_t = slip / 2 / 2
     assert j_t < 0.2 * j
     assert after[0] == pytest.approx((-0.2 + 2 * j_t * ny, 0.0), abs=1e-15)
@@ -145,7 +145,7 @@ def test_both_cushions_of_a_corner_answer(e: float) -> None:
 
 
 def test_the_same_cushion_twice_is_one_cushion() -> None:
-    """Where two cushions run on straight, a ball at the seam meets both."""
+    """Two cushions may run on straight; a ball at the seam then meets both."""
     contacts = [wall(0, UP, 0.5, 0.2), wall(0, UP, 0.5, 0.2, number=1)]
     once, twice = (answered(t, {0: (1.0, -1.0)}) for t in (contacts[:1], contacts))
     assert twice[0] == pytest.approx(once[0], abs=1e-15)
@@ -169,7 +169,7 @@ def test_one_contact_is_the_law() -> None:
 
 
 def test_the_published_law_answers_in_the_listings_order() -> None:
-    """Cushions across x, then those across y, then pairs by number; whatever order they come in."""
+    """Cushions across x come first, then those across y, then pairs by number, in any listing."""
     contacts = [
         Contact(1, NO_BALL, (-1.0, 0.0), Pair(1.0, math.inf, 0.7, 0.2), 1),
         Contact(1, NO_BALL, (0.0, -1.0), Pair(1.0, math.inf, 0.7, 0.2), 2),
@@ -185,7 +185,7 @@ def test_the_published_law_answers_in_the_listings_order() -> None:
 
 
 def test_a_cradle_is_answered_ball_by_ball() -> None:
-    """Only what closes is answered; so a hit runs down a row, round by round."""
+    """Only contacts that close are answered, so a hit runs down a row, round by round."""
     row = [ball(k, k + 1, RIGHT) for k in range(4)]
     velocity: dict[int, Vector] = dict.fromkeys(range(5), (0.0, 0.0)) | {0: (1.0, 0.0)}
     for _ in range(4):
@@ -212,7 +212,7 @@ def with_pair(contacts: Sequence[Contact], **coefficients: float) -> list[Contac
 
 @given(seeds)
 def test_without_losses_energy_is_kept(seed: int) -> None:
-    """Where every contact that pushes opens as fast as it closed, nothing is lost."""
+    """If every contact that pushes opens as fast as it closed, nothing is lost."""
     masses, _, velocity = cluster = random_cluster(seed)
     after = answered(with_pair(cluster.closing(), restitution=1.0, friction=0.0), velocity)
     assert energy(masses, after) == pytest.approx(energy(masses, velocity), rel=1e-11)
@@ -230,7 +230,7 @@ def test_momentum_is_kept_between_balls(seed: int) -> None:
 
 @given(seeds)
 def test_every_contact_that_closed_opens_e_times_as_fast_or_faster(seed: int) -> None:
-    """Newton's law for simultaneous impact: J >= 0, and J > 0 only where it is just e times."""
+    """By Newton's law for simultaneous impact J >= 0, and J > 0 only at just e times."""
     cluster = random_cluster(seed)
     smooth = with_pair(cluster.closing(), friction=0.0)
     after = answered(smooth, cluster.velocity)
@@ -269,7 +269,7 @@ def test_turning_the_cluster_turns_the_outcome(seed: int, angle: float) -> None:
 
 @given(seeds)
 def test_settling_leaves_nothing_that_closes_and_adds_no_energy(seed: int) -> None:
-    """Also what did not close before, also with masses over six decades."""
+    """This includes contacts that did not close before, and masses over six decades."""
     masses, contacts, velocity = random_cluster(seed, widest=6.0)
     after = dict(velocity)
     settle(contacts, after)
@@ -285,12 +285,13 @@ def test_impulses_solve_the_complementarity_problem(seed: int) -> None:
     basis = rnd.normal(size=(count, rank))
     response = basis @ basis.T + 1e-30 * np.eye(count)
     wanted = basis @ rnd.normal(size=rank)
-    # a self-stress, J >= 0 with G J = 0, could never end; contacts of discs that close have none
+    # A self-stress, J >= 0 with G J = 0, could never end, but contacts of discs that close have
+    # none.
     if (wanted > 0).all() and rank < count:
         wanted = response @ np.abs(rnd.normal(size=count))
     impulses = _normal_impulses(response, wanted)
     if impulses is None:
-        assert rank < count  # only where contacts are redundant
+        assert rank < count  # This is so only where contacts are redundant.
         return
     opened = response @ impulses
     scale = np.abs(response).sum() * (1 + impulses.max())

@@ -1,4 +1,7 @@
-"""--tolerance keeps its word: what is said to be within it is, and what cannot be is said to be."""
+"""The option --tolerance keeps its promise: an end that it accepts is within the tolerance.
+
+Where it cannot promise that, it says so.
+"""
 
 from __future__ import annotations
 
@@ -37,12 +40,12 @@ from pool_pymunk.world import Billiards, same_balls
 
 
 def euler(dt: float) -> list[Point]:
-    """x' = -x from 1, to t = 1: first order."""
+    """Solve x' = -x from 1, to t = 1, with first order."""
     return [((1.0 - dt) ** (1.0 / dt), 0.0)]
 
 
 def midpoint(dt: float) -> list[Point]:
-    """The same, second order."""
+    """Solve the same with second order."""
     return [((1.0 - dt + dt * dt / 2.0) ** (1.0 / dt), 0.0)]
 
 
@@ -70,7 +73,7 @@ INSTANTS = [0.3 + 0.7 * k / 500 for k in range(500)]
 
 
 def found_at_the_end_of_a_step(instant: float) -> Callable[[float], list[Point]]:
-    """What becomes of a contact at ``instant`` that is answered when the step is over."""
+    """Return the outcome of a contact at ``instant`` that is answered when the step is over."""
     return lambda dt: [(math.ceil(instant / dt) * dt, 0.0)]
 
 
@@ -133,7 +136,7 @@ def test_contacts_that_steps_blur() -> None:
 def test_ends_that_are_no_numbers() -> None:
     choice = choose_step(lambda dt: [(math.nan, 0.0)], 1e-3, smallest=1e-3)
     assert not choice.reached
-    assert "does not end in numbers" in choice.reason
+    assert "ends in numbers that are not finite" in choice.reason
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, math.nan, math.inf])
@@ -153,7 +156,7 @@ RESTITUTION, BRAKE, RADIUS, SPEED = 0.8, 0.2 * 9.80665, 0.03, 2.0
 
 
 def off_one_cushion() -> tuple[Scene, dict[str, Point]]:
-    """A ball rolls into the cushion x = 1.5 and back: where it ends."""
+    """Return a ball that slides into the cushion x = 1.5 and back, and where it ends."""
     ball = Ball("C", (0.7, 0.5), RADIUS, 0.2, cue=True, velocity=(SPEED, 0.0))
     scene = Scene(
         (ball,), Table.rectangle(1.5, 1.0), Restitution(cushion=RESTITUTION), Friction(surface=0.2)
@@ -164,7 +167,7 @@ def off_one_cushion() -> tuple[Scene, dict[str, Point]]:
 
 
 def head_on_pair() -> tuple[Scene, dict[str, Point]]:
-    """A ball hits another of the same mass in the middle: where both end."""
+    """Return a ball that hits another of the same mass head-on, and where both end."""
     a = Ball("A", (0.0, 0.0), RADIUS, 0.2, velocity=(SPEED, 0.0))
     b = Ball("B", (0.5, 0.0), RADIUS, 0.2)
     scene = Scene((a, b), None, Restitution(ball_ball=RESTITUTION), Friction(surface=0.2))
@@ -205,7 +208,7 @@ def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
 
 
 def test_discrete_contacts_keep_the_word_that_is_given() -> None:
-    """An estimate may refuse what is within the tolerance, and must not pass what is not."""
+    """An estimate may refuse what is within the tolerance, but must not pass what is not."""
     limit, kept = 2e-3, 0
     for seed in range(20):
         scene = random_scene(seed, TABLES[seed % 4], speed=(0.5, 3.0))
@@ -219,7 +222,7 @@ def test_discrete_contacts_keep_the_word_that_is_given() -> None:
 
 
 def test_a_frozen_rack_is_refused_with_discrete_contacts() -> None:
-    """Its contacts follow each other without a pause: no step tells their order."""
+    """Its contacts follow each other without a pause, so no step tells their order."""
     r, balls = 0.03, [Ball("C", (0.3, 0.5), 0.03, 0.2, cue=True)]
     for row in range(3):
         for k in range(row + 1):
@@ -261,7 +264,7 @@ def test_a_shot_that_goes_on_is_run_with_the_one_before() -> None:
 
 
 def pinball(dt: float) -> list[Point]:
-    """A ball between two posts and a slanting wall, in a pymunk space of its own."""
+    """Return a ball between two posts and a slanting wall, in a pymunk space of its own."""
     space = pymunk.Space()
     table = Billiards(
         space, dt, pair=same_balls(0.9, 0.05, mass=0.2), deceleration=0.5, contacts="discrete"

@@ -1,4 +1,4 @@
-"""Work and precision, on scenes whose errors and orders are known."""
+"""Work and precision are measured right on scenes whose errors and orders are known."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STEPS = tuple(0.9e-2 / 3**k for k in range(6))
 
 
 def _one_cushion() -> Scene:
-    """A ball off one cushion: how late the hit is found is all the error there is."""
+    """Return a ball off one cushion: the only error is how late the hit is found."""
     return Scene(
         balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(1.5, 0.3)),),
         table=Table.rectangle(1.0, 1.0),
@@ -31,7 +31,7 @@ def _one_cushion() -> Scene:
 
 
 def _head_on() -> Scene:
-    """A head-on pair."""
+    """Return a head-on pair."""
     return Scene(
         balls=(Ball("1", (0, 0), 0.05, 0.2, velocity=(1.0, 0)), Ball("2", (0.4, 0), 0.05, 0.1)),
         restitution=Restitution(0.9),
@@ -48,7 +48,7 @@ def test_a_late_contact_is_an_error_of_order_one(make: object, solver: str) -> N
     found = order(result.of(solver), result.rounding, 1.0)
     assert found is not None
     assert 0.7 < found < 1.3
-    for s in result.settings:  # found up to dt late, at up to 1.5 m/s before and after
+    for s in result.settings:  # It is found up to dt late, at up to 1.5 m/s before and after.
         assert s.dt is not None
         assert s.largest < 2 * 1.5 * s.dt
 
@@ -62,7 +62,7 @@ def test_swept_contacts_err_by_rounding_and_have_no_order(make: object) -> None:
 
 
 def test_the_end_of_one_cushion_is_the_one_on_paper() -> None:
-    """v^2 - 2 a s at the cushion, Eq. 9 there, then to rest."""
+    """The ball has v^2 - 2 a s at the cushion, answers by Eq. 9, then slides to rest."""
     scene = _one_cushion()
     a, v = scene.deceleration, math.hypot(1.5, 0.3)
     ux, uy = 1.5 / v, 0.3 / v
@@ -126,7 +126,7 @@ def test_every_solver_is_measured_those_with_steps_first() -> None:
 
 
 def test_slices_of_the_reports_own_step_are_compared_with() -> None:
-    """A step that is as precise costs less than the report's slices; how much less is said."""
+    """A step that is as precise costs less than the report's slices; it is said how much."""
     settings = {"pymunk": (1 / 60,), "time-slice": (1e-5, 1e-6)}
     result = tradeoff(load("two-balls"), settings, budget=0)
     first = sentences(result)[0]

@@ -68,8 +68,8 @@ class Recorder:
         They hit each other once in a contact time.
         """
 
-    def no_end(self, contacts: Collection[Contact], t: float) -> None:
-        """Take note that hits without end at one instant were given their limit."""
+    def no_end(self, contacts: Collection[Contact], count: int, t: float) -> None:
+        """Take note of so many hits without end, which are not listed one by one."""
 
 
 Due = tuple[float, int, Key, Path, Path]  # when (s), in which order, what, on which paths
@@ -279,9 +279,9 @@ class ContactEngine:
         motions, contacts = self._contacts(keys)
         if self._has_no_end(keys, motions):
             motions, hits = self._contacts(self._met_now)
-            resolution = self.resolver.settle(hits, _velocities(motions))
+            resolution, count = self.resolver.play_out(hits, _velocities(motions))
             resolution.listed = contacts
-            self.recorder.no_end(hits, self.now)
+            self.recorder.no_end(hits, count, self.now)
             self._rounds = 0
         else:
             resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)

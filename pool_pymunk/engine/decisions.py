@@ -13,7 +13,8 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import BARELY
 
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
-ROUNDS = 300  # After so many rounds of contacts at one instant, they are taken to have no end.
+ROUNDS = 100  # After so many rounds of contacts at one instant, they are taken to have no end.
+MOST_HITS = 3_000_000  # So many of them are played out; then they get a plastic limit.
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
 WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
@@ -72,5 +73,5 @@ def bounce(restitution: float, closing: float, least: float) -> float:
 
 
 def instant(now: float, x: float, y: float, radius: float, speed: float) -> float:
-    """Return how long (s) one instant is: rounding may move ``ROUNDS`` contacts by as much."""
-    return ROUNDS * 16.0 * EPSILON * (now + (abs(x) + abs(y) + radius) / speed)
+    """Return how long (s) one instant is: rounding may move some hundred contacts by as much."""
+    return 4096.0 * EPSILON * (now + (abs(x) + abs(y) + radius) / speed)

@@ -10,8 +10,8 @@ A policy is needed where there is no closed form:
   rounding that a hit leaves is none.
 - *Hits without end*: infinitely many hits in finite time come to an end at one instant. A ball
   squeezed between another and a cushion has them, for example. After ``ROUNDS`` rounds of hits at
-  one instant the contacts get the limit of what would follow, in which nothing closes, and a
-  warning says so. Where no contact loses speed the hits do have an end, and they are all played.
+  one instant the others are played out without time between them, until nothing closes but for
+  rounding. They are not listed as events; a warning gives their number.
 - *Persistent contact*: two moving balls that surface friction presses together would touch without
   end. They hit each other once in a contact time instead, in micro-collisions
   (:mod:`pool_pymunk.engine.decisions`). These are not listed as events; a warning names the balls.
@@ -103,6 +103,43 @@ class Resolver:
         for contact in contacts:
             self._look_at(contact, velocity, now, resolution)
         hits = resolution.hits
+        self._answer(hits, velocity, resolution)
+        for contact, parting in resolution.persistent:
+            push_apart(contact, parting, velocity)
+        if len(hits) < len(contacts):
+            self._leave_out(contacts, velocity, resolution)
+        self._conclude(before, velocity, resolution)
+        return resolution
+
+    def play_out(
+        self, contacts: Sequence[Contact], before: Mapping[int, Vector]
+    ) -> tuple[Resolution, int]:
+        """Answer hits without end, all at one instant, until nothing closes; count them, too.
+
+        What closes more slowly than rounding knows does not close. From time to time the law is
+        asked for the limit of what would follow. After ``MOST_HITS`` hits the contacts get a
+        plastic limit without friction instead.
+        """
+        resolution, velocity, count, ask = Resolution(), dict(before), 0, 1
+        resolution.hits = list(contacts)
+        noises = [(contact, self._noise(contact)) for contact in contacts]
+        while closing := [c for c, noise in noises if closing_speed(c, velocity) > noise]:
+            if count >= decisions.MOST_HITS:
+                settle(contacts, velocity)
+                break
+            if count >= ask:
+                ask *= 2
+                if self.law.limit(contacts, velocity):
+                    break
+            self._answer(closing, velocity, resolution)
+            count += len(closing)
+        self._conclude(before, velocity, resolution)
+        return resolution, count
+
+    def _answer(
+        self, hits: Sequence[Contact], velocity: Velocities, resolution: Resolution
+    ) -> None:
+        """Change the velocities (m/s) by the law: contacts that share a ball are one group."""
 
         def by_law(contact: Contact, velocity: Velocities) -> None:
             if respond(self.law, contact, velocity):
@@ -113,20 +150,6 @@ class Resolver:
                 by_law(group[0], velocity)
             elif group:
                 self.law.together(group, velocity, by_law)
-        for contact, parting in resolution.persistent:
-            push_apart(contact, parting, velocity)
-        if len(hits) < len(contacts):
-            self._leave_out(contacts, velocity, resolution)
-        self._conclude(before, velocity, resolution)
-        return resolution
-
-    def settle(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Resolution:
-        """Give hits without end their limit, in which no contact closes any more."""
-        resolution, velocity = Resolution(), dict(before)
-        resolution.hits = list(contacts)
-        settle(contacts, velocity)
-        self._conclude(before, velocity, resolution)
-        return resolution
 
     def _look_at(
         self, contact: Contact, velocity: Velocities, now: float, resolution: Resolution

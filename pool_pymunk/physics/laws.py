@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import final
 
+from pool_pymunk.physics.collapse import limit_of_two
 from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
@@ -134,6 +135,13 @@ class Law:
         """
         mean_over_orders(contacts, velocity, respond)
 
+    def limit(self, contacts: Sequence[Contact], velocity: Velocities) -> bool:
+        """Give hits without end their limit: change ``velocity`` (m/s), where it has a closed form.
+
+        Returns False, with nothing done, where it has none; then the hits are played one by one.
+        """
+        return False
+
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
         """Tell whether the law jumps here, so that rounding would decide its answer.
 
@@ -157,6 +165,13 @@ class Coulomb(Law):
         """Solve for all impulses at once (:func:`~pool_pymunk.physics.together.at_once`)."""
         if not at_once(contacts, velocity):
             mean_over_orders(contacts, velocity, respond)
+
+    def limit(self, contacts: Sequence[Contact], velocity: Velocities) -> bool:
+        """Solve for the limit of two (:func:`~pool_pymunk.physics.collapse.limit_of_two`)."""
+        if len(contacts) != 2:
+            return False
+        first, second = contacts
+        return limit_of_two(first, second, velocity)
 
 
 @final

@@ -15,9 +15,8 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
 EPSILON = 2.0**-52  # This is the spacing of floating-point numbers at 1.
-STILL_TOUCHING = (
-    1e-12  # share of the reach by which resting discs that touch get nearer until they meet
-)
+# Resting discs that touch meet when they are nearer by this share of the reach.
+STILL_TOUCHING = 1e-12
 MOST_ITERATIONS = 200  # Only a path that stays within rounding of a touch comes near this number.
 
 

@@ -194,8 +194,8 @@ def _allowed_penetration(
     (dx, dy), (vx, vy) = offset, velocity
     distance = math.sqrt(dx * dx + dy * dy)
     rate = (dx * vx + dy * vy) / distance
-    press = pressing(offset, velocity, pull)
-    least = press * contact_time / 2.0
-    if press <= 0.0 or abs(rate) >= BARELY * least:
+    drive = pressing(offset, velocity, pull)
+    least = drive * contact_time / 2.0
+    if drive <= 0.0 or abs(rate) >= BARELY * least:
         return 0.0
-    return (least * least - rate * rate) / (2.0 * press) + max(reach - distance, 0.0)
+    return (least * least - rate * rate) / (2.0 * drive) + max(reach - distance, 0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
-from pool_pymunk.engine.decisions import CONTACT_TIME
+from pool_pymunk.engine.decisions import CONTACT_TIME, ROUNDS
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import Law
@@ -24,7 +24,7 @@ def walls(scene: Scene) -> list[Wall]:
     if scene.table is None:
         return []
     e = scene.restitution.cushion
-    assert e is not None, "the scene saw to it"
+    assert e is not None, "a scene with a table has this restitution"
     found = []
     for number, edge in enumerate(scene.table.edges):
         face = Face(edge.start, edge.tangent, edge.normal, edge.length)
@@ -100,11 +100,12 @@ class TraceRecorder(Recorder):
             t,
         )
 
-    def no_end(self, contacts: Collection[Contact], t: float) -> None:
+    def no_end(self, contacts: Collection[Contact], count: int, t: float) -> None:
         """Warn of hits without end."""
         self.trace.warn(
-            f"inelastic collapse of balls {self._balls(contacts)}: hits without end at one instant "
-            "were given their limit, in which nothing closes any more",
+            f"inelastic collapse of balls {self._balls(contacts)}: after {ROUNDS} rounds of hits "
+            f"at one instant {count:,} more were played, or their limit was taken; these are not "
+            "listed as events",
             t,
         )
 

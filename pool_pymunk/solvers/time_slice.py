@@ -319,9 +319,9 @@ SOLVER = Solver(
     about="the report's own algorithm",
     dt=PUBLISHED_STEP,
     late=True,
-    limits="the report's method: contacts come up to a slice late, a pair answers once until it "
-    "has parted, those of one instant one after the other, and rounding decides the sign of a slip "
-    "of zero",
+    limits="the report's method: contacts come up to a slice late, a pair answers only once "
+    "until it has parted, contacts of one instant are answered one after the other, and rounding "
+    "decides the sign of a slip of zero",
     ladder=(1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, PUBLISHED_STEP),
     stability_steps=(1e-5,),
     quick_stability_steps=(1e-4,),

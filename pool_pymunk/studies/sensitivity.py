@@ -265,9 +265,9 @@ def sensitivity(
         raise SettingError(f"seed = {seed}: must be 0 or more")
     began = time.perf_counter()
     study = _study(scene, find_shot(scene, shot), uncertainty)
-    starts, kicks, rejected = _draw(study, uncertainty, samples, np.random.default_rng(seed))
+    starts, errors, rejected = _draw(study, uncertainty, samples, np.random.default_rng(seed))
     parts = []
-    for part in _play_all(study, starts, kicks, _processes(processes)):
+    for part in _play_all(study, starts, errors, _processes(processes)):
         parts.append(part)
         if on_done is not None:
             on_done(len(part.finished))
@@ -334,11 +334,11 @@ def _draw(
     Also return how many draws were rejected.
     """
     scene = study.reference.scene
-    kicks = rng.uniform(-1.0, 1.0, (samples, len(study.chain), 2))
-    kicks *= (uncertainty.speed, uncertainty.angle)
+    errors = rng.uniform(-1.0, 1.0, (samples, len(study.chain), 2))
+    errors *= (uncertainty.speed, uncertainty.angle)
     sampler = StartSampler(scene, uncertainty.widths(scene))
     starts = sampler.starts(samples, rng)
-    return starts, kicks, sampler.rejected
+    return starts, errors, sampler.rejected
 
 
 # -- playing them ----------------------------------------------------------------------------------
@@ -365,19 +365,19 @@ def _processes(asked: int | None) -> int:
     return asked
 
 
-def _play_all(study: _Study, starts: Array, kicks: Array, processes: int) -> Iterator[_Played]:
+def _play_all(study: _Study, starts: Array, errors: Array, processes: int) -> Iterator[_Played]:
     """Play all samples, chunk by chunk, in their order."""
     chunks = [slice(k, k + CHUNK) for k in range(0, len(starts), CHUNK)]
     play = partial(_play, study)
     if processes == 1 or len(chunks) == 1:
-        yield from map(play, (starts[c] for c in chunks), (kicks[c] for c in chunks))
+        yield from map(play, (starts[c] for c in chunks), (errors[c] for c in chunks))
         return
     from concurrent.futures import ProcessPoolExecutor
 
     pool = ProcessPoolExecutor(min(processes, len(chunks)))
     try:
         with block_sigint():
-            played = pool.map(play, [starts[c] for c in chunks], [kicks[c] for c in chunks])
+            played = pool.map(play, [starts[c] for c in chunks], [errors[c] for c in chunks])
         for part in played:
             raise_pending()
             yield part
@@ -385,12 +385,12 @@ def _play_all(study: _Study, starts: Array, kicks: Array, processes: int) -> Ite
         pool.shutdown(cancel_futures=True)
 
 
-def _play(study: _Study, starts: Array, kicks: Array) -> _Played:
+def _play(study: _Study, starts: Array, errors: Array) -> _Played:
     """Play some samples: their starts (S, N, 2) and errors of speed and angle (S, K, 2)."""
     contacts = contact_order(study.reference)
     ends, left, same, finished = [], [], [], []
-    for start, kick in zip(starts.tolist(), kicks.tolist(), strict=True):
-        run = _run(study, start, kick)
+    for start, error in zip(starts.tolist(), errors.tolist(), strict=True):
+        run = _run(study, start, error)
         ends.append(run.end.position)
         left.append(_left(study, run))
         same.append(contact_order(run) == contacts)
@@ -398,12 +398,12 @@ def _play(study: _Study, starts: Array, kicks: Array) -> _Played:
     return _Played(np.array(ends), np.array(left), np.array(same), np.array(finished))
 
 
-def _run(study: _Study, start: Sequence[Sequence[float]], kicks: Sequence[Sequence[float]]) -> Run:
+def _run(study: _Study, start: Sequence[Sequence[float]], errors: Sequence[Sequence[float]]) -> Run:
     """Play one sample: every shot of the chain from where the one before ended."""
     scene = study.reference.scene
     asked = request(scene, yardstick().name)
     state = State(tuple((x, y) for x, y in start), tuple(ball.velocity for ball in scene.balls))
-    for shot, (faster, turned) in zip(study.chain, kicks, strict=True):
+    for shot, (faster, turned) in zip(study.chain, errors, strict=True):
         struck = _struck(scene, shot, state, faster, turned)
         run = asked.play(struck, state)
         state = run.end

@@ -245,7 +245,7 @@ def _reason(levels: Sequence[Level]) -> str:
     if len(levels) < 2:
         return f"no step below {last.dt:.3g} s may be tried"
     if not math.isfinite(last.change):
-        return f"at {last.dt:.3g} s the run does not end in numbers"
+        return f"at {last.dt:.3g} s the run ends in numbers that are not finite"
     if not last.same_contacts:
         return (
             f"at {last.dt:.3g} s, the smallest step tried, the contacts or their order still "

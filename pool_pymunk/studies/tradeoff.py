@@ -223,8 +223,8 @@ SHARED_ENGINE = (
     "nothing by itself."
 )
 INDEPENDENT = (
-    "Independent are time slices, which converge to them, and the reference in forty digits that "
-    "the project's tests compare with."
+    "Two others are independent: the time slices, which converge to them, and the reference in "
+    "forty digits that the project's tests compare with."
 )
 
 
@@ -240,12 +240,12 @@ def sentences(result: Tradeoff) -> list[str]:
         lines.append(
             f"The start positions are known to the last digit written: that alone moves an end by "
             f"{units.from_si(result.spread, 'length'):.2g} {units.length} (standard deviation, "
-            f"worst ball). Errors below that buy nothing."
+            f"worst ball). A smaller error than that gains nothing."
         )
     if len(result.exact) > 1:
         lines.append(f"{SHARED_ENGINE} {INDEPENDENT}")
     lines += [
-        f"{name} is left out: its exact end hangs on a slip of zero, which rounding decides."
+        f"{name} is left out: its exact end depends on a slip of zero, which rounding decides."
         for name in result.left_out
     ]
     return lines

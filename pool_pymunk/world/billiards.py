@@ -287,11 +287,13 @@ class Billiards:
     def _on_clock(
         self, _clock: pymunk.Body, _gravity: Vector, _damping: float, dt: float
     ) -> None:  # fmt: skip
-        """Look after each step of a shared space, when positions are new and velocities are not."""
+        """Notice moved balls in each step, when positions are new and velocities are not yet."""
         try:
             self.space.add_post_step_callback(self._after_step, self)
             if abs(dt - self.dt) > 1e-9 * self.dt:
-                raise ValueError(f"the space was stepped by {dt} s, its Billiards by {self.dt} s")
+                raise ValueError(
+                    f"the space was stepped by {dt} s, but its Billiards was made for {self.dt} s"
+                )
             for ball in self.balls:
                 self._notice(ball)
         except Exception as error:

@@ -1,7 +1,7 @@
-"""What the adapter costs beside bare pymunk, and how it grows: ``make bench``.
+"""The adapter's cost is measured beside bare pymunk, and how it grows: ``make bench``.
 
-Bare pymunk is as many ``space.step`` calls on the same balls with no handlers and no friction. Each
-benchmark's ``extra_info`` has the ratio within one run; the balls' set-up is part of the time.
+Bare pymunk makes as many ``space.step`` calls on the same balls, with no handlers and no friction.
+Each benchmark's ``extra_info`` has the ratio within one run. The balls' set-up is part of the time.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ REPEATS = 7
 
 
 def least(work: Callable[[], Any]) -> float:
-    """The least time (s) of several calls, after one to warm up."""
+    """Return the least time (s) of several calls, after one to warm up."""
     work()
     times = []
     for _ in range(REPEATS):
@@ -33,7 +33,7 @@ def least(work: Callable[[], Any]) -> float:
 
 
 def bare(scene: Scene, shot: Shot, steps: int, dt: float) -> float:
-    """The least time (s) of so many bare steps of a space with the scene's balls and cushions."""
+    """Return the least time (s) of so many bare steps of a space with the scene's shapes."""
     times = []
     start = scene.start(shot)
     for _ in range(REPEATS):
@@ -82,7 +82,7 @@ def test_the_reports_four_shots(
 
 
 def many(count: int) -> Scene:
-    """So many balls at the report's density, all at rest but the one that is shot."""
+    """Return so many balls at the report's density, all at rest except the one that is shot."""
     rnd = random.Random(1)
     r, columns = 0.05715, math.ceil(math.sqrt(2 * count))
     rows = math.ceil(count / columns)

@@ -1,8 +1,8 @@
-"""What the exact solver costs, and how the cost of one event grows with the number of balls.
+"""The exact solver's cost is measured, and how that of one event grows with the balls.
 
 ``make bench`` shows the times; ``python tests/benchmarks/test_event_speed.py`` prints the table of
 the README. Tables are as crowded as the report's. The cost of an event is that of the run without
-its set-up (paths, boxes and first predictions of all balls), over the events; the set-up is shown
+its set-up (paths, boxes and first predictions of all balls), over the events. The set-up is shown
 beside it.
 """
 
@@ -26,7 +26,7 @@ MOST_GROWTH = 5.0  # in the cost of an event, from 11 balls to 1,000
 
 
 class Cost(NamedTuple):
-    """Of some tables of one size: events of one, cost (s) of one event, and of one set-up."""
+    """A cost is that of some tables of one size: events of one, one event (s), one set-up (s)."""
 
     events: float
     event: float
@@ -34,7 +34,7 @@ class Cost(NamedTuple):
 
 
 def crowded(count: int, all_move: bool, seed: int = 0) -> Scene:
-    """A table twice as long as wide, with balls anywhere; one of them moves, or all do."""
+    """Return a table twice as long as wide, with balls anywhere; one of them moves, or all do."""
     rnd = random.Random(seed)
     width = math.sqrt(count * AREA / 2)
     taken: dict[tuple[int, int], tuple[float, float]] = {}
@@ -60,13 +60,13 @@ def crowded(count: int, all_move: bool, seed: int = 0) -> Scene:
 
 
 def least_time(scene: Scene, **bounds: Any) -> tuple[float, int]:
-    """The least time (s) of three runs, as the solver measures it, and the number of events."""
+    """Return the least time (s) of three runs, as the solver measures it, and their events."""
     runs = [simulate(scene, solver="event-driven", **bounds) for _ in range(3)]
     return min(run.wall_time for run in runs), len(runs[0].events)
 
 
 def cost(count: int, all_move: bool) -> Cost:
-    """Over some tables of that size: a few hundred events."""
+    """Return the cost over some tables of that size: a few hundred events."""
     whole = set_up = 0.0
     events = 0
     tables = 16 if not all_move else max(1, 400 // count)
@@ -106,7 +106,7 @@ def test_an_event_at_1000_balls_costs_at_most_five_at_11(benchmark: Any, all_mov
 
 
 def print_table() -> None:
-    """The table of the README."""
+    """Print the table of the README."""
     print("| what moves | balls | events of a run | one event | beside 11 balls | set-up |")
     print("|---|---:|---:|---:|---:|---:|")
     for all_move, name in ((False, "one ball, 4 m/s"), (True, "all balls, 0.5 to 2 m/s")):
@@ -120,7 +120,7 @@ def print_table() -> None:
 
 
 def print_shots() -> None:
-    """Median times of the report's shots."""
+    """Print the median times of the report's shots."""
     for name in ("report", "report-corrected"):
         scene = load(name)
         for shot in scene.shots:

@@ -1,7 +1,8 @@
-"""``render report`` takes less time than its films last: ``make bench``.
+"""The command ``render report`` takes less time than its films last: ``make bench``.
 
-``extra_info`` has the wall time over the length of the combined film alone and of all five films,
-the processor time of drawing (this side of the pipe) and of encoding, and where drawing spends it.
+``extra_info`` has the wall time over the length of the combined film alone, and of all five films.
+It also has the processor time of drawing (this side of the pipe) and of encoding, and where drawing
+spends it.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ RUNS = [simulate(REPORT, shot) for shot in REPORT.shots]
 
 
 def film_length() -> float:
-    """How long (s) the four films last together, which is as long as the combined one."""
+    """Return how long (s) the four films last together, as the combined one does."""
     settings = FilmSettings()
     return sum(frame_count(run, settings) + settings.held for run in RUNS) / settings.fps
 
@@ -49,7 +50,7 @@ def test_render_report_is_faster_than_its_films(benchmark: Any, tmp_path: Path) 
 
 
 def test_frames_are_drawn_faster_than_shown(benchmark: Any) -> None:
-    """Drawing alone, without the encoder: seconds a frame, by one process."""
+    """Drawing alone is measured, without the encoder: seconds a frame, by one process."""
     show, settings = Show((RUNS[0],)), FilmSettings()
 
     def draw() -> int:

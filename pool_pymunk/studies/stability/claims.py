@@ -203,7 +203,7 @@ def there_and_back(trial: Trial) -> Measure | None:
     home = replace(trial, case=replace(trial.case, scene=back))
     times = home.exact.times
     apart = longest(home.run.at(times)[0] - run.at(run.duration - times)[0])
-    return farthest("there and back", apart, home, "comes back {} beside its start", care=2.0)
+    return farthest("there and back", apart, home, "comes back {} off its start", care=2.0)
 
 
 def lossless(scene: Scene) -> bool:

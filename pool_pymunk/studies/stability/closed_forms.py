@@ -104,7 +104,7 @@ def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
         like = replace(trial, case=replace(trial.case, scene=under(base, trial.law)))
         times = trial.exact.times
         apart = longest(trial.run.at(times)[0] - (like.run.at(times)[0] * scale + shift))
-        return farthest("likeness", apart, trial, "{} from its likeness", care=2.0)
+        return farthest("likeness", apart, trial, "{} off the scene that it must be like", care=2.0)
 
     return likeness
 

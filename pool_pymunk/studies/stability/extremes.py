@@ -271,8 +271,8 @@ def grazing_hits() -> Iterator[Case]:
         beside = 2.0 * R * (1.0 + share)
         inside = max(2.0 * R - beside, 0.0) * (2.0 * R + beside)
         # This is the normal change of velocity for e = 0.9.
-        kick = 0.95 * math.sqrt(inside) / (2.0 * R)
-        speed = kick * math.hypot(1.0, CHALK.ball_ball)
+        dv_n = 0.95 * math.sqrt(inside) / (2.0 * R)
+        speed = dv_n * math.hypot(1.0, CHALK.ball_ball)
         scene = on_plane(alike([(-0.5, beside, 1.0, 0.0), (0.0, 0.0, *REST)]), 0.9, 1.0)
         claims = (must.contacts_are(int(beside < 2.0 * R)), must.leaves_at("1", speed))
         yield Case(f"{share:+g}", scene, claims)
