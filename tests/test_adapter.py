@@ -29,7 +29,7 @@ REPORTS = [("report", "published"), ("report-corrected", "coulomb")]
 def test_ends_and_events_are_exact_at_game_like_steps(
     name: str, law: str, shot: int, dt: float
 ) -> None:
-    run = simulate(load(name), shot - 1, solver="pymunk", dt=dt)
+    run = simulate(load(name), shot, solver="pymunk", dt=dt)
     exact = exact_run(law, shot)
     assert off_exact(run, law, shot) < 1e-9 * INCH  # Rounding is amplified by the scene.
     assert contact_list(run) == [
@@ -157,7 +157,7 @@ def test_discrete_contacts_converge_with_order_one(
 def _typical_error(scene: Scene, shot: int, dt: float) -> float:
     """Return a mean over near steps, because a contact is late by any share of a step."""
     near = [dt * share for share in (0.93, 0.97, 1.0, 1.03, 1.07)]
-    runs = [simulate(scene, shot - 1, solver="pymunk-discrete", dt=step) for step in near]
+    runs = [simulate(scene, shot, solver="pymunk-discrete", dt=step) for step in near]
     return math.exp(sum(math.log(off_exact(run, "published", shot)) for run in runs) / len(runs))
 
 

@@ -47,7 +47,7 @@ def amplification(scene: Scene, run: Run) -> float:
     ("name", "law"), [("report", "published"), ("report-corrected", "coulomb")]
 )
 def test_the_reports_shots(name: str, law: str, shot: int) -> None:
-    run = simulate(load(name), shot - 1, solver="event-driven")
+    run = simulate(load(name), shot, solver="event-driven")
     assert off_exact(run, law, shot) < 1e-9 * INCH
     events = exact_run(law, shot)["events"]
     assert contact_list(run) == [(e["kind"], tuple(e["balls"]), e.get("cushion")) for e in events]
@@ -208,7 +208,7 @@ def test_forward_and_back_returns_to_the_start() -> None:
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 def test_energy_never_grows_at_a_contact(solver: str) -> None:
     for name in ("report-corrected", "hexagon", "l-shaped"):
-        run = simulate(load(name), 0, solver=solver)
+        run = simulate(load(name), 1, solver=solver)
         times = sorted({e.t for e in run.events})
         _, velocity = run.at(times)
         mass = [b.mass for b in run.scene.balls]
@@ -224,7 +224,7 @@ def test_a_turned_scene_has_turned_ends(turn: float) -> None:
     from pool_pymunk.studies.tradeoff import turn as turned
 
     scene = load("hexagon")
-    run, other = (simulate(s, 0, solver="event-driven") for s in (scene, turned(scene, turn)))
+    run, other = (simulate(s, 1, solver="event-driven") for s in (scene, turned(scene, turn)))
     c, s = math.cos(turn), math.sin(turn)
     for id_, (x, y) in run.final.items():
         assert math.dist(other.final[id_], (c * x - s * y, s * x + c * y)) < 1e-9
@@ -245,9 +245,9 @@ def test_max_time_and_max_events() -> None:
 def test_samples_are_exact_at_any_times() -> None:
     scene = load("report-corrected")
     times: Sequence[float] = [0.0, 0.1234567, 0.5, 1.0, 9.0]
-    run = simulate(scene, 0, solver="event-driven", times=times)
+    run = simulate(scene, 1, solver="event-driven", times=times)
     assert run.t.tolist() == times
-    cut = simulate(scene, 0, solver="event-driven", max_time=0.5)
+    cut = simulate(scene, 1, solver="event-driven", max_time=0.5)
     assert run.position[2].ravel() == pytest.approx(
         [x for p in cut.end.position for x in p], abs=1e-14
     )

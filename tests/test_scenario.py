@@ -142,8 +142,9 @@ def test_the_whole_format() -> None:
     assert first.velocity == pytest.approx((0.254, 0.508))
     assert first.published["é 8"] == pytest.approx((0.305, 0.4))
     assert (second.name, second.ball, second.from_previous) == ("Shot 2", "é 8", True)
+    assert (second.velocity, second.angle) == (None, 90.0)
     # The cosine of 90 degrees is rounded.
-    assert second.velocity == pytest.approx((0.0, 0.254), abs=1e-16)
+    assert second.launch == pytest.approx((0.0, 0.254), abs=1e-16)
     assert (third.velocity, third.aim, third.from_previous) == (None, "é 8", False)
     assert third.speed == pytest.approx(0.254)
 

@@ -82,7 +82,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     "ball: huge": (
         lambda: ball("1", 1e308, 0, radius=1e101),
         [
-            "position = [1e+308, 0]: is too large (more than 1e+100 in SI units)",
+            "position = [1e+308, 0.0]: is too large (more than 1e+100 in SI units)",
             "radius = 1e+101: is too large (more than 1e+100 in SI units)",
         ],
     ),
@@ -128,7 +128,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     ),
     "shot: speed alone": (
         lambda: Shot("s", "C", speed=1.0),
-        [f"velocity = {LEFT_OUT}: is wanted (or speed and angle, or speed and aim)"],
+        [f"angle = {LEFT_OUT}: is wanted beside speed (or aim)"],
     ),
     "shot: backwards": (
         lambda: Shot("s", "C", speed=-1.0, aim="1"),

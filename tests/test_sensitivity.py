@@ -169,7 +169,7 @@ def test_runs_part_when_balls_meet(simulation_1: Sensitivity) -> None:
 
 
 def test_two_seeds_agree_within_their_standard_error(simulation_1: Sensitivity) -> None:
-    other = sensitivity(load("report"), 0, written_uncertainty("report"), 1000, seed=1)
+    other = sensitivity(load("report"), 1, written_uncertainty("report"), 1000, seed=1)
     assert not np.array_equal(other.starts, simulation_1.starts)
     for i, (one, two) in enumerate(zip(simulation_1.balls, other.balls, strict=True)):
         for axis in (0, 1):
@@ -181,8 +181,8 @@ def test_two_seeds_agree_within_their_standard_error(simulation_1: Sensitivity) 
 @pytest.mark.parametrize("processes", [2, 3])
 def test_the_seed_decides_and_not_the_number_of_processes(processes: int) -> None:
     scene, uncertainty = load("report"), written_uncertainty("report")
-    alone = sensitivity(scene, 0, uncertainty, samples=90, seed=7, processes=1)
-    shared = sensitivity(scene, 0, uncertainty, samples=90, seed=7, processes=processes)
+    alone = sensitivity(scene, 1, uncertainty, samples=90, seed=7, processes=1)
+    shared = sensitivity(scene, 1, uncertainty, samples=90, seed=7, processes=processes)
     for name in ("starts", "ends", "left", "same_contacts"):
         assert np.array_equal(getattr(alone, name), getattr(shared, name)), name
     assert alone.balls == shared.balls
@@ -190,7 +190,7 @@ def test_the_seed_decides_and_not_the_number_of_processes(processes: int) -> Non
 
 def test_progress_counts_every_sample() -> None:
     done: list[int] = []
-    sensitivity(off_one_cushion(), 0, Uncertainty(HALF), 60, processes=1, on_done=done.append)
+    sensitivity(off_one_cushion(), 1, Uncertainty(HALF), 60, processes=1, on_done=done.append)
     assert sum(done) == 60
 
 
@@ -298,7 +298,7 @@ def test_a_shot_that_goes_on_spreads_by_both() -> None:
         scene.balls, scene.table, scene.restitution, scene.friction,
         shots=(scene.shots[0], Shot("again", "C", (SPEED, 0.0), from_previous=True)),
     )  # fmt: skip
-    found = sensitivity(twice, 1, Uncertainty(HALF), 500, processes=1)
+    found = sensitivity(twice, 2, Uncertainty(HALF), 500, processes=1)
     assert found.balls[0].std[0] == pytest.approx(RESTITUTION**4 * STD, rel=0.1)
 
 
@@ -333,7 +333,7 @@ def test_a_scene_without_shots() -> None:
     ],
 )
 def test_settings_that_make_no_sense(change: dict[str, object], message: str) -> None:
-    settings: dict[str, object] = {"shot": 0, "uncertainty": Uncertainty(HALF), "samples": 60}
+    settings: dict[str, object] = {"shot": 1, "uncertainty": Uncertainty(HALF), "samples": 60}
     with pytest.raises(SettingError, match=message):
         sensitivity(off_one_cushion(), **(settings | change))  # type: ignore[arg-type]
 

@@ -16,6 +16,7 @@ from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table,
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.render import heatmap
+from pool_pymunk.solvers import settings as solver_settings
 from pool_pymunk.studies.stability import (
     EXTREMES,
     Case,
@@ -244,19 +245,21 @@ def test_a_run_ends_at_max_events_and_in_the_middle_of_a_step() -> None:
 
 
 @pytest.mark.parametrize("solver", EXACT)
-def test_hits_that_are_not_listed_count_as_events_of_a_run(solver: str) -> None:
-    """Otherwise a persistent contact might go on without bounds.
-
-    Here two balls meet once, and friction presses them together then.
-    """
+def test_hits_that_are_not_listed_are_no_events_but_have_a_bound_of_their_own(
+    solver: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Here two balls meet once, and are friction presses them together then."""
     balls = (
         Ball("a", (0.0, 0.0), 0.05, 0.2, velocity=(0.0697, 0.0717)),
         Ball("b", (0.1, 0.0), 0.05, 0.2, velocity=(0.0348, 0.0)),
     )
     scene = Scene(balls, None, Restitution(0.0), Friction(0.1))
-    run = simulate(scene, solver=solver, dt=1 / 60, max_events=50)
-    assert run.status == "max_events"
-    assert len(run.events) < 5
+    free = simulate(scene, solver=solver, dt=1 / 60, max_events=50)
+    assert (free.status, len(free.events)) == ("settled", 3)
+    monkeypatch.setattr(solver_settings, "NEVER_SETTLES", 50)
+    run = simulate(scene, solver=solver, dt=1 / 60)
+    assert run.status == "max_events" and len(run.events) < 5
+    assert any("given up after 50 instants with micro-coll" in line for line in run.warnings)
 
 
 def test_the_same_warning_comes_once_and_says_how_often() -> None:

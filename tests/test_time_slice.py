@@ -13,6 +13,7 @@ from pool_pymunk.model import Ball, Friction, Physics, Restitution, Shot, Table
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import LAWS, Law, cushion, published
 from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers import Settings, time_slice
 
 Point = tuple[float, float]
 
@@ -420,8 +421,8 @@ def test_max_time_beyond_the_end_changes_nothing() -> None:
 
 @pytest.mark.parametrize("most", [1, 4])
 def test_max_events_ends_a_run_after_the_slice_that_reaches_it(most: int) -> None:
-    whole = simulate(REPORT, 0, solver="time-slice", dt=1e-3)
-    part = simulate(REPORT, 0, solver="time-slice", dt=1e-3, max_events=most)
+    whole = simulate(REPORT, 1, solver="time-slice", dt=1e-3)
+    part = simulate(REPORT, 1, solver="time-slice", dt=1e-3, max_events=most)
     assert part.status == "max_events"
     assert part.events == tuple(e for e in whole.events if e.t <= whole.events[most - 1].t)
     assert part.duration == part.events[-1].t
@@ -438,5 +439,5 @@ def test_without_losses_a_ball_goes_on_until_max_time_and_keeps_its_energy() -> 
 
 def test_a_start_that_is_not_finite_is_said_to_be_so() -> None:
     scene, start = one_ball((1.0, 0.0), 0.0), State(((0.5, 0.5),), ((math.inf, 0.0),))
-    run = simulate(scene, solver="time-slice", dt=1e-3, start=start)
-    assert run.status == "non_finite"
+    trace = time_slice.solve(scene, start, Settings(dt=1e-3, max_time=1.0))
+    assert trace.status == "non_finite"

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pool_pymunk.model import Scene, Shot
     from pool_pymunk.render import FilmSettings, Show
 
-FILM_DEFAULTS = {"mp4": ((1600, 900), 60.0), "gif": ((800, 450), 25.0)}  # size, frames a second
+FILM_FORMATS = ("mp4", "gif")
 
 
 class Setting(NamedTuple):
@@ -112,14 +112,11 @@ def film_settings(form: str, size: str | None, fps: float | None, times: FilmTim
     """The films' settings as typed, or as the format has them by default."""
     from pool_pymunk.render import FilmSettings
 
-    if form not in FILM_DEFAULTS:
-        raise InputError(f"--format = {form}: must be one of {', '.join(FILM_DEFAULTS)}")
-    usual_size, usual_fps = FILM_DEFAULTS[form]
-    return FilmSettings(
-        size=usual_size if size is None else read_size(size),
-        fps=usual_fps if fps is None else fps,
-        **times._asdict(),
-    )
+    if form not in FILM_FORMATS:
+        raise InputError(f"--format = {form}: must be one of {', '.join(FILM_FORMATS)}")
+    typed = {"size": None if size is None else read_size(size), "fps": fps}
+    given = {key: value for key, value in typed.items() if value is not None}
+    return FilmSettings.of(f"film.{form}", **given, **times._asdict())
 
 
 def read_size(text: str) -> tuple[int, int]:

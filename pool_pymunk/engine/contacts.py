@@ -100,6 +100,9 @@ class ContactEngine:
         self.now = 0.0
         self.answered = 0  # instants and stops, micro-collisions included
         self.listed = 0  # contacts and stops that are events
+        self.unlisted = 0  # instants without an event, such as those of micro-collisions
+        self.most = math.inf  # events after which the engine goes no further
+        self.most_unlisted = math.inf  # unlisted instants after which it is given up
         self.is_finite = True
         self._queue: list[Due] = []
         self._order = 0
@@ -207,17 +210,22 @@ class ContactEngine:
 
     # -- what happens ----------------------------------------------------------------------------
 
-    def advance(self, until: float, most: float = math.inf) -> None:
-        """Play what is due up to ``until`` (s), but stop after ``most`` things in all."""
-        while self.is_finite and self.happened < most:
+    def advance(self, until: float) -> None:
+        """Play what is due up to ``until`` (s), within the engine's bounds."""
+        while self.is_finite and not self.is_over:
             if self.upcoming() > until or not self._queue:
                 return
             self.next()
 
     @property
-    def happened(self) -> int:
-        """Return how much has happened: events or answered instants, whichever are more."""
-        return max(self.answered, self.listed)
+    def is_over(self) -> bool:
+        """Tell whether as much has happened as may happen."""
+        return self.listed >= self.most or self.is_given_up
+
+    @property
+    def is_given_up(self) -> bool:
+        """Tell whether micro-collisions went on for so long that they are taken to have no end."""
+        return self.unlisted >= self.most_unlisted
 
     def next(self) -> None:
         """Play what is due next: a stop, or the contacts of one instant."""
@@ -338,6 +346,7 @@ class ContactEngine:
     def _report(self, resolution: Resolution) -> None:
         """Tell the recorder about the contacts of this instant."""
         self.listed += len(resolution.listed)
+        self.unlisted += not resolution.listed
         for contact in resolution.listed:
             self.recorder.contact(contact, self.now)
         for contact, last in resolution.micro:

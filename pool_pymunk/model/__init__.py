@@ -13,8 +13,9 @@ from pool_pymunk.model.parts import (
     Restitution,
     Shot,
 )
-from pool_pymunk.model.problems import TOUCHING, Point, Problem, SceneError
-from pool_pymunk.model.scene import Scene, State
+from pool_pymunk.model.problems import TOUCHING, Point, Problem, SceneError, SettingError
+from pool_pymunk.model.scene import Scene
+from pool_pymunk.model.state import State
 from pool_pymunk.model.units import UNITS, Units
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "Restitution",
     "Scene",
     "SceneError",
+    "SettingError",
     "Shot",
     "State",
     "Table",

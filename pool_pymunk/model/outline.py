@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from pool_pymunk.model.plain import make_plain, number, points, read
 from pool_pymunk.model.problems import (
     COORDINATE_ROUNDING,
     Point,
@@ -64,17 +65,15 @@ class Table:
     outline: tuple[Point, ...]
 
     def __post_init__(self) -> None:
+        make_plain(self, outline=points)
         raise_any(self._problems())
 
     @classmethod
     def rectangle(cls, length: float, width: float) -> Table:
         """The report's table: x from 0 to ``length``, y from 0 to ``width`` (m)."""
-        raise_any(
-            problem
-            for key, value in (("length", length), ("width", width))
-            for problem in size_problems(key, value)
-        )
-        return cls(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)))
+        x, y = (read(key, value, number) for key, value in (("length", length), ("width", width)))
+        raise_any([*size_problems("length", x), *size_problems("width", y)])
+        return cls(((0.0, 0.0), (x, 0.0), (x, y), (0.0, y)))
 
     def _problems(self) -> Iterator[Problem]:
         if len(self.outline) < 3:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from pool_pymunk.model.plain import ends, flag, make_plain, number, optional, point, text
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     Point,
@@ -36,6 +38,10 @@ class Ball:
     color: str | None = None
 
     def __post_init__(self) -> None:
+        make_plain(
+            self, id=text, position=point, radius=number, mass=number, cue=flag, velocity=point,
+            color=optional(text),
+        )  # fmt: skip
         raise_any(self._problems())
 
     def _problems(self) -> Iterator[Problem]:
@@ -59,6 +65,7 @@ class Restitution:
     cushion: float | None = None
 
     def __post_init__(self) -> None:
+        make_plain(self, **dict.fromkeys(self.__slots__, optional(number)))
         raise_any(
             problem
             for key in self.__slots__
@@ -76,6 +83,7 @@ class Friction:
     ball_ball: float = 0.0
 
     def __post_init__(self) -> None:
+        make_plain(self, **dict.fromkeys(self.__slots__, number))
         raise_any(
             problem
             for key in self.__slots__
@@ -92,6 +100,7 @@ class Physics:
     max_time: float | None = None
 
     def __post_init__(self) -> None:
+        make_plain(self, law=text, gravity=number, max_time=optional(number))
         raise_any(self._problems())
 
     def _problems(self) -> Iterator[Problem]:
@@ -104,10 +113,14 @@ class Physics:
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """What is done to one ball: a ``velocity`` (m/s), or a ``speed`` and a ball to ``aim`` at.
+    """What is done to one ball: a ``velocity`` (m/s), or a ``speed`` (m/s) and where it goes.
 
-    ``aim`` is a ball's id or "nearest". ``from_previous`` goes on from where the shot before
-    ended. ``published`` are reference ends to compare with (m).
+    Beside the speed stands an ``angle`` (degrees, counter-clockwise from +x), or a ball to ``aim``
+    at, by its id or as "nearest". ``from_previous`` goes on from where the shot before ended.
+    ``published`` are reference ends to compare with (m).
+
+    >>> Shot("break", "C", speed=2.0, angle=0.0).launch
+    (2.0, 0.0)
     """
 
     name: str
@@ -116,20 +129,62 @@ class Shot:
     speed: float | None = None
     aim: str | None = None
     from_previous: bool = False
-    published: Mapping[str, Point] = field(default_factory=dict)
+    published: Mapping[str, Point] = field(default_factory=dict, hash=False)
+    angle: float | None = None
 
     def __post_init__(self) -> None:
+        make_plain(
+            self, name=text, ball=text, velocity=optional(point), speed=optional(number),
+            aim=optional(text), from_previous=flag, published=ends, angle=optional(number),
+        )  # fmt: skip
         raise_any(self._problems())
+
+    def __repr__(self) -> str:
+        said = {key: getattr(self, key) for key in ("velocity", "speed", "angle", "aim")}
+        parts = [f"{key}={value!r}" for key, value in said.items() if value is not None]
+        if self.from_previous:
+            parts.append("from_previous=True")
+        if self.published:
+            parts.append(f"published=<ends: {len(self.published)}>")
+        return f"Shot({', '.join([repr(self.name), repr(self.ball), *parts])})"
+
+    @property
+    def launch(self) -> Point | None:
+        """Return the velocity (m/s) at the start; None if it depends on where the balls are."""
+        if self.speed is None or self.angle is None:
+            return self.velocity
+        angle = math.radians(self.angle)
+        return (math.cos(angle) * self.speed, math.sin(angle) * self.speed)
 
     def _problems(self) -> Iterator[Problem]:
         yield from name_problems("name", self.name)
+        yield from self._launch_problems()
         if self.velocity is not None:
             yield from point_problems("velocity", self.velocity)
-            if self.aim is not None:
-                yield Problem("aim", self.aim, "stands beside velocity: one of the two")
-        elif self.speed is None or self.aim is None:
-            yield Problem("velocity", LEFT_OUT, "is wanted (or speed and angle, or speed and aim)")
         if self.speed is not None:
             yield from number_problems("speed", self.speed, 0.0)
+        if self.angle is not None and not math.isfinite(self.angle):
+            yield Problem("angle", self.angle, "must be a finite number")
         for id_, end in self.published.items():
             yield from point_problems(f"published.{key_of(id_)}", end)
+
+    def _launch_problems(self) -> Iterator[Problem]:
+        """Find out whether the shot says in one way how it starts."""
+        if self.velocity is not None:
+            yield from beside("velocity", speed=self.speed, angle=self.angle, aim=self.aim)
+        elif self.angle is not None and self.speed is not None:
+            yield from beside("angle", aim=self.aim)
+        elif self.speed is None and (self.angle is not None or self.aim is not None):
+            turned = "aim" if self.angle is None else "angle"
+            yield Problem("speed", LEFT_OUT, f"is wanted beside {turned}")
+        elif self.speed is None:
+            yield Problem("velocity", LEFT_OUT, "is wanted (or speed and angle, or speed and aim)")
+        elif self.aim is None:
+            yield Problem("angle", LEFT_OUT, "is wanted beside speed (or aim)")
+
+
+def beside(other: str, **values: object) -> Iterator[Problem]:
+    """Find what stands beside ``other``, though it says the same as that."""
+    for name, value in values.items():
+        if value is not None:
+            yield Problem(name, value, f"stands beside {other}: one of the two")

@@ -10,6 +10,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
+import numpy as np
+
 Point = tuple[float, float]
 
 LEFT_OUT = "(left out)"
@@ -62,13 +64,19 @@ class SceneError(ValueError):
         super().__init__("\n".join(f"{prefix}{problem}" for problem in self.problems))
 
 
+class SettingError(ValueError):
+    """An argument, such as a time step or a shot's name, does not exist or makes no sense."""
+
+    __module__ = "pool_pymunk"
+
+
 def shown(value: object) -> str:
     """A value as a scenario file writes it, shortened.
 
     >>> shown([True, "a", {"b": math.inf}])
     '[true, "a", {b = inf}]'
     """
-    text = _toml(value, depth=3)
+    text = _toml(value.tolist() if isinstance(value, np.ndarray | np.generic) else value, depth=3)
     return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
 
 
@@ -112,6 +120,12 @@ def listed(names: Collection[str]) -> str:
 def _one_line(text: str) -> str:
     """Line breaks, tabs and what else does not print, as escapes."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def setting_error(key: str, value: object, message: str) -> SettingError:
+    """Make the error of an argument, in one line that names it and shows its value."""
+    text = _clipped(value) if isinstance(value, str) else shown(value)
+    return SettingError(_one_line(f"{key} = {text}: {message}"))
 
 
 def raise_any(problems: Iterable[Problem]) -> None:

@@ -8,7 +8,6 @@ with the file, the key and the value as it is written there.
 from __future__ import annotations
 
 import json
-import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -28,7 +27,6 @@ from pool_pymunk.model.problems import (
     SceneError,
     key_of,
     name_problems,
-    number_problems,
 )
 from pool_pymunk.model.scene import (
     Scene,
@@ -56,6 +54,7 @@ class _Units(_Section):
     length: str = "m"
     mass: str = "kg"
     speed: str = "m/s"
+    numbers: Literal["units", "SI"] = "units"
 
 
 class _Table(_Section):
@@ -210,6 +209,7 @@ class _Builder:
         self.broken: set[Location] = set()
         self.file = self._read()
         self.units = self._part("units", Units)
+        self.written = Units() if self.file.units.numbers == "SI" else self.units
 
     def scene(self) -> Scene | None:
         """The Scene, or None where there are problems."""
@@ -280,7 +280,7 @@ class _Builder:
 
     def _part(self, name: str, kind: Callable[..., Made]) -> Made:
         """A section's object; sound values stand in for broken ones."""
-        values = getattr(self.file, name).model_dump()
+        values = getattr(self.file, name).model_dump(exclude={"numbers"})
         values |= {key: _stand_in(key) for key in values if self._is_broken(name, key)}
         try:
             return kind(**values)
@@ -288,8 +288,11 @@ class _Builder:
             self._note_all(_under(name, error))
             return kind(**values | {p.key: _stand_in(p.key) for p in error.problems})
 
+    def _si(self, value: float, kind: str) -> float:
+        return self.written.to_si(value, kind)
+
     def _point(self, xy: list[float], kind: str = "length") -> Point:
-        return (self.units.to_si(xy[0], kind), self.units.to_si(xy[1], kind))
+        return (self._si(xy[0], kind), self._si(xy[1], kind))
 
     def _table(self) -> Table | None:
         table = self.file.table
@@ -303,7 +306,7 @@ class _Builder:
             if self._is_broken("table", "outline"):
                 return None
             self._note_all(_wanted("table", size, "is wanted (or an outline)"))
-            si = [self.units.to_si(x, "length") for x in size.values() if x is not None]
+            si = [self._si(x, "length") for x in size.values() if x is not None]
             return Table.rectangle(*si) if len(si) == 2 else None
         except SceneError as error:
             self._note_all(_under("table", error))
@@ -336,8 +339,8 @@ class _Builder:
         return Ball(
             id="?" if entry.id is None else entry.id,
             position=self._point(entry.position or [0.0, 0.0]),
-            radius=self.units.to_si(radius, "length"),
-            mass=self.units.to_si(mass, "mass"),
+            radius=self._si(radius, "length"),
+            mass=self._si(mass, "mass"),
             cue=entry.cue,
             velocity=self._point(entry.velocity or [0.0, 0.0], "speed"),
             color=self.file.ball.color if entry.color is None else entry.color,
@@ -346,18 +349,30 @@ class _Builder:
     def _shot(self, k: int, entry: _Shot) -> Shot:
         """A shot; where it is unsound, one that stands in for it in the checks to come."""
         key, name = f"shots[{k}]", f"Shot {k + 1}" if entry.name is None else entry.name
-        ball, goes_on = self._shot_ball(key, entry), entry.from_ == "previous"
+        ball = self._shot_ball(key, entry)
         try:
-            if self._launch_is_sound(key, entry):
-                ends = {id_: self._point(end) for id_, end in entry.published.items()}
-                return Shot(name, ball, *self._launch(entry), goes_on, ends)
+            if not any(self._is_broken(*_location(f"{key}.{said}")) for said in _LAUNCH):
+                return self._sound_shot(entry, name, ball)
         except SceneError as error:
             self._note_all(_under(key, error))
         ends = dict.fromkeys(entry.published, (0.0, 0.0))
-        aim = entry.aim or None
-        velocity = None if aim else (0.0, 0.0)
         name = key if any(name_problems("name", name)) else name
-        return Shot(name, ball, velocity, 0.0, aim, goes_on, ends)
+        start: dict[str, Any] = (
+            {"speed": 0.0, "aim": entry.aim} if entry.aim else {"velocity": (0.0, 0.0)}
+        )
+        return Shot(name, ball, **start, from_previous=entry.from_ == "previous", published=ends)
+
+    def _sound_shot(self, entry: _Shot, name: str, ball: str) -> Shot:
+        return Shot(
+            name=name,
+            ball=ball,
+            velocity=None if entry.velocity is None else self._point(entry.velocity, "speed"),
+            speed=None if entry.speed is None else self._si(entry.speed, "speed"),
+            angle=entry.angle,
+            aim=entry.aim,
+            from_previous=entry.from_ == "previous",
+            published={id_: self._point(end) for id_, end in entry.published.items()},
+        )
 
     def _shot_ball(self, key: str, entry: _Shot) -> str:
         if entry.ball is not None:
@@ -374,42 +389,6 @@ class _Builder:
             ball.id is None or self._is_broken("balls", k, "cue")
             for k, ball in enumerate(self.file.balls)
         )
-
-    def _launch_is_sound(self, key: str, entry: _Shot) -> bool:
-        """Whether the shot says in one way how it starts; otherwise, what is wrong is noted."""
-        if any(self._is_broken(*_location(f"{key}.{name}")) for name in _LAUNCH):
-            return False
-        found = list(self._launch_problems(key, entry))
-        self._note_all(found)
-        return not found
-
-    def _launch_problems(self, key: str, entry: _Shot) -> Iterator[Problem]:
-        speed, turn = entry.speed, {"angle": entry.angle, "aim": entry.aim}
-        turned = next((name for name, value in turn.items() if value is not None), None)
-        if entry.velocity is not None:
-            yield from _beside(key, {"speed": speed, **turn}, "velocity")
-        elif speed is None and turned is None:
-            message = "is wanted (or speed and angle, or speed and aim)"
-            yield Problem(f"{key}.velocity", LEFT_OUT, message)
-        elif speed is None:
-            yield Problem(f"{key}.speed", LEFT_OUT, f"is wanted beside {turned}")
-        elif turned is None:
-            yield Problem(f"{key}.angle", LEFT_OUT, "is wanted beside speed (or aim)")
-        else:
-            yield from number_problems(f"{key}.speed", self.units.to_si(speed, "speed"), 0.0)
-            yield from _beside(key, {"aim": entry.aim} if turned == "angle" else {}, "angle")
-            if entry.angle is not None and not math.isfinite(entry.angle):
-                yield Problem(f"{key}.angle", entry.angle, "must be a finite number")
-
-    def _launch(self, entry: _Shot) -> tuple[Point | None, float | None, str | None]:
-        """Velocity and speed (SI) and aim, as far as the file gives them."""
-        if entry.velocity is not None:
-            return self._point(entry.velocity, "speed"), None, None
-        speed = self.units.to_si(entry.speed or 0.0, "speed")
-        if entry.angle is None:
-            return None, speed, entry.aim
-        angle = math.radians(entry.angle)
-        return (math.cos(angle) * speed, math.sin(angle) * speed), speed, None
 
     # -- between the parts -----------------------------------------------------------------------
 

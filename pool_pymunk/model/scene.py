@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple, overload
 
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Restitution, Shot
+from pool_pymunk.model.plain import make_plain, one, optional, row, text
 from pool_pymunk.model.problems import (
     COORDINATE_ROUNDING,
     LEFT_OUT,
@@ -26,10 +28,14 @@ from pool_pymunk.model.problems import (
     raise_any,
     shown,
 )
+from pool_pymunk.model.state import State, read_state
 from pool_pymunk.model.units import Units
 from pool_pymunk.physics.contact import Pair
 
 MOST_OVERLAPS = 100  # reported of one scene
+# Radii by which balls may overlap where a run starts, as they do where others end: in persistent
+# contacts by 1e-4, where contacts are found late by the way that a ball travels in a step.
+SUNK = 1e-2
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,24 @@ class Scene:
     units: Units = field(default_factory=Units)
 
     def __post_init__(self) -> None:
+        make_plain(
+            self, balls=row(Ball), table=optional(one(Table)), restitution=one(Restitution),
+            friction=one(Friction), physics=one(Physics), shots=row(Shot), title=text,
+            units=one(Units),
+        )  # fmt: skip
         raise_any(self._problems())
+
+    def __repr__(self) -> str:
+        return (
+            f"<Scene {self.title!r}: balls {listed(self.index)}; {self._ground()}; "
+            f"law {self.physics.law}; shots {listed([shot.name for shot in self.shots]) or 'none'}>"
+        )
+
+    def _ground(self) -> str:
+        if self.table is None:
+            return "an open plane"
+        x0, y0, x1, y1 = self.table.bounds
+        return f"a table of {x1 - x0:g} x {y1 - y0:g} m with {len(self.table.edges)} cushions"
 
     def _problems(self) -> Iterator[Problem]:
         balls, shots = dict(enumerate(self.balls)), dict(enumerate(self.shots))
@@ -93,36 +116,92 @@ class Scene:
         return Pair(a.mass, b.mass, e, self.friction.ball_ball)
 
     def start(self, shot: Shot | None, before: State | None = None) -> State:
-        """Positions and velocities at the moment of a shot, from ``before`` or the scene's own."""
+        """Return the state at the moment of a shot, from ``before`` or the scene's own.
+
+        Balls that are off the table there stay off. Raises SceneError for a shot that strikes or
+        aims at such a ball, or at one that the scene has not.
+        """
         state = before or State(
             tuple(ball.position for ball in self.balls), tuple(ball.velocity for ball in self.balls)
         )
         if shot is None:
             return state
+        raise_any(self._absent(shot, state.off))
         i = self.index[shot.ball]
-        velocity = shot.velocity or self._aimed(shot, i, state.position)
-        velocities = (*state.velocity[:i], velocity, *state.velocity[i + 1 :])
-        return State(state.position, velocities)
+        velocity = shot.launch or self._aimed(shot, i, state)
+        return state._replace(velocity=(*state.velocity[:i], velocity, *state.velocity[i + 1 :]))
 
-    def _aimed(self, shot: Shot, i: int, position: Sequence[Point]) -> Point:
+    def _absent(self, shot: Shot, off: Collection[str]) -> Iterator[Problem]:
+        """Find the balls that a shot strikes or aims at, and that are not on the table."""
+        for key, id_ in (("ball", shot.ball), ("aim", shot.aim)):
+            if id_ in off:
+                yield Problem(f"shot.{key}", id_, f"the ball is off the table before {shot.name}")
+            elif id_ not in (None, NEAREST, *self.index):
+                message = f"there is no such ball (there are: {listed(self.index)})"
+                yield Problem(f"shot.{key}", id_, message)
+        if shot.aim == NEAREST and len(off) >= len(self.balls) - 1:
+            yield Problem("shot.aim", NEAREST, "every other ball is off the table")
+
+    def _aimed(self, shot: Shot, i: int, state: State) -> Point:
         assert shot.speed is not None and shot.aim is not None
-        x, y = position[i]
-        target = self.nearest(i, position) if shot.aim == NEAREST else self.index[shot.aim]
-        angle = math.atan2(position[target][1] - y, position[target][0] - x)
+        x, y = state.position[i]
+        near = shot.aim == NEAREST
+        target = self.nearest(i, state.position, state.off) if near else self.index[shot.aim]
+        angle = math.atan2(state.position[target][1] - y, state.position[target][0] - x)
         return (math.cos(angle) * shot.speed, math.sin(angle) * shot.speed)
 
-    def nearest(self, i: int, position: Sequence[Point] | None = None) -> int:
-        """The ball whose centre is nearest to that of ball ``i`` (the first of equals)."""
+    def nearest(
+        self, i: int, position: Sequence[Point] | None = None, off: Collection[str] = ()
+    ) -> int:
+        """Return the ball whose centre is nearest to that of ball ``i`` (the first of equals).
+
+        Balls that are ``off`` the table, by their ids, do not count.
+        """
         at = position or [ball.position for ball in self.balls]
-        others = (j for j in range(len(at)) if j != i)
+        others = (j for j in range(len(at)) if j != i and self.balls[j].id not in off)
         return min(others, key=lambda j: math.dist(at[i], at[j]))
 
+    def state(self, value: Any) -> State:
+        """Read a state that somebody made: positions, velocities, and who is off the table.
 
-class State(NamedTuple):
-    """Where the balls are (m) and how they move (m/s), in the scene's order."""
+        The balls may sink into each other and into cushions by ``SUNK`` of their radii, as they do
+        where runs end that find contacts late. Raises SceneError for what cannot be, with the ball.
+        """
+        state = read_state(value, self.index)
+        placed = {
+            i: Placed(ball.id, position, ball.radius)
+            for i, (ball, position) in enumerate(zip(self.balls, state.position, strict=True))
+            if ball.id not in state.off
+        }
+        raise_any(
+            replace(problem, key=_start_key(problem.key))
+            for problem in place_problems(placed, self.table, SUNK)
+        )
+        return state
 
-    position: tuple[Point, ...]
-    velocity: tuple[Point, ...]
+    @overload
+    def to_toml(self) -> str: ...
+
+    @overload
+    def to_toml(self, path: str | Path) -> None: ...
+
+    def to_toml(self, path: str | Path | None = None) -> str | None:
+        """Write the scene to a scenario file, or return its text where no ``path`` is given.
+
+        The file is in the scene's units, and every digit survives: ``load(path) == scene``. Where a
+        number has no exact counterpart in these units, all numbers of the file are SI.
+        """
+        from pool_pymunk.model.scenario_out import scenario_text, write
+
+        if path is None:
+            return scenario_text(self)
+        write(self, path)
+        return None
+
+
+def _start_key(key: str) -> str:
+    """Name ``balls[3].position`` as a state has it."""
+    return "start.position" + key.removeprefix("balls").removesuffix(".position")
 
 
 def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | None:
@@ -156,19 +235,31 @@ def _repeated(key: str, field: str, names: Mapping[int, str]) -> Iterator[Proble
             )
 
 
-def place_problems(balls: Mapping[int, Ball], table: Table | None) -> Iterator[Problem]:
-    """Balls off the table, in a cushion, in each other."""
+class Placed(NamedTuple):
+    """This ball is at a place that is not its own in the scene."""
+
+    id: str
+    position: Point
+    radius: float
+
+
+def place_problems(
+    balls: Mapping[int, Ball | Placed], table: Table | None, sunk: float = TOUCHING
+) -> Iterator[Problem]:
+    """Find balls off the table, in a cushion, in each other, by more than ``sunk`` radii."""
     if table is not None:
         for k, ball in balls.items():
-            yield from _table_problems(k, ball, table)
-    for i, j in sorted(islice(_overlaps(balls), MOST_OVERLAPS)):
+            yield from _table_problems(k, ball, table, sunk)
+    for i, j in sorted(islice(_overlaps(balls, sunk), MOST_OVERLAPS)):
         message = f"ball {shown(balls[j].id)} overlaps ball {shown(balls[i].id)}"
         yield Problem(f"balls[{j}].position", list(balls[j].position), message)
 
 
-def _table_problems(k: int, ball: Ball, table: Table) -> Iterator[Problem]:
+def _table_problems(
+    k: int, ball: Ball | Placed, table: Table, sunk: float
+) -> Iterator[Problem]:  # fmt: skip
     x, y = ball.position
-    slack = TOUCHING * ball.radius + COORDINATE_ROUNDING * max(map(abs, table.bounds))
+    slack = sunk * ball.radius + COORDINATE_ROUNDING * max(map(abs, table.bounds))
     key, name = f"balls[{k}].position", f"ball {shown(ball.id)}"
     if not table.contains(x, y):
         yield Problem(key, [x, y], f"{name} is off the table")
@@ -180,7 +271,7 @@ def _table_problems(k: int, ball: Ball, table: Table) -> Iterator[Problem]:
         yield Problem(key, [x, y], f"{name} overlaps {cushions} {listed(touched)}")
 
 
-def _overlaps(balls: Mapping[int, Ball]) -> Iterator[tuple[int, int]]:
+def _overlaps(balls: Mapping[int, Ball | Placed], sunk: float) -> Iterator[tuple[int, int]]:
     """Overlapping balls, by a sweep along the longer side of what the balls cover."""
     if not balls:
         return
@@ -190,13 +281,13 @@ def _overlaps(balls: Mapping[int, Ball]) -> Iterator[tuple[int, int]]:
     for i in sorted(balls, key=lambda k: balls[k].position[axis] - balls[k].radius):
         near = balls[i].position[axis] - balls[i].radius
         active = [j for j in active if balls[j].position[axis] + balls[j].radius > near]
-        yield from ((min(i, j), max(i, j)) for j in active if _overlap(balls[i], balls[j]))
+        yield from ((min(i, j), max(i, j)) for j in active if _overlap(balls[i], balls[j], sunk))
         active.append(i)
 
 
-def _overlap(a: Ball, b: Ball) -> bool:
+def _overlap(a: Ball | Placed, b: Ball | Placed, sunk: float) -> bool:
     reach = a.radius + b.radius
-    slack = TOUCHING * reach + COORDINATE_ROUNDING * max(map(abs, (*a.position, *b.position)))
+    slack = sunk * reach + COORDINATE_ROUNDING * max(map(abs, (*a.position, *b.position)))
     return math.dist(a.position, b.position) < reach - slack
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from pool_pymunk.model.plain import make_plain, text
 from pool_pymunk.model.problems import Problem, raise_any
 
 UNITS: Mapping[str, Mapping[str, float]] = {
@@ -27,6 +28,7 @@ class Units:
     speed: str = "m/s"
 
     def __post_init__(self) -> None:
+        make_plain(self, **dict.fromkeys(self.__slots__, text))
         raise_any(
             Problem(kind, getattr(self, kind), f"must be one of {', '.join(known)}")
             for kind, known in UNITS.items()

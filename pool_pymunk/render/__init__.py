@@ -3,22 +3,29 @@
 matplotlib is imported here and nowhere else in the package.
 """
 
+from matplotlib.figure import Figure
+
 from pool_pymunk.render.encode import join
+from pool_pymunk.render.energy import energy_figure
 from pool_pymunk.render.films import FilmSettings, film, frame_count
 from pool_pymunk.render.output import RenderError
-from pool_pymunk.render.pictures import picture
+from pool_pymunk.render.pictures import figure_of, picture, save_figure
 from pool_pymunk.render.sheet import Show
 from pool_pymunk.render.style import PRINT, SCREEN, Style
 
 __all__ = [
     "PRINT",
     "SCREEN",
+    "Figure",
     "FilmSettings",
     "RenderError",
     "Show",
     "Style",
+    "energy_figure",
+    "figure_of",
     "film",
     "frame_count",
     "join",
     "picture",
+    "save_figure",
 ]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pool_pymunk.render.encode import PALETTE, Recipe, encoder, gif, join, mp4
 from pool_pymunk.render.output import RenderError, written
@@ -18,6 +19,7 @@ from pool_pymunk.results.run import Run
 
 Progress = Callable[[int], None]
 FORMATS = (".mp4", ".gif")
+USUAL: Mapping[str, Mapping[str, Any]] = {".gif": {"size": (800, 450), "fps": 25.0}}  # else mp4's
 FASTEST_GIF = 50.0  # frames a second; players take the next pace, 1/100 s a frame, for a mistake
 
 
@@ -52,6 +54,12 @@ class FilmSettings:
         end = math.inf if self.end is None else self.end
         if not 0.0 <= self.start < end:
             raise RenderError(f"start = {self.start:g}: must be 0 or more, and before the end")
+
+    @classmethod
+    def of(cls, path: Path | str, **settings: Any) -> FilmSettings:
+        """Make settings; what is left out is as usual for the format of the file ``path``."""
+        usual = USUAL.get(Path(path).suffix.lower(), {})
+        return cls(**{**usual, **settings})
 
     def timing(self, show: Show) -> Timing:
         """Return the times of a show's frames."""

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.render.balls import discs, draw_arrow, draw_balls, draw_ghosts, draw_tracks
@@ -38,9 +39,31 @@ def picture(
     names scenario, shot, solver and time step. Raises RenderError for what cannot be drawn, and
     OSError if the file cannot be written.
     """
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
+    check_name(path)
+    save_figure(figure_of(what, when, caption=caption, style=style), path, dpi)
+
+
+def check_name(path: Path | str) -> None:
+    """Raise RenderError for a name that says no format of pictures."""
+    if Path(path).suffix.lower() not in FORMATS:
         raise RenderError(f"{path}: a picture's name must end in one of {', '.join(FORMATS)}")
+
+
+def save_figure(figure: Figure, path: Path | str, dpi: float = 200.0) -> None:
+    """Write a figure to a file, whole or not at all; the suffix says the format."""
+    check_name(path)
+    with written(Path(path)) as part:
+        figure.savefig(part, dpi=dpi)
+
+
+def figure_of(
+    what: Run | Scene | Show,
+    when: When = "start",
+    *,
+    caption: str | None = None,
+    style: Style = PRINT,
+) -> Figure:
+    """Draw what :func:`picture` saves."""
     show = _show(what)
     layout = picture_layout(show)
     sheet = draw_sheet(show, layout, style, (0.0, show.duration))
@@ -49,8 +72,7 @@ def picture(
             _draw_run(sheet.axes, shown, when, view, style, solid=shown is runs[0])
     text = show.caption("" if isinstance(what, Scene) else when) if caption is None else caption
     draw_caption(sheet, layout, text, style)
-    with written(path) as part:
-        sheet.figure.savefig(part, dpi=dpi)
+    return sheet.figure
 
 
 def _show(what: Run | Scene | Show) -> Show:
@@ -64,8 +86,8 @@ def _as_set_up(scene: Scene) -> Run:
     start = scene.start(None)
     knots = [np.array([[0.0, *p, *v]]) for p, v in zip(start.position, start.velocity, strict=True)]
     return Run(
-        scene=scene, shot=None, solver="", dt=None, knots=tuple(knots), events=(),
-        status="settled", duration=0.0, steps=0, warnings=(), wall_time=0.0,
+        scene=scene, shot=None, solver="", law=scene.physics.law, dt=None, knots=tuple(knots),
+        events=(), status="settled", duration=0.0, steps=0, warnings=(), wall_time=0.0,
     )  # fmt: skip
 
 

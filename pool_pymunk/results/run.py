@@ -8,26 +8,31 @@ asked for the positions at any time.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from pool_pymunk.model import Point, Scene, Shot, State
+from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.motion import Array, kinetic_energy, slide_many
+from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
-    from pool_pymunk.model import Point, Scene, Shot, State
+    from pool_pymunk.render import Figure
 
 SAMPLES_PER_SECOND = 60
+COLUMNS = ("t", "ball", "x", "y", "vx", "vy")  # of a table of samples
 
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
-    "max_time": "stopped at max_time, balls still moving",
-    "max_events": "stopped at max_events, balls still moving",
-    "non_finite": "stopped: a number left the range of floating point",
+    "max_time": "the run ended at max_time, and balls still move",
+    "max_events": "the run ended at max_events, before all was at rest",
+    "non_finite": "the run ended where a number left the range of floating point",
 }
 
 
@@ -46,17 +51,21 @@ class Event:
         return record if self.cushion is None else {**record, "cushion": self.cushion}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """One shot, simulated: what happened, where every ball was at any time, and what it cost.
 
     ``t`` (T,), ``position`` (T, N, 2) and ``velocity`` (T, N, 2) are samples in s, m and m/s, N in
-    the order of ``scene.balls``; ``final`` maps each ball to its end (m).
+    the order of ``scene.balls``; ``final`` maps each ball to its end (m). ``law`` names the law
+    that answered the contacts, ``off`` has the ids of the balls that are off the table.
+
+    Two runs are equal if everything about them is but for ``wall_time``.
     """
 
     scene: Scene
     shot: Shot | None
     solver: str
+    law: str
     dt: float | None
     knots: tuple[Array, ...]
     events: tuple[Event, ...]
@@ -66,6 +75,53 @@ class Run:
     warnings: tuple[str, ...]
     wall_time: float
     sample_times: tuple[float, ...] | None = None
+    off: frozenset[str] = frozenset()
+
+    def __repr__(self) -> str:
+        step = "" if self.dt is None else f" at {step_text(self.dt)}"
+        parts = [counted(len(self.events), "event"), counted(len(self.warnings), "warning")]
+        return (
+            f"<Run {self.name!r} by {self.solver}{step}, law {self.law}:\n"
+            f" {self.status} at {self.duration:.6g} s, {', '.join(parts)}, "
+            f"{counted(self.steps, 'step')} in {self.wall_time:.3g} s>"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Run):
+            return NotImplemented
+        apart = ("knots", "wall_time")
+        return all(
+            getattr(self, field.name) == getattr(other, field.name)
+            for field in fields(self)
+            if field.name not in apart
+        ) and all(
+            np.array_equal(mine, its, equal_nan=True)
+            for mine, its in zip(self.knots, other.knots, strict=True)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.scene, self.shot, self.solver, self.dt, self.events, self.duration))
+
+    @property
+    def success(self) -> bool:
+        """Tell whether the run is what was asked for.
+
+        That is so where every ball came to rest, and where the run lasted until the ``max_time``
+        that the caller or the scene set. It is not so at ``max_events``, which is a way out for
+        runs without end, nor where a number left the range of floating point.
+        """
+        return self.status in ("settled", "max_time")
+
+    @property
+    def message(self) -> str:
+        """Say in a plain sentence how the run ended.
+
+        >>> from pool_pymunk import load, simulate
+        >>> simulate(load("report"), "Simulation 3").message
+        'Every ball is at rest.'
+        """
+        text = STATUSES[self.status]
+        return f"{text[0].upper()}{text[1:]}."
 
     @property
     def name(self) -> str:
@@ -95,9 +151,19 @@ class Run:
         """Velocities (T, N, 2) at the times ``t``, in m/s."""
         return self._samples[1]
 
-    def at(self, times: Array | Sequence[float]) -> tuple[Array, Array]:
-        """Positions and velocities (T, N, 2) at any ``times`` (T,), s; after the end, the end."""
-        t = np.clip(np.asarray(times, dtype=float), 0.0, self.duration)
+    def at(self, times: Array | Sequence[float] | float) -> tuple[Array, Array]:
+        """Return positions (m) and velocities (m/s) at any ``times`` (s); after the end, the end.
+
+        For a sequence of times (T,) both are of shape (T, N, 2), for a single time (N, 2).
+        """
+        t = read_times(times)
+        if t.ndim == 0:
+            position, velocity = self._sampled(t[np.newaxis])
+            return position[0], velocity[0]
+        return self._sampled(t)
+
+    def _sampled(self, times: Array) -> tuple[Array, Array]:
+        t = np.clip(times, 0.0, self.duration)
         position = np.empty((len(t), len(self.knots), 2))
         velocity = np.empty_like(position)
         for i, knots in enumerate(self.knots):
@@ -108,10 +174,8 @@ class Run:
     @cached_property
     def end(self) -> State:
         """Positions (m) and velocities (m/s) at the end, exactly as the solver left them."""
-        from pool_pymunk.model import State
-
-        position, velocity = self.at([self.duration])
-        return State(_points(position[0]), _points(velocity[0]))
+        position, velocity = self._sampled(np.array([self.duration]))
+        return State(_points(position[0]), _points(velocity[0]), self.off)
 
     @cached_property
     def final(self) -> dict[str, Point]:
@@ -149,7 +213,75 @@ class Run:
             "warnings": list(self.warnings),
         }
 
-    def write_npz(self, path: Path) -> None:
+    def plot(
+        self,
+        what: Literal["start", "end", "energy"] = "end",
+        path: str | Path | None = None,
+        *,
+        dpi: float = 200.0,
+    ) -> Figure:
+        """Draw the run, and save the picture where a ``path`` (.png, .svg or .pdf) is given.
+
+        The "start" has arrows at the balls that move, the "end" the balls' tracks; "energy" is
+        kinetic energy and the size of momentum against time. Returns matplotlib's figure.
+        """
+        from pool_pymunk.render import energy_figure, figure_of, save_figure
+
+        if what not in ("start", "end", "energy"):
+            raise setting_error("what", what, "must be one of start, end, energy")
+        figure = energy_figure(self) if what == "energy" else figure_of(self, what)
+        if path is not None:
+            save_figure(figure, path, dpi)
+        return figure
+
+    def film(self, path: str | Path, **settings: Any) -> None:
+        """Film the run into a file (.mp4 or .gif).
+
+        ``settings`` are those of :class:`~pool_pymunk.render.FilmSettings`, such as ``slow``.
+        """
+        from pool_pymunk.render import FilmSettings, film
+
+        film(self, path, FilmSettings.of(path, **settings))
+
+    def to_frame(self) -> Any:
+        """Make a pandas DataFrame, one row a time and ball: t, ball, x, y, vx, vy (SI).
+
+        Raises ImportError where pandas is not installed.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError:
+            raise ImportError("to_frame needs pandas: pip install pandas") from None
+        return pandas.DataFrame(list(self._rows()), columns=list(COLUMNS))
+
+    def save(self, path: str | Path) -> None:
+        """Save everything to one file, for :meth:`load`; whole, or not at all.
+
+        A law of one's own is kept by its name only.
+        """
+        from pool_pymunk.results.saved import save
+
+        save(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Run:
+        """Load what :meth:`save` saved: an equal run, to the last bit.
+
+        Raises ValueError for another file, OSError for one that cannot be read.
+        """
+        from pool_pymunk.results.saved import load
+
+        return load(path)
+
+    def _rows(self) -> Iterator[list[float | str]]:
+        """Yield one row a time and ball, as in COLUMNS."""
+        for t, positions, velocities in zip(
+            self.t.tolist(), self.position.tolist(), self.velocity.tolist(), strict=True
+        ):
+            for ball, p, v in zip(self.scene.balls, positions, velocities, strict=True):
+                yield [t, ball.id, *p, *v]
+
+    def write_npz(self, path: str | Path) -> None:
         """Write t, position, velocity (SI), the balls' ids and the events as a NumPy archive."""
         np.savez_compressed(
             path,
@@ -165,23 +297,32 @@ class Run:
             ),
         )
 
-    def write_csv(self, path: Path) -> None:
+    def write_csv(self, path: str | Path) -> None:
         """Write one row a time and ball: t, ball, x, y, vx, vy (SI, all digits)."""
-        with path.open("w", newline="", encoding="utf-8") as file:
+        with Path(path).open("w", newline="", encoding="utf-8") as file:
             rows = csv.writer(file)
-            rows.writerow(["t", "ball", "x", "y", "vx", "vy"])
-            for t, positions, velocities in zip(self.t, self.position, self.velocity, strict=True):
-                for ball, p, v in zip(self.scene.balls, positions, velocities, strict=True):
-                    rows.writerow([float(t), ball.id, *map(float, p), *map(float, v)])
+            rows.writerow(COLUMNS)
+            rows.writerows(self._rows())
 
-    def write_events_csv(self, path: Path) -> None:
+    def write_events_csv(self, path: str | Path) -> None:
         """Write one row an event: t, kind, ball, other (of two balls), cushion."""
-        with path.open("w", newline="", encoding="utf-8") as file:
+        with Path(path).open("w", newline="", encoding="utf-8") as file:
             rows = csv.writer(file)
             rows.writerow(["t", "kind", "ball", "other", "cushion"])
             for event in self.events:
                 cushion = "" if event.cushion is None else event.cushion
                 rows.writerow([event.t, event.kind, *_two(event.balls), cushion])
+
+
+def read_times(times: object) -> Array:
+    """Read a number or a sequence of numbers, finite ones, as an array."""
+    try:
+        found = np.asarray(times)
+    except ValueError:  # rows of different lengths
+        found = np.array(None)
+    if found.dtype.kind not in "iuf" or found.ndim > 1 or not np.isfinite(found).all():
+        raise setting_error("times", shown(times), "must be a sequence of finite numbers, or one")
+    return found.astype(float)
 
 
 def _two(balls: tuple[str, ...]) -> tuple[str, str]:

@@ -44,6 +44,23 @@ class Trace:
         stop = (t, "stop", (i,), None)
         del self.events[len(self.events) - 1 - self.events[::-1].index(stop)]
 
+    def cut(self, most: int) -> None:
+        """Sort the events; where ``most`` are reached, the run ends at the last that is listed.
+
+        Of events at one instant, and of those that a step found beyond it, those that would be too
+        many are left out.
+        """
+        self.events.sort(key=lambda event: event[0])
+        if len(self.events) > most:
+            del self.events[most:]
+            self.status = "max_events"
+        if len(self.events) < most or self.status != "max_events":
+            return
+        self.duration = self.events[-1][0]
+        for knots in self.knots:
+            while knots[-1][0] > self.duration:
+                knots.pop()
+
     def warn(self, text: str, t: float) -> None:
         """Note what the user should know of what happened at ``t``."""
         first, times = self.warned.get(text, (t, 0))

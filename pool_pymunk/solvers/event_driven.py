@@ -14,7 +14,7 @@ from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.path import set_off
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, cut_off, walls
+from pool_pymunk.solvers.exact import TraceRecorder, bound, cut_off, walls
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 
@@ -27,7 +27,8 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     trace = Trace(start)
     engine = set_up(scene, start, settings, trace)
     latest = math.inf if settings.max_time is None else settings.max_time
-    engine.advance(latest, settings.most)
+    bound(engine, settings)
+    engine.advance(latest)
     trace.steps = engine.answered
     trace.status = _status(engine, latest)
     if trace.status == "max_time" and latest < math.inf:
@@ -41,7 +42,7 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     law = settings.law_of(scene)
     recorder = TraceRecorder(scene, trace, law)
     engine = ContactEngine(law, cache(scene.pair), scene.deceleration, recorder)
-    for ball, position, velocity in zip(scene.balls, *start, strict=True):
+    for ball, position, velocity in zip(scene.balls, start.position, start.velocity, strict=True):
         path = set_off(0.0, position, velocity, scene.deceleration)
         engine.add_ball(path, ball.radius, ball.mass)
     engine.walls = walls(scene)
@@ -49,6 +50,8 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     engine.near = boxes(len(scene.balls), len(engine.walls))
     for i, path in enumerate(engine.paths):
         engine.near.begin(i, path, engine.radii[i], math.inf)
+    for id_ in start.off:
+        engine.remove(scene.index[id_])
     if engine.is_finite:
         engine.predict([i for i, path in enumerate(engine.paths) if path.speed > 0.0])
     return engine

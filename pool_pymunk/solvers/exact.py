@@ -12,6 +12,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import Face, Post, Wall
 from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers.settings import Settings
 
 
 def walls(scene: Scene) -> list[Wall]:
@@ -32,11 +33,22 @@ def walls(scene: Scene) -> list[Wall]:
     return found
 
 
+def bound(engine: ContactEngine, settings: Settings) -> None:
+    """Tell the engine after how much it is to stop."""
+    engine.most, engine.most_unlisted = settings.most, settings.most_unlisted
+
+
 def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
     """Write down where the balls are that still move when the run ends at ``t`` (s)."""
     if trace.status == "settled":
         return
     trace.duration = t
+    if engine.is_given_up:
+        trace.warn(
+            f"the run was given up after {engine.unlisted} instants with micro-collisions only, "
+            "which are no events: surface friction presses balls together",
+            t,
+        )
     for i, path in enumerate(engine.paths):
         if path.stop > t:
             x, y, vx, vy = motion_at(path, t)

@@ -61,6 +61,9 @@ class Builtin:
         self.number: dict[pymunk.Shape, int] = {}
         for i in range(len(scene.balls)):
             self._add_ball(i, start)
+        for id_ in start.off:
+            gone = self.bodies[scene.index[id_]]
+            self.space.remove(gone, *gone.shapes, *gone.constraints)
         for number, edge in enumerate(scene.table.edges if scene.table else ()):
             for kind in (CUE, OTHER):
                 self._add_cushion(number, edge.start, edge.end, kind)

@@ -15,7 +15,7 @@ import pymunk
 
 from pool_pymunk.model import Scene, State
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, cut_off, walls
+from pool_pymunk.solvers.exact import TraceRecorder, bound, cut_off, walls
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
@@ -38,7 +38,7 @@ def solve(
     trace = Trace(start)
     table = set_up(scene, start, settings, contacts, friction)
     table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
-    table.most = settings.most
+    bound(table.engine, settings)
     table.latest = math.inf if settings.max_time is None else settings.max_time
     table.play()
     trace.steps = table.steps
@@ -51,9 +51,9 @@ def _status(table: Billiards) -> str:
     """Tell why the table was played no further."""
     if not table.engine.is_finite:
         return "non_finite"
-    if not table.moving:
-        return "settled"
-    return "max_events" if table.engine.happened >= table.most else "max_time"
+    if table.engine.is_over and (table.moving or table.engine.upcoming() < math.inf):
+        return "max_events"
+    return "max_time" if table.moving else "settled"
 
 
 discrete = partial(solve, contacts="discrete")
@@ -75,10 +75,14 @@ def set_up(
         friction=friction,
         alone=True,
     )
-    for ball, position, velocity in zip(scene.balls, *start, strict=True):
+    for ball, position, velocity in zip(scene.balls, start.position, start.velocity, strict=True):
         body = pymunk.Body(ball.mass, math.inf)
         body.position, body.velocity = position, velocity
         table.add_ball(pymunk.Circle(body, ball.radius))
+    for id_ in start.off:
+        gone = table.balls[scene.index[id_]]
+        space.remove(gone.body, gone.sensor)
+        table.engine.remove(gone.number)
     for wall, edge in zip(walls(scene), scene.table.edges if scene.table else (), strict=True):
         cushion = pymunk.Segment(space.static_body, edge.start, edge.end, 0.0)
         table.add_wall(cushion, wall.restitution, wall.friction, wall.sides)

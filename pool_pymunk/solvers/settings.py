@@ -8,7 +8,8 @@ from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import Trace
 
-# After so many contacts a run is given up, unless the user says otherwise.
+# After so many events a run is given up, unless the user says otherwise; in any case it is given up
+# after so many instants of micro-collisions, which are no events.
 NEVER_SETTLES = 1_000_000
 
 
@@ -32,6 +33,11 @@ class Settings(NamedTuple):
     def most(self) -> int:
         """Return the number of events after which the run is given up."""
         return NEVER_SETTLES if self.max_events is None else self.max_events
+
+    @property
+    def most_unlisted(self) -> int:
+        """Return the number of instants without an event after which the run is given up."""
+        return NEVER_SETTLES
 
 
 class Solve(Protocol):

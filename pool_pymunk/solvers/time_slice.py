@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import combinations
 from math import atan2, cos, hypot, pi, sin
 
 from pool_pymunk.model import Point, Scene, State
@@ -77,9 +78,9 @@ class Slices:
         self.vx, self.vy = ([v[axis] for v in start.velocity] for axis in (0, 1))
         self.colliding: set[tuple[int, int]] = set()
         self.trace = Trace(start)
-        count = len(scene.balls)
-        self.moving = [i for i in range(count) if self._moves(i)]
-        self.pairs = [(i, j) for i in range(count) for j in range(i + 1, count)]
+        self.present = [i for i, ball in enumerate(scene.balls) if ball.id not in start.off]
+        self.moving = [i for i in self.present if self._moves(i)]
+        self.pairs = list(combinations(self.present, 2))
         self.first_look = True
 
     # -- motion ----------------------------------------------------------------------------------
@@ -104,7 +105,7 @@ class Slices:
             answer = self._rectangle if self.scene.table.is_rectangle else self._polygon
             for i in moved:
                 answer(i, t)
-        active = set(range(len(self.x)) if self.first_look else moved)
+        active = set(self.present if self.first_look else moved)
         self.first_look = False
         for i, j in self.pairs:
             if i in active or j in active:
@@ -259,7 +260,7 @@ class Slices:
     def _pair_gaps(self) -> Iterator[tuple[int, int, float]]:
         moving = set(self.moving)
         for i in self.moving:
-            for j in range(len(self.x)):
+            for j in self.present:
                 if j == i or (j in moving and j < i):
                     continue
                 distance = hypot(self.x[i] - self.x[j], self.y[i] - self.y[j])

@@ -24,7 +24,7 @@ from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
-from pool_pymunk.solvers import SettingError, find_shot, simulate, yardstick
+from pool_pymunk.solvers import SettingError, find_shot, request, simulate, yardstick
 from pool_pymunk.studies.compare import contact_order
 from pool_pymunk.studies.uncertainty import Mask, StartSampler, Uncertainty
 
@@ -401,10 +401,11 @@ def _play(study: _Study, starts: Array, errors: Array) -> _Played:
 def _run(study: _Study, start: Sequence[Sequence[float]], errors: Sequence[Sequence[float]]) -> Run:
     """Play one sample: every shot of the chain from where the one before ended."""
     scene = study.reference.scene
+    asked = request(scene, yardstick().name)
     state = State(tuple((x, y) for x, y in start), tuple(ball.velocity for ball in scene.balls))
     for shot, (faster, turned) in zip(study.chain, errors, strict=True):
         struck = _struck(scene, shot, state, faster, turned)
-        run = simulate(scene, struck, solver=yardstick().name, start=state)
+        run = asked.play(struck, state)
         state = run.end
     return run
 

@@ -183,7 +183,9 @@ def turn(scene: Scene, angle: float) -> Scene:
         for b in scene.balls
     )
     shots = tuple(
-        replace(shot, velocity=shot.velocity and _turned(shot.velocity, angle))
+        replace(shot, velocity=_turned(shot.launch, angle), speed=None, angle=None)
+        if shot.launch
+        else shot
         for shot in scene.shots
     )
     return replace(scene, table=table, balls=balls, shots=shots)

@@ -129,7 +129,6 @@ class Billiards:
         self.moving: dict[int, Ball] = {}
         self.time = 0.0
         self.latest = math.inf  # the time (s) to stop at, in the middle of a step if need be
-        self.most = math.inf  # the most that may happen until then
         self.steps = 0
         self._next_stop = math.inf
         # the time (s) when something is to be done; steps that end before it are bare
@@ -234,7 +233,7 @@ class Billiards:
         while self.moving and self.time < self.latest:
             self._make_steps(self._steps_until_due())
             self._after_step()
-            if self.engine.happened >= self.most or not self.engine.is_finite:
+            if self.engine.is_over or not self.engine.is_finite:
                 self.time = self.engine.now
                 self._stop_balls()
                 return
@@ -282,7 +281,7 @@ class Billiards:
         near.foresee()
         moved, self._moved_by_others = self._moved_by_others, []
         engine.predict(moved)
-        engine.advance(self.time, self.most)
+        engine.advance(self.time)
         for i in near.changed:
             self._carry(self.balls[i])
         near.changed.clear()

@@ -38,7 +38,9 @@ def bare(scene: Scene, shot: Shot, steps: int, dt: float) -> float:
     start = scene.start(shot)
     for _ in range(REPEATS):
         space = pymunk.Space()
-        for ball, position, velocity in zip(scene.balls, *start, strict=True):
+        for ball, position, velocity in zip(
+            scene.balls, start.position, start.velocity, strict=True
+        ):
             body = pymunk.Body(ball.mass, math.inf)
             body.position, body.velocity = position, velocity
             space.add(body, pymunk.Circle(body, ball.radius))

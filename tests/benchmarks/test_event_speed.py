@@ -75,11 +75,11 @@ def cost(count: int, all_move: bool) -> Cost:
         seconds, found = least_time(scene)
         events += found
         whole += seconds
-        set_up += least_time(scene, max_events=0)[0]
+        set_up += least_time(scene, max_time=1e-9)[0]
     return Cost(events / tables, (whole - set_up) / events, set_up / tables)
 
 
-@pytest.mark.parametrize("shot", [0, 1, 2, 3])
+@pytest.mark.parametrize("shot", [1, 2, 3, 4])
 def test_the_reports_shots(benchmark: Any, shot: int) -> None:
     scene = load("report")
     benchmark(simulate, scene, shot, solver="event-driven")

@@ -215,12 +215,12 @@ def lossless(scene: Scene) -> bool:
 
 def reversed_state(run: Run) -> State:
     """Return the end of a run, with every ball on its way back."""
-    return State(run.end.position, tuple((-vx, -vy) for vx, vy in run.end.velocity))
+    return run.end._replace(velocity=tuple((-vx, -vy) for vx, vy in run.end.velocity))
 
 
 def moving_as(scene: Scene, state: State) -> Scene:
     """Return the scene with its balls where and as fast as the state has them."""
-    moved = zip(scene.balls, *state, strict=True)
+    moved = zip(scene.balls, state.position, state.velocity, strict=True)
     return replace(
         scene, balls=tuple(replace(ball, position=p, velocity=v) for ball, p, v in moved)
     )

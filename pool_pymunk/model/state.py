@@ -1,0 +1,81 @@
+"""This module has the state of the balls, and reads one from what users pass."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from pool_pymunk.model.plain import Unfit, is_row, point, text
+from pool_pymunk.model.problems import (
+    Point,
+    Problem,
+    SceneError,
+    listed,
+    point_problems,
+    raise_any,
+    shown,
+)
+
+
+class State(NamedTuple):
+    """A state tells where the balls are (m) and how they move (m/s), in the scene's order.
+
+    ``off`` has the ids of the balls that are off the table: they meet nothing and stay where they
+    are.
+    """
+
+    position: tuple[Point, ...]
+    velocity: tuple[Point, ...]
+    off: frozenset[str] = frozenset()
+
+
+def read_state(value: Any, ids: Collection[str]) -> State:
+    """Read a :class:`State`, or positions and velocities, in tuples, lists or arrays.
+
+    Balls that are off the table rest. Raises SceneError for what is no state of these balls.
+    """
+    if not is_row(value) or not 2 <= len(value) <= 3:
+        message = "must be a State: positions, velocities, and the ids of balls off the table"
+        raise SceneError([Problem("start", value, message)])
+    position, velocity, off = (*value, ())[:3]
+    places = _read_points("position", position, ids)
+    speeds = _read_points("velocity", velocity, ids)
+    gone = _read_off(off, ids)
+    resting = ((0.0, 0.0) if id_ in gone else v for id_, v in zip(ids, speeds, strict=True))
+    return State(places, tuple(resting), gone)
+
+
+def _read_points(name: str, value: Any, ids: Collection[str]) -> tuple[Point, ...]:
+    """Read one point a ball."""
+    key = f"start.{name}"
+    if not is_row(value) or len(value) != len(ids):
+        given = f"{len(value)} given" if is_row(value) else "none given"
+        raise SceneError([Problem(key, value, f"must be {len(ids)} points, one a ball ({given})")])
+    found: list[Point] = []
+    problems: list[Problem] = []
+    for k, (id_, one) in enumerate(zip(ids, value, strict=True)):
+        try:
+            found.append(point(one))
+            problems += _named(point_problems(f"{key}[{k}]", found[-1]), id_)
+        except Unfit as unfit:
+            problems += _named([Problem(f"{key}[{k}]", one, str(unfit))], id_)
+    raise_any(problems)
+    return tuple(found)
+
+
+def _named(problems: Iterable[Problem], id_: str) -> Iterator[Problem]:
+    """Say of which ball the problems are."""
+    for problem in problems:
+        yield replace(problem, message=f"{problem.message} (ball {shown(id_)})")
+
+
+def _read_off(value: Any, ids: Collection[str]) -> frozenset[str]:
+    """Read the ids of the balls that are off the table."""
+    if not (is_row(value) or isinstance(value, set | frozenset)):
+        raise SceneError([Problem("start.off", value, "must be the ids of balls, in a set")])
+    for id_ in value:
+        if not isinstance(id_, str) or id_ not in ids:
+            message = f"there is no such ball (there are: {listed(ids)})"
+            raise SceneError([Problem("start.off", id_, message)])
+    return frozenset(map(text, value))

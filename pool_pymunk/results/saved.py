@@ -1,0 +1,73 @@
+"""This module keeps all of a run in one file, a NumPy archive, and loads it again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from pool_pymunk.model import Scene
+from pool_pymunk.model.problems import SettingError, setting_error
+from pool_pymunk.model.scenario import loads
+from pool_pymunk.results.run import Event, Run
+from pool_pymunk.safety.files import whole
+
+FORMAT = "pool-pymunk run 1"
+PLAIN = ("solver", "law", "dt", "status", "duration", "steps", "wall_time")  # as in the JSON
+
+
+def save(run: Run, path: str | Path) -> None:
+    """Write the breakpoints as arrays, and all else as JSON, which keeps every digit."""
+    about = {
+        "format": FORMAT,
+        "scene": run.scene.to_toml(),
+        "shot": None if run.shot is None else run.scene.shots.index(run.shot),
+        "events": [[event.t, event.kind, event.balls, event.cushion] for event in run.events],
+        "warnings": run.warnings,
+        "sample_times": run.sample_times,
+        "off": sorted(run.off),
+        **{key: getattr(run, key) for key in PLAIN},
+    }
+    with whole(Path(path)) as part, part.open("wb") as file:
+        np.savez_compressed(
+            file,
+            about=np.array(json.dumps(about)),
+            knots=np.concatenate(run.knots),
+            counts=np.array([len(knots) for knots in run.knots]),
+        )
+
+
+def load(path: str | Path) -> Run:
+    """Read what :func:`save` wrote."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            about = json.loads(str(archive["about"]))
+            knots = np.split(archive["knots"], np.cumsum(archive["counts"])[:-1])
+    except (ValueError, KeyError, TypeError, EOFError, BadZipFile):
+        raise _no_run(path) from None
+    if about.get("format") != FORMAT:
+        raise _no_run(path)
+    scene = loads(about["scene"])
+    return Run(scene=scene, knots=tuple(knots), **_parts(about, scene))
+
+
+def _no_run(path: str | Path) -> SettingError:
+    return setting_error("path", str(path), "the file is no run that Run.save wrote")
+
+
+def _parts(about: dict[str, Any], scene: Scene) -> dict[str, Any]:
+    """Return all of a run but its scene and breakpoints."""
+    times = about["sample_times"]
+    return {
+        "shot": None if about["shot"] is None else scene.shots[about["shot"]],
+        "events": tuple(
+            Event(t, kind, tuple(balls), cushion) for t, kind, balls, cushion in about["events"]
+        ),
+        "warnings": tuple(about["warnings"]),
+        "sample_times": None if times is None else tuple(times),
+        "off": frozenset(about["off"]),
+        **{key: about[key] for key in PLAIN},
+    }

@@ -1,0 +1,198 @@
+"""This module checks the arguments of a run, once for all solvers, and plays the run.
+
+Whatever is wrong is one line that names the argument and shows its value.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from numbers import Integral
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pool_pymunk.model import Problem, Scene, Shot, State
+from pool_pymunk.model.plain import Unfit, number
+from pool_pymunk.model.problems import listed, number_problems, setting_error, shown, size_problems
+from pool_pymunk.physics.laws import LAWS, Law
+from pool_pymunk.results.run import Event, Run, read_times
+from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers.record import Solver
+from pool_pymunk.solvers.registry import find_solver
+from pool_pymunk.solvers.settings import Settings
+
+
+class Request(NamedTuple):
+    """A request is a run that is asked for, in plain Python values; ``times`` (s) are sampled."""
+
+    scene: Scene
+    solver: Solver
+    options: Mapping[str, str]
+    settings: Settings
+    times: tuple[float, ...] | None = None
+
+    @property
+    def law(self) -> str:
+        """Return the name of the law that answers; a solver with a law of its own gives its own."""
+        if self.solver.own_law:
+            return self.solver.name
+        return str(self.settings.law_of(self.scene).name)
+
+    def play(self, shot: Shot | None, start: State | None = None) -> Run:
+        """Simulate a shot from ``start``; by default from the scene's own, or as the shot says."""
+        if start is None and shot is not None and shot.from_previous:
+            bounds = self.settings._replace(max_time=self.scene.physics.max_time)
+            alone = self._replace(settings=bounds, times=None)
+            start = alone.play(shot_before(self.scene, shot)).end
+        state = self.scene.start(shot, start)
+        self._check_that_it_ends(state)
+        began = time.perf_counter()
+        trace = self.solver.solve(self.scene, state, self.settings, **self.options)
+        trace.cut(self.settings.most)
+        return self._run(shot, state, trace, time.perf_counter() - began)
+
+    def _check_that_it_ends(self, state: State) -> None:
+        moves = any(v != (0.0, 0.0) for v in state.velocity)
+        if moves and self.scene.deceleration == 0.0 and self.settings.max_time is None:
+            message = (
+                "is wanted: without surface friction the balls of this start never come to rest"
+            )
+            raise setting_error("max_time", None, message)
+
+    def _run(self, shot: Shot | None, start: State, trace: Trace, wall_time: float) -> Run:
+        ids = [ball.id for ball in self.scene.balls]
+        return Run(
+            scene=self.scene,
+            shot=shot,
+            solver=self.solver.name,
+            law=self.law,
+            dt=self.settings.dt,
+            knots=tuple(np.array(knots) for knots in trace.knots),
+            events=tuple(
+                Event(t, kind, tuple(ids[i] for i in balls), cushion)
+                for t, kind, balls, cushion in trace.events
+            ),
+            status=trace.status,
+            duration=trace.duration,
+            steps=trace.steps,
+            warnings=trace.warnings,
+            wall_time=wall_time,
+            sample_times=self.times,
+            off=start.off,
+        )
+
+
+def request(
+    scene: Scene,
+    solver: str,
+    *,
+    dt: object = None,
+    law: str | Law | None = None,
+    times: object = None,
+    max_time: object = None,
+    max_events: object = None,
+    **options: Any,
+) -> Request:
+    """Check what a run is asked for, as :func:`~pool_pymunk.simulate` takes it."""
+    _check_scene(scene)
+    method = find_solver(solver)
+    _check_options(method, options)
+    _check_law(method, law)
+    if isinstance(law, str):
+        scene = replace(scene, physics=replace(scene.physics, law=law))
+    step, latest = _positive("dt", dt), _positive("max_time", max_time)
+    settings = Settings(
+        dt=None if method.dt is None else step or method.dt,
+        max_time=latest or scene.physics.max_time,
+        max_events=_count("max_events", max_events),
+        law=law if isinstance(law, Law) else None,
+    )
+    return Request(scene, method, options, settings, None if times is None else sample_times(times))
+
+
+def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
+    """Return the scene's shot of that name or number (from 1), or this one; None: the first."""
+    _check_scene(scene)
+    if shot is None:
+        return scene.shots[0] if scene.shots else None
+    number = shot if isinstance(shot, Integral) and not isinstance(shot, bool) else None
+    if number is None and not isinstance(shot, Shot | str):
+        raise setting_error("shot", shot, "must be a Shot, a name or a number from 1")
+    if number is not None and number < 1:
+        raise setting_error("shot", shot, "shots count from 1")
+    for k, each in enumerate(scene.shots, start=1):
+        if shot in (each, each.name) or number == k:
+            return each
+    known = listed([f"{k} ({each.name})" for k, each in enumerate(scene.shots, start=1)]) or "none"
+    raise setting_error("shot", shot, f"there is no such shot (there are: {known})")
+
+
+def shot_before(scene: Scene, shot: Shot) -> Shot | None:
+    """Return the shot that this one goes on from, if it does."""
+    return scene.shots[scene.shots.index(shot) - 1] if shot.from_previous else None
+
+
+def sample_times(times: object) -> tuple[float, ...]:
+    """Read the times (s) at which a run is to be sampled."""
+    found = read_times(times)
+    if found.ndim != 1:
+        raise setting_error("times", shown(times), "must be a sequence of numbers")
+    return tuple(found.tolist())
+
+
+def _check_scene(scene: Scene) -> None:
+    if not isinstance(scene, Scene):
+        raise setting_error("scene", scene, "must be a Scene, such as load() gives")
+
+
+def _check_options(method: Solver, options: Mapping[str, object]) -> None:
+    for name, value in options.items():
+        if name not in method.options:
+            known = ", ".join(method.options) or "it has none"
+            raise setting_error(name, value, f"{method.name} has no such option ({known})")
+        if not isinstance(value, str) or value not in method.options[name]:
+            raise setting_error(name, value, f"must be one of {', '.join(method.options[name])}")
+
+
+def _check_law(method: Solver, law: str | Law | None) -> None:
+    if law is None:
+        return
+    if isinstance(law, type) and issubclass(law, Law):
+        raise setting_error("law", law.__name__, f"is a class; an object is {law.__name__}()")
+    if not isinstance(law, Law) and not (isinstance(law, str) and law in LAWS):
+        known = ", ".join(LAWS)
+        raise setting_error("law", law, f"must be one of {known}, or an object of the class Law")
+    if method.own_law:
+        name = law.name if isinstance(law, Law) else law
+        message = f"{method.name} has a law of its own and cannot take another"
+        raise setting_error("law", name, message)
+
+
+def _positive(key: str, value: object) -> float | None:
+    """Read a positive number of seconds."""
+    return None if value is None else _read(key, value, size_problems)
+
+
+def _count(key: str, value: object) -> int | None:
+    """Read a whole number from 1."""
+    if value is None:
+        return None
+    found = _read(key, value, lambda key, value: number_problems(key, value, 1.0))
+    if not found.is_integer():
+        raise setting_error(key, value, "must be a whole number")
+    return int(found)
+
+
+def _read(
+    key: str, value: object, problems: Callable[[str, float], Iterable[Problem]]
+) -> float:  # fmt: skip
+    """Read a number of which nothing is wrong."""
+    try:
+        found = number(value)
+    except Unfit as unfit:
+        raise setting_error(key, shown(value), str(unfit)) from None
+    for problem in problems(key, found):
+        raise setting_error(key, value, problem.message)
+    return found
