@@ -14,7 +14,7 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.physics.contact import Contact, Pair, Vector
-from pool_pymunk.physics.laws import LAWS, Coulomb
+from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, Post, Wall, face_between
 
@@ -134,7 +134,7 @@ def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
     """Hit by hit, until nothing is left but rounding; and by two linear equations."""
     scene = squeezed(*squeeze)
     limit = exact(scene)
-    monkeypatch.setattr(Coulomb, "limit", lambda *_: False)
+    monkeypatch.setattr(Law, "limit", lambda *_: False)
     played = exact(scene)
     assert limit.status == played.status == "settled"
     assert largest_distance(limit, played) < 1e-11
@@ -143,13 +143,13 @@ def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
 def test_some_squeezes_have_no_end_and_some_have(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else the test above shows nothing."""
     asked: list[bool] = []
-    limit = Coulomb.limit
+    limit = Law.limit
 
     def watched(*args: Any) -> bool:
         asked.append(limit(*args))
         return asked[-1]
 
-    monkeypatch.setattr(Coulomb, "limit", watched)
+    monkeypatch.setattr(Law, "limit", watched)
     for squeeze in SQUEEZES:
         exact(squeezed(*squeeze))
     assert asked.count(True) >= 15

@@ -132,7 +132,7 @@ class Resolver:
                 if self.law.limit(contacts, velocity):
                     break
             self._answer(closing, velocity, resolution)
-            count += len(closing)
+            count += 1 if len(closing) == 1 else decisions.TOGETHER
         self._conclude(before, velocity, resolution)
         return resolution, count
 

@@ -75,7 +75,7 @@ def _is_endless(a: Contact, b: Contact, speeds: Vector, drives: Vector) -> bool:
     g_ab, g_ba = (1.0 + e_b) * drive_a, (1.0 + e_a) * drive_b
     trace, product = g_ab * g_ba - e_a - e_b, e_a * e_b
     discriminant = trace * trace - 4.0 * product
-    if x <= 0.0 or y > 0.0 or trace <= 0.0 or discriminant <= 0.0:
+    if x <= 0.0 or trace <= 0.0 or discriminant <= 0.0:
         return False
     larger = (trace + math.sqrt(discriminant)) / 2.0
     smaller = product / larger

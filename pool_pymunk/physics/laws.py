@@ -139,8 +139,16 @@ class Law:
         """Give hits without end their limit: change ``velocity`` (m/s), where it has a closed form.
 
         Returns False, with nothing done, where it has none; then the hits are played one by one.
+        Coulomb's hits have one for two contacts that share a ball
+        (:func:`~pool_pymunk.physics.collapse.limit_of_two`); a law with hits of its own has none.
         """
-        return False
+        own = type(self)
+        if own.ball_ball is not Law.ball_ball or own.cushion is not Law.cushion:
+            return False
+        if len(contacts) != 2:
+            return False
+        first, second = contacts
+        return limit_of_two(first, second, velocity)
 
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
         """Tell whether the law jumps here, so that rounding would decide its answer.
@@ -165,13 +173,6 @@ class Coulomb(Law):
         """Solve for all impulses at once (:func:`~pool_pymunk.physics.together.at_once`)."""
         if not at_once(contacts, velocity):
             mean_over_orders(contacts, velocity, respond)
-
-    def limit(self, contacts: Sequence[Contact], velocity: Velocities) -> bool:
-        """Solve for the limit of two (:func:`~pool_pymunk.physics.collapse.limit_of_two`)."""
-        if len(contacts) != 2:
-            return False
-        first, second = contacts
-        return limit_of_two(first, second, velocity)
 
 
 @final
