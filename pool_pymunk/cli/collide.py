@@ -141,14 +141,24 @@ def _print(hit: Collision, units: Units) -> None:
     offset, reach = (units.from_si(x, "length") for x in (hit.offset, hit.reach))
     before, after = hit.energy
     typer.echo(
-        f"Offset {offset:.6g} of {reach:.6g} {units.length}; line of centres from A to B at "
-        f"{math.degrees(hit.angle):.6g}° to x"
+        f"Offset {_six(offset)} of {_six(reach)} {units.length}; line of centres from A to B at "
+        f"{_six(math.degrees(hit.angle))}° to x"
     )
     Console(width=None if Console().is_terminal else 100, highlight=False).print(_table(hit, units))
-    lost = f", {1.0 - after / before:.2%} lost" if before > 0.0 else ""
-    typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{lost}")
+    change = f", {_change(1.0 - after / before)}" if before > 0.0 else ""
+    typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{change}")
     for warning in hit.warnings:
         typer.echo(f"Warning: {warning}")
+
+
+def _change(lost: float) -> str:
+    """Return in words what share of the energy was lost, or gained.
+
+    >>> _change(0.25), _change(-2e-16), _change(-0.01)
+    ('25.00% lost', '0.00% lost', '1.00% gained')
+    """
+    text = f"{abs(lost):.2%}"
+    return f"{text} gained" if lost < 0.0 and text != "0.00%" else f"{text} lost"
 
 
 def _table(hit: Collision, units: Units) -> Table:
@@ -184,7 +194,12 @@ def _four(hit: Collision, v: Point, unit: float, largest: float) -> list[str]:
     from pool_pymunk.physics.contact import split
 
     parts = (0.0 if abs(x) < 1e-14 * largest else x / unit for x in (*v, *split(v, hit.normal)))
-    return [f"{part:.6g}" for part in parts]
+    return [_six(part) for part in parts]
+
+
+def _six(value: float) -> str:
+    """Return six digits of a number; zero has no sign."""
+    return f"{value + 0.0:.6g}"
 
 
 def _write_json(hit: Collision, path: Path) -> None:

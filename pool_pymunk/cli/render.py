@@ -85,6 +85,8 @@ def render(
         raise InputError(f"--picture-format = {picture_format}: must be one of png, svg, pdf")
     runs = [Setting(solver, read_step(dt)), *([read_setting(overlay)] if overlay else [])]
     shows = simulate_shows(scene, shots, runs, side_by_side)
+    if films:
+        check_start(shows, start)
     folder = out or Path("renders") / Path(scenario).stem
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
     written: list[Path] = []
@@ -117,6 +119,14 @@ def film_settings(form: str, size: str | None, fps: float | None, times: FilmTim
     typed = {"size": None if size is None else read_size(size), "fps": fps}
     given = {key: value for key, value in typed.items() if value is not None}
     return FilmSettings.of(f"film.{form}", **given, **times._asdict())
+
+
+def check_start(shows: Sequence[Show], start: float) -> None:
+    """Raise InputError where a film would begin after its shot has ended."""
+    for show in shows:
+        if start > 0.0 and start >= show.duration:
+            ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
+            raise InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
 
 
 def read_size(text: str) -> tuple[int, int]:
