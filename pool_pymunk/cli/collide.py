@@ -1,4 +1,4 @@
-"""``collide``: two balls meet at an offset, Part 1 of the report."""
+"""This command lets two balls meet at an offset, as Part 1 of the report does."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pool_pymunk.cli.choices import LAWS, UNITS, law_names
 from pool_pymunk.cli.common import InputError
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ OPTIONS = {  # by what the library calls them
     "friction": "--friction",
     "law": "--law",
 }
+KNOWN = ", ".join("|".join(units) for units in UNITS.values())
 SUFFIXES = (".png", ".svg", ".pdf")
 
 
@@ -55,9 +57,13 @@ def collide(
     ] = None,
     restitution: Annotated[float, typer.Option(help="Coefficient of restitution.")] = 1.0,
     friction: Annotated[float, typer.Option(help="Coefficient of friction.")] = 0.0,
-    law: Annotated[str, typer.Option(help="coulomb or published.")] = "coulomb",
+    law: Annotated[
+        str,
+        typer.Option(metavar="|".join(LAWS), help="Contact law.", autocompletion=law_names),
+    ] = "coulomb",
     units: Annotated[
-        str, typer.Option(metavar="U,...", help="Of bare numbers, and of what is printed.")
+        str,
+        typer.Option(metavar="U,...", help=f"Of bare numbers, and of what is printed: {KNOWN}."),
     ] = "m,kg,m/s",
     json: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the results here.")
@@ -93,7 +99,7 @@ def collide(
 
 @contextmanager
 def _as_typed(typed: Mapping[str, object]) -> Iterator[None]:
-    """Bad input, with the options and values as they were typed."""
+    """Raise bad input, with the options and values as they were typed."""
     from pool_pymunk.model import Problem, SceneError
 
     try:
@@ -162,7 +168,7 @@ def _change(lost: float) -> str:
 
 
 def _table(hit: Collision, units: Units) -> Table:
-    """Velocities, impulses and momentum along x and y, and along n and t."""
+    """Return velocities, impulses and momentum along x and y, and along n and t."""
     from rich.table import Table
 
     table = Table()
@@ -190,7 +196,7 @@ def _impulse(ball: Disc, after: Point) -> Point:
 
 
 def _four(hit: Collision, v: Point, unit: float, largest: float) -> list[str]:
-    """A vector along x and y, and along n and t; what is only rounding is zero."""
+    """Return a vector along x and y, and along n and t; what is only rounding is zero."""
     from pool_pymunk.physics.contact import split
 
     parts = (0.0 if abs(x) < 1e-14 * largest else x / unit for x in (*v, *split(v, hit.normal)))
