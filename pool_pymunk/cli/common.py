@@ -68,7 +68,8 @@ FrictionBy = Annotated[
     typer.Option(
         "--friction",
         metavar="|".join(FRICTION),
-        help="How pymunk solvers apply surface friction.  [default: joint]",
+        help="How solvers in a space apply surface friction.",
+        show_default="joint",
         autocompletion=friction_names,
     ),
 ]
@@ -89,7 +90,7 @@ OutDir = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Where
 
 
 class InputError(Exception):
-    """Bad input: one line a problem, exit code 2."""
+    """This error is bad input: one line a problem, and exit code 2."""
 
 
 @contextmanager

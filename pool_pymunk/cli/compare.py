@@ -83,7 +83,9 @@ def compare(
 
 
 def read_solvers(text: str | None, dt: float | None) -> list[tuple[str, float | None]]:
-    """Return solvers and steps as typed: ``pymunk:1/60,time-slice``; others step by ``dt`` or usual.
+    """Return solvers and steps as typed, such as ``pymunk:1/60,time-slice``.
+
+    Solvers typed without a step get ``dt``, if they have steps at all; None is their own.
 
     Where nothing is typed, these are all solvers but the one that the others are compared with.
 

@@ -116,7 +116,7 @@ def _drawn(pictures: bool, show: str | None) -> tuple[What, ...]:
 
 
 class Asked(NamedTuple):
-    """What is asked for is these shots by a solver, at a step (s; None: its own)."""
+    """These shots are asked for, by a solver with its options, at a step (s; None: its own)."""
 
     scene: Scene
     shots: Sequence[Shot | None]
@@ -126,7 +126,7 @@ class Asked(NamedTuple):
 
 
 class Played(NamedTuple):
-    """A shot that is finished, and the choice of its step where there was one."""
+    """A shot is finished; ``choice`` tells of its step, where that was chosen by a tolerance."""
 
     run: Run
     choice: Choice | None = None
@@ -151,7 +151,7 @@ def _played(asked: Asked, bar: Progress) -> Iterator[Played]:
     estimates = estimate(scene, shots, solver, dt, **options)
     if (announced := announcement(estimates, solver)) is not None:
         typer.echo(announced, err=True)
-    share = _Share(bar, estimates)
+    share = Share(bar, estimates)
     for run in simulate_all(scene, shots, solver=solver, dt=dt, on_time=share.move, **options):
         yield Played(run)
         share.finish()
@@ -174,7 +174,7 @@ def announcement(estimates: Sequence[Estimate], solver: str) -> str | None:
     return f"This will take about {size} ({work}); Ctrl-C keeps finished shots."
 
 
-class _Share:
+class Share:
     """This class moves the progress bar inside a shot, by the share of its estimated time."""
 
     def __init__(self, bar: Progress, estimates: Sequence[Estimate]) -> None:

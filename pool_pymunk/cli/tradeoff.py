@@ -99,7 +99,7 @@ def _report(result: Tradeoff, folder: Path) -> None:
 def _spread(
     scenario: str, scene: Scene, shots: Sequence[Shot | None], samples: int, seed: int
 ) -> float:
-    """Return how far (m) half of the last digit of the start positions moves an end: the worst ball's."""
+    """Return how far (m) half of the last digit of the start positions moves the worst end."""
     from pool_pymunk.studies.sensitivity import sensitivity
     from pool_pymunk.studies.tradeoff import sound_shots
     from pool_pymunk.studies.uncertainty import written_uncertainty
