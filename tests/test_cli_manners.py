@@ -358,8 +358,8 @@ def test_a_long_run_is_announced_and_ends_at_once(tmp_path: Path) -> None:
     assert program.stderr is not None
     line = program.stderr.readline()
     assert re.fullmatch(
-        r"This will take about [\d,]+ hours \(time-slice, 5\.\de\+10 steps\); Ctrl-C keeps finished "
-        r"shots\.\n",
+        r"This will take about [\d,]+ hours \(time-slice, 5\.\de\+10 steps\); "
+        r"Ctrl-C keeps finished shots\.\n",
         line,
     ), line
     program.send_signal(signal.SIGINT)
@@ -371,15 +371,14 @@ def test_a_long_run_is_announced_and_ends_at_once(tmp_path: Path) -> None:
 
 
 def test_the_bar_moves_inside_a_shot(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pool_pymunk.cli.run.PACE", 0.0)
+    monkeypatch.setattr(sys.modules[Share.__module__], "PACE", 0.0)
     with progress("simulating", 2) as bar:
         share = Share(bar, [Estimate(90.0, 2.0, 1e9), Estimate(90.0, 4.0, 1e9)])
         seen = []
-        for step in (lambda: share.move(1.0), lambda: share.move(3.0), share.finish,
-                     lambda: share.move(1.0), share.finish):  # fmt: skip
-            step()
+        for come_to in (1.0, 3.0, None, 1.0, None):  # s; None is the end of a shot
+            share.finish() if come_to is None else share.move(come_to)
             seen.append(bar.tasks[0].completed)
-    assert seen == [0.5, 1.0, 1, 1.25, 2]
+    assert seen == [0.5, 1.0, 1.0, 1.25, 2.0]
 
 
 def test_a_short_run_is_not_announced(tmp_path: Path, capsys: Capture) -> None:

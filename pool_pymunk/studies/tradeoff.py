@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -93,7 +94,7 @@ def tradeoff(
     spread: float | None = None,
     seed: int = 0,
     on_done: Callable[[Tradeoff], object] = lambda _so_far: None,
-    options: Mapping[str, str] | None = None,
+    options: Mapping[str, Any] | None = None,
 ) -> Tradeoff:
     """Measure every solver of ``ladders`` (default: all solvers) at every step.
 
@@ -132,7 +133,7 @@ def _sound(exact: list[Run]) -> list[Run]:
 
 def _measure(
     exact: Sequence[Run], solver: str, dt: float | None, budget: float, rounding: float,
-    options: Mapping[str, str],
+    options: Mapping[str, Any],
 ) -> Setting:  # fmt: skip
     """Return error and time of one setting over all shots."""
     found, times, repeats = [], 0.0, MOST_REPEATS
@@ -156,7 +157,7 @@ def _measure(
 
 
 def _timed(
-    reference: Run, solver: str, dt: float | None, budget: float, options: Mapping[str, str]
+    reference: Run, solver: str, dt: float | None, budget: float, options: Mapping[str, Any]
 ) -> tuple[Run, float, int]:
     """Return a run, the least wall time (s) of several after a warm-up, and how many there were."""
     taken = {name: options[name] for name in options if name in find_solver(solver).options}
