@@ -261,7 +261,8 @@ class Billiards:
         """Return in how many steps something is due, if no two sensors touch until then."""
         if self.friction == "callback" or self._wake == -math.inf:
             return 1
-        return int(max(1.0, min((self._wake - self.time) / self.dt - 1.0, MOST_QUIET)))
+        steps = (self._wake - self.time) / self.dt * (1.0 - HAIR)  # rather a step too early
+        return int(max(0.0, min(steps, MOST_QUIET))) + 1
 
     def _after_step(self, *_: object) -> None:
         """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
@@ -273,7 +274,8 @@ class Billiards:
             raise error
         if self.near.pairs or self._moved_by_others or self.engine.upcoming() <= self.time:
             self._answer_contacts(since)
-        if self.time + self.dt >= self._next_stop:
+        ahead = 0.0 if self.alone else self.dt  # in a shared space others see how a ball stops
+        if self.time + ahead >= self._next_stop:
             self._stop_balls()
         self._wake = min(self.engine.upcoming(), self.latest, self._next_stop)
 
