@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import os
 import re
+import select
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -348,26 +350,34 @@ def test_python_gives_the_hints_as_well() -> None:
 # -- runs that take long -------------------------------------------------------------------------
 
 
-def test_a_long_run_is_announced_and_ends_at_once(tmp_path: Path) -> None:
-    """Its slices are of 1e-10 s, so it would take hours."""
-    fine = ("--solver", "time-slice", "--dt", "1e-10", "--no-pictures", "--out", str(tmp_path))
-    program = subprocess.Popen(
-        [sys.executable, "-m", "pool_pymunk", "run", "report", *fine],
+@pytest.fixture
+def long_run(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+    """Start a run with slices of 1e-10 s, which would take hours."""
+    options = ("--solver", "time-slice", "--dt", "1e-10", "--no-pictures", "--out", str(tmp_path))
+    with subprocess.Popen(
+        [sys.executable, "-m", "pool_pymunk", "run", "report", *options],
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert program.stderr is not None
-    line = program.stderr.readline()
+    ) as program:  # fmt: skip
+        try:
+            yield program
+        finally:
+            program.kill()
+
+
+def test_a_long_run_is_announced_and_ends_at_once(long_run: subprocess.Popen[str]) -> None:
+    assert long_run.stderr is not None
+    assert select.select([long_run.stderr], [], [], 30.0)[0], "nothing was said"
+    line = long_run.stderr.readline()
     assert re.fullmatch(
         r"This will take about [\d,]+ hours \(time-slice, 5\.\de\+10 steps\); "
         r"Ctrl-C keeps finished shots\.\n",
         line,
     ), line
-    program.send_signal(signal.SIGINT)
+    long_run.send_signal(signal.SIGINT)
     began = time.monotonic()
-    assert program.wait(60.0) == 130
+    assert long_run.wait(60.0) == 130
     assert time.monotonic() - began < 5.0
-    assert program.stderr.read() == "error: interrupted\n"
-    program.stderr.close()
+    assert long_run.stderr.read() == "error: interrupted\n"
 
 
 def test_the_bar_moves_inside_a_shot(monkeypatch: pytest.MonkeyPatch) -> None:
