@@ -90,10 +90,7 @@ def render(
     settings = film_settings(form, size, fps, FilmTimes(slow, start, end))
     if side_by_side and overlay is None:
         raise InputError("--side-by-side: say with --overlay what to show on the second table")
-    if not 10.0 <= dpi <= 2400.0:
-        raise InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
-    if picture_format not in ("png", "svg", "pdf"):
-        raise InputError(f"--picture-format = {picture_format}: must be one of png, svg, pdf")
+    check_pictures(picture_format, dpi)
     runs = [Setting(solver, read_step(dt), options=how.options)]
     runs += [read_setting(overlay)] if overlay else []
     shows = simulate_shows(scene, shots, runs, side_by_side)
@@ -101,9 +98,7 @@ def render(
         check_start(shows, start)
     folder = out or Path("renders") / Path(scenario).stem
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
-    written: list[Path] = []
-    if films:
-        written += save_films(shows, folder, f"{suffix}.{form}", settings)
+    written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:
         written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
     for path in written:
@@ -131,6 +126,14 @@ def film_settings(form: str, size: str | None, fps: float | None, times: FilmTim
     typed = {"size": None if size is None else read_size(size), "fps": fps}
     given = {key: value for key, value in typed.items() if value is not None}
     return FilmSettings.of(f"film.{form}", **given, **times._asdict())
+
+
+def check_pictures(form: str, dpi: float) -> None:
+    """Raise InputError for pictures that cannot be drawn."""
+    if not 10.0 <= dpi <= 2400.0:
+        raise InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
+    if form not in ("png", "svg", "pdf"):
+        raise InputError(f"--picture-format = {form}: must be one of png, svg, pdf")
 
 
 def check_start(shows: Sequence[Show], start: float) -> None:
