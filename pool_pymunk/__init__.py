@@ -7,28 +7,32 @@
 ('settled', 2)
 """
 
-from pool_pymunk.model import (
-    Ball,
-    Friction,
-    Physics,
-    Restitution,
-    Scene,
-    SceneError,
-    Shot,
-    State,
-    Table,
-    Units,
-)
-from pool_pymunk.model.scenario import load, loads
-from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.report.collide import Collision, Disc, Material, collide, collide_at
-from pool_pymunk.results.run import Event, Run
-from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
-from pool_pymunk.studies.sensitivity import Sensitivity, sensitivity
-from pool_pymunk.studies.tolerance import Choice, Outcome, choose_step, simulate_within
-from pool_pymunk.studies.uncertainty import Uncertainty, written_uncertainty
-from pool_pymunk.world import Billiards, same_balls
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pool_pymunk.model import (
+        Ball,
+        Friction,
+        Physics,
+        Restitution,
+        Scene,
+        SceneError,
+        Shot,
+        State,
+        Table,
+        Units,
+    )
+    from pool_pymunk.model.scenario import load, loads
+    from pool_pymunk.physics.contact import NT, Pair
+    from pool_pymunk.physics.laws import Law
+    from pool_pymunk.report.collide import Collision, Disc, Material, collide, collide_at
+    from pool_pymunk.results.run import Event, Run
+    from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
+    from pool_pymunk.studies.sensitivity import Sensitivity, sensitivity
+    from pool_pymunk.studies.tolerance import Choice, Outcome, choose_step, simulate_within
+    from pool_pymunk.studies.uncertainty import Uncertainty, written_uncertainty
+    from pool_pymunk.world import Billiards, same_balls
 
 __version__ = "0.1.0"
 
@@ -70,3 +74,34 @@ __all__ = [
     "simulate_within",
     "written_uncertainty",
 ]
+
+# The library is loaded when a name of it is asked for, so that --help need not wait for it.
+_HOMES = {
+    "model": "Ball Friction Physics Restitution Scene SceneError Shot State Table Units",
+    "model.scenario": "load loads",
+    "physics.contact": "NT Pair",
+    "physics.laws": "Law",
+    "report.collide": "Collision Disc Material collide collide_at",
+    "results.run": "Event Run",
+    "solvers": "SOLVERS SettingError simulate simulate_all",
+    "studies.sensitivity": "Sensitivity sensitivity",
+    "studies.tolerance": "Choice Outcome choose_step simulate_within",
+    "studies.uncertainty": "Uncertainty written_uncertainty",
+    "world": "Billiards same_balls",
+}
+
+
+def _load(name: str) -> Any:
+    """Return what the package exports under this name."""
+    for home, names in _HOMES.items():
+        if name in names.split():
+            return getattr(import_module(f"{__name__}.{home}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])
+
+
+if not TYPE_CHECKING:  # A type checker would take it for leave to ask for any name.
+    __getattr__ = _load

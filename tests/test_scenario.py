@@ -296,7 +296,8 @@ KEYS_AND_TYPES: dict[str, Case] = {
     "unknown section": (
         changed(("[ball]", "[bal]")),
         [
-            f"bal = {{radius = 2.25, mass = 160}}: unknown key (there are: {TOP_KEYS})",
+            f"bal = {{radius = 2.25, mass = 160}}: unknown key (there are: {TOP_KEYS}); did you "
+            'mean "ball"?',
             "balls[0].radius = (left out): is wanted, here or in [ball]",
             "balls[0].mass = (left out): is wanted, here or in [ball]",
             "balls[1].radius = (left out): is wanted, here or in [ball]",
@@ -322,7 +323,7 @@ KEYS_AND_TYPES: dict[str, Case] = {
         changed((LAUNCH, LAUNCH + '\nfrom_ = "start"')),
         [
             'shots[0].from_ = "start": unknown key (there are: name, ball, velocity, speed, '
-            "angle, aim, from, published)"
+            'angle, aim, from, published); did you mean "from"?'
         ],
     ),
     "bool for number": (

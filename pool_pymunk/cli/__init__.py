@@ -1,4 +1,4 @@
-"""The command line: one file a command; errors become one line a problem and an exit code.
+"""This is the command line: one file a command; errors become one line a problem and an exit code.
 
 0 done; 1 a run that could not be finished (what was computed is kept); 2 bad input;
 130 interrupted.
@@ -24,13 +24,12 @@ from pool_pymunk.cli.tradeoff import tradeoff
 app = typer.Typer(
     name="pool-pymunk",
     help="2D billiards in pymunk, by the report's time slices, and exactly.",
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 for command in (run, collide, compare, tradeoff, sensitivity, stability, render, check):
     app.command()(command)
 
-# What typer raises for a command line it cannot read; it exports only this subclass of it.
+# Typer raises this for a command line that it cannot read; it exports only a subclass of it.
 UsageError = cast(type[Exception], typer.BadParameter.__mro__[1])
 
 
@@ -59,7 +58,7 @@ def _exit_code(arguments: list[str] | None) -> int:
 
     try:
         with patient_interrupts():
-            code: int = app(args=arguments, standalone_mode=False) or 0
+            code: int = app(args=arguments, prog_name="pool-pymunk", standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = INTERRUPTED
     except (InputError, UsageError, RenderError) as error:

@@ -1,4 +1,4 @@
-"""``check``: is the scenario sound, and what of it will be modelled?"""
+"""This command tells whether a scenario is sound, and what of it will be modelled."""
 
 from __future__ import annotations
 

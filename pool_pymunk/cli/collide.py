@@ -1,4 +1,4 @@
-"""``collide``: two balls meet at an offset, Part 1 of the report."""
+"""This command lets two balls meet at an offset, as Part 1 of the report does."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pool_pymunk.cli.choices import LAWS, UNITS, law_names
 from pool_pymunk.cli.common import InputError
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ OPTIONS = {  # by what the library calls them
     "friction": "--friction",
     "law": "--law",
 }
+KNOWN = ", ".join("|".join(units) for units in UNITS.values())
 SUFFIXES = (".png", ".svg", ".pdf")
 
 
@@ -55,9 +57,13 @@ def collide(
     ] = None,
     restitution: Annotated[float, typer.Option(help="Coefficient of restitution.")] = 1.0,
     friction: Annotated[float, typer.Option(help="Coefficient of friction.")] = 0.0,
-    law: Annotated[str, typer.Option(help="coulomb or published.")] = "coulomb",
+    law: Annotated[
+        str,
+        typer.Option(metavar="|".join(LAWS), help="Contact law.", autocompletion=law_names),
+    ] = "coulomb",
     units: Annotated[
-        str, typer.Option(metavar="U,...", help="Of bare numbers, and of what is printed.")
+        str,
+        typer.Option(metavar="U,...", help=f"Of bare numbers, and of what is printed: {KNOWN}."),
     ] = "m,kg,m/s",
     json: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the results here.")
@@ -93,7 +99,7 @@ def collide(
 
 @contextmanager
 def _as_typed(typed: Mapping[str, object]) -> Iterator[None]:
-    """Bad input, with the options and values as they were typed."""
+    """Raise bad input, with the options and values as they were typed."""
     from pool_pymunk.model import Problem, SceneError
 
     try:
@@ -141,18 +147,28 @@ def _print(hit: Collision, units: Units) -> None:
     offset, reach = (units.from_si(x, "length") for x in (hit.offset, hit.reach))
     before, after = hit.energy
     typer.echo(
-        f"Offset {offset:.6g} of {reach:.6g} {units.length}; line of centres from A to B at "
-        f"{math.degrees(hit.angle):.6g}° to x"
+        f"Offset {_six(offset)} of {_six(reach)} {units.length}; line of centres from A to B at "
+        f"{_six(math.degrees(hit.angle))}° to x"
     )
     Console(width=None if Console().is_terminal else 100, highlight=False).print(_table(hit, units))
-    lost = f", {1.0 - after / before:.2%} lost" if before > 0.0 else ""
-    typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{lost}")
+    change = f", {_change(1.0 - after / before)}" if before > 0.0 else ""
+    typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{change}")
     for warning in hit.warnings:
         typer.echo(f"Warning: {warning}")
 
 
+def _change(lost: float) -> str:
+    """Return in words what share of the energy was lost, or gained.
+
+    >>> _change(0.25), _change(-2e-16), _change(-0.01)
+    ('25.00% lost', '0.00% lost', '1.00% gained')
+    """
+    text = f"{abs(lost):.2%}"
+    return f"{text} gained" if lost < 0.0 and text != "0.00%" else f"{text} lost"
+
+
 def _table(hit: Collision, units: Units) -> Table:
-    """Velocities, impulses and momentum along x and y, and along n and t."""
+    """Return velocities, impulses and momentum along x and y, and along n and t."""
     from rich.table import Table
 
     table = Table()
@@ -180,11 +196,16 @@ def _impulse(ball: Disc, after: Point) -> Point:
 
 
 def _four(hit: Collision, v: Point, unit: float, largest: float) -> list[str]:
-    """A vector along x and y, and along n and t; what is only rounding is zero."""
+    """Return a vector along x and y, and along n and t; what is only rounding is zero."""
     from pool_pymunk.physics.contact import split
 
     parts = (0.0 if abs(x) < 1e-14 * largest else x / unit for x in (*v, *split(v, hit.normal)))
-    return [f"{part:.6g}" for part in parts]
+    return [_six(part) for part in parts]
+
+
+def _six(value: float) -> str:
+    """Return six digits of a number; zero has no sign."""
+    return f"{value + 0.0:.6g}"
 
 
 def _write_json(hit: Collision, path: Path) -> None:

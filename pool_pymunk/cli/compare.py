@@ -1,16 +1,21 @@
-"""``compare``: solvers against each other and the published ends."""
+"""This command sets solvers beside each other and the published ends."""
 
 from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pool_pymunk.cli.choices import SOLVERS, solver_lists
 from pool_pymunk.cli.common import (
+    FrictionBy,
+    How,
     InputError,
     JsonFile,
+    LawName,
+    MaxTime,
     OutDir,
     Scenario,
     ShotName,
@@ -23,6 +28,8 @@ from pool_pymunk.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rich.table import Table
 
     from pool_pymunk.model import Scene, Shot
@@ -36,25 +43,32 @@ def compare(
         str | None,
         typer.Option(
             metavar="S[:DT],...",
-            help="Solvers beside the exact one, with steps.",
+            help=f"Beside the exact one these, with steps: {', '.join(SOLVERS)}.",
             show_default="all",
+            autocompletion=solver_lists,
         ),
     ] = None,
     dt: Step = None,
     shot: ShotName = None,
+    law: LawName = None,
+    friction: FrictionBy = None,
+    max_time: MaxTime = None,
     json: JsonFile = None,
     out: OutDir = None,
     pictures: Annotated[bool, typer.Option(help="Draw exact and compared ends and paths.")] = True,
 ) -> int:
     """Run every shot through several solvers: ends, distances, and where they first part ways."""
-    scene = read_scenario(scenario)
+    how = How(law, friction, max_time)
+    scene = how.scene(read_scenario(scenario))
     settings = read_solvers(solvers, read_step(dt))
+    names = [name for name, _ in settings]
+    options = how.options_of(scene, names, named=solvers is not None)
     folder = out or Path("renders") / Path(scenario).stem / "compare"
     shots = read_shots(scene, shot)
     found: list[Comparison] = []
     try:
         for one in shots:
-            comparisons = _compared(scene, one, settings)
+            comparisons = _compared(scene, one, settings, options)
             _print(comparisons)
             found += comparisons
     finally:
@@ -69,7 +83,9 @@ def compare(
 
 
 def read_solvers(text: str | None, dt: float | None) -> list[tuple[str, float | None]]:
-    """Solvers and steps as typed: ``pymunk:1/60,time-slice``; without a step, ``dt`` or their own.
+    """Return solvers and steps as typed, such as ``pymunk:1/60,time-slice``.
+
+    Solvers typed without a step get ``dt``, if they have steps at all; None is their own.
 
     Where nothing is typed, these are all solvers but the one that the others are compared with.
 
@@ -84,15 +100,20 @@ def read_solvers(text: str | None, dt: float | None) -> list[tuple[str, float | 
     for part in text.split(","):
         name, _, step = part.strip().partition(":")
         with input_errors():
-            find_solver(name)
-        settings.append((name, read_step(step) if step else dt))
+            has_step = find_solver(name).dt is not None
+        if step and not has_step:
+            raise InputError(f"--solvers = {part.strip()}: {name} has no time step")
+        settings.append((name, read_step(step) if step else dt if has_step else None))
     if not text.strip():
         raise InputError("--solvers = : name one solver or more")
     return settings
 
 
 def _compared(
-    scene: Scene, shot: Shot | None, settings: list[tuple[str, float | None]]
+    scene: Scene,
+    shot: Shot | None,
+    settings: list[tuple[str, float | None]],
+    options: Mapping[str, Mapping[str, Any]],
 ) -> list[Comparison]:
     from pool_pymunk.solvers import simulate, yardstick
     from pool_pymunk.studies.compare import Comparison
@@ -101,7 +122,8 @@ def _compared(
         reference = simulate(scene, shot, solver=yardstick().name)
         found = []
         for name, dt in settings:
-            found.append(Comparison(reference, simulate(scene, shot, solver=name, dt=dt)))
+            run = simulate(scene, shot, solver=name, dt=dt, **options[name])
+            found.append(Comparison(reference, run))
             bar.update(bar.task_ids[0], advance=1)
     return found
 
@@ -122,7 +144,7 @@ def _print(found: list[Comparison]) -> None:
 
 
 def _ends(found: list[Comparison]) -> Table:
-    """Each ball's exact end, and how far from it the others end."""
+    """Return each ball's exact end, and how far from it the others end."""
     from rich.table import Table
 
     reference = found[0].reference
@@ -162,7 +184,7 @@ def _costs(found: list[Comparison]) -> Table:
 
 
 def sentences(found: list[Comparison]) -> list[str]:
-    """What the comparison of one shot says, in words."""
+    """Say in words what the comparison of one shot tells."""
     reference, unit = found[0].reference, found[0].reference.scene.units
     lines = []
     for one in found:

@@ -1,4 +1,4 @@
-"""``make gallery``: the pictures and films that the README shows.
+"""This program draws the pictures and films that the README shows; ``make gallery`` runs it.
 
 ``python -m pool_pymunk.cli.gallery [FOLDER]`` draws them all again, into renders/gallery.
 """
@@ -48,7 +48,7 @@ angle = 0.6
 
 
 def hexagon() -> Scene:
-    """Fifteen balls on a hexagonal table, a millimetre apart, in the default colours."""
+    """Return fifteen balls on a hexagonal table, a millimetre apart, in the default colours."""
     gap = 2 * 0.055 + 0.001
     places = [
         (1.35 + 0.866 * gap * row, 1.039 + gap * (k - row / 2))

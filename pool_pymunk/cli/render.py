@@ -1,16 +1,21 @@
-"""``render``: films and pictures of every shot."""
+"""This command draws films and pictures of every shot."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from pool_pymunk.cli.common import (
+    FrictionBy,
+    How,
     InputError,
+    LawName,
+    MaxTime,
     OutDir,
     Scenario,
     ShotName,
@@ -31,11 +36,12 @@ FILM_FORMATS = ("mp4", "gif")
 
 
 class Setting(NamedTuple):
-    """A solver, its step (s; None: its own) and the contact law (None: the scene's)."""
+    """A setting is a solver, its step (s; None: its own), its law (None: the scene's), options."""
 
     solver: str
     dt: float | None = None
     law: str | None = None
+    options: Mapping[str, Any] = MappingProxyType({})
 
 
 def render(
@@ -43,6 +49,9 @@ def render(
     solver: SolverName = "pymunk",
     dt: Step = None,
     shot: ShotName = None,
+    law: LawName = None,
+    friction: FrictionBy = None,
+    max_time: MaxTime = None,
     out: OutDir = None,
     overlay: Annotated[
         str | None,
@@ -74,22 +83,22 @@ def render(
 
     Files go to renders/<scenario>: for each shot a film and two pictures, and a film of all shots.
     """
-    scene = read_scenario(scenario)
+    how = How(law, friction, max_time)
+    scene = how.scene(read_scenario(scenario))
+    how.check(scene, solver, dt)
     shots = read_shots(scene, shot)
     settings = film_settings(form, size, fps, FilmTimes(slow, start, end))
     if side_by_side and overlay is None:
         raise InputError("--side-by-side: say with --overlay what to show on the second table")
-    if not 10.0 <= dpi <= 2400.0:
-        raise InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
-    if picture_format not in ("png", "svg", "pdf"):
-        raise InputError(f"--picture-format = {picture_format}: must be one of png, svg, pdf")
-    runs = [Setting(solver, read_step(dt)), *([read_setting(overlay)] if overlay else [])]
+    check_pictures(picture_format, dpi)
+    runs = [Setting(solver, read_step(dt), options=how.options)]
+    runs += [read_setting(overlay)] if overlay else []
     shows = simulate_shows(scene, shots, runs, side_by_side)
+    if films:
+        check_start(shows, start)
     folder = out or Path("renders") / Path(scenario).stem
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
-    written: list[Path] = []
-    if films:
-        written += save_films(shows, folder, f"{suffix}.{form}", settings)
+    written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:
         written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
     for path in written:
@@ -101,7 +110,7 @@ def render(
 
 
 class FilmTimes(NamedTuple):
-    """How many times slower, and from when to when (s)."""
+    """The times of a film are how many times slower it is, and from when to when (s)."""
 
     slow: float
     start: float
@@ -109,7 +118,7 @@ class FilmTimes(NamedTuple):
 
 
 def film_settings(form: str, size: str | None, fps: float | None, times: FilmTimes) -> FilmSettings:
-    """The films' settings as typed, or as the format has them by default."""
+    """Return the films' settings as typed, or as the format has them by default."""
     from pool_pymunk.render import FilmSettings
 
     if form not in FILM_FORMATS:
@@ -119,8 +128,24 @@ def film_settings(form: str, size: str | None, fps: float | None, times: FilmTim
     return FilmSettings.of(f"film.{form}", **given, **times._asdict())
 
 
+def check_pictures(form: str, dpi: float) -> None:
+    """Raise InputError for pictures that cannot be drawn."""
+    if not 10.0 <= dpi <= 2400.0:
+        raise InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
+    if form not in ("png", "svg", "pdf"):
+        raise InputError(f"--picture-format = {form}: must be one of png, svg, pdf")
+
+
+def check_start(shows: Sequence[Show], start: float) -> None:
+    """Raise InputError where a film would begin after its shot has ended."""
+    for show in shows:
+        if start > 0.0 and start >= show.duration:
+            ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
+            raise InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
+
+
 def read_size(text: str) -> tuple[int, int]:
-    """A size in pixels as typed.
+    """Return a size in pixels as typed.
 
     >>> read_size("1280x720")
     (1280, 720)
@@ -134,21 +159,23 @@ def read_size(text: str) -> tuple[int, int]:
 
 
 def read_setting(text: str) -> Setting:
-    """A solver, and in any order a step and a contact law, as typed.
+    """Return a solver, and in any order a step and a contact law, as typed.
 
-    >>> read_setting("pymunk:1/64:published")
-    Setting(solver='pymunk', dt=0.015625, law='published')
+    >>> read_setting("pymunk:1/64:published")[:3]
+    ('pymunk', 0.015625, 'published')
     """
     from pool_pymunk.physics.laws import LAWS
     from pool_pymunk.solvers import find_solver
 
     solver, *more = (part.strip() for part in text.split(":"))
     with input_errors():
-        find_solver(solver)
+        method = find_solver(solver)
     laws = [part for part in more if part in LAWS]
     steps = [part for part in more if part not in LAWS]
     if len(laws) > 1 or len(steps) > 1:
         raise InputError(f"--overlay = {text}: must be a solver, or with :DT and :LAW behind it")
+    if steps and method.dt is None:
+        raise InputError(f"--overlay = {text}: {solver} has no time step")
     return Setting(solver, *(map(read_step, steps) if steps else [None]), *laws)
 
 
@@ -158,17 +185,17 @@ def read_setting(text: str) -> Setting:
 def simulate_shows(
     scene: Scene, shots: Sequence[Shot | None], settings: Sequence[Setting], side_by_side: bool
 ) -> list[Show]:
-    """Every shot by one setting, or by two to compare."""
+    """Simulate every shot by one setting, or by two to compare."""
     from pool_pymunk.render import Show
     from pool_pymunk.solvers import simulate_all
 
     asked = [shot for shot in shots if shot is not None] or None
     columns = []
     with progress("simulating", len(settings)) as bar, input_errors():
-        for solver, dt, law in settings:
+        for solver, dt, law, options in settings:
             physics = replace(scene.physics, law=law or scene.physics.law)
             variant = replace(scene, physics=physics)
-            columns.append(list(simulate_all(variant, asked, solver=solver, dt=dt)))
+            columns.append(list(simulate_all(variant, asked, solver=solver, dt=dt, **options)))
             bar.update(bar.task_ids[0], advance=1)
     return [Show(runs, side_by_side) for runs in zip(*columns, strict=True)]
 
@@ -214,6 +241,6 @@ def save_pictures(shows: Sequence[Show], folder: Path, ending: str, dpi: float) 
 
 
 def _stem(show: Show) -> str:
-    """``shot-3`` for the scene's third shot."""
+    """Return ``shot-3`` for the scene's third shot."""
     run = show.runs[0]
     return f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"

@@ -1,15 +1,20 @@
-"""``run``: the main job."""
+"""This command is the main job: every shot, with its log, pictures and data."""
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
 from pool_pymunk.cli.common import (
+    FrictionBy,
+    How,
     InputError,
     JsonFile,
+    LawName,
+    MaxTime,
     OutDir,
     Scenario,
     ShotName,
@@ -23,11 +28,18 @@ from pool_pymunk.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from rich.progress import Progress
 
     from pool_pymunk.model import Scene, Shot
     from pool_pymunk.results.run import Run
+    from pool_pymunk.studies.estimate import Estimate
     from pool_pymunk.studies.tolerance import Choice
+
+LONG = 60.0  # s; a run that takes longer is announced
+What = Literal["start", "end", "energy"]  # pictures
+PACE = 0.1  # s between two moves of the progress bar
 
 
 def run(
@@ -39,9 +51,15 @@ def run(
         typer.Option(metavar="LENGTH", help="Choose the step that keeps ends within it: 0.01in."),
     ] = None,
     shot: ShotName = None,
+    law: LawName = None,
+    friction: FrictionBy = None,
+    max_time: MaxTime = None,
     json: JsonFile = None,
     out: OutDir = None,
     pictures: Annotated[bool, typer.Option(help="Draw the start and end of each shot.")] = True,
+    show: Annotated[
+        str | None, typer.Option(metavar="energy", help="Draw energy and momentum over time, too.")
+    ] = None,
 ) -> int:
     """Simulate every shot: the log, agreement with published ends, pictures and data.
 
@@ -51,30 +69,32 @@ def run(
     """
     from pool_pymunk.report.listing import opening
 
-    scene = read_scenario(scenario)
-    step, limit = read_step(dt), _read_tolerance(tolerance, scene, solver, dt)
-    shots = read_shots(scene, shot)
+    how = How(law, friction, max_time)
+    scene = how.scene(read_scenario(scenario))
+    step = read_step(dt)
+    how.check(scene, solver, dt)
+    asked = Asked(scene, read_shots(scene, shot), solver, step, how.options)
+    limit = _read_tolerance(tolerance, scene, solver, dt)
+    drawn = _drawn(pictures, show)
     folder = out or Path("renders") / Path(scenario).stem
-    played = _played(scene, shots, solver, step, limit)
     for line in opening(scene):
         typer.echo(line)
     done: list[Played] = []
     try:
-        with progress("simulating", len(shots)) as bar, input_errors():
-            for one in played:
+        with progress("simulating", len(asked.shots)) as bar, input_errors():
+            for one in _played(asked, bar) if limit is None else _within(asked, limit, bar):
                 done.append(one)
                 _log(one)
-                _save(one.run, folder, len(done), pictures)
-                bar.update(bar.task_ids[0], advance=1)
+                _save(one.run, folder, len(done), drawn)
     finally:
         if json is not None and done:
             _write_json(json, scenario, scene, done)
-    _close(done, folder, pictures)
+    _close(done, folder, bool(drawn))
     return _verdict(done)
 
 
 def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None) -> float | None:
-    """The tolerance in m; there must be a step to choose, and nobody who has chosen it."""
+    """Return the tolerance in m; there must be a step to choose that is not chosen already."""
     if text is None:
         return None
     from pool_pymunk.model.quantities import positive
@@ -87,29 +107,96 @@ def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None)
         return positive("--tolerance", text, "length", scene.units)
 
 
+def _drawn(pictures: bool, show: str | None) -> tuple[What, ...]:
+    """Return the pictures that are asked for."""
+    if show not in (None, "energy"):
+        raise InputError(f"--show = {show}: must be energy")
+    both: tuple[What, ...] = ("start", "end") if pictures else ()
+    return (*both, "energy") if show else both
+
+
+class Asked(NamedTuple):
+    """These shots are asked for, by a solver with its options, at a step (s; None: its own)."""
+
+    scene: Scene
+    shots: Sequence[Shot | None]
+    solver: str
+    dt: float | None
+    options: Mapping[str, Any]
+
+
 class Played(NamedTuple):
-    """A shot that is finished, and the choice of its step where there was one."""
+    """A shot is finished; ``choice`` tells of its step, where that was chosen by a tolerance."""
 
     run: Run
     choice: Choice | None = None
 
 
-def _played(
-    scene: Scene,
-    shots: Sequence[Shot | None],
-    solver: str,
-    dt: float | None,
-    tolerance: float | None,
-) -> Iterator[Played]:
-    """Each shot, as soon as it is there, at the step ``dt`` or at the one that is chosen for it."""
-    from pool_pymunk.solvers import find_solver, simulate_all
+def _within(asked: Asked, tolerance: float, bar: Progress) -> Iterator[Played]:
+    """Yield each shot at the step that is chosen for it."""
     from pool_pymunk.studies.tolerance import simulate_within
 
-    with input_errors():
-        find_solver(solver)
-    if tolerance is not None:
-        return (Played(*one) for one in simulate_within(scene, shots, tolerance, solver))
-    return (Played(one) for one in simulate_all(scene, shots, solver=solver, dt=dt))
+    scene, shots, solver, _, options = asked
+    for run, choice in simulate_within(scene, shots, tolerance, solver, **options):
+        yield Played(run, choice)
+        bar.update(bar.task_ids[0], advance=1)
+
+
+def _played(asked: Asked, bar: Progress) -> Iterator[Played]:
+    """Yield each shot as soon as it is there; announce what takes long."""
+    from pool_pymunk.solvers import simulate_all
+    from pool_pymunk.studies.estimate import estimate
+
+    scene, shots, solver, dt, options = asked
+    estimates = estimate(scene, shots, solver, dt, **options)
+    if (announced := announcement(estimates, solver)) is not None:
+        typer.echo(announced, err=True)
+    share = Share(bar, estimates)
+    for run in simulate_all(scene, shots, solver=solver, dt=dt, on_time=share.move, **options):
+        yield Played(run)
+        share.finish()
+
+
+def announcement(estimates: Sequence[Estimate], solver: str) -> str | None:
+    """Return the line that says how long the shots will take, if it is more than a minute.
+
+    >>> from pool_pymunk.studies.estimate import Estimate
+    >>> announcement([Estimate(2400.0, 1.5, 1.5e9), Estimate(600.0, 0.5, 5e8)], "time-slice")
+    'This will take about 50 minutes (time-slice, 2e+09 steps); Ctrl-C keeps finished shots.'
+    """
+    cost, steps = sum(one.cost for one in estimates), sum(one.steps for one in estimates)
+    if cost <= LONG:
+        return None
+    hours = cost > 2 * 3600.0
+    size = f"{cost / 3600.0:,.0f} hours" if hours else f"{cost / 60.0:.0f} minutes"
+    size = "a minute" if size == "1 minutes" else size
+    work = f"{solver}, {steps:.2g} steps"
+    return f"This will take about {size} ({work}); Ctrl-C keeps finished shots."
+
+
+class Share:
+    """This class moves the progress bar inside a shot, by the share of its estimated time."""
+
+    def __init__(self, bar: Progress, estimates: Sequence[Estimate]) -> None:
+        self.bar = bar
+        self.durations = [one.duration for one in estimates]
+        self.done = 0
+        self.moved = time.monotonic()
+
+    def move(self, t: float) -> None:
+        """Show that the shot has come to ``t`` (s)."""
+        now = time.monotonic()
+        if now - self.moved >= PACE:
+            self.moved = now
+            self._show(self.done + min(t / self.durations[self.done], 1.0))
+
+    def finish(self) -> None:
+        """Show that a shot is finished."""
+        self.done += 1
+        self._show(self.done)
+
+    def _show(self, completed: float) -> None:
+        self.bar.update(self.bar.task_ids[0], completed=completed)
 
 
 def _log(one: Played) -> None:
@@ -123,7 +210,7 @@ def _log(one: Played) -> None:
         typer.echo()
 
 
-def _save(run: Run, folder: Path, k: int, pictures: bool) -> None:
+def _save(run: Run, folder: Path, k: int, drawn: Sequence[What]) -> None:
     """Write the data and pictures of one shot, the ``k``-th of this command."""
     from pool_pymunk.safety.files import whole
 
@@ -136,12 +223,12 @@ def _save(run: Run, folder: Path, k: int, pictures: bool) -> None:
     ):
         with whole(folder / name) as part:
             write(part)
-    if pictures:
-        _draw(run, folder, stem)
+    for what in drawn:
+        run.plot(what, folder / f"{stem}-{what}.png")
 
 
 def _close(done: Sequence[Played], folder: Path, pictures: bool) -> None:
-    """The last lines: agreement over all shots, and where the files are."""
+    """Print the last lines: agreement over all shots, and where the files are."""
     from pool_pymunk.report.listing import closing
     from pool_pymunk.results.words import counted
 
@@ -149,13 +236,6 @@ def _close(done: Sequence[Played], folder: Path, pictures: bool) -> None:
         typer.echo(line)
     what = "pictures and data" if pictures else "data"
     typer.echo(f"{what.capitalize()} of {counted(len(done), 'shot')}: {folder}")
-
-
-def _draw(one: Run, folder: Path, stem: str) -> None:
-    from pool_pymunk.render import picture
-
-    for when in ("start", "end"):
-        picture(one, folder / f"{stem}-{when}.png", when=when)
 
 
 def _write_json(path: Path, scenario: str, scene: Scene, done: Sequence[Played]) -> None:
@@ -178,7 +258,7 @@ def _write_json(path: Path, scenario: str, scene: Scene, done: Sequence[Played])
 
 
 def _record(one: Played) -> dict[str, object]:
-    """A shot as it stands in the JSON."""
+    """Return a shot as it stands in the JSON."""
     from pool_pymunk.report.listing import Agreement
 
     record = one.run.as_dict()

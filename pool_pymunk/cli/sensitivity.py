@@ -1,4 +1,4 @@
-"""``sensitivity``: what the uncertainty of the inputs does to the ends."""
+"""This command shows what the uncertainty of the inputs does to the ends."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def sensitivity(
 def _uncertainty(
     scenario: str, scene: Scene, position: str | None, speed: str, angle: float
 ) -> Uncertainty:
-    """The errors as typed; those of positions as the scenario writes them, if not typed."""
+    """Return the errors as typed; those of positions as the scenario writes them, if not typed."""
     from pool_pymunk.model.quantities import quantity
     from pool_pymunk.studies.uncertainty import Uncertainty, written_uncertainty
 
@@ -149,7 +149,7 @@ def _when(t: float) -> str:
 
 
 def sentences(found: Sensitivity) -> list[str]:
-    """What the spread of one shot says, in words."""
+    """Say in words what the spread of one shot tells."""
     from pool_pymunk.results.words import counted
 
     scene = found.reference.scene

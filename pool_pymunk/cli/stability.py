@@ -1,4 +1,4 @@
-"""``stability``: the extremes, as a table."""
+"""This command plays the extremes, and prints a table."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pool_pymunk.cli.common import InputError, OutDir, progress
+from pool_pymunk.cli.common import InputError, OutDir, SolverList, progress
 
 if TYPE_CHECKING:
     from pool_pymunk.studies.stability import Cell
@@ -15,9 +15,7 @@ if TYPE_CHECKING:
 
 def stability(
     quick: Annotated[bool, typer.Option("--quick", help="Fewer cases and steps: 30 s.")] = False,
-    solvers: Annotated[
-        str | None, typer.Option(metavar="S,...", help="Only these solvers.", show_default="all")
-    ] = None,
+    solvers: SolverList = None,
     processes: Annotated[int, typer.Option(metavar="N", help="How many at once.")] = 2,
     out: OutDir = None,
 ) -> int:
@@ -39,13 +37,15 @@ def stability(
 
 
 def _solvers(names: str | None) -> list[str]:
+    from pool_pymunk.model.problems import suggestion
     from pool_pymunk.studies.stability import columns
 
     known = [solver.name for solver in columns()]
     chosen = known if names is None else [name.strip() for name in names.split(",")]
     for name in chosen:
         if name not in known:
-            raise InputError(f"--solvers = {name}: there is no such solver ({', '.join(known)})")
+            message = f"there is no such solver ({', '.join(known)}){suggestion(name, known)}"
+            raise InputError(f"--solvers = {name}: {message}")
     return chosen
 
 

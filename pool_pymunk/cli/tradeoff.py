@@ -1,4 +1,4 @@
-"""``tradeoff``: error and time over solvers and steps."""
+"""This command measures error and time over solvers and steps."""
 
 from __future__ import annotations
 
@@ -10,10 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pool_pymunk.cli.common import (
+    FrictionBy,
+    How,
     InputError,
+    LawName,
+    MaxTime,
     OutDir,
     Scenario,
     ShotName,
+    SolverList,
     input_errors,
     progress,
     read_scenario,
@@ -32,9 +37,10 @@ if TYPE_CHECKING:
 def tradeoff(
     scenario: Scenario,
     shot: ShotName = None,
-    solvers: Annotated[
-        str | None, typer.Option(metavar="S,...", help="Only these solvers.", show_default="all")
-    ] = None,
+    solvers: SolverList = None,
+    law: LawName = None,
+    friction: FrictionBy = None,
+    max_time: MaxTime = None,
     budget: Annotated[
         float, typer.Option(metavar="S", help="About how long repeated runs may take in all.")
     ] = 60.0,
@@ -53,9 +59,11 @@ def tradeoff(
         raise InputError(f"--budget = {budget}: must be 0 or more")
     if samples < 2:
         raise InputError(f"--samples = {samples}: must be 2 or more")
-    scene = read_scenario(scenario)
+    how = How(law, friction, max_time)
+    scene = how.scene(read_scenario(scenario))
     folder = out or Path("renders") / Path(scenario).stem
     ladders = _ladders(solvers)
+    how.options_of(scene, ladders, named=solvers is not None)
     shots = read_shots(scene, shot)
     from pool_pymunk.studies.tradeoff import tradeoff as measure
 
@@ -70,7 +78,7 @@ def tradeoff(
                 bar.update(bar.task_ids[0], completed=1 + len(result.settings))
 
             measure(scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed,
-                    on_done=note)  # fmt: skip
+                    on_done=note, options=how.options)  # fmt: skip
     finally:
         if so_far:
             _report(so_far[-1], folder)
@@ -91,7 +99,7 @@ def _report(result: Tradeoff, folder: Path) -> None:
 def _spread(
     scenario: str, scene: Scene, shots: Sequence[Shot | None], samples: int, seed: int
 ) -> float:
-    """How far (m) half of the last digit of the start positions moves an end: the worst ball's."""
+    """Return how far (m) half of the last digit of the start positions moves the worst end."""
     from pool_pymunk.studies.sensitivity import sensitivity
     from pool_pymunk.studies.tradeoff import sound_shots
     from pool_pymunk.studies.uncertainty import written_uncertainty

@@ -18,6 +18,7 @@ from pool_pymunk.model.problems import (
     point_problems,
     raise_any,
     size_problems,
+    suggestion,
 )
 from pool_pymunk.physics.laws import LAWS
 
@@ -105,7 +106,9 @@ class Physics:
 
     def _problems(self) -> Iterator[Problem]:
         if self.law not in LAWS:
-            yield Problem("law", self.law, f"must be one of {', '.join(LAWS)}")
+            yield Problem(
+                "law", self.law, f"must be one of {', '.join(LAWS)}{suggestion(self.law, LAWS)}"
+            )
         yield from number_problems("gravity", self.gravity, 0.0)
         if self.max_time is not None:
             yield from size_problems("max_time", self.max_time)

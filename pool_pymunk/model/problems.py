@@ -8,6 +8,7 @@ import re
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from itertools import islice
 
 import numpy as np
@@ -115,6 +116,16 @@ def listed(names: Collection[str]) -> str:
     first = ", ".join(_clipped(name) for name in islice(names, MOST_LISTED))
     more = len(names) - MOST_LISTED
     return first if more <= 0 else f"{first} and {more} more"
+
+
+def suggestion(name: object, known: Iterable[str]) -> str:
+    """Return the end of a message that names the known name most like this one, if one is.
+
+    >>> suggestion("rpeort", ["report", "hexagon"]), suggestion("x", ["report"])
+    ('; did you mean "report"?', '')
+    """
+    alike = get_close_matches(str(name)[:MOST_SHOWN], list(known), n=1)
+    return f'; did you mean "{_clipped(alike[0])}"?' if alike else ""
 
 
 def _one_line(text: str) -> str:

@@ -27,6 +27,7 @@ from pool_pymunk.model.problems import (
     SceneError,
     key_of,
     name_problems,
+    suggestion,
 )
 from pool_pymunk.model.scene import (
     Scene,
@@ -151,7 +152,9 @@ def _bytes(path: Path, source: str) -> bytes:
     try:
         return path.read_bytes()
     except (FileNotFoundError, ValueError):  # ValueError: a path that no file can have
-        message = f"there is no such file (bundled: {', '.join(bundled())})"
+        known = bundled()
+        meant = suggestion(path.stem, known)
+        message = f"there is no such file (bundled: {', '.join(known)}){meant}"
     except OSError as error:
         message = f"cannot be read: {error.strerror or error}"
     raise SceneError([Problem("scenario", source, message)])
@@ -506,7 +509,8 @@ _TYPE_MESSAGES = {
 def _type_message(details: Any) -> str:
     kind, location, value = details["type"], details["loc"], details["input"]
     if kind == "extra_forbidden":
-        return f"unknown key (there are: {', '.join(_known_keys(location[:-1]))})"
+        known = _known_keys(location[:-1])
+        return f"unknown key (there are: {', '.join(known)}){suggestion(location[-1], known)}"
     if kind == "literal_error":
         return f"must be {details['ctx']['expected']}".replace("'", '"')
     if kind == "float_type":

@@ -164,7 +164,7 @@ def _approach(panel: _Panel, hit: Collision, units: Units) -> None:
     panel.ball(touching, hit.a.radius / hit.reach, "", linestyle=":", linewidth=1.2)
     panel.line(a, _along(foot, u, 1.0), "-.")
     panel.line(_along(b, u, -0.1), _along(b, u, 1.0), "-.")
-    label = f"e = {units.from_si(hit.offset, 'length'):.4g} {units.length}"
+    label = f"offset {units.from_si(hit.offset, 'length') + 0.0:.4g} {units.length}"
     ends = _along(foot, u, 0.8), _along(b, u, 0.8)
     if abs(offset) > 0.05:
         panel.arrow(*ends, INK, "<->", 1.0)

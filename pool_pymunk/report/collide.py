@@ -32,7 +32,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
 from pool_pymunk.model import Point, Problem, SceneError
-from pool_pymunk.model.problems import number_problems, size_problems
+from pool_pymunk.model.problems import number_problems, size_problems, suggestion
 from pool_pymunk.physics.contact import NT, Contact, Pair, split
 from pool_pymunk.physics.laws import LAWS, respond
 from pool_pymunk.physics.motion import kinetic_energy
@@ -240,7 +240,8 @@ def _problems(a: Disc, b: Disc, material: Material) -> Iterator[Problem]:
     yield from number_problems("restitution", material.restitution, 0.0, 1.0)
     yield from number_problems("friction", material.friction, 0.0)
     if material.law not in LAWS:
-        yield Problem("law", material.law, f"must be one of {', '.join(LAWS)}")
+        message = f"must be one of {', '.join(LAWS)}{suggestion(material.law, LAWS)}"
+        yield Problem("law", material.law, message)
 
 
 def _raise_any(problems: list[Problem]) -> None:

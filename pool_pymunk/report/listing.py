@@ -10,6 +10,8 @@ from pool_pymunk.model import Point, Scene
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
 
+DECIMALS = {"m": 4, "cm": 2, "mm": 1, "in": 2}  # of lengths: tenths of a millimetre, but for inches
+
 
 def opening(scene: Scene) -> Iterator[str]:
     """Yield the first lines of Listing 1: the ball closest to the cue ball, and its attitude."""
@@ -39,7 +41,7 @@ def shot_lines(run: Run) -> Iterator[str]:
             off = run.scene.units.from_si(
                 math.dist(run.final[ball.id], published[ball.id]), "length"
             )
-            mark = "" if ball.id in agreement.agreeing else f"   off by {off:.2f}"
+            mark = "" if ball.id in agreement.agreeing else f"   off by {off:.{_decimals(run)}f}"
             line += f"   {_pair(run, published[ball.id])}{mark}"
         yield line
     if published:
@@ -61,7 +63,7 @@ def closing(runs: list[Run]) -> Iterator[str]:
         counts = [len(agreement.agreeing) for agreement in agreements]
         total = sum(agreement.count for agreement in agreements)
         parts = f" ({' + '.join(map(str, counts))})" if len(counts) > 1 else ""
-        yield f"Published ends: {sum(counts)} of {total} agree to 0.01{parts}"
+        yield f"Published ends: {sum(counts)} of {total} agree to {_last_digit(runs[0])}{parts}"
 
 
 @dataclass(frozen=True)
@@ -91,9 +93,9 @@ class Agreement:
         """Return the comparison in words, in the scenario's units."""
         largest = run.scene.units.from_si(self.largest, "length")
         return (
-            f"{len(self.agreeing)} of {self.count} agree with the published ends to 0.01 "
-            f"{run.scene.units.length}; the farthest is ball {self.farthest}, {largest:.2g} "
-            f"{run.scene.units.length} off"
+            f"{len(self.agreeing)} of {self.count} agree with the published ends to "
+            f"{_last_digit(run)} {run.scene.units.length}; the farthest is ball {self.farthest}, "
+            f"{largest:.2g} {run.scene.units.length} off"
         )
 
     def as_dict(self) -> dict[str, object]:
@@ -113,12 +115,28 @@ def _heading(run: Run) -> str:
 
 def _pair(run: Run, point: Point) -> str:
     x, y = (run.scene.units.from_si(value, "length") + 0.0 for value in point)
-    return f"[{_rounded(x)}, {_rounded(y)}]"
+    return f"[{_rounded(x, _decimals(run))}, {_rounded(y, _decimals(run))}]"
 
 
-def _rounded(value: float) -> str:
-    text = f"{value:5.2f}"
-    return " 0.00" if text == "-0.00" else text
+def _rounded(value: float, decimals: int) -> str:
+    """Return a number with so many decimals; zero has no sign.
+
+    >>> _rounded(3.926, 2), _rounded(-0.001, 2), _rounded(-0.00004, 4)
+    (' 3.93', ' 0.00', ' 0.0000')
+    """
+    width = decimals + 3
+    text = f"{value:{width}.{decimals}f}"
+    return f"{0.0:{width}.{decimals}f}" if float(text) == 0.0 else text
+
+
+def _decimals(run: Run) -> int:
+    """Return how many decimals a length has in the log."""
+    return DECIMALS[run.scene.units.length]
+
+
+def _last_digit(run: Run) -> str:
+    """Return the unit of the last digit that the log prints, such as 0.01."""
+    return f"{10.0 ** -_decimals(run):g}"
 
 
 def modelled(scene: Scene) -> Iterator[str]:

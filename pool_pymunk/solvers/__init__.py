@@ -18,7 +18,7 @@ from pool_pymunk.results.run import Run
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import SOLVERS, find_solver, yardstick
 from pool_pymunk.solvers.request import find_shot, request, shot_before
-from pool_pymunk.solvers.settings import Settings
+from pool_pymunk.solvers.settings import OnTime, Settings
 
 
 def simulate(
@@ -79,15 +79,18 @@ def simulate_all(
     law: str | Law | None = None,
     max_time: float | None = None,
     max_events: int | None = None,
+    on_time: OnTime | None = None,
     **options: Any,
 ) -> Iterator[Run]:
     """Simulate several shots (default: all of the scene), each Run as soon as it is there.
 
-    The arguments are those of :func:`simulate`.
+    The arguments are those of :func:`simulate`; a solver with steps calls ``on_time`` now and then
+    with the time (s) of the shot that it has come to.
     """
     asked = request(
-        scene, solver, dt=dt, law=law, max_time=max_time, max_events=max_events, **options
-    )
+        scene, solver, dt=dt, law=law, max_time=max_time, max_events=max_events, on_time=on_time,
+        **options,
+    )  # fmt: skip
     last: Run | None = None
     for one in shots if shots is not None else scene.shots or (None,):
         shot = find_shot(scene, one)

@@ -41,6 +41,8 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
             trace.duration = world.time
             break
         world.step()
+        if settings.on_time is not None:
+            settings.on_time(world.time)
         if not world.is_finite:
             trace.status, trace.duration = "non_finite", world.time
             break

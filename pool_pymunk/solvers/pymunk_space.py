@@ -40,7 +40,7 @@ def solve(
     table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
     bound(table.engine, settings)
     table.latest = math.inf if settings.max_time is None else settings.max_time
-    table.play()
+    table.play(settings.on_time)
     trace.steps = table.steps
     trace.status = _status(table)
     cut_off(trace, table.engine, table.time)

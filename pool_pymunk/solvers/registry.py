@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pool_pymunk.model.problems import setting_error
+from pool_pymunk.model.problems import setting_error, suggestion
 from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
 from pool_pymunk.solvers.record import Solver
 
@@ -21,7 +21,8 @@ SOLVERS: dict[str, Solver] = {
 def find_solver(name: str) -> Solver:
     """Return the solver of that name."""
     if not isinstance(name, str) or name not in SOLVERS:
-        raise setting_error("solver", name, f"there is no such solver ({', '.join(SOLVERS)})")
+        known = f"({', '.join(SOLVERS)}){suggestion(name, SOLVERS)}"
+        raise setting_error("solver", name, f"there is no such solver {known}")
     return SOLVERS[name]
 
 

@@ -15,13 +15,20 @@ import numpy as np
 
 from pool_pymunk.model import Problem, Scene, Shot, State
 from pool_pymunk.model.plain import Unfit, number
-from pool_pymunk.model.problems import listed, number_problems, setting_error, shown, size_problems
+from pool_pymunk.model.problems import (
+    listed,
+    number_problems,
+    setting_error,
+    shown,
+    size_problems,
+    suggestion,
+)
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.run import Event, Run, read_times
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
-from pool_pymunk.solvers.settings import Settings
+from pool_pymunk.solvers.settings import OnTime, Settings
 
 
 class Request(NamedTuple):
@@ -93,9 +100,13 @@ def request(
     times: object = None,
     max_time: object = None,
     max_events: object = None,
+    on_time: OnTime | None = None,
     **options: Any,
 ) -> Request:
-    """Check what a run is asked for, as :func:`~pool_pymunk.simulate` takes it."""
+    """Check what a run is asked for, as :func:`~pool_pymunk.simulate` takes it.
+
+    A solver with steps calls ``on_time`` now and then with the time (s) that it has come to.
+    """
     _check_scene(scene)
     method = find_solver(solver)
     _check_options(method, options)
@@ -108,6 +119,7 @@ def request(
         max_time=latest or scene.physics.max_time,
         max_events=_count("max_events", max_events),
         law=law if isinstance(law, Law) else None,
+        on_time=on_time,
     )
     return Request(scene, method, options, settings, None if times is None else sample_times(times))
 
@@ -125,8 +137,9 @@ def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
     for k, each in enumerate(scene.shots, start=1):
         if shot in (each, each.name) or number == k:
             return each
+    meant = suggestion(shot, [each.name for each in scene.shots])
     known = listed([f"{k} ({each.name})" for k, each in enumerate(scene.shots, start=1)]) or "none"
-    raise setting_error("shot", shot, f"there is no such shot (there are: {known})")
+    raise setting_error("shot", shot, f"there is no such shot (there are: {known}){meant}")
 
 
 def shot_before(scene: Scene, shot: Shot) -> Shot | None:
@@ -162,8 +175,8 @@ def _check_law(method: Solver, law: str | Law | None) -> None:
     if isinstance(law, type) and issubclass(law, Law):
         raise setting_error("law", law.__name__, f"is a class; an object is {law.__name__}()")
     if not isinstance(law, Law) and not (isinstance(law, str) and law in LAWS):
-        known = ", ".join(LAWS)
-        raise setting_error("law", law, f"must be one of {known}, or an object of the class Law")
+        message = f"must be one of {', '.join(LAWS)}, or an object of the class Law"
+        raise setting_error("law", law, message + suggestion(law, LAWS))
     if method.own_law:
         name = law.name if isinstance(law, Law) else law
         message = f"{method.name} has a law of its own and cannot take another"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from pool_pymunk.model import Scene, State
@@ -12,18 +13,22 @@ from pool_pymunk.results.trace import Trace
 # after so many instants of micro-collisions, which are no events.
 NEVER_SETTLES = 1_000_000
 
+OnTime = Callable[[float], object]
+
 
 class Settings(NamedTuple):
     """The settings hold the time step, the bounds of a run, and its law.
 
     The step ``dt`` is in s, and None for solvers without one. Without a ``law``, the law that the
-    scene names answers the contacts.
+    scene names answers the contacts. A solver with steps calls ``on_time`` now and then with the
+    time (s) that it has come to.
     """
 
     dt: float | None
     max_time: float | None = None
     max_events: int | None = None
     law: Law | None = None
+    on_time: OnTime | None = None
 
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""

@@ -28,6 +28,7 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 
+MOST_QUIET = 100_000  # slices between two looks
 SAFE = 1.0 - 1e-6  # of a gap: the balls provably do not cross this share of it, rounding included
 
 
@@ -49,7 +50,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
             trace.duration = k * settings.dt
             slices.note_all(trace.duration)
             break
-        quiet = min(slices.quiet(), last - k - 1)
+        quiet = min(slices.quiet(), last - k - 1, MOST_QUIET)
         if quiet > 0:
             slices.move(k, int(quiet))
             k += int(quiet)
@@ -58,6 +59,8 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
             slices.move(k, 1)
             k += 1
             slices.look(moved, k * settings.dt)
+        if settings.on_time is not None:
+            settings.on_time(k * settings.dt)
         if not slices.is_finite():
             trace.status, trace.duration = "non_finite", k * settings.dt
             break

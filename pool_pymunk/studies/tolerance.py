@@ -24,7 +24,7 @@ import math
 import time
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pool_pymunk.model import Point, Scene, Shot, Units
 from pool_pymunk.results.run import Run
@@ -269,13 +269,14 @@ def simulate_within(
     solver: str = "pymunk",
     smallest: float | None = None,
     on_run: Callable[[float], object] | None = None,
+    **options: Any,
 ) -> Iterator[tuple[Run, Choice]]:
     """Simulate each shot with the step that keeps every ball's end within ``tolerance`` (m).
 
     No step below ``smallest`` (s; None: the solver's own) is tried. The run at the chosen step and
     the Choice are given even if the tolerance is not reached. A shot that goes on from the one
-    before is run with it, at one step. Raises SettingError for a solver that has no step, or whose
-    physics is not the scene's.
+    before is run with it, at one step. ``options`` are the solver's. Raises SettingError for a
+    solver that has no step, or whose physics is not the scene's.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -288,7 +289,7 @@ def simulate_within(
         runs: dict[float, Run] = {}
 
         def trial(dt: float, shot: Shot | None = shot, runs: dict[float, Run] = runs) -> Outcome:
-            runs[dt] = simulate(scene, shot, solver=solver, dt=dt)
+            runs[dt] = simulate(scene, shot, solver=solver, dt=dt, **options)
             return outcome(runs[dt])
 
         choice = choose_step(trial, tolerance, COARSEST, smallest or finest, on_run)

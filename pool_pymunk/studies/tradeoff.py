@@ -13,6 +13,8 @@ import platform
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -92,11 +94,13 @@ def tradeoff(
     spread: float | None = None,
     seed: int = 0,
     on_done: Callable[[Tradeoff], object] = lambda _so_far: None,
+    options: Mapping[str, Any] | None = None,
 ) -> Tradeoff:
     """Measure every solver of ``ladders`` (default: all solvers) at every step.
 
     ``budget`` (s) is about the time that repeated runs may take in all; each setting runs once at
-    least. ``on_done`` is called after every setting, with all that is measured so far.
+    least. ``on_done`` is called after every setting, with all that is measured so far. Of the
+    ``options``, such as ``friction``, each solver gets those that it has.
     """
     ladders = ladders_of() if ladders is None else ladders
     exact = _exact(scene, shots)
@@ -107,7 +111,7 @@ def tradeoff(
     result = Tradeoff(scene, (), spread, rounding, left_out, seed)
     for solver, steps in ladders.items():
         for dt in steps:
-            one = _measure(sound, solver, dt, budget / count, rounding)
+            one = _measure(sound, solver, dt, budget / count, rounding, options or {})
             result = replace(result, settings=(*result.settings, one))
             on_done(result)
     return result
@@ -128,12 +132,13 @@ def _sound(exact: list[Run]) -> list[Run]:
 
 
 def _measure(
-    exact: Sequence[Run], solver: str, dt: float | None, budget: float, rounding: float
-) -> Setting:
+    exact: Sequence[Run], solver: str, dt: float | None, budget: float, rounding: float,
+    options: Mapping[str, Any],
+) -> Setting:  # fmt: skip
     """Return error and time of one setting over all shots."""
     found, times, repeats = [], 0.0, MOST_REPEATS
     for reference in exact:
-        run, least, repeated = _timed(reference, solver, dt, budget / len(exact))
+        run, least, repeated = _timed(reference, solver, dt, budget / len(exact), options)
         if run.status not in ("settled", reference.status):
             return Setting(solver, dt, math.nan, math.nan, 0, 0, math.nan, repeated, run.status)
         found.append(Comparison(reference, run))
@@ -151,13 +156,17 @@ def _measure(
     )
 
 
-def _timed(reference: Run, solver: str, dt: float | None, budget: float) -> tuple[Run, float, int]:
+def _timed(
+    reference: Run, solver: str, dt: float | None, budget: float, options: Mapping[str, Any]
+) -> tuple[Run, float, int]:
     """Return a run, the least wall time (s) of several after a warm-up, and how many there were."""
+    taken = {name: options[name] for name in options if name in find_solver(solver).options}
+    play = partial(simulate, reference.scene, reference.shot, solver=solver, dt=dt, **taken)
     began = time.perf_counter()
-    run = simulate(reference.scene, reference.shot, solver=solver, dt=dt)
+    run = play()
     least, repeats = run.wall_time, 1
     while repeats < MOST_REPEATS and time.perf_counter() - began + run.wall_time < budget:
-        run = simulate(reference.scene, reference.shot, solver=solver, dt=dt)
+        run = play()
         least = min(least, run.wall_time)
         repeats += 1
     return run, least, repeats

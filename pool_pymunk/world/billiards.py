@@ -228,11 +228,16 @@ class Billiards:
         self.space.step(self.dt)
         self._after_step()
 
-    def play(self) -> None:
-        """Step until everything rests, until ``latest``, or until nothing more may happen."""
+    def play(self, on_time: Callable[[float], object] | None = None) -> None:
+        """Step until everything rests, until ``latest``, or until nothing more may happen.
+
+        ``on_time`` is called now and then with the time (s).
+        """
         while self.moving and self.time < self.latest:
             self._make_steps(self._steps_until_due())
             self._after_step()
+            if on_time is not None:
+                on_time(self.time)
             if self.engine.is_over or not self.engine.is_finite:
                 self.time = self.engine.now
                 self._stop_balls()

@@ -1,0 +1,419 @@
+"""The command line behaves as people expect: hints, choices, digits, and clear refusals."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from pool_pymunk import SOLVERS, Scene, SettingError, State, load, simulate, simulate_all
+from pool_pymunk.cli import choices, main
+from pool_pymunk.cli.common import progress
+from pool_pymunk.cli.run import Share
+from pool_pymunk.model import UNITS
+from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.report.listing import shot_lines
+from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers import Settings
+from pool_pymunk.studies.estimate import Estimate, estimate
+
+Capture = pytest.CaptureFixture[str]
+
+
+def exit_code(*arguments: object) -> int:
+    """Run the command line in this process and return its exit code."""
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    return int(ended.value.code or 0)
+
+
+def refusal(capsys: Capture, *arguments: object) -> str:
+    """Return the one line on stderr that answers bad input."""
+    assert exit_code(*arguments) == 2
+    answer = capsys.readouterr()
+    assert answer.out == ""
+    (line,) = answer.err.splitlines()
+    return line
+
+
+def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:
+    """Write a scene of one ball that rolls along x, with lengths in ``unit``."""
+    file = folder / f"{unit}.toml"
+    file.write_text(
+        f"[units]\nlength = '{unit}'\n[friction]\nsurface = 0.1\n[[balls]]\nid = 'C'\ncue = true\n"
+        f"radius = 0.05\nmass = 0.2\nposition = [{start}, 0.0]\n"
+        f"[[shots]]\nvelocity = [1.0, 0.0]\n{more}"
+    )
+    return file
+
+
+# -- collide -----------------------------------------------------------------------------------
+
+HIT = ("collide", "--mass-a", 0.2, "--mass-b", 0.2, "--radius", 0.03, "--velocity-a", -1, 0)
+
+
+def test_collide_prints_no_negative_zero(capsys: Capture) -> None:
+    for offset in (0.0, 1e-9, 0.02, 0.03):
+        assert exit_code(*HIT, "--offset", offset) == 0
+        printed = capsys.readouterr().out
+        assert "0.00% lost" in printed
+        assert re.search(r"-0(\.0*)?(?![\d.e])", printed) is None, printed
+
+
+def test_a_collision_that_gains_energy_says_so(capsys: Capture) -> None:
+    sideways = ("--velocity-b", 0, 1, "--law", "published", "--friction", 0.1, "--angle", 180)
+    assert exit_code(*HIT, *sideways) == 0
+    assert "0.2 J before, 0.221 J after, 10.50% gained\n" in capsys.readouterr().out
+
+
+def test_the_picture_of_a_collision_calls_the_offset_by_its_name(tmp_path: Path) -> None:
+    file = tmp_path / "hit.svg"
+    assert exit_code(*HIT, "--offset", 0.02, "--picture", file) == 0
+    drawn = file.read_text(encoding="utf-8")
+    assert "<!-- offset 0.02 m -->" in drawn
+    assert "<!-- e = " not in drawn
+
+
+# -- the log's digits ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("unit", "start", "end"),
+    [
+        ("m", 0.2, "[ 0.7099,  0.0000] (m)"),
+        ("cm", 20.0, "[70.99,  0.00] (cm)"),
+        ("mm", 200.0, "[709.9,  0.0] (mm)"),
+        ("in", 0.0, "[20.07,  0.00] (in)"),
+    ],
+)
+def test_the_log_has_digits_that_suit_the_unit(
+    unit: str, start: float, end: str, tmp_path: Path
+) -> None:
+    run = simulate(load(scene_in(tmp_path, unit, start)), solver="event-driven")
+    assert f"    Ball  C: {end}" in list(shot_lines(run))
+
+
+def test_published_ends_are_compared_in_the_digits_of_the_log(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    file = scene_in(tmp_path, "m", 0.2, "published = { C = [0.7089, 0.0] }\n")
+    assert exit_code("run", file, "--out", tmp_path, "--no-pictures") == 0
+    printed = capsys.readouterr().out
+    assert "[ 0.7089,  0.0000]   off by 0.0010" in printed
+    assert "0 of 1 agree with the published ends to 0.0001 m; the farthest" in printed
+    assert "Published ends: 0 of 1 agree to 0.0001\n" in printed
+
+
+# -- what makes no sense -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("films", ["mp4", "gif"])
+def test_a_film_cannot_begin_after_its_end(films: str, tmp_path: Path, capsys: Capture) -> None:
+    where = ("--out", tmp_path / "films", "--format", films)
+    line = refusal(capsys, "render", "two-balls", "--from", "3", *where)
+    assert line == ("error: --from = 3: is beyond the end of the film: Offset hit ends at 0.5 s")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("run", "two-balls", "--solver", "event-driven", "--dt", "1e-3"), "--dt = 1e-3: "),
+        (("render", "two-balls", "--solver", "event-driven", "--dt", "1e-3"), "--dt = 1e-3: "),
+        (("render", "two-balls", "--overlay", "event-driven:1/60"), "--overlay = event-driven:1/"),
+        (("compare", "two-balls", "--solvers", "event-driven:1/60"), "--solvers = event-driven:1/"),
+    ],
+)
+def test_a_solver_without_steps_takes_no_step(
+    arguments: tuple[str, ...], says: str, tmp_path: Path, capsys: Capture
+) -> None:
+    line = refusal(capsys, *arguments, "--out", tmp_path)
+    assert line.startswith(f"error: {says}")
+    assert line.endswith("event-driven has no time step")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (
+            ("run", "two-balls", "--solver", "time-slice", "--friction", "callback"),
+            "friction = callback: time-slice has no such option (it has none)",
+        ),
+        (
+            ("compare", "two-balls", "--solvers", "pymunk,time-slice", "--friction", "joint"),
+            "friction = joint: time-slice has no such option (it has none)",
+        ),
+        (
+            ("tradeoff", "two-balls", "--solvers", "event-driven", "--friction", "joint"),
+            "friction = joint: event-driven has no such option (it has none)",
+        ),
+        (
+            ("render", "two-balls", "--friction", "glue"),
+            "friction = glue: must be one of joint, callback",
+        ),
+        (
+            ("run", "two-balls", "--solver", "pymunk-builtin", "--law", "coulomb"),
+            "law = coulomb: pymunk-builtin has a law of its own and cannot take another",
+        ),
+        (("run", "two-balls", "--law", "x"), 'law = "x": must be one of coulomb, published'),
+        (
+            ("compare", "two-balls", "--max-time", "0"),
+            "--max-time = 0: must be greater than 0 and finite",
+        ),
+        (
+            ("tradeoff", "two-balls", "--max-time", "soon"),
+            "--max-time = soon: must be a number or a fraction, e.g. 1/240",
+        ),
+        (("run", "two-balls", "--show", "power"), "--show = power: must be energy"),
+    ],
+)
+def test_what_a_solver_cannot_take_is_one_line(
+    arguments: tuple[str, ...], line: str, tmp_path: Path, capsys: Capture
+) -> None:
+    assert refusal(capsys, *arguments, "--out", tmp_path) == f"error: {line}"
+    assert not list(tmp_path.iterdir())
+
+
+# -- law, friction, time -------------------------------------------------------------------------
+
+
+def test_run_takes_law_friction_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ends = {}
+    for law in ("coulomb", "published"):
+        file = tmp_path / f"{law}.json"
+        options = ("--law", law, "--friction", "callback", "--max-time", "1/2", "--json", file)
+        where = ("--out", tmp_path, "--no-pictures", "--shot", 1, "--solver", "pymunk")
+        assert exit_code("run", "report", *options, *where) == 0
+        [shot] = json.loads(file.read_text(encoding="utf-8"))["shots"]
+        assert (shot["status"], shot["duration"]) == ("max_time", 0.5)
+        ends[law] = shot["final"]
+    assert ends["coulomb"] != ends["published"]
+
+
+@pytest.mark.parametrize("command", ["compare", "render", "tradeoff"])
+def test_the_options_reach_the_solver(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every run of the solver that has the option gets it, and every scene has law and time."""
+    seen = []
+
+    def spy(scene: Scene, start: State, settings: Settings, **options: str) -> Trace:
+        seen.append((settings.law_of(scene).name, settings.max_time, options))
+        return SOLVERS["event-driven"].solve(scene, start, settings)
+
+    monkeypatch.setitem(SOLVERS, "pymunk", replace(SOLVERS["pymunk"], solve=spy))
+    options = ("--law", "published", "--friction", "callback", "--max-time", 0.25)
+    more = {
+        "compare": ("--no-pictures",),
+        "render": ("--no-films", "--picture-format", "svg"),
+        "tradeoff": ("--solvers", "pymunk", "--samples", 2, "--budget", 0),
+    }
+    assert exit_code(command, "two-balls", *options, *more[command], "--out", tmp_path) == 0
+    assert seen
+    assert set(map(str, seen)) == {str(("published", 0.25, {"friction": "callback"}))}
+
+
+def test_run_draws_the_energy(tmp_path: Path) -> None:
+    assert exit_code("run", "two-balls", "--show", "energy", "--out", tmp_path) == 0
+    pictures = {path.name for path in tmp_path.glob("*.png")}
+    assert pictures == {"shot-1-start.png", "shot-1-end.png", "shot-1-energy.png"}
+    only = tmp_path / "only"
+    options = ("--show", "energy", "--no-pictures", "--out", only)
+    assert exit_code("run", "two-balls", *options) == 0
+    assert [path.name for path in only.glob("*.png")] == ["shot-1-energy.png"]
+
+
+# -- help, completion, hints ---------------------------------------------------------------------
+
+
+def test_the_choices_are_those_of_the_library() -> None:
+    assert tuple(SOLVERS) == choices.SOLVERS
+    assert tuple(LAWS) == choices.LAWS
+    assert SOLVERS["pymunk"].options["friction"] == choices.FRICTION
+    assert {kind: tuple(known) for kind, known in UNITS.items()} == choices.UNITS
+
+
+def test_help_shows_the_choices(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    for command in ("run", "compare", "render", "tradeoff"):
+        assert exit_code(command, "--help") == 0
+        shown = capsys.readouterr().out
+        for choice in (*choices.SOLVERS, "coulomb|published", "joint|callback", "--max-time"):
+            assert choice in shown, (command, choice)
+    assert exit_code("collide", "--help") == 0
+    assert "m|cm|mm|in, kg|g, m/s|in/s" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["run", "collide", "compare", "tradeoff", "render", "check"])
+def test_help_imports_no_solver(command: str) -> None:
+    code = (
+        "import sys\nfrom pool_pymunk.cli import main\n"
+        f"try:\n    main(['{command}', '--help'])\nexcept SystemExit:\n    pass\n"
+        "heavy = ('numpy', 'pymunk', 'pool_pymunk.solvers', 'pool_pymunk.model')\n"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert result.stdout.strip().endswith("[]")
+
+
+def completed(line: str) -> set[str]:
+    """Return what bash is offered for the last word of a line."""
+    words = line.split(" ")
+    environment = {
+        "_POOL_PYMUNK_COMPLETE": "complete_bash",
+        "COMP_WORDS": line,
+        "COMP_CWORD": str(len(words) - 1),
+    }
+    result = subprocess.run(
+        [sys.executable, "-m", "pool_pymunk"],
+        capture_output=True, text=True, check=False, env={**os.environ, **environment},
+    )  # fmt: skip
+    return set(result.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("line", "offers"),
+    [
+        ("pool-pymunk st", {"stability"}),
+        ("pool-pymunk run rep", {"report", "report-corrected"}),
+        ("pool-pymunk check two", {"two-balls"}),
+        ("pool-pymunk run report --solver e", {"event-driven"}),
+        ("pool-pymunk run report --law p", {"published"}),
+        ("pool-pymunk run report --friction ", {"joint", "callback"}),
+        ("pool-pymunk compare report --solvers pymunk,ti", {"pymunk,time-slice"}),
+    ],
+)
+def test_the_shell_completes(line: str, offers: set[str]) -> None:
+    assert completed(line) == offers
+
+
+def test_completion_can_be_installed(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    assert exit_code("--help") == 0
+    shown = capsys.readouterr().out
+    assert "--install-completion" in shown
+    assert "--show-completion" in shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (("run", "rpeort"), "report"),
+        (("check", "hexagone"), "hexagon"),
+        (("run", "report", "--solver", "pymnk"), "pymunk"),
+        (("compare", "report", "--solvers", "timeslice"), "time-slice"),
+        (("tradeoff", "report", "--solvers", "event_driven"), "event-driven"),
+        (("stability", "--solvers", "time-slices"), "time-slice"),
+        (("render", "report", "--overlay", "pymunk-discreet"), "pymunk-discrete"),
+        (("run", "two-balls", "--shot", "offset hit"), "Offset hit"),
+        (("run", "report", "--law", "publishd"), "published"),
+        ((*HIT, "--law", "colomb"), "coulomb"),
+    ],
+)
+def test_a_name_that_is_nearly_right_gets_a_hint(
+    arguments: tuple[object, ...], meant: str, capsys: Capture
+) -> None:
+    assert refusal(capsys, *arguments).endswith(f'; did you mean "{meant}"?')
+
+
+def test_keys_and_laws_of_a_file_get_hints(tmp_path: Path, capsys: Capture) -> None:
+    file = scene_in(tmp_path, "m", 0.2, "[physics]\nlaw = 'published '\n")
+    assert refusal(capsys, "check", file).endswith(
+        'must be one of coulomb, published; did you mean "published"?'
+    )
+    file = scene_in(tmp_path, "m", 0.2, "[fricton]\nsurface = 0.1\n")
+    assert refusal(capsys, "check", file).endswith('; did you mean "friction"?')
+
+
+def test_python_gives_the_hints_as_well() -> None:
+    scene = load("report")
+    with pytest.raises(SettingError, match=r'; did you mean "Simulation 3"\?$'):
+        simulate(scene, "simulation 3")
+    with pytest.raises(SettingError, match=r'; did you mean "coulomb"\?$'):
+        simulate(scene, law="Coulomb")
+
+
+# -- runs that take long -------------------------------------------------------------------------
+
+
+@pytest.fixture
+def long_run(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+    """Start a run with slices of 1e-10 s, which would take hours."""
+    options = ("--solver", "time-slice", "--dt", "1e-10", "--no-pictures", "--out", str(tmp_path))
+    with subprocess.Popen(
+        [sys.executable, "-m", "pool_pymunk", "run", "report", *options],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+    ) as program:  # fmt: skip
+        try:
+            yield program
+        finally:
+            program.kill()
+
+
+def test_a_long_run_is_announced_and_ends_at_once(long_run: subprocess.Popen[str]) -> None:
+    assert long_run.stderr is not None
+    assert select.select([long_run.stderr], [], [], 30.0)[0], "nothing was said"
+    line = long_run.stderr.readline()
+    assert re.fullmatch(
+        r"This will take about [\d,]+ hours \(time-slice, 5\.\de\+10 steps\); "
+        r"Ctrl-C keeps finished shots\.\n",
+        line,
+    ), line
+    long_run.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    assert long_run.wait(60.0) == 130
+    assert time.monotonic() - began < 5.0
+    assert long_run.stderr.read() == "error: interrupted\n"
+
+
+def test_the_bar_moves_inside_a_shot(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[Share.__module__], "PACE", 0.0)
+    with progress("simulating", 2) as bar:
+        share = Share(bar, [Estimate(90.0, 2.0, 1e9), Estimate(90.0, 4.0, 1e9)])
+        seen = []
+        for come_to in (1.0, 3.0, None, 1.0, None):  # s; None is the end of a shot
+            share.finish() if come_to is None else share.move(come_to)
+            seen.append(bar.tasks[0].completed)
+    assert seen == [0.5, 1.0, 1.0, 1.25, 2.0]
+
+
+def test_a_short_run_is_not_announced(tmp_path: Path, capsys: Capture) -> None:
+    where = ("--no-pictures", "--out", tmp_path)
+    assert exit_code("run", "two-balls", "--solver", "time-slice", *where) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_the_estimate_is_of_the_right_size() -> None:
+    scene = load("report")
+    [guess] = estimate(scene, scene.shots[:1], "time-slice", 3e-6)
+    run = simulate(scene, 1, solver="time-slice", dt=3e-6)
+    assert guess.duration == pytest.approx(run.duration, rel=0.1)
+    assert guess.steps == pytest.approx(run.steps, rel=0.1)
+    assert run.wall_time / 10 < guess.cost < 10 * run.wall_time
+    assert estimate(scene, scene.shots, "event-driven", None) == []
+
+
+@pytest.mark.parametrize("solver", ["time-slice", "pymunk", "pymunk-discrete", "pymunk-builtin"])
+def test_a_solver_tells_how_far_it_has_come_and_the_run_is_the_same(solver: str) -> None:
+    scene, told = load("report"), list[float]()
+    dt = 1e-6 if solver == "time-slice" else 1e-4
+    usual = simulate(scene, 2, solver=solver, dt=dt)
+    [run] = simulate_all(scene, [2], solver=solver, dt=dt, on_time=told.append)
+    assert run == usual
+    assert told == sorted(told)
+    assert len(told) > 10
+    assert max(b - a for a, b in pairwise([0.0, *told, run.duration])) < 0.2
