@@ -125,7 +125,6 @@ class Resolver:
         noises = [(contact, self._noise(contact)) for contact in contacts]
         while closing := [c for c, noise in noises if closing_speed(c, velocity) > noise]:
             if count >= decisions.MOST_HITS:
-                settle(contacts, velocity)
                 break
             if count >= ask:
                 ask *= 2
@@ -133,6 +132,7 @@ class Resolver:
                     break
             self._answer(closing, velocity, resolution)
             count += 1 if len(closing) == 1 else decisions.TOGETHER
+        settle(contacts, velocity)  # mostly no more than rounding is left
         self._conclude(before, velocity, resolution)
         return resolution, count
 
