@@ -1,16 +1,28 @@
 # make run, make test: all that a fresh clone needs. Both install into .venv first.
+# make check runs the quick half of the tests; it is for every change. make test-slow runs what make
+# test leaves out, and what is random with new choices; POOL_SEED=... repeats its random scenes.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test lint format bench gallery clean
+ELSEWHERE := not browser and not docs
+
+.PHONY: run check test test-slow lint format bench gallery clean
 
 run: $(VENV)/installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
 	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report
 
+check: lint
+	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)"
+
 test: lint
-	$(BIN)/pytest -n auto -q
+	$(BIN)/pytest -n auto -q -m "not slow and $(ELSEWHERE)"
+
+test-slow: export POOL_SEED ?= $(shell date +%s)
+test-slow: $(VENV)/installed
+	$(BIN)/pytest -n auto -q -m "(slow or hypothesis or seeded) and $(ELSEWHERE)" \
+		--hypothesis-profile random
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .

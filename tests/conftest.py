@@ -1,13 +1,38 @@
-"""All tests use one hypothesis profile: the same examples come every time, with no deadlines."""
+"""Random choices are always the same in `make test`, and new ones in `make test-slow`.
+
+Hypothesis draws its examples by a profile. The default, "fixed", draws the same every time;
+"random" (`pytest --hypothesis-profile random`) draws ten times as many, and others every time.
+Where hypothesis finds a failure, it prints a line that repeats it. The seeds of random scenes count
+from 0, or from POOL_SEED where it is set (:func:`scenes.seeds`); the tests then end with a line
+that says so.
+"""
+
+from __future__ import annotations
+
+from typing import Any
 
 from hypothesis import HealthCheck, settings
+from scenes import BASE_SEED
 
 settings.register_profile(
-    "pool",
+    "fixed",
     deadline=None,
     derandomize=True,
     print_blob=False,
     max_examples=100,
     suppress_health_check=[HealthCheck.too_slow],
 )
-settings.load_profile("pool")
+settings.register_profile(
+    "random",
+    settings.get_profile("fixed"),
+    derandomize=False,
+    print_blob=True,
+    max_examples=1000,
+)
+settings.load_profile("fixed")
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Say how the same random scenes come again."""
+    if BASE_SEED:
+        terminalreporter.write_line(f"Random scenes are those of POOL_SEED={BASE_SEED}.")

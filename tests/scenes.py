@@ -1,17 +1,22 @@
-"""These are random scenes and exact ends that several tests share."""
+"""These are random scenes, exact ends and a measure of work that several tests share."""
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import random
+import sys
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table
 
 DATA = Path(__file__).parent / "data"
+BASE_SEED = int(os.environ.get("POOL_SEED", "0"))
 INCH = 0.0254
 TABLES = {
     "rectangle": Table.rectangle(2.0, 1.0),
@@ -21,6 +26,11 @@ TABLES = {
     "L": Table(((0, 0), (2, 0), (2, 0.9), (0.9, 0.9), (0.9, 2), (0, 2))),
     "open plane": None,
 }
+
+
+def seeds(count: int) -> range:
+    """Return the seeds of so many random scenes; they count from POOL_SEED."""
+    return range(BASE_SEED, BASE_SEED + count)
 
 
 def random_scene(
@@ -95,3 +105,21 @@ def off_exact(run: Run, law: str, shot: int) -> float:
     """Return how far (m) the worst end of a run lies from the exact one."""
     final = exact_run(law, shot)["final"]
     return max(math.dist(run.final[i], (float(x), float(y))) for i, (x, y) in final.items())
+
+
+def lines_run(work: Callable[[], object]) -> int:
+    """Count the lines of Python that the work runs, which no machine and no load changes."""
+    lines = 0
+
+    def count(_frame: FrameType, event: str, _arg: object) -> Any:
+        nonlocal lines
+        lines += event == "line"
+        return count
+
+    usual = sys.gettrace()
+    sys.settrace(count)
+    try:
+        work()
+    finally:
+        sys.settrace(usual)
+    return lines

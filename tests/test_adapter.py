@@ -173,17 +173,31 @@ def test_zero_slip_of_the_published_law_is_reported() -> None:
 
 
 def test_a_part_that_is_left_out_costs_nothing() -> None:
-    scene = Scene(
-        balls=(Ball("1", (0.0, 0.0), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1)
+    """Cushions, joints and callbacks are installed only where the scene asks for them."""
+    bare = Scene(
+        balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1)
     )
-    trace = Trace(scene.start(None))
-    world = pymunk_space.set_up(scene, scene.start(None), Settings(0.01), "swept", "joint")
-    world.strike(world.balls[0], (1.0, 0.0))
-    assert not world.engine.walls
-    assert not world.space.constraints
-    assert world.balls[0].body.velocity_func == pymunk.Body.update_velocity
-    assert len(world.space.shapes) == 1
-    assert not trace.events
+    whole = replace(
+        bare,
+        table=Table.rectangle(1.0, 1.0),
+        restitution=Restitution(cushion=0.9),
+        friction=Friction(surface=0.1),
+    )
+
+    def installed(scene: Scene, friction: str) -> tuple[int, int, int, bool]:
+        settings = Settings(0.01)
+        world = pymunk_space.set_up(scene, scene.start(None), settings, "swept", friction)  # type: ignore[arg-type]
+        (ball,), space = world.balls, world.space
+        is_bare = ball.body.velocity_func == pymunk.Body.update_velocity
+        return len(world.engine.walls), len(space.shapes), len(space.constraints), is_bare
+
+    for friction, joints in (("joint", 1), ("callback", 0)):
+        assert installed(bare, friction) == (0, 1, 0, True)
+        assert installed(whole, friction) == (4, 5, joints, friction == "joint")
+    happened = [simulate(scene, solver="pymunk", dt=0.01).events for scene in (bare, whole)]
+    assert [[event.kind for event in events] for events in happened] == [
+        [], ["ball-cushion", "stop"],
+    ]  # fmt: skip
 
 
 def test_an_exception_in_a_callback_comes_out_of_the_step() -> None:

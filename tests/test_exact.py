@@ -187,11 +187,12 @@ def gas(count: int, seed: int, max_time: float) -> Scene:
     )
 
 
+@pytest.mark.slow
 def test_energy_holds_over_a_hundred_thousand_contacts() -> None:
     run = exact(gas(4, 1, 1e6), max_events=100_000)
     assert run.status == "max_events"
-    assert len(run.events) >= 100_000
-    assert run.energy["final"] == pytest.approx(run.energy["initial"], rel=1e-12)
+    assert len(run.events) == 100_000
+    assert run.energy["final"] == pytest.approx(run.energy["initial"], rel=1e-12, abs=0.0)
 
 
 def test_forward_and_back_returns_to_the_start() -> None:
@@ -239,7 +240,8 @@ def test_max_time_and_max_events() -> None:
     assert exact(scene).duration == 0.5
     cut = exact(scene, max_events=3)
     assert cut.status == "max_events"
-    assert len(cut.events) >= 3
+    assert cut.events == exact(scene).events[:3]
+    assert cut.duration == cut.events[-1].t
 
 
 def test_samples_are_exact_at_any_times() -> None:

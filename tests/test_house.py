@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -44,12 +45,16 @@ class Import(NamedTuple):
         return self.module.split("/")[0]
 
 
-def imports() -> Iterator[Import]:
-    """Yield every import of the package's modules, except the door's and those for types."""
-    for path in sorted(HOME.rglob("*.py")):
-        module = path.relative_to(HOME).as_posix()
-        if "/" in module:
-            yield from _of(module, ast.parse(path.read_text(encoding="utf-8")), late=False)
+@cache
+def imports() -> tuple[Import, ...]:
+    """Return every import of the package's modules, except the door's and those for types."""
+    paths = {path.relative_to(HOME).as_posix(): path for path in sorted(HOME.rglob("*.py"))}
+    return tuple(
+        found
+        for module, path in paths.items()
+        if "/" in module
+        for found in _of(module, ast.parse(path.read_text(encoding="utf-8")), late=False)
+    )
 
 
 def _of(module: str, node: ast.AST, late: bool) -> Iterator[Import]:

@@ -26,6 +26,8 @@ from pool_pymunk.cli import main
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies import stability
 
+pytestmark = pytest.mark.heavy
+
 # Its name is also that of a function.
 tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 
@@ -44,12 +46,18 @@ def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=_limit_files if limited else None,
+        preexec_fn=_on_a_full_disk if limited else _at_a_terminal,
     )
 
 
-def _limit_files() -> None:
+def _at_a_terminal() -> None:
+    """Let Ctrl-C count, even where the tests were started in the background and ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _on_a_full_disk() -> None:
     """Limit the size of files, so that writing more fails as it does on a full disk."""
+    _at_a_terminal()
     resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES, MOST_BYTES))
 
 

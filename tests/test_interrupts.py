@@ -6,12 +6,21 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Iterator
 
 import pymunk
 import pytest
 
 from pool_pymunk import load, simulate
 from pool_pymunk.safety.interrupts import PAUSE, patient_interrupts, raise_pending, uninterrupted
+
+
+@pytest.fixture(autouse=True)
+def at_a_terminal() -> Iterator[None]:
+    """Let Ctrl-C count, even where the tests were started in the background and ignore it."""
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, usual)
 
 
 def ctrl_c() -> None:

@@ -253,6 +253,7 @@ def law_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     exact.cache_clear()
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("law_of_ones_own")
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 @pytest.mark.parametrize("extreme", ROWS, ids=lambda extreme: extreme.name)

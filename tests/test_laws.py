@@ -223,15 +223,15 @@ def test_coulomb_by_hand() -> None:
     A slip of 2 m/s needs 0.75 * 2 = 1.5 N s to end; mu J_n = 0.9 N s is less, so it slips on.
     """
     after = coulomb(NT(4.0, 2.0), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 0.2))
-    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15)
-    assert after[1] == pytest.approx((4.5, 0.9), rel=1e-15)
+    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15, abs=0.0)
+    assert after[1] == pytest.approx((4.5, 0.9), rel=1e-15, abs=0.0)
 
 
 def test_coulomb_by_hand_where_the_slip_ends() -> None:
     """As above, but with mu = 10: 1.5 N s end the slip, and both balls go on with 1.5 m/s."""
     after = coulomb(NT(4.0, 2.0), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 10.0))
-    assert after[0] == pytest.approx((2.5, 1.5), rel=1e-15)
-    assert after[1] == pytest.approx((4.5, 1.5), rel=1e-15)
+    assert after[0] == pytest.approx((2.5, 1.5), rel=1e-15, abs=0.0)
+    assert after[1] == pytest.approx((4.5, 1.5), rel=1e-15, abs=0.0)
 
 
 # -- published, and its defects -------------------------------------------------------------------
@@ -243,23 +243,23 @@ def test_published_by_hand() -> None:
     A has 2 - 0.2 * 1.5 = 1.7 m/s. B is pushed with the slip and has 1 + 0.2 * (-4.5) = 0.1 m/s.
     """
     after = published(NT(4.0, 2.0), NT(0.0, 1.0), Pair(3.0, 1.0, 0.5, 0.2))
-    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15)
-    assert after[1] == pytest.approx((4.5, 0.1), rel=1e-14)  # 1 - 0.9 loses a digit.
+    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15, abs=0.0)
+    assert after[1] == pytest.approx((4.5, 0.1), rel=1e-14, abs=0.0)  # 1 - 0.9 loses a digit.
 
 
 def test_published_by_hand_where_the_clamp_acts() -> None:
     """A at 0.1 m/s would lose 0.2 * 1.5 = 0.3 m/s: it changes sign, so it gets 0."""
     after = published(NT(4.0, 0.1), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 0.2))
-    assert after[0] == pytest.approx((2.5, 0.0), rel=1e-15)
+    assert after[0] == pytest.approx((2.5, 0.0), rel=1e-15, abs=0.0)
     # It was at rest, so it is not clamped.
-    assert after[1] == pytest.approx((4.5, -0.9), rel=1e-15)
+    assert after[1] == pytest.approx((4.5, -0.9), rel=1e-15, abs=0.0)
 
 
 def test_published_by_hand_where_the_clamp_acts_on_b() -> None:
     """B at 0.5 m/s is pushed by 0.2 * 4.5 = 0.9 m/s, past zero: it gets 0."""
     after = published(NT(4.0, 2.0), NT(0.0, 0.5), Pair(3.0, 1.0, 0.5, 0.2))
-    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15)
-    assert after[1] == pytest.approx((4.5, 0.0), rel=1e-15)
+    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15, abs=0.0)
+    assert after[1] == pytest.approx((4.5, 0.0), rel=1e-15, abs=0.0)
 
 
 @given(hit=hits())
@@ -287,7 +287,7 @@ def test_defect_line_132_pushes_b_with_the_slip(
 def test_defect_tangential_momentum_is_not_kept() -> None:
     """Both balls are pushed towards -t: 1 kg m/s in t direction becomes 0.8."""
     a, b = published(NT(1.0, 1.0), NT(0.0, 0.0), Pair(1.0, 1.0, 1.0, 0.1))
-    assert a.t + b.t == pytest.approx(0.8, rel=1e-15)
+    assert a.t + b.t == pytest.approx(0.8, rel=1e-15, abs=0.0)
 
 
 def test_defect_friction_can_add_energy() -> None:
@@ -330,8 +330,8 @@ def test_defect_relabelling_the_balls_changes_the_answer() -> None:
     a, b = published(NT(1.0, 1.0), NT(0.0, 0.0), pair)
     # From B to A, normal and tangent point the other way.
     other_b, other_a = published(NT(0.0, 0.0), NT(-1.0, -1.0), pair)
-    assert (a.t, b.t) == pytest.approx((0.9, -0.1), rel=1e-15)
-    assert (-other_a.t, -other_b.t) == pytest.approx((1.1, 0.1), rel=1e-15)
+    assert (a.t, b.t) == pytest.approx((0.9, -0.1), rel=1e-15, abs=0.0)
+    assert (-other_a.t, -other_b.t) == pytest.approx((1.1, 0.1), rel=1e-15, abs=0.0)
 
 
 def test_rounding_slips_are_told_from_real_ones() -> None:
@@ -344,7 +344,7 @@ def test_rounding_slips_are_told_from_real_ones() -> None:
 
 def test_cushion_by_hand() -> None:
     """4 m/s come back as 3 m/s: of this change of 7 m/s, mu = 0.1 takes 0.7 m/s from 2 m/s."""
-    assert cushion(NT(-4.0, -2.0), 0.75, 0.1) == pytest.approx((3.0, -1.3), rel=1e-15)
+    assert cushion(NT(-4.0, -2.0), 0.75, 0.1) == pytest.approx((3.0, -1.3), rel=1e-15, abs=0.0)
 
 
 @given(v=velocities, e=restitutions, mu=frictions)

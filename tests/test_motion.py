@@ -74,7 +74,7 @@ def test_a_ball_stops_after_v_over_a_having_gone_v_squared_over_2a(
     assert end == speed / a
     x, y, wx, wy = slide(0.0, 0.0, vx, vy, a, end * (1 + 4 * EPSILON))
     assert (wx, wy) == (0.0, 0.0)
-    assert math.hypot(x, y) == pytest.approx(speed**2 / (2 * a), rel=8 * EPSILON)
+    assert math.hypot(x, y) == pytest.approx(speed**2 / (2 * a), rel=8 * EPSILON, abs=0.0)
     assert slide(0.0, 0.0, vx, vy, a, 10 * end) == (x, y, 0.0, 0.0)
 
 
@@ -179,7 +179,7 @@ def test_slide_by_hand() -> None:
     Its velocity is (3, -4) m/s.
     """
     assert slide(1.0, 2.0, 3.0, -4.0, 2.0, 1.5) == pytest.approx(
-        (1.0 + 0.6 * 5.25, 2.0 - 0.8 * 5.25, 0.6 * 2.0, -0.8 * 2.0), rel=4 * EPSILON
+        (1.0 + 0.6 * 5.25, 2.0 - 0.8 * 5.25, 0.6 * 2.0, -0.8 * 2.0), rel=4 * EPSILON, abs=0.0
     )
 
 

@@ -12,6 +12,8 @@ import pytest
 from pool_pymunk import loads
 from pool_pymunk.model.scenario import bundled
 
+pytestmark = pytest.mark.heavy
+
 HOME = Path(__file__).parent.parent
 README, CONTRIBUTING = (
     (HOME / name).read_text(encoding="utf-8") for name in ("README.md", "CONTRIBUTING.md")

@@ -36,6 +36,8 @@ from pool_pymunk.render import (
 from pool_pymunk.render.sprites import Sprite, Track
 from pool_pymunk.render.stage import Stage
 
+pytestmark = pytest.mark.heavy
+
 Frame = NDArray[np.uint8]
 
 # One ball moves (magenta) and two never do (cyan, orange), in colours that cloth does not have.
@@ -92,6 +94,12 @@ def filmed(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+def has(frame: Frame, color: str) -> NDArray[np.bool_]:
+    """Tell which pixels have the colour, or nearly."""
+    wanted = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)])
+    return np.asarray((np.abs(frame.astype(int) - wanted) < 70).all(axis=-1))
+
+
 def centre(
     frame: Frame, color: str, left: int = 0, right: int | None = None
 ) -> tuple[Array, float]:
@@ -100,8 +108,7 @@ def centre(
     The middle is (x, y upwards). The body of the ball is found by its colour; spot, label and
     outline do not shift its middle.
     """
-    wanted = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)])
-    mask = (np.abs(frame[:, left:right].astype(int) - wanted) < 70).all(axis=-1)
+    mask = has(frame[:, left:right], color)
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     x = left + (columns[0] + columns[-1] + 1) / 2
     y = len(frame) - (rows[0] + rows[-1] + 1) / 2
@@ -333,11 +340,15 @@ def test_flash_lights_the_contact_and_hides_no_ball(run: Run) -> None:
     assert spot.min() > 235
 
 
-def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
+def disc_sprite() -> Sprite:
+    """Draw a white disc with a radius of two and a half pixels."""
     side = 32
     distance = np.hypot(*(np.indices((side, side)) + 0.5 - side / 2))
-    fine = np.repeat(((distance < 10.0) * 255).astype(np.uint8)[..., None], 4, axis=-1)
-    sprite = Sprite(fine)
+    return Sprite(np.repeat(((distance < 10.0) * 255).astype(np.uint8)[..., None], 4, axis=-1))
+
+
+def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
+    sprite = disc_sprite()
     rows, columns = np.indices((30, 40)) + 0.5
     for x, y in ((20.0, 15.0), (20.25, 14.5), (19.6, 15.9)):
         frame = np.zeros((30, 40, 3), dtype=np.uint8)
@@ -345,8 +356,17 @@ def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
         light = frame[..., 0].astype(float)
         assert (light * columns).sum() / light.sum() == pytest.approx(x, abs=0.13)
         assert 30 - (light * rows).sum() / light.sum() == pytest.approx(y, abs=0.13)
-    for x, y in ((-50.0, 15.0), (1.0, 1.0), (39.0, 40.0)):
-        sprite.stamp(frame, x, y)  # It is partly or wholly off the frame.
+
+
+@pytest.mark.parametrize("place", [(-50.0, 15.0), (1.0, 1.0), (39.0, 31.0), (20.0, -1.5)])
+def test_sprite_at_an_edge_is_cut_off_there(place: tuple[float, float]) -> None:
+    """A sprite that is partly or wholly off a frame looks as it does in a larger frame."""
+    (x, y), sprite = place, disc_sprite()
+    small, large = (np.zeros((rows, 2 * rows, 3), dtype=np.uint8) for rows in (30, 90))
+    sprite.stamp(small, x, y)
+    sprite.stamp(large, x + 60.0, y + 30.0)
+    assert small.any() == (x > 0.0)
+    assert (small == large[30:60, 60:120]).all()
 
 
 def test_default_colors_differ_for_every_eye() -> None:
@@ -525,9 +545,15 @@ def test_numbers_that_are_none_are_left_out(run: Run, tmp_path: Path) -> None:
     knots = run.knots[1].copy()
     knots[-1, 1:] = np.nan
     broken = replace(run, knots=(run.knots[0], knots, *run.knots[2:]))
-    for what in (broken, Show((run, broken))):
+    for what, seen in ((run, True), (broken, False)):
         picture(what, tmp_path / "a.png", when="end", dpi=40)
         film(what, tmp_path / "a.mp4", replace(SMALL, end=0.1))
+        for image in (iio.imread(tmp_path / "a.png")[..., :3], frames_of(tmp_path / "a.mp4")[0]):
+            assert has(image, "#ff00ff").any()
+            assert has(image, "#00ffff").any() == seen
+    picture(Show((run, broken)), tmp_path / "a.png", when="end", dpi=40)
+    film(Show((run, broken)), tmp_path / "a.mp4", replace(SMALL, end=0.1))
+    assert len(frames_of(tmp_path / "a.mp4")) == 6 + 1 + 60
     with pytest.raises(RenderError, match="one can be shown, or two"):
         Show((run, run, run))
     with pytest.raises(RenderError, match="other balls"):

@@ -199,8 +199,8 @@ def test_numbers_come_back_in_the_units_of_the_file() -> None:
     cue = scene.balls[0]
     back = [scene.units.from_si(x, "length") for x in cue.position]
     # This is a product and a quotient, both rounded.
-    assert back == pytest.approx([66.0, 22.0], rel=3e-16)
-    assert scene.units.from_si(cue.mass, "mass") == pytest.approx(200.0, rel=3e-16)
+    assert back == pytest.approx([66.0, 22.0], rel=3e-16, abs=0.0)
+    assert scene.units.from_si(cue.mass, "mass") == pytest.approx(200.0, rel=3e-16, abs=0.0)
 
 
 @pytest.mark.parametrize("name", ["report", "report-corrected", "two-balls"])

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pymunk
 import pytest
-from scenes import largest_distance, random_scene
+from scenes import largest_distance, random_scene, seeds
 
 from pool_pymunk import (
     SOLVERS,
@@ -199,7 +199,9 @@ def exact(scene: Scene) -> Run:
     return simulate(scene, solver="event-driven")
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.heavy
+@pytest.mark.seeded
+@pytest.mark.parametrize("seed", seeds(20))
 def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
     scene = random_scene(seed, TABLES[seed % 4], speed=(0.5, 3.0))
     [(run, choice)] = simulate_within(scene, [None], 1e-6)
@@ -207,10 +209,12 @@ def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
     assert largest_distance(run, exact(scene)) < 1e-6
 
 
+@pytest.mark.heavy
+@pytest.mark.seeded
 def test_discrete_contacts_keep_the_word_that_is_given() -> None:
     """An estimate may refuse what is within the tolerance, but must not pass what is not."""
     limit, kept = 2e-3, 0
-    for seed in range(20):
+    for seed in seeds(20):
         scene = random_scene(seed, TABLES[seed % 4], speed=(0.5, 3.0))
         [(run, choice)] = simulate_within(scene, [None], limit, "pymunk-discrete", smallest=1e-4)
         kept += choice.reached
@@ -280,6 +284,7 @@ def pinball(dt: float) -> list[Point]:
     return [(body.position.x, body.position.y)]
 
 
+@pytest.mark.heavy
 def test_a_world_of_other_shapes() -> None:
     choice = choose_step(pinball, 1e-2, smallest=1e-4)
     assert choice.reached

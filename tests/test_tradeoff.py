@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load
+from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.studies.tradeoff import (
     Setting,
     cheapest,
@@ -71,17 +72,21 @@ def test_the_end_of_one_cushion_is_the_one_on_paper() -> None:
     vn, vt = -0.8 * left * ux, left * uy - 0.1 * 1.8 * left * ux
     reach = math.hypot(vn, vt) / (2 * a)
     end = (0.95 + vn * reach, 0.5 + way * uy + vt * reach)
-    from pool_pymunk import simulate
-
     for solver in ("event-driven", "pymunk"):
         assert simulate(scene, solver=solver).final["1"] == pytest.approx(end, abs=1e-14)
 
 
 def test_turning_a_scene_turns_its_ends() -> None:
+    """A turn by a right angle takes (x, y) to (-y, x), starts and ends alike."""
     scene = load("report-corrected")
-    assert turn(scene, math.pi / 2).balls[0].position == pytest.approx(
-        (-scene.balls[0].position[1], scene.balls[0].position[0])
-    )
+    turned = turn(scene, math.pi / 2)
+    ends = simulate(scene, 0, solver="event-driven").final
+    others = simulate(turned, 0, solver="event-driven").final
+    for ball, other in zip(scene.balls, turned.balls, strict=True):
+        x, y = ball.position
+        assert other.position == pytest.approx((-y, x), abs=1e-15)
+        x, y = ends[ball.id]
+        assert others[ball.id] == pytest.approx((-y, x), abs=1e-10)
 
 
 def test_the_cheapest_setting_within_a_tolerance() -> None:
@@ -103,15 +108,23 @@ def test_shots_that_hang_on_a_slip_of_zero_are_left_out() -> None:
 
 
 def test_failures_are_failures() -> None:
+    """A ball that tunnels through its cushion still runs at max_time, so it has no error."""
     scene = Scene(
-        balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(1, 0)),),
+        balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(50.0, 0.0)),),
         table=Table.rectangle(1.0, 1.0),
-        restitution=Restitution(cushion=1.0),
-        friction=Friction(surface=1e-3),
-        physics=Physics(max_time=1e3),
+        restitution=Restitution(cushion=0.5),
+        friction=Friction(surface=0.1),
+        physics=Physics(max_time=10.0),
     )
-    result = tradeoff(scene, {"pymunk": (1 / 60,)}, budget=0)
-    assert result.settings[0].failure == ""
+    result = tradeoff(scene, {"pymunk": (1 / 60,), "pymunk-discrete": (1 / 60,)}, budget=0)
+    good, failed = result.settings
+    assert (good.failure, failed.failure) == ("", "max_time")
+    assert good.largest < 1e-12
+    assert all(map(math.isnan, (failed.largest, failed.rms, failed.time)))
+    assert result.of("pymunk-discrete") == []
+    assert cheapest(result.settings, math.inf) is good
+    lost = tradeoff(scene, {"pymunk-discrete": (1 / 60,)}, budget=0)
+    assert sentences(lost)[0] == "No step tried comes within 1 m."
 
 
 def test_every_solver_is_measured_those_with_steps_first() -> None:
@@ -127,10 +140,10 @@ def test_every_solver_is_measured_those_with_steps_first() -> None:
 
 def test_slices_of_the_reports_own_step_are_compared_with() -> None:
     """A step that is as precise costs less than the report's slices; it is said how much."""
-    settings = {"pymunk": (1 / 60,), "time-slice": (1e-5, 1e-6)}
-    result = tradeoff(load("two-balls"), settings, budget=0)
-    first = sentences(result)[0]
-    times = {(s.solver, s.dt): s.time for s in result.settings}
-    factor = times["time-slice", 1e-6] / times["pymunk", 1 / 60]
-    assert first.startswith("Within 1 in: pymunk at 1/60 s does, in ")
-    assert first.endswith(f" ms, {factor:,.0f} times faster than slices of 1e-06 s.")
+    steps = {"pymunk": (1 / 60,), "time-slice": (1e-5, 1e-6)}
+    result = tradeoff(load("two-balls"), steps, budget=0)
+    times = {("pymunk", 1 / 60): 0.002, ("time-slice", 1e-5): 0.3, ("time-slice", 1e-6): 3.0}
+    timed = [replace(s, time=times[s.solver, s.dt or 0.0]) for s in result.settings]
+    assert sentences(replace(result, settings=tuple(timed)))[0] == (
+        "Within 1 in: pymunk at 1/60 s does, in 2 ms, 1,500 times faster than slices of 1e-06 s."
+    )
