@@ -212,17 +212,14 @@ def _log(one: Played) -> None:
 
 def _save(run: Run, folder: Path, k: int, drawn: Sequence[What]) -> None:
     """Write the data and pictures of one shot, the ``k``-th of this command."""
+    from pool_pymunk.results.run import FILES
     from pool_pymunk.safety.files import whole
 
     number = run.scene.shots.index(run.shot) + 1 if run.shot else k
     stem = f"shot-{number}"
-    for name, write in (
-        (f"{stem}.npz", run.write_npz),
-        (f"{stem}.csv", run.write_csv),
-        (f"{stem}-events.csv", run.write_events_csv),
-    ):
-        with whole(folder / name) as part:
-            write(part)
+    for ending, write in FILES:
+        with whole(folder / f"{stem}{ending}") as part:
+            write(run, part)
     for what in drawn:
         run.plot(what, folder / f"{stem}-{what}.png")
 

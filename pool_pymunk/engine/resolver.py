@@ -120,18 +120,19 @@ class Resolver:
         asked for the limit of what would follow. After ``MOST_HITS`` hits the contacts get a
         plastic limit without friction instead.
         """
-        resolution, velocity, count, ask = Resolution(), dict(before), 0, 1
+        resolution, velocity, count, spent, ask = Resolution(), dict(before), 0, 0, 1
         resolution.hits = list(contacts)
         noises = [(contact, self._noise(contact)) for contact in contacts]
         while closing := [c for c, noise in noises if closing_speed(c, velocity) > noise]:
-            if count >= decisions.MOST_HITS:
+            if spent >= decisions.MOST_HITS:
                 break
-            if count >= ask:
+            if spent >= ask:
                 ask *= 2
                 if self.law.limit(contacts, velocity):
                     break
             self._answer(closing, velocity, resolution)
-            count += 1 if len(closing) == 1 else decisions.TOGETHER
+            count += len(closing)
+            spent += 1 if len(closing) == 1 else decisions.TOGETHER
         settle(contacts, velocity)  # mostly no more than rounding is left
         self._conclude(before, velocity, resolution)
         return resolution, count

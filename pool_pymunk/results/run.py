@@ -314,6 +314,14 @@ class Run:
                 rows.writerow([event.t, event.kind, *_two(event.balls), cushion])
 
 
+# Every file that `run --out` writes of a shot: the end of its name, and the method that writes it.
+FILES = (
+    (".npz", Run.write_npz),
+    (".csv", Run.write_csv),
+    ("-events.csv", Run.write_events_csv),
+)
+
+
 def read_times(times: object) -> Array:
     """Read a number or a sequence of numbers, finite ones, as an array."""
     try:
