@@ -25,8 +25,8 @@ from pool_pymunk import (
     load,
     simulate,
 )
-from pool_pymunk.model import Point
-from pool_pymunk.solvers.pymunk_builtin import LOOKS, Builtin
+from pool_pymunk.solvers import Settings
+from pool_pymunk.solvers.pymunk_builtin import LOOKS, Builtin, solve
 
 R = 0.05
 FINE = 1e-6  # s
@@ -34,7 +34,7 @@ LATE = 2.0 * FINE / R  # By so much (rad) the normal turns at 2 m/s until a cont
 ROUGH = 10.0  # This coefficient of friction ends every slip here.
 
 
-def builtin(scene: Scene, **settings: float | int | State) -> Run:
+def builtin(scene: Scene, **settings: float) -> Run:
     return simulate(scene, solver="pymunk-builtin", **settings)  # type: ignore[arg-type]
 
 
@@ -113,7 +113,8 @@ def test_a_ball_stops_half_a_step_late(dt: float) -> None:
     """Every step keeps the speed of its start, so the ball passes v^2 / 2 a by about v dt / 2."""
     speed, angle = 1.5, 0.6
     velocity = (speed * math.cos(angle), speed * math.sin(angle))
-    scene = Scene((Ball("a", (0.0, 0.0), R, 0.2, velocity=velocity),), friction=Friction(0.1))
+    ball = Ball("a", (0.0, 0.0), R, 0.2, velocity=velocity)
+    scene = Scene((ball,), friction=Friction(0.1), physics=Physics(max_time=9.0))
     a = scene.deceleration
     way = sum((speed - k * a * dt) * dt for k in range(math.ceil(speed / (a * dt))))
     run = builtin(scene, dt=dt)
@@ -172,6 +173,14 @@ def test_a_rough_hit_at_an_offset_ends_elsewhere_by_a_third_of_its_slip() -> Non
     run, ours = builtin(scene, dt=FINE), simulate(scene, solver="event-driven")
     assert across(run) == pytest.approx(1.0 / 12.0, abs=LATE)
     assert across(ours) - across(run) == pytest.approx(1.0 / 6.0, abs=LATE)
+
+
+def test_as_long_as_a_ball_slips_along_a_cushion_friction_is_that_of_our_law() -> None:
+    """Friction takes 0.05 of the change of 1.8 m/s from 0.6 m/s; a third of these would end it."""
+    scene = on_table(Ball("a", (0.5, R), R, 0.2, velocity=(0.6, -1.0)), e=0.8, mu=0.05, time=0.1)
+    assert builtin(scene, dt=FINE).end.velocity[0] == pytest.approx((0.51, 0.8), abs=1e-12)
+    ours = simulate(scene, solver="event-driven").end.velocity[0]
+    assert ours == pytest.approx((0.51, 0.8), abs=1e-15)
 
 
 def test_a_rough_cushion_leaves_two_thirds_of_the_speed_along_it() -> None:
@@ -252,11 +261,13 @@ def test_max_events_ends_a_run_with_the_step_that_reaches_it(most: int) -> None:
     assert part.status == "max_events"
     assert part.events == whole.events[:most]
     assert part.duration == whole.events[most - 1].t
+    assert part.steps == round(240 * part.duration)
 
 
 @pytest.mark.parametrize("bad", [math.inf, math.nan])
 def test_numbers_out_of_range_end_a_run_as_non_finite(bad: float) -> None:
-    velocities: tuple[Point, Point] = ((bad, 0.0), (0.0, 0.0))
+    """``simulate`` refuses such a start, so the solver is asked itself."""
     scene = on_plane(Ball("a", (0.0, 0.0), R, 0.2), Ball("b", (1.0, 0.0), R, 0.2))
-    run = builtin(scene, start=State(((0.0, 0.0), (1.0, 0.0)), velocities), dt=1 / 240)
-    assert (run.status, run.steps, run.duration) == ("non_finite", 1, 1 / 240)
+    start = State(((0.0, 0.0), (1.0, 0.0)), ((bad, 0.0), (0.0, 0.0)))
+    trace = solve(scene, start, Settings(1 / 240))
+    assert (trace.status, trace.steps, trace.duration) == ("non_finite", 1, 1 / 240)
