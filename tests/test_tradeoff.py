@@ -80,8 +80,8 @@ def test_turning_a_scene_turns_its_ends() -> None:
     """A turn by a right angle takes (x, y) to (-y, x), starts and ends alike."""
     scene = load("report-corrected")
     turned = turn(scene, math.pi / 2)
-    ends = simulate(scene, 0, solver="event-driven").final
-    others = simulate(turned, 0, solver="event-driven").final
+    ends = simulate(scene, 1, solver="event-driven").final
+    others = simulate(turned, 1, solver="event-driven").final
     for ball, other in zip(scene.balls, turned.balls, strict=True):
         x, y = ball.position
         assert other.position == pytest.approx((-y, x), abs=1e-15)
