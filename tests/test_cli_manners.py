@@ -28,6 +28,8 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import Settings
 from pool_pymunk.studies.estimate import Estimate, estimate
 
+pytestmark = pytest.mark.heavy
+
 Capture = pytest.CaptureFixture[str]
 
 

@@ -175,6 +175,14 @@ def test_a_rough_hit_at_an_offset_ends_elsewhere_by_a_third_of_its_slip() -> Non
     assert across(ours) - across(run) == pytest.approx(1.0 / 6.0, abs=LATE)
 
 
+def test_as_long_as_a_ball_slips_along_a_cushion_friction_is_that_of_our_law() -> None:
+    """Friction takes 0.05 of the change of 1.8 m/s from 0.6 m/s; a third of these would end it."""
+    scene = on_table(Ball("a", (0.5, R), R, 0.2, velocity=(0.6, -1.0)), e=0.8, mu=0.05, time=0.1)
+    assert builtin(scene, dt=FINE).end.velocity[0] == pytest.approx((0.51, 0.8), abs=1e-12)
+    ours = simulate(scene, solver="event-driven").end.velocity[0]
+    assert ours == pytest.approx((0.51, 0.8), abs=1e-15)
+
+
 def test_a_rough_cushion_leaves_two_thirds_of_the_speed_along_it() -> None:
     """In our law, which has no spin, it leaves nothing."""
     scene = on_table(Ball("a", (0.5, R), R, 0.2, velocity=(0.6, -1.0)), e=0.8, mu=ROUGH, time=0.1)
@@ -253,6 +261,7 @@ def test_max_events_ends_a_run_with_the_step_that_reaches_it(most: int) -> None:
     assert part.status == "max_events"
     assert part.events == whole.events[:most]
     assert part.duration == whole.events[most - 1].t
+    assert part.steps == round(240 * part.duration)
 
 
 @pytest.mark.parametrize("bad", [math.inf, math.nan])
