@@ -23,7 +23,7 @@ import pytest
 
 from pool_pymunk import SOLVERS
 from pool_pymunk.cli import main
-from pool_pymunk.results.run import Run
+from pool_pymunk.results.run import FILES, Run
 from pool_pymunk.studies import stability
 
 pytestmark = pytest.mark.heavy
@@ -251,10 +251,10 @@ def test_a_disk_that_fills_up_keeps_what_was_finished(
         if run.name == "Simulation 2":
             path.write_text("t,ball,x")
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        write_csv(run, path)
+        run.write_csv(path)
 
-    write_csv = Run.write_csv
-    monkeypatch.setattr(Run, "write_csv", full)
+    files = [(ending, full if ending == ".csv" else write) for ending, write in FILES]
+    monkeypatch.setattr("pool_pymunk.results.run.FILES", files)
     folder, results = tmp_path / "out", tmp_path / "all.json"
     arguments = ("run", "report", "--no-pictures", "--out", str(folder), "--json", str(results))
     assert exit_code(*arguments) == 1
