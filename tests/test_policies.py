@@ -135,6 +135,7 @@ def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
     scene = squeezed(*squeeze)
     limit = exact(scene)
     monkeypatch.setattr(Law, "limit", lambda *_: False)
+    monkeypatch.setattr(decisions, "MOST_HITS", 10**6)
     played = exact(scene)
     assert limit.status == played.status == "settled"
     assert largest_distance(limit, played) < 1e-11
