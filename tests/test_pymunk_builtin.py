@@ -269,5 +269,5 @@ def test_numbers_out_of_range_end_a_run_as_non_finite(bad: float) -> None:
     """``simulate`` refuses such a start, so the solver is asked itself."""
     scene = on_plane(Ball("a", (0.0, 0.0), R, 0.2), Ball("b", (1.0, 0.0), R, 0.2))
     start = State(((0.0, 0.0), (1.0, 0.0)), ((bad, 0.0), (0.0, 0.0)))
-    trace = solve(scene, start, Settings(1 / 240))
+    trace = solve(scene, start, Settings(1 / 240, max_time=1.0))
     assert (trace.status, trace.steps, trace.duration) == ("non_finite", 1, 1 / 240)
