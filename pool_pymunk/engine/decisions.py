@@ -14,7 +14,7 @@ from pool_pymunk.physics.path import BARELY
 
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
 ROUNDS = 100  # After so many rounds of contacts at one instant, they are taken to have no end.
-MOST_HITS = 100_000  # So many of them are played out; then they get a plastic limit.
+MOST_HITS = 400_000  # So many of them are played out; then they get a plastic limit.
 TOGETHER = 200  # Contacts that close together take the time of so many hits.
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
