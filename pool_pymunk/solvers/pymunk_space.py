@@ -65,6 +65,7 @@ def set_up(
     """Return a space with the scene's cushions, and its balls on their way."""
     assert settings.dt is not None
     space = pymunk.Space()
+    space.iterations = 1  # Each friction joint pulls at its own ball alone.
     table = Billiards(
         space,
         settings.dt,
