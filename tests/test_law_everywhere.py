@@ -29,7 +29,6 @@ from pool_pymunk import (
     Table,
     simulate,
 )
-from pool_pymunk.engine import decisions
 from pool_pymunk.engine.resolver import distinct
 from pool_pymunk.physics.contact import NO_BALL
 from pool_pymunk.physics.laws import LAWS
@@ -90,12 +89,6 @@ class Sticky(Law):
 
     def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
         return super().ball_ball(a, b, pair._replace(restitution=0.0))
-
-
-@pytest.fixture(autouse=True)
-def fewer_hits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Play fewer of the hits that have no closed-form limit; their end is tested elsewhere."""
-    monkeypatch.setattr(decisions, "MOST_HITS", 20_000)
 
 
 # -- every contact asks ----------------------------------------------------------------------------

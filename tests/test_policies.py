@@ -13,6 +13,7 @@ from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table,
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
 from pool_pymunk.engine.near import Boxes
+from pool_pymunk.physics import collapse
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.path import Path, set_off
@@ -131,11 +132,11 @@ SQUEEZES = [
 def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
     squeeze: tuple[float, float, float, float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Hit by hit, until nothing is left but rounding; and by two linear equations."""
+    """Hit by hit, until nothing is left but rounding; and by leaps over cycles of hits."""
     scene = squeezed(*squeeze)
     limit = exact(scene)
-    monkeypatch.setattr(Law, "limit", lambda *_: False)
-    monkeypatch.setattr(decisions, "MOST_HITS", 10**6)
+    monkeypatch.setattr(Law, "hits_are_coulombs", False)
+    monkeypatch.setattr(collapse, "MOST_HITS", 10**6)
     played = exact(scene)
     assert limit.status == played.status == "settled"
     assert largest_distance(limit, played) < 1e-11
@@ -143,18 +144,21 @@ def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
 
 def test_some_squeezes_have_no_end_and_some_have(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else the test above shows nothing."""
-    asked: list[bool] = []
-    limit = Law.limit
+    leapt: list[int] = []
+    over = collapse.Leaps.over
 
-    def watched(*args: Any) -> bool:
-        asked.append(limit(*args))
-        return asked[-1]
+    def watched(*args: Any) -> int:
+        leapt.append(over(*args))
+        return leapt[-1]
 
-    monkeypatch.setattr(Law, "limit", watched)
+    monkeypatch.setattr(collapse.Leaps, "over", watched)
+    counts = []
     for squeeze in SQUEEZES:
+        leapt.clear()
         exact(squeezed(*squeeze))
-    assert asked.count(True) >= 15
-    assert asked.count(False) >= 3
+        counts.append(sum(leapt))
+    assert sum(count > 1000 for count in counts) >= 15
+    assert counts.count(0) >= 3
 
 
 # -- persistent contact ----------------------------------------------------------------------------

@@ -16,7 +16,6 @@ from expected_breaks import KEYS, NEVER, Entry, Key, breaks, played
 from rich.console import Console
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
-from pool_pymunk.engine import decisions
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.render import heatmap
@@ -40,12 +39,6 @@ from pool_pymunk.studies.stability.trial import exact, wrong
 SOLVERS = [solver.name for solver in columns()]
 # These must hold, except where the law breaks it.
 EXACT = [solver.name for solver in columns() if solver.exact]
-
-
-@pytest.fixture(autouse=True)
-def fewer_hits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Play fewer of the hits that have no closed-form limit; their end is tested elsewhere."""
-    monkeypatch.setattr(decisions, "MOST_HITS", 20_000)
 
 
 @pytest.mark.heavy

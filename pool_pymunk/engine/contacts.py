@@ -23,12 +23,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable
 from heapq import heappop, heappush
+from random import Random
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.resolver import Resolution, Resolver, distinct
+from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at, pair_time, set_off
 from pool_pymunk.physics.sides import Wall, unit
 
@@ -68,8 +71,14 @@ class Recorder:
         They hit each other once in a contact time.
         """
 
-    def no_end(self, contacts: Collection[Contact], count: int, t: float) -> None:
-        """Take note of so many hits without end, which are not listed one by one."""
+    def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
+        """Take note of hits without end, which are not listed one by one."""
+
+    def order_unknown(self, spread: float, t: float) -> None:
+        """Take note that contacts of one instant shared a ball.
+
+        Their order is unknown, and velocities may lie ``spread`` (m/s) elsewhere for it.
+        """
 
 
 Due = tuple[float, int, Key, Path, Path]  # when (s), in which order, what, on which paths
@@ -104,6 +113,7 @@ class ContactEngine:
         self.most = math.inf  # events after which the engine goes no further
         self.most_unlisted = math.inf  # unlisted instants after which it is given up
         self.is_finite = True
+        self.errors: Random | None = None  # If given, every new path gets some of these.
         self._queue: list[Due] = []
         self._order = 0
         self._instant = -math.inf  # the time at which the present rounds of contacts began
@@ -111,6 +121,11 @@ class ContactEngine:
         self._met_now: dict[Key, None] = {}  # what met in these rounds
 
     # -- setting up ----------------------------------------------------------------------------
+
+    def vary(self, variant: decisions.Variant) -> None:
+        """Play this variant of the run."""
+        self.resolver.variant = variant
+        self.errors = None if variant.seed is None else Random(variant.seed)
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
@@ -279,9 +294,9 @@ class ContactEngine:
         motions, contacts = self._contacts(keys)
         if self._has_no_end(keys, motions):
             motions, hits = self._contacts(self._met_now)
-            resolution, count = self.resolver.play_out(hits, _velocities(motions))
+            resolution, collapse = self.resolver.play_out(hits, _velocities(motions))
             resolution.listed = contacts
-            self.recorder.no_end(hits, count, self.now)
+            self.recorder.no_end(hits, collapse, self.now)
             self._rounds = 0
         else:
             resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)
@@ -326,6 +341,8 @@ class ContactEngine:
         """Give the balls their new paths, and predict where these lead."""
         for i, velocity in resolution.velocity.items():
             x, y, _, _ = motions[i]
+            if self.errors is not None:
+                x, y, velocity = self._with_errors(x, y, velocity, self.radii[i])
             path = set_off(self.now, (x, y), velocity, self.deceleration, resolution.noise)
             if path.speed > 0.0:
                 self.rested[i] = math.inf
@@ -338,6 +355,16 @@ class ContactEngine:
             if all(self.paths[i].stop > self.now for i in contact.balls):
                 self.meet(contact.a, contact.b)
 
+    def _with_errors(
+        self, x: float, y: float, velocity: Vector, radius: float
+    ) -> tuple[float, float, Vector]:
+        """Return a place (m) and a velocity (m/s) with random errors of the size of rounding."""
+        assert self.errors is not None
+        vx, vy = velocity
+        places, speeds = EPSILON * (abs(x) + abs(y) + radius), EPSILON * (abs(vx) + abs(vy))
+        dx, dy, du, dv = (self.errors.uniform(-1.0, 1.0) for _ in range(4))
+        return x + places * dx, y + places * dy, (vx + speeds * du, vy + speeds * dv)
+
     def _begin(self, i: int, path: Path) -> None:
         self.paths[i] = path
         if path.is_lost(self.radii[i]):
@@ -349,6 +376,8 @@ class ContactEngine:
         self.unlisted += not resolution.listed
         for contact in resolution.listed:
             self.recorder.contact(contact, self.now)
+        if resolution.spread > resolution.noise:
+            self.recorder.order_unknown(resolution.spread, self.now)
         for contact, last in resolution.micro:
             self._revoke_stops(contact, last)
         for contact in resolution.zero_slips:

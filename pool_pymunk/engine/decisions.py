@@ -8,17 +8,30 @@ once in every contact time, in micro-collisions, instead of infinitely often.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import BARELY
 
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
 ROUNDS = 100  # After so many rounds of contacts at one instant, they are taken to have no end.
-MOST_HITS = 400_000  # So many of them are played out; then they get a plastic limit.
-TOGETHER = 200  # Contacts that close together take the time of so many hits.
+LEFT = 64.0 * EPSILON  # Hits without end leave closing speeds of this share of the speeds.
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
 WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
+
+
+class Variant(NamedTuple):
+    """A variant of a run shows what hangs on policies, and on rounding.
+
+    Persistent contacts take ``longer`` times as long. With ``in_turn``, contacts of one instant are
+    answered one after the other. With a ``seed``, every new path begins with random errors of the
+    size of rounding.
+    """
+
+    longer: float = 1.0
+    in_turn: bool = False
+    seed: int | None = None
 
 
 def nearly_now(radius: float, speed: float) -> float:

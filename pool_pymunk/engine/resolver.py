@@ -22,9 +22,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
+from pool_pymunk.physics.collapse import Collapse, play_out
 from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
@@ -36,7 +38,7 @@ from pool_pymunk.physics.contact import (
 )
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.path import NOISE, Path, least_bounce
-from pool_pymunk.physics.together import push_apart
+from pool_pymunk.physics.together import in_turn, push_apart, spread_over_orders
 
 SAME_NORMAL = 1e-12
 
@@ -58,7 +60,9 @@ class Resolution:
     it may be rounding. The other fields sort the contacts. ``hits`` were answered, each as it was
     given to the law. ``listed`` are events. ``micro`` are micro-collisions, each with the time (s)
     of the pair's hit before. ``missed`` touch, but do not close. ``persistent`` are hits that part
-    at their least bounce (m/s). ``zero_slips`` are hits whose slip only rounding knew.
+    at their least bounce (m/s). ``zero_slips`` are hits whose slip only rounding knew. ``spread``
+    (m/s) is how far velocities may lie elsewhere because contacts share a ball, and nothing knows
+    their order.
     """
 
     def __init__(self) -> None:
@@ -70,6 +74,7 @@ class Resolution:
         self.missed: list[Contact] = []
         self.persistent: list[tuple[Contact, float]] = []
         self.zero_slips: list[Contact] = []
+        self.spread = 0.0
 
 
 class Resolver:
@@ -78,6 +83,7 @@ class Resolver:
     def __init__(self, law: Law, deceleration: float) -> None:
         self.law = law
         self.deceleration = deceleration
+        self.variant = decisions.Variant()
         self.paths: list[Path] = []
         self.radii: list[float] = []
         self.history: dict[tuple[int, int], History] = {}
@@ -93,7 +99,8 @@ class Resolver:
             return 0.0
         left = max(self.paths[i].stop, self.paths[j].stop) - now
         radius = min(self.radii[i], self.radii[j])
-        return decisions.contact_time(now - past.met, left, radius, self.deceleration)
+        time = decisions.contact_time(now - past.met, left, radius, self.deceleration)
+        return self.variant.longer * time
 
     def resolve(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
@@ -113,29 +120,26 @@ class Resolver:
 
     def play_out(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector]
-    ) -> tuple[Resolution, int]:
-        """Answer hits without end, all at one instant, until nothing closes; count them, too.
+    ) -> tuple[Resolution, Collapse]:
+        """Answer hits without end, all at one instant, until nothing closes.
 
-        What closes more slowly than rounding knows does not close. From time to time the law is
-        asked for the limit of what would follow. After ``MOST_HITS`` hits the contacts get a
-        plastic limit without friction instead.
+        What closes more slowly than rounding knows does not close. Hits that do not come to their
+        end get a plastic one without friction.
         """
-        resolution, velocity, count, spent, ask = Resolution(), dict(before), 0, 0, 1
+        resolution, velocity = Resolution(), dict(before)
         resolution.hits = list(contacts)
-        noises = [(contact, self._noise(contact)) for contact in contacts]
-        while closing := [c for c, noise in noises if closing_speed(c, velocity) > noise]:
-            if spent >= decisions.MOST_HITS:
-                break
-            if spent >= ask:
-                ask *= 2
-                if self.law.limit(contacts, velocity):
-                    break
+
+        def answer(closing: Sequence[Contact], velocity: Velocities) -> None:
             self._answer(closing, velocity, resolution)
-            count += len(closing)
-            spent += 1 if len(closing) == 1 else decisions.TOGETHER
+
+        collapse = play_out(contacts, decisions.LEFT, velocity, answer, self.law.hits_are_coulombs)
+        left = dict(velocity)
         settle(contacts, velocity)  # mostly no more than rounding is left
+        if not collapse.is_over:
+            forced = max(math.dist(left[i], velocity[i]) for i in left)
+            collapse = collapse._replace(forced=forced)
         self._conclude(before, velocity, resolution)
-        return resolution, count
+        return resolution, collapse
 
     def _answer(
         self, hits: Sequence[Contact], velocity: Velocities, resolution: Resolution
@@ -150,7 +154,10 @@ class Resolver:
             if len(group) == 1:
                 by_law(group[0], velocity)
             elif group:
-                self.law.together(group, velocity, by_law)
+                before = {i: velocity[i] for hit in group for i in hit.balls}
+                (in_turn if self.variant.in_turn else self.law.together)(group, velocity, by_law)
+                spread = spread_over_orders(group, before, velocity, partial(respond, self.law))
+                resolution.spread = max(resolution.spread, spread)
 
     def _look_at(
         self, contact: Contact, velocity: Velocities, now: float, resolution: Resolution

@@ -1,126 +1,201 @@
-"""Two contacts that share a ball may hit in turn without end; their limit has a closed form.
+"""Hits without end come to an end at one instant, and this module plays them to it.
 
-A light ball between a heavy one and a cushion is the usual case. Let x and y be the closing speeds
-of contact A, which closes, and of contact B, which parts. A hit of A and then one of B change them
-linearly, because restitution is linear and friction is mu J_n as long as the balls slip:
+A light ball that a heavy one squeezes to a cushion is the usual case. Its hits are played in
+rounds: every contact that closes is answered. Soon the rounds repeat: the same contacts close, and
+the friction of each has the same direction. Such a cycle is a linear map of the closing speeds and
+slips r of all contacts, and of the velocities v,
 
-    z = y + g_ba x,   x' = -e_a x + g_ab z,   y' = -e_b z.
+    r -> T r,   v -> v + Q r,
 
-If this map has two real positive eigenvalues, and x has a positive share of the larger one, then x
-stays positive for ever: the hits have no end, and in their limit no contact closes any more. The
-impulses of all hits together are then the solution of two linear equations. If the eigenvalues are
-complex, the hits come to an end, and have to be played.
+because restitution is linear, and friction is mu J_n where two sides slip, and takes all of the
+slip where they stick. So n cycles are the n-th power of the map, by repeated squaring:
+T_2n = T_n T_n and Q_2n = Q_n + Q_n T_n. A leap over n cycles stands if the next cycle is still the
+same.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from pool_pymunk.physics.contact import (
-    NO_BALL,
-    Contact,
-    Vector,
-    Velocities,
-    closing_speed,
-    split,
-)
+import numpy as np
+from numpy.typing import NDArray
 
-STILL = 1e-15  # A slip below this share of the closing speeds counts as none.
+from pool_pymunk.physics.contact import Contact, Velocities, closing_speed
+from pool_pymunk.physics.together import directions
+
+Array = NDArray[np.float64]
+
+MOST_HITS = 100_000  # So many hits are played one by one at most.
+TOGETHER = 20  # Contacts that share a ball, and leaps, take the time of so many hits.
+LONGEST_CYCLE = 24  # rounds
+MOST_DOUBLINGS = 60  # A leap is shorter than 2 to this power cycles.
+TO_BE_SURE = 0.25  # A leap may go so far below the noise, so that it is over for sure.
+SHORT = 8  # After a leap over fewer cycles, the next one is tried later.
+
+STICKS = 0  # This is how friction acts where it takes the whole slip; else it is the slip's sign.
+Round = tuple[
+    tuple[int, int], ...
+]  # the numbers of the contacts that close, each with its friction
 
 
-class Push(NamedTuple):
-    """A push holds the velocity (m/s) that a unit impulse at a contact gives to its balls."""
+class Collapse(NamedTuple):
+    """A collapse tells how many hits there were, and whether they were played to their end.
 
-    a: Vector
-    b: Vector
-
-
-def limit_of_two(first: Contact, second: Contact, velocity: Velocities) -> bool:
-    """Give two contacts the limit of their hits without end: change ``velocity`` (m/s).
-
-    Returns False, with nothing done, if the hits have an end, or if friction changes its direction
-    on the way.
-
-    >>> from pool_pymunk.physics.contact import Pair
-    >>> squeezed = Contact(0, 1, (-1.0, 0.0), Pair(1e3, 1.0, 0.5, 0.0))
-    >>> cushion = Contact(1, NO_BALL, (1.0, 0.0), Pair(1.0, math.inf, 0.5, 0.0))
-    >>> velocity = {0: (-1.0, 0.0), 1: (0.0, 0.0)}
-    >>> limit_of_two(squeezed, cushion, velocity), [round(v[0], 12) for v in velocity.values()]
-    (True, [0.0, 0.0])
+    If they were not, ``forced`` (m/s) is how much velocities had to change to end them.
     """
-    a, b = (first, second) if closing_speed(first, velocity) > 0.0 else (second, first)
-    x, y = closing_speed(a, velocity), closing_speed(b, velocity)
-    push_a, push_b = _push(a, velocity), _push(b, velocity)
-    g_aa, g_ab = _opens(a, a, push_a), _opens(a, b, push_b)
-    g_ba, g_bb = _opens(b, a, push_a), _opens(b, b, push_b)
-    if not _is_endless(a, b, (x, y), (-g_ab / g_bb, -g_ba / g_aa)):
-        return False
-    determinant = g_aa * g_bb - g_ab * g_ba
-    after = {i: velocity[i] for i in {*a.balls, *b.balls}}
-    _apply(a, push_a, (x * g_bb - y * g_ab) / determinant, after)
-    _apply(b, push_b, (y * g_aa - x * g_ba) / determinant, after)
-    speed = max(math.hypot(*velocity[i]) for i in after)
-    if any(_turned(contact, velocity, after, speed) for contact in (a, b)):
-        return False
-    for i, v in after.items():
-        velocity[i] = v
-    return True
+
+    hits: int
+    is_over: bool
+    forced: float = 0.0
 
 
-def _is_endless(a: Contact, b: Contact, speeds: Vector, drives: Vector) -> bool:
-    """Tell whether hits of A and B in turn have no end, by the eigenvalues of two hits."""
-    (x, y), (drive_a, drive_b) = speeds, drives
-    e_a, e_b = a.pair.restitution, b.pair.restitution
-    g_ab, g_ba = (1.0 + e_b) * drive_a, (1.0 + e_a) * drive_b
-    trace, product = g_ab * g_ba - e_a - e_b, e_a * e_b
-    discriminant = trace * trace - 4.0 * product
-    if x <= 0.0 or trace <= 0.0 or discriminant <= 0.0:
-        return False
-    larger = (trace + math.sqrt(discriminant)) / 2.0
-    smaller = product / larger
-    z = y + g_ba * x
-    return z > 0.0 and larger < 1.0 and g_ab * z - e_a * x > smaller * x
+def play_out(
+    contacts: Sequence[Contact],
+    noise: float,
+    velocity: Velocities,
+    answer: Callable[[Sequence[Contact], Velocities], object],
+    leap: bool,
+) -> Collapse:
+    """Answer the contacts until what closes is rounding, and change ``velocity`` (m/s).
+
+    ``noise`` is the share of the speeds that may be rounding. ``answer`` answers contacts that
+    close. With ``leap``, which needs Coulomb's law, cycles of hits are leapt over. Without it,
+    or where no cycle repeats, ``MOST_HITS`` hits are played at most.
+    """
+    leaps = Leaps(contacts) if leap else None
+    hits = spent = 0
+    least = 0.0
+    while True:
+        least = max(least, noise * _fastest(velocity))
+        closing = [contact for contact in contacts if closing_speed(contact, velocity) > least]
+        if not closing:
+            return Collapse(hits, is_over=True)
+        if spent >= MOST_HITS:
+            return Collapse(hits, is_over=False)
+        if leaps is not None and (leapt := leaps.over(velocity, TO_BE_SURE * least)):
+            hits += leapt
+            spent += TOGETHER
+            continue
+        answer(closing, velocity)
+        hits += len(closing)
+        spent += 1 if len(closing) == 1 else TOGETHER
 
 
-def _push(contact: Contact, velocity: Velocities) -> Push:
-    """Return what a unit normal impulse does, with the friction of a contact that slips."""
-    (nx, ny), pair = contact.normal, contact.pair
-    rub = pair.friction * _direction(contact, velocity)
-    px, py = nx - rub * ny, ny + rub * nx
-    if contact.b == NO_BALL:
-        return Push((px / pair.m_a, py / pair.m_a), (0.0, 0.0))
-    return Push((-px / pair.m_a, -py / pair.m_a), (px / pair.m_b, py / pair.m_b))
+def _fastest(velocity: Velocities) -> float:
+    return math.sqrt(max(vx * vx + vy * vy for vx, vy in velocity.values()))
 
 
-def _direction(contact: Contact, velocity: Velocities) -> float:
-    """Return in which direction friction pushes along the tangent: 1, -1, or 0 without slip."""
-    slip = _slip(contact, velocity)
-    return math.copysign(1.0, slip) if slip != 0.0 else 0.0
+class Leaps:
+    """Leaps follow the rounds of a collapse, and leap over cycles of them."""
 
+    def __init__(self, contacts: Sequence[Contact]) -> None:
+        self.contacts = contacts
+        self.balls = sorted({i for contact in contacts for i in contact.balls})
+        opens, slips, lightness = directions(contacts, self.balls)
+        count = len(contacts)
+        self.relative = np.empty((2 * count, 2 * len(self.balls)))  # v -> closing speeds and slips
+        self.relative[0::2], self.relative[1::2] = -opens, slips
+        # what unit impulses, over the effective mass, do to the velocities
+        m_eff = 1.0 / (slips * lightness * slips).sum(axis=1)
+        self.pushes = -(self.relative * lightness).T * np.repeat(m_eff, 2)
+        self.least = 0.0  # m/s; a contact that closes more slowly does not
+        self.hits: dict[Round, Array] = {}
+        self.rounds: list[Round] = []
+        self.wait, self.pause = 0, 1
 
-def _slip(contact: Contact, velocity: Velocities) -> float:
-    """Return the slip (m/s) of A past B, or of a cushion past its ball."""
-    a = split(velocity[contact.a], contact.normal).t
-    return -a if contact.b == NO_BALL else a - split(velocity[contact.b], contact.normal).t
+    def over(self, velocity: Velocities, least: float) -> int:
+        """Leap over cycles, if the last rounds repeat, and return how many hits that were.
 
+        A contact closes if it does so faster than ``least`` (m/s).
+        """
+        self.least = least
+        v = np.array([velocity[i] for i in self.balls]).ravel()
+        this = self._round(self.relative @ v)
+        self.rounds = [*self.rounds[1 - 2 * LONGEST_CYCLE :], this] if this else []
+        self.wait -= 1
+        cycle = self._cycle() if self.wait <= 0 else None
+        if cycle is None:
+            return 0
+        v, count = self._leap(cycle, v)
+        self.pause = 1 if count >= SHORT else 2 * self.pause
+        self.wait = self.pause
+        for i, (x, y) in zip(self.balls, v.reshape(-1, 2).tolist(), strict=True):
+            velocity[i] = (x, y)
+        self.rounds = [] if count else self.rounds
+        return count * sum(map(len, cycle))
 
-def _opens(contact: Contact, other: Contact, push: Push) -> float:
-    """Return by how much (m/s) a push at another contact opens this one."""
-    pushed: dict[int, Vector] = dict.fromkeys(contact.balls, (0.0, 0.0))
-    pushed |= dict(zip(other.balls, push, strict=False))
-    return -closing_speed(contact, pushed)
+    def _round(self, r: Array) -> Round:
+        """Return which contacts close, and how friction acts; nothing if two share a ball."""
+        closing = np.flatnonzero(r[0::2] > self.least).tolist()
+        if len(closing) > 1:
+            balls = [i for k in closing for i in self.contacts[k].balls]
+            if len(balls) > len(set(balls)):
+                return ()
+        return tuple((k, self._friction(k, r)) for k in closing)
 
+    def _friction(self, k: int, r: Array) -> int:
+        """Return how friction acts: ``STICKS``, or the slip's sign."""
+        pair, closing, slip = self.contacts[k].pair, r[2 * k], r[2 * k + 1]
+        most = pair.friction * (1.0 + pair.restitution) * closing
+        if pair.friction == 0.0 or abs(slip) <= most:
+            return STICKS
+        return 1 if slip > 0.0 else -1
 
-def _apply(contact: Contact, push: Push, impulse: float, velocity: Velocities) -> None:
-    for i, (px, py) in zip(contact.balls, push, strict=False):
-        vx, vy = velocity[i]
-        velocity[i] = (vx + impulse * px, vy + impulse * py)
+    def _cycle(self) -> list[Round] | None:
+        """Return the rounds from here on if they have repeated, else None."""
+        rounds = self.rounds
+        for period in range(1, min(LONGEST_CYCLE, len(rounds) // 2) + 1):
+            if rounds[-period:] == rounds[-2 * period : -period]:
+                return [rounds[-1], *rounds[-period:-1]]
+        return None
 
+    def _leap(self, cycle: Sequence[Round], v: Array) -> tuple[Array, int]:
+        """Return the velocities after as many cycles as stay the same, and how many these are."""
+        power = self._map(cycle)
+        powers, total = [power], 0
+        for doubling in range(MOST_DOUBLINGS):
+            after = v + powers[-1][1] @ (self.relative @ v)
+            if not self._repeats(cycle, after):
+                break
+            v, total = after, total + 2**doubling
+            t, q = powers[-1]
+            powers.append((t @ t, q + q @ t))
+        for doubling in reversed(range(len(powers) - 1)):
+            after = v + powers[doubling][1] @ (self.relative @ v)
+            if self._repeats(cycle, after):
+                v, total = after, total + 2**doubling
+        return v, total
 
-def _turned(contact: Contact, before: Velocities, after: Velocities, speed: float) -> bool:
-    """Tell whether friction would have changed its direction on the way."""
-    old, new = _slip(contact, before), _slip(contact, after)
-    if contact.pair.friction == 0.0:
-        return False
-    return abs(new) > STILL * speed if abs(old) <= STILL * speed else old * new < 0.0
+    def _map(self, cycle: Sequence[Round]) -> tuple[Array, Array]:
+        """Return what one cycle does to closing speeds and slips (T), and to velocities (Q)."""
+        size = len(self.relative)
+        t, q = np.eye(size), np.zeros((self.relative.shape[1], size))
+        for this in cycle:
+            hit = self._hit(this) @ t
+            t, q = t + self.relative @ hit, q + hit
+        return t, q
+
+    def _hit(self, this: Round) -> Array:
+        """Return what the hits of a round do to velocities, of closing speeds and slips."""
+        if this in self.hits:
+            return self.hits[this]
+        hit = self.hits[this] = np.zeros(self.pushes.shape)
+        for k, friction in this:
+            pair, at = self.contacts[k].pair, 2 * k
+            normal, tangential = self.pushes[:, at], self.pushes[:, at + 1]
+            bounce = 1.0 + pair.restitution
+            hit[:, at] = bounce * (normal + friction * pair.friction * tangential)
+            if friction == STICKS and pair.friction > 0.0:
+                hit[:, at + 1] = tangential
+        return hit
+
+    def _repeats(self, cycle: Sequence[Round], v: Array) -> bool:
+        """Tell whether the rounds from here on are those of the cycle."""
+        for this in cycle:
+            r = self.relative @ v
+            if not np.isfinite(r).all() or self._round(r) != this:
+                return False
+            v = v + self._hit(this) @ r
+        return True

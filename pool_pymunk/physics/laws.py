@@ -18,7 +18,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import final
 
-from pool_pymunk.physics.collapse import limit_of_two
 from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
@@ -135,20 +134,14 @@ class Law:
         """
         mean_over_orders(contacts, velocity, respond)
 
-    def limit(self, contacts: Sequence[Contact], velocity: Velocities) -> bool:
-        """Give hits without end their limit: change ``velocity`` (m/s), where it has a closed form.
+    @property
+    def hits_are_coulombs(self) -> bool:
+        """Tell whether single hits follow Coulomb's law, so that cycles of hits may be leapt over.
 
-        Returns False, with nothing done, where it has none; then the hits are played one by one.
-        Coulomb's hits have one for two contacts that share a ball
-        (:func:`~pool_pymunk.physics.collapse.limit_of_two`); a law with hits of its own has none.
+        See :mod:`pool_pymunk.physics.collapse`.
         """
         own = type(self)
-        if own.ball_ball is not Law.ball_ball or own.cushion is not Law.cushion:
-            return False
-        if len(contacts) != 2:
-            return False
-        first, second = contacts
-        return limit_of_two(first, second, velocity)
+        return own.ball_ball is Law.ball_ball and own.cushion is Law.cushion
 
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
         """Tell whether the law jumps here, so that rounding would decide its answer.

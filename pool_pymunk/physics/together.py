@@ -25,11 +25,12 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities, closing_speed
+from pool_pymunk.physics.contact import NO_BALL, Contact, Velocities, closing_speed
 
 Array = NDArray[np.float64]
 
 ALL_ORDERS = 4  # For up to so many contacts all their orders are tried.
+MOST_TURNS = 10  # So often an order is gone through to see what comes of it.
 MOST_SWEEPS = 200  # After so many sweeps of the mean, what still closes is a next impact.
 TIE_DIGITS = 9  # Normals that agree to so many digits are the same.
 SPEED_ROUNDING = 64.0 * 2.0**-52  # This share of the speeds, or of the impulses, may be rounding.
@@ -63,12 +64,54 @@ def mean_over_orders(
             velocity[i] = (x, y)
 
 
+def spread_over_orders(
+    contacts: Sequence[Contact],
+    before: Velocities,
+    after: Velocities,
+    respond: Callable[[Contact, Velocities], object],
+) -> float:
+    """Return how far (m/s) velocities may lie from ``after`` if the contacts come in an order.
+
+    The orders are those of :func:`mean_over_orders`. In each of them the contacts are answered in
+    turn until nothing closes, in ``MOST_TURNS`` turns at most.
+    """
+    balls = sorted({i for contact in contacts for i in contact.balls})
+    farthest = 0.0
+    for order in _orders(contacts):
+        velocity = {i: before[i] for i in balls}
+        _in_turn(order, velocity, respond)
+        farthest = max(farthest, *(math.dist(velocity[i], after[i]) for i in balls))
+    return farthest
+
+
+def in_turn(
+    contacts: Sequence[Contact],
+    velocity: Velocities,
+    respond: Callable[[Contact, Velocities], object],
+) -> None:
+    """Answer the contacts one after the other, in the first of their orders."""
+    _in_turn(next(_orders(contacts)), velocity, respond)
+
+
+def _in_turn(
+    order: Sequence[Contact],
+    velocity: Velocities,
+    respond: Callable[[Contact, Velocities], object],
+) -> None:
+    """Answer the contacts in this order, again and again until nothing closes."""
+    noise = SPEED_ROUNDING * max(math.hypot(*velocity[i]) for c in order for i in c.balls)
+    for _ in range(MOST_TURNS):
+        _in_order(order, velocity, respond)
+        if all(closing_speed(contact, velocity) <= noise for contact in order):
+            return
+
+
 def _in_order(
     order: Iterable[Contact],
-    velocity: dict[int, Vector],
+    velocity: Velocities,
     respond: Callable[[Contact, Velocities], object],
-) -> dict[int, Vector]:
-    """Return the velocities after the closing contacts were answered one after the other."""
+) -> Velocities:
+    """Answer the closing contacts one after the other, and return the velocities."""
     for contact in order:
         if closing_speed(contact, velocity) > 0.0:
             respond(contact, velocity)
@@ -100,7 +143,7 @@ def at_once(contacts: Sequence[Contact], velocity: Velocities) -> bool:
     Where rounding hides which contacts push, do nothing and return False.
     """
     balls = sorted({i for contact in contacts for i in contact.balls})
-    normals, tangents, lightness = _directions(contacts, balls)
+    normals, tangents, lightness = directions(contacts, balls)
     v = np.array([velocity[i] for i in balls]).ravel()
     wanted = [(1.0 + c.pair.restitution) * closing_speed(c, velocity) for c in contacts]
     j_n = _normal_impulses(normals * lightness @ normals.T, np.array(wanted))
@@ -129,7 +172,7 @@ def push_apart(contact: Contact, parting: float, velocity: Velocities) -> None:
         velocity[b] = (bx + share * m_a * nx, by + share * m_a * ny)
 
 
-def _directions(contacts: Sequence[Contact], balls: Sequence[int]) -> tuple[Array, Array, Array]:
+def directions(contacts: Sequence[Contact], balls: Sequence[int]) -> tuple[Array, Array, Array]:
     """Return how each contact depends on the velocities, and the inverse masses.
 
     The first two arrays (C, 2N) say how fast each contact opens and slips for each component of

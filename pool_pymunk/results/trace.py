@@ -8,15 +8,21 @@ if TYPE_CHECKING:
     from pool_pymunk.model import Point, State
 
 
+Knot = tuple[float, float, float, float, float]  # t (s), x, y (m), vx, vy (m/s)
+
+
 class Trace:
     """What a solver writes down while it runs; balls are numbers, as in ``scene.balls``."""
 
     def __init__(self, start: State) -> None:
-        self.knots: list[list[tuple[float, float, float, float, float]]] = [
+        self.knots: list[list[Knot]] = [
             [(0.0, *p, *v)] for p, v in zip(start.position, start.velocity, strict=True)
         ]
         self.events: list[tuple[float, str, tuple[int, ...], int | None]] = []
-        self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
+        # when first, how often, and the largest figure
+        self.warned: dict[str, tuple[float, int, float]] = {}
+        self.used_policy = False  # Something was answered that has no exact answer.
+        self.is_pressed = False  # Friction pressed balls together.
         self.status = "settled"
         self.duration = 0.0
         self.steps = 0
@@ -61,15 +67,19 @@ class Trace:
             while knots[-1][0] > self.duration:
                 knots.pop()
 
-    def warn(self, text: str, t: float) -> None:
-        """Note what the user should know of what happened at ``t``."""
-        first, times = self.warned.get(text, (t, 0))
-        self.warned[text] = first, times + 1
+    def warn(self, text: str, t: float, figure: float = 0.0) -> None:
+        """Note what the user should know of what happened at ``t`` (s).
+
+        ``{figure}`` in the text stands for the largest figure of all warnings with this text.
+        """
+        first, times, largest = self.warned.get(text, (t, 0, 0.0))
+        self.warned[text] = first, times + 1, max(largest, figure)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """All warnings, each once."""
         return tuple(
-            f"{text} ({f'{times} times, first ' if times > 1 else ''}at {first:.6g} s)"
-            for text, (first, times) in self.warned.items()
+            f"{text.replace('{figure}', f'{largest:.2g}')} "
+            f"({f'{times} times, first ' if times > 1 else ''}at {first:.6g} s)"
+            for text, (first, times, largest) in self.warned.items()
         )

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
 from pool_pymunk.engine.decisions import CONTACT_TIME, ROUNDS
 from pool_pymunk.model import Scene
+from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at
@@ -34,8 +35,9 @@ def walls(scene: Scene) -> list[Wall]:
 
 
 def bound(engine: ContactEngine, settings: Settings) -> None:
-    """Tell the engine after how much it is to stop."""
+    """Tell the engine after how much it is to stop, and which variant of the run to play."""
     engine.most, engine.most_unlisted = settings.most, settings.most_unlisted
+    engine.vary(settings.variant)
 
 
 def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
@@ -93,6 +95,7 @@ class TraceRecorder(Recorder):
 
     def persistent(self, contact: Contact, t: float) -> None:
         """Warn of balls that surface friction presses together."""
+        self.trace.used_policy = self.trace.is_pressed = True
         self.trace.warn(
             f"surface friction presses balls {self._balls([contact])} together: instead of hits "
             f"without end they have one in each contact time (at most {CONTACT_TIME:g} of the time "
@@ -100,13 +103,32 @@ class TraceRecorder(Recorder):
             t,
         )
 
-    def no_end(self, contacts: Collection[Contact], count: int, t: float) -> None:
+    def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         """Warn of hits without end."""
-        self.trace.warn(
+        text = (
             f"inelastic collapse of balls {self._balls(contacts)}: after {ROUNDS} rounds of hits "
-            f"at one instant {count:,} more were played, or their limit was taken; these are not "
-            "listed as events",
+            f"at one instant, {collapse.hits:,} more followed, which are not listed as events; "
+        )
+        if collapse.is_over:
+            self.trace.warn(text + "they were played until nothing closes", t)
+        else:
+            self.trace.used_policy = True
+            self.trace.warn(
+                text + "they did not come to an end, so the rest is one plastic hit without "
+                "friction, which changed velocities by up to {figure} m/s",
+                t,
+                collapse.forced,
+            )
+
+    def order_unknown(self, spread: float, t: float) -> None:
+        """Warn of contacts of one instant that share a ball."""
+        self.trace.used_policy = True
+        self.trace.warn(
+            "contacts of one instant share a ball: in a real rack their order decides, and nothing "
+            "tells it; if they came one after the other, velocities would differ by up to "
+            "{figure} m/s",
             t,
+            spread,
         )
 
     def _balls(self, contacts: Collection[Contact], between: str = ", ") -> str:

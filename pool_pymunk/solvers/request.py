@@ -8,11 +8,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from pool_pymunk.engine.decisions import Variant
 from pool_pymunk.model import Problem, Scene, Shot, State
 from pool_pymunk.model.plain import Unfit, number
 from pool_pymunk.model.problems import (
@@ -24,11 +26,12 @@ from pool_pymunk.model.problems import (
     suggestion,
 )
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.results.run import Event, Run, read_times
+from pool_pymunk.results.run import CERTAIN, Event, Run, read_times
 from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
-from pool_pymunk.solvers.settings import OnTime, Settings
+from pool_pymunk.solvers.settings import AS_IT_IS, OnTime, Settings
 
 
 class Request(NamedTuple):
@@ -56,9 +59,33 @@ class Request(NamedTuple):
         state = self.scene.start(shot, start)
         self._check_that_it_ends(state)
         began = time.perf_counter()
-        trace = self.solver.solve(self.scene, state, self.settings, **self.options)
-        trace.cut(self.settings.most)
+        trace = self._solve(state)
+        if trace.is_pressed:
+            self._warn_of_persistence(state, trace)
+        if not self.solver.own_law and not self.settings.law_of(self.scene).hits_are_coulombs:
+            warn_of_gained_energy(trace, self.scene)
         return self._run(shot, state, trace, time.perf_counter() - began)
+
+    def _solve(self, state: State, variant: Variant = AS_IT_IS) -> Trace:
+        settings = self.settings
+        if variant != AS_IT_IS:
+            settings = settings._replace(variant=variant, on_time=None)
+        trace = self.solver.solve(self.scene, state, settings, **self.options)
+        trace.cut(settings.most)
+        return trace
+
+    def _warn_of_persistence(self, state: State, trace: Trace) -> None:
+        """Warn of how far (m) the policy for persistent contacts may have moved the ends.
+
+        The same run with contact times twice as long tells it.
+        """
+        other = self._solve(state, Variant(longer=2.0))
+        trace.warn(
+            "persistent contacts have no closed form: for them the ends may lie up to {figure} m "
+            f"elsewhere ({CERTAIN:g} times what contact times twice as long change)",
+            trace.duration,
+            CERTAIN * farthest(trace, other, self.scene.deceleration),
+        )
 
     def _check_that_it_ends(self, state: State) -> None:
         moves = any(v != (0.0, 0.0) for v in state.velocity)
@@ -88,7 +115,14 @@ class Request(NamedTuple):
             wall_time=wall_time,
             sample_times=self.times,
             off=start.off,
+            used_policy=trace.used_policy,
+            again=partial(self._again, shot, start) if self.solver.exact else None,
         )
+
+    def _again(self, shot: Shot | None, start: State, variant: Variant) -> Run:
+        """Play a variant of the run."""
+        trace = self._solve(start, variant)
+        return self._run(shot, start, trace, 0.0)
 
 
 def request(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
+from pool_pymunk.engine.decisions import Variant
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import Trace
@@ -13,6 +14,7 @@ from pool_pymunk.results.trace import Trace
 # after so many instants of micro-collisions, which are no events.
 NEVER_SETTLES = 1_000_000
 
+AS_IT_IS = Variant()
 OnTime = Callable[[float], object]
 
 
@@ -21,7 +23,8 @@ class Settings(NamedTuple):
 
     The step ``dt`` is in s, and None for solvers without one. Without a ``law``, the law that the
     scene names answers the contacts. A solver with steps calls ``on_time`` now and then with the
-    time (s) that it has come to.
+    time (s) that it has come to. ``variant`` is for solvers with the contact engine: it shows what
+    hangs on their policies.
     """
 
     dt: float | None
@@ -29,6 +32,7 @@ class Settings(NamedTuple):
     max_events: int | None = None
     law: Law | None = None
     on_time: OnTime | None = None
+    variant: Variant = AS_IT_IS
 
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""
