@@ -203,6 +203,8 @@ def sentences(found: list[Comparison]) -> list[str]:
 
 
 def _published_sentence(reference: Run) -> str:
+    from pool_pymunk.results.trace import ZERO_SLIP
+
     assert reference.shot is not None
     off = {
         id_: max(abs(a - b) for a, b in zip(reference.final[id_], end, strict=True))
@@ -214,7 +216,7 @@ def _published_sentence(reference: Run) -> str:
         f"Published ends: off the exact ones by up to {largest:.3f} "
         f"{reference.scene.units.length} along x or y (ball {farthest})"
     )
-    if reference.warnings and reference.scene.physics.law == "published":
+    if ZERO_SLIP in reference.policies:
         text += "; a slip that is exactly zero got its sign from rounding there, see the warning"
     return text + "."
 

@@ -24,13 +24,13 @@ WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micr
 class Variant(NamedTuple):
     """A variant of a run shows what hangs on policies, and on rounding.
 
-    Persistent contacts take ``longer`` times as long. With ``in_turn``, contacts of one instant are
-    answered one after the other. With a ``seed``, every new path begins with random errors of the
-    size of rounding.
+    Persistent contacts take ``longer`` times as long. With ``otherwise``, contacts of one instant
+    are answered in turn, and a slip that only rounding knows counts as slip. With a ``seed``, every
+    new path begins with random errors of the size of rounding.
     """
 
     longer: float = 1.0
-    in_turn: bool = False
+    otherwise: bool = False
     seed: int | None = None
 
 

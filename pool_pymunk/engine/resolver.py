@@ -147,7 +147,7 @@ class Resolver:
         """Change the velocities (m/s) by the law: contacts that share a ball are one group."""
 
         def by_law(contact: Contact, velocity: Velocities) -> None:
-            if respond(self.law, contact, velocity):
+            if respond(self.law, contact, velocity, jump=self.variant.otherwise):
                 resolution.zero_slips.append(contact)
 
         for group in groups(hits) if len(hits) > 1 else (hits,):
@@ -155,7 +155,7 @@ class Resolver:
                 by_law(group[0], velocity)
             elif group:
                 before = {i: velocity[i] for hit in group for i in hit.balls}
-                (in_turn if self.variant.in_turn else self.law.together)(group, velocity, by_law)
+                (in_turn if self.variant.otherwise else self.law.together)(group, velocity, by_law)
                 spread = spread_over_orders(group, before, velocity, partial(respond, self.law))
                 resolution.spread = max(resolution.spread, spread)
 

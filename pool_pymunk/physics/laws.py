@@ -219,10 +219,10 @@ def find_law(law: str | Law) -> Law:
     return law if isinstance(law, Law) else LAWS[law]
 
 
-def respond(law: Law, contact: Contact, velocity: Velocities) -> bool:
+def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False) -> bool:
     """Answer one contact by a law, and change ``velocity`` (m/s).
 
-    Where the law jumps, leave friction out and return True.
+    Where the law jumps, leave friction out, unless it shall ``jump``, and return True.
     """
     i, j, normal, pair, _, _ = contact
     a = split(velocity[i], normal)
@@ -232,7 +232,7 @@ def respond(law: Law, contact: Contact, velocity: Velocities) -> bool:
         return False
     b = split(velocity[j], normal)
     jumps = law.jumps(a, b, pair)
-    if jumps:
+    if jumps and not jump:
         pair = pair._replace(friction=0.0)
     new_a, new_b = law.ball_ball(a, b, pair)
     velocity[i] = changed(velocity[i], a, new_a, normal)

@@ -10,6 +10,7 @@ from pool_pymunk.model import Point, Scene
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
 
+PATIENCE = 1.0  # s
 DECIMALS = {"m": 4, "cm": 2, "mm": 1, "in": 2}  # of lengths: tenths of a millimetre, but for inches
 
 
@@ -53,7 +54,31 @@ def shot_lines(run: Run) -> Iterator[str]:
     )
     for warning in run.warnings:
         yield f"    Warning: {warning}"
+    yield from _doubts(run)
     yield ""
+
+
+def _doubts(run: Run) -> Iterator[str]:
+    """Yield how far policies and rounding may have moved the ends, if the printed digits show it.
+
+    Both take further runs, so rounding is not measured where one run takes more than ``PATIENCE``.
+    """
+    if run.again is None:
+        return
+    units = run.scene.units
+    shown = 0.5 * 10.0 ** -_decimals(run)
+    shift = units.from_si(run.policy_shift, "length") if run.policies else 0.0
+    if shift > 0.0:
+        yield (
+            f"    Policies ({', '.join(sorted(run.policies))}): other answers would move the ends "
+            f"by up to {shift:.2g} {units.length}"
+        )
+    if run.wall_time > PATIENCE:
+        yield "    Rounding was not measured, because that takes four more runs as long as this one"
+        return
+    rounding = units.from_si(run.rounding, "length")
+    if rounding >= shown:
+        yield f"    Rounding may have moved the ends by up to {rounding:.2g} {units.length}"
 
 
 def closing(runs: list[Run]) -> Iterator[str]:

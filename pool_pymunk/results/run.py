@@ -62,8 +62,8 @@ class Run:
     ``t`` (T,), ``position`` (T, N, 2) and ``velocity`` (T, N, 2) are samples in s, m and m/s, N in
     the order of ``scene.balls``; ``final`` maps each ball to its end (m). ``law`` names the law
     that answered the contacts, ``off`` has the ids of the balls that are off the table.
-    ``used_policy`` tells whether something happened that has no exact answer; see
-    :attr:`policy_shift`.
+    ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
+    "persistent contact", "collapse cut off"; see :attr:`policy_shift`.
 
     Two runs are equal if everything about them is but for ``wall_time``.
     """
@@ -82,7 +82,7 @@ class Run:
     wall_time: float
     sample_times: tuple[float, ...] | None = None
     off: frozenset[str] = frozenset()
-    used_policy: bool = False
+    policies: frozenset[str] = frozenset()
     again: Callable[[Variant], Run] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
@@ -196,8 +196,8 @@ class Run:
 
         It is worked out on demand, by a few more runs in which every new path begins with random
         errors of the size of rounding (stochastic arithmetic: Vignes, Mathematics and Computers in
-        Simulation 35, 1993, 233). It is nan where it is not known: for a solver that is not exact,
-        and for a run that was loaded from a file.
+        Simulation 35, 1993, 233). It is nan where it is not known: for a solver without the contact
+        engine, and for a run that was loaded from a file.
 
         >>> from pool_pymunk import load, simulate
         >>> 0.0 < simulate(load("report"), "Simulation 1", solver="event-driven").rounding < 1e-11
@@ -212,15 +212,16 @@ class Run:
     def policy_shift(self) -> float:
         """How far (m) the ends would lie elsewhere if policies had answered otherwise.
 
-        It is 0 where everything had an exact answer. Otherwise one more run tells it, in which
-        persistent contacts take twice as long, and contacts of one instant are answered in turn. It
-        is nan where it is not known: for a run that was loaded from a file.
+        It is 0 where everything had an exact answer. Otherwise one more run tells it. In that run
+        persistent contacts take twice as long, contacts of one instant are answered in turn, and a
+        slip that only rounding knows counts as slip. It is nan where it is not known: for a run
+        that was loaded from a file.
         """
-        if not self.used_policy:
+        if not self.policies:
             return 0.0
         if self.again is None:
             return math.nan
-        return CERTAIN * self._farthest(self.again(Variant(longer=2.0, in_turn=True)))
+        return CERTAIN * self._farthest(self.again(Variant(longer=2.0, otherwise=True)))
 
     def _farthest(self, other: Run) -> float:
         """Return how far (m) the balls of another run end from those of this one at most."""

@@ -29,6 +29,7 @@ def save(run: Run, path: str | Path) -> None:
         "warnings": run.warnings,
         "sample_times": run.sample_times,
         "off": sorted(run.off),
+        "policies": sorted(run.policies),
         **{key: getattr(run, key) for key in PLAIN},
     }
     with whole(Path(path)) as part, part.open("wb") as file:
@@ -69,5 +70,6 @@ def _parts(about: dict[str, Any], scene: Scene) -> dict[str, Any]:
         "warnings": tuple(about["warnings"]),
         "sample_times": None if times is None else tuple(times),
         "off": frozenset(about["off"]),
+        "policies": frozenset(about.get("policies", ())),
         **{key: about[key] for key in PLAIN},
     }

@@ -11,6 +11,13 @@ if TYPE_CHECKING:
 Knot = tuple[float, float, float, float, float]  # t (s), x, y (m), vx, vy (m/s)
 
 
+# These are the policies that answer what has no exact answer.
+ZERO_SLIP = "zero slip"
+ONE_INSTANT = "one instant"
+PERSISTENT = "persistent contact"
+COLLAPSE = "collapse cut off"
+
+
 class Trace:
     """What a solver writes down while it runs; balls are numbers, as in ``scene.balls``."""
 
@@ -21,8 +28,7 @@ class Trace:
         self.events: list[tuple[float, str, tuple[int, ...], int | None]] = []
         # when first, how often, and the largest figure
         self.warned: dict[str, tuple[float, int, float]] = {}
-        self.used_policy = False  # Something was answered that has no exact answer.
-        self.is_pressed = False  # Friction pressed balls together.
+        self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.status = "settled"
         self.duration = 0.0
         self.steps = 0

@@ -12,7 +12,7 @@ from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import Face, Post, Wall
-from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.trace import COLLAPSE, ONE_INSTANT, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.settings import Settings
 
 
@@ -86,6 +86,7 @@ class TraceRecorder(Recorder):
 
     def zero_slip(self, contact: Contact, t: float) -> None:
         """Warn of a law that jumps at zero slip."""
+        self.trace.policies.add(ZERO_SLIP)
         self.trace.warn(
             f"law {self.law.name} jumps at zero slip: in the head-on hit of balls "
             f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed and "
@@ -95,7 +96,7 @@ class TraceRecorder(Recorder):
 
     def persistent(self, contact: Contact, t: float) -> None:
         """Warn of balls that surface friction presses together."""
-        self.trace.used_policy = self.trace.is_pressed = True
+        self.trace.policies.add(PERSISTENT)
         self.trace.warn(
             f"surface friction presses balls {self._balls([contact])} together: instead of hits "
             f"without end they have one in each contact time (at most {CONTACT_TIME:g} of the time "
@@ -112,7 +113,7 @@ class TraceRecorder(Recorder):
         if collapse.is_over:
             self.trace.warn(text + "they were played until nothing closes", t)
         else:
-            self.trace.used_policy = True
+            self.trace.policies.add(COLLAPSE)
             self.trace.warn(
                 text + "they did not come to an end, so the rest is one plastic hit without "
                 "friction, which changed velocities by up to {figure} m/s",
@@ -122,7 +123,7 @@ class TraceRecorder(Recorder):
 
     def order_unknown(self, spread: float, t: float) -> None:
         """Warn of contacts of one instant that share a ball."""
-        self.trace.used_policy = True
+        self.trace.policies.add(ONE_INSTANT)
         self.trace.warn(
             "contacts of one instant share a ball: in a real rack their order decides, and nothing "
             "tells it; if they came one after the other, velocities would differ by up to "

@@ -93,14 +93,14 @@ def set_up(
 FRICTION = {"friction": ("joint", "callback")}
 SWEPT = Solver(
     name="pymunk", solve=solve, about="in a pymunk space, contacts inside the step", dt=1 / 240,
-    options={"contacts": ("swept", "discrete"), **FRICTION}, exact=True, finest=1e-4,
+    options={"contacts": ("swept", "discrete"), **FRICTION}, exact=True, engine=True, finest=1e-4,
     ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
     stability_steps=(1 / 60, 1 / 240, 1 / 1000), quick_stability_steps=(1 / 60,),
     color="#009e73", marker="o",
 )  # fmt: skip
 DISCRETE = Solver(
     name="pymunk-discrete", solve=discrete, about="the same, contacts at a step's end", dt=1e-4,
-    options=FRICTION, late=True, finest=1e-6,
+    options=FRICTION, late=True, engine=True, finest=1e-6,
     ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5),
     quick_stability_steps=(1e-3,), color="#56b4e9", marker="s",
     limits="answers overlaps at the end of a step: it misses grazes and what tunnels, and every "

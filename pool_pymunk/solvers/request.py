@@ -27,7 +27,7 @@ from pool_pymunk.model.problems import (
 )
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.run import CERTAIN, Event, Run, read_times
-from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.trace import PERSISTENT, Trace
 from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
@@ -60,7 +60,7 @@ class Request(NamedTuple):
         self._check_that_it_ends(state)
         began = time.perf_counter()
         trace = self._solve(state)
-        if trace.is_pressed:
+        if PERSISTENT in trace.policies:
             self._warn_of_persistence(state, trace)
         if not self.solver.own_law and not self.settings.law_of(self.scene).hits_are_coulombs:
             warn_of_gained_energy(trace, self.scene)
@@ -115,8 +115,8 @@ class Request(NamedTuple):
             wall_time=wall_time,
             sample_times=self.times,
             off=start.off,
-            used_policy=trace.used_policy,
-            again=partial(self._again, shot, start) if self.solver.exact else None,
+            policies=frozenset(trace.policies),
+            again=partial(self._again, shot, start) if self.solver.engine else None,
         )
 
     def _again(self, shot: Shot | None, start: State, variant: Variant) -> Run:

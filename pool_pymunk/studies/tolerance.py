@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from pool_pymunk.model import Point, Scene, Shot, Units
@@ -293,7 +293,24 @@ def simulate_within(
             return outcome(runs[dt])
 
         choice = choose_step(trial, tolerance, COARSEST, smallest or finest, on_run)
-        yield runs[choice.dt], choice
+        run = runs[choice.dt]
+        yield run, with_policies(choice, run)
+
+
+def with_policies(choice: Choice, run: Run) -> Choice:
+    """Return the choice with an error that includes what hangs on policies.
+
+    All solvers with the contact engine share its policies, so no comparison of steps can see them.
+    """
+    error = choice.error + run.policy_shift
+    if error == choice.error:
+        return choice
+    reason = (
+        f"the ends hang by {run.policy_shift:.2g} m on what has no exact answer "
+        f"({', '.join(sorted(run.policies))}), at every step"
+    )
+    reached = error <= choice.tolerance
+    return replace(choice, error=error, reached=reached, reason="" if reached else reason)
 
 
 def finest_step(solver: str) -> float:

@@ -128,7 +128,7 @@ def _exact(scene: Scene, shots: Sequence[Shot | None] | None) -> list[Run]:
 
 
 def _sound(exact: list[Run]) -> list[Run]:
-    return [run for run in exact if not run.warnings] or exact
+    return [run for run in exact if not run.policies] or exact
 
 
 def _measure(

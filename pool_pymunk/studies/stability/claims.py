@@ -23,6 +23,7 @@ import numpy as np
 from pool_pymunk.model import Scene, SceneError, State, Table
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
+from pool_pymunk.results.trace import PERSISTENT
 from pool_pymunk.studies.stability.trial import (
     Measure,
     Trial,
@@ -146,7 +147,7 @@ def overlap(trial: Trial) -> Measure | None:
         gaps = points[:, :, None] - points[:, None]
         deepest = max(deepest, float((reach - np.hypot(gaps[..., 0], gaps[..., 1])).max()))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
-    if any("presses" in warning for warning in trial.run.warnings):
+    if PERSISTENT in trial.run.policies:
         bound = max(bound, PRESSED * trial.smallest)
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
