@@ -229,7 +229,7 @@ def row(*velocities: float, gap: float = 0.5) -> tuple[ContactEngine, Notes]:
         engine.add_ball(set_off(0.0, (gap * k, 0.0), (v, 0.0), 0.0), R, 1.0)
     engine.near = Boxes(len(velocities), 0)
     for k, path in enumerate(engine.paths):
-        engine.near.begin(k, path, R, math.inf)
+        engine.near.begin(k, path, R, 0.0, math.inf)
     engine.predict(range(len(velocities)))
     return engine, notes
 

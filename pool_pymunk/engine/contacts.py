@@ -35,7 +35,8 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at, pair_time, set_off
 from pool_pymunk.physics.sides import Wall, unit
 
-# This is two balls, lower number first; or a ball and -1 - a wall; or a ball twice, for its stop.
+# This is two balls, lower number first; or a ball and -1 - a wall; or a ball twice, for its stop or
+# for another look ahead.
 Key = tuple[int, int]
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 Motions = dict[int, Motion]
@@ -105,7 +106,8 @@ class ContactEngine:
         self.walls: list[Wall] = []
         # the time (s) since when the ball rests; infinite for a ball that moves
         self.rested: list[float] = []
-        self.ends: list[float] = []  # the time (s) at which each path meets a wall
+        self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
+        self.ends: list[float] = []  # the time (s) until which each path is looked at
         self.now = 0.0
         self.answered = 0  # instants and stops, micro-collisions included
         self.listed = 0  # contacts and stops that are events
@@ -133,6 +135,7 @@ class ContactEngine:
         self.radii.append(radius)
         self.masses.append(mass)
         self.rested.append(math.inf if path.speed > 0.0 else -math.inf)
+        self.path_ends.append(math.inf)
         self.ends.append(math.inf)
         self.is_finite = self.is_finite and not path.is_lost(radius)
         return len(self.paths) - 1
@@ -169,8 +172,20 @@ class ContactEngine:
                     end += decisions.nearly_now(self.radii[i], path.speed)
                 elif path.stop < math.inf:
                     self.push(path.stop, (i, i))
+            self.path_ends[i] = end
+        self._look_ahead(balls)
+
+    def _look_ahead(self, balls: Collection[int]) -> None:
+        """Predict which others these balls meet, as far as their paths are looked at."""
+        near = self.near
+        for i in balls:
+            path, end = self.paths[i], self.path_ends[i]
+            horizon = near.horizon(path, self.radii[i], self.now)
+            if horizon < end and horizon < path.stop:
+                end = horizon
+                self.push(end, (i, i))
             self.ends[i] = end
-            near.begin(i, path, self.radii[i], end)
+            near.begin(i, path, self.radii[i], self.now, end)
         done: set[int] = set()
         for i in balls:
             for j in near.balls(i, self.now):
@@ -246,6 +261,9 @@ class ContactEngine:
         """Play what is due next: a stop, or the contacts of one instant."""
         t, _, key, path, other = heappop(self._queue)
         self.now = max(t, self.now)
+        if key[0] == key[1] and t < path.stop:
+            self._look_ahead(key[:1])
+            return
         self.answered += 1
         if key[0] == key[1]:
             self._stop(key[0], path.stop, (path.rest_x, path.rest_y))

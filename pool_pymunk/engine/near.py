@@ -12,19 +12,24 @@ from pool_pymunk.engine.decisions import NEARLY_NOW
 from pool_pymunk.physics.path import Path, motion_at
 
 MANY = 200  # From so many balls on, one array is faster than a loop.
+FEW = 40  # From so many balls on, paths are looked at in pieces,
+AHEAD = 3.0  # radii long.
 
 
 class Near(Protocol):
     """A Near tells the engine which balls and walls a ball may meet on its path.
 
     It may name some more than the ball meets, but never fewer. The engine first calls ``walls``,
-    then ``begin`` with the ball's new path, which meets a wall at ``end`` (s; infinite if at none).
-    It calls ``remove`` when the ball is taken off the table.
+    then ``horizon``, then ``begin``: it looks at the ball's path from ``since`` until ``end`` (s;
+    infinite for a path that nothing ends). ``horizon`` tells how far (s) to look at most. It calls
+    ``remove`` when the ball is taken off the table.
     """
 
     def walls(self, i: int) -> Iterable[int]: ...
 
-    def begin(self, i: int, path: Path, radius: float, end: float) -> None: ...
+    def horizon(self, path: Path, radius: float, now: float) -> float: ...
+
+    def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None: ...
 
     def balls(self, i: int, now: float) -> Iterable[int]: ...
 
@@ -36,9 +41,11 @@ Box = tuple[float, float, float, float]  # lowest x and y, highest x and y (m)
 NOWHERE: Box = (math.inf, math.inf, -math.inf, -math.inf)
 
 
-def box(path: Path, radius: float, end: float) -> Box:
-    """Return the box of a disc on its path, up to the time ``end`` (s) when it meets a wall."""
+def box(path: Path, radius: float, since: float, end: float) -> Box:
+    """Return the box of a disc on its path, from ``since`` until ``end`` (s)."""
     x, y = path.x, path.y
+    if since > path.t:
+        x, y, _, _ = motion_at(path, since)
     if end < math.inf:
         ex, ey, _, _ = motion_at(path, end)
     elif path.reach < math.inf:
@@ -63,9 +70,18 @@ class Boxes:
         """Return all walls, because there are few."""
         return self.every_wall
 
-    def begin(self, i: int, path: Path, radius: float, end: float) -> None:
-        """Put a box around ball ``i``'s new path."""
-        self.boxes[i] = box(path, radius, end)
+    def horizon(self, path: Path, radius: float, now: float) -> float:
+        """Return the time (s) until which the ball travels no farther than its neighbours.
+
+        For few balls one look at the whole path is cheapest.
+        """
+        if len(self.boxes) < FEW or path.speed == 0.0:
+            return math.inf
+        return now + AHEAD * radius / path.speed
+
+    def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
+        """Put a box around this part of ball ``i``'s path."""
+        self.boxes[i] = box(path, radius, since, end)
 
     def remove(self, i: int) -> None:
         """Leave ball ``i`` out from now on."""
@@ -88,9 +104,9 @@ class ManyBoxes(Boxes):
         super().__init__(balls, walls)
         self.bounds = np.array([NOWHERE] * balls).T.copy()
 
-    def begin(self, i: int, path: Path, radius: float, end: float) -> None:
-        """Put a box around ball ``i``'s new path."""
-        self.bounds[:, i] = box(path, radius, end)
+    def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
+        """Put a box around this part of ball ``i``'s path."""
+        self.bounds[:, i] = box(path, radius, since, end)
 
     def remove(self, i: int) -> None:
         """Leave ball ``i`` out from now on."""

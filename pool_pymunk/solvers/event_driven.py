@@ -49,7 +49,7 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     boxes = Boxes if len(scene.balls) < MANY else ManyBoxes
     engine.near = boxes(len(scene.balls), len(engine.walls))
     for i, path in enumerate(engine.paths):
-        engine.near.begin(i, path, engine.radii[i], math.inf)
+        engine.near.begin(i, path, engine.radii[i], 0.0, math.inf)
     for id_ in start.off:
         engine.remove(scene.index[id_])
     if engine.is_finite:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import pymunk
@@ -54,7 +55,11 @@ class BroadPhase:
         found = self._around[i] = self._look_around(i)
         return [-1 - j for j in found if j < 0]
 
-    def begin(self, i: int, path: Path, radius: float, end: float) -> None:
+    def horizon(self, path: Path, radius: float, now: float) -> float:
+        """Return infinity: the engine goes to the end of the step only."""
+        return math.inf
+
+    def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
         """Note that the body of ball ``i`` is to be put on a new path."""
         self.changed[i] = None
 
