@@ -169,7 +169,7 @@ def sentences(found: Sensitivity) -> list[str]:
     lines.append(f"In {found.same:.0%} of the runs every ball has the same contacts in its order.")
     if found.rejected:
         lines.append(
-            f"{found.rejected:,} starts of balls overlapped something and were drawn anew."
+            f"{found.rejected:,} balls overlapped something as drawn, and were moved apart."
         )
     if found.unfinished:
         lines.append(f"{counted(found.unfinished, 'run')} could not be finished and are left out.")

@@ -119,7 +119,8 @@ class Sensitivity:
     off the unperturbed run. ``agree`` is one unit of the last digit that the starts are written to:
     it is twice the largest uncertainty. Where no start is moved, it is the last digit of the
     printed ends. ``same_contacts`` (S,) says whether every ball met the same others in the same
-    order. ``rejected`` counts draws of single balls that overlapped something. ``unfinished``
+    order. ``rejected`` counts balls that overlapped something as they were drawn, so that
+    they were moved apart. ``unfinished``
     counts samples that are left out.
     """
 
@@ -331,14 +332,14 @@ def _draw(
 ) -> tuple[Array, Array, int]:
     """Draw starts (S, N, 2), and the errors of speed and angle of each shot (S, K, 2).
 
-    Also return how many draws were rejected.
+    Also return how many balls overlapped something as they were drawn.
     """
     scene = study.reference.scene
     errors = rng.uniform(-1.0, 1.0, (samples, len(study.chain), 2))
     errors *= (uncertainty.speed, uncertainty.angle)
     sampler = StartSampler(scene, uncertainty.widths(scene))
     starts = sampler.starts(samples, rng)
-    return starts, errors, sampler.rejected
+    return starts, errors, sampler.overlapping
 
 
 # -- playing them ----------------------------------------------------------------------------------
