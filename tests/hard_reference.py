@@ -30,6 +30,11 @@ from typing import Any
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, SceneError, Table
 
+if __package__:  # python -m tests.hard_reference
+    from tests.reference import scene_to_dict
+else:
+    from reference import scene_to_dict
+
 DATA = Path(__file__).parent / "data"
 
 Vec = tuple[Decimal, Decimal]
@@ -40,7 +45,7 @@ Matrix = list[list[Decimal]]
 ZERO, ONE = Decimal(0), Decimal(1)
 FAR = Decimal("Infinity")
 NO_GAP = Decimal("1e-40")  # m; gaps below are no gaps
-MOST_STEPS = 3_000
+MOST_STEPS = 500
 
 
 class Refused(Exception):
@@ -56,9 +61,9 @@ class Settings:
     closed: Decimal = Decimal("1e-20")  # m/s; slower opening is none where friction presses
     at_once: Decimal = Decimal("1e-28")  # s; hits this near come in the gaps themselves
     near: Decimal = Decimal("1e-26")  # m; gaps of contacts that may be among them
-    step_error: Decimal = Decimal("1e-25")  # m, m/s; of one step under contact forces
+    step_error: Decimal = Decimal("1e-23")  # m, m/s; of one step under contact forces
     shortcut: bool = True  # go on by powers of the map of two hits
-    most_hits: int = 30_000  # played one at a time
+    most_hits: int = 10_000  # played one at a time
 
 
 FINE = Settings()
@@ -68,7 +73,7 @@ COARSE = Settings(
     closed=Decimal("1e-17"),
     at_once=Decimal("1e-25"),
     near=Decimal("1e-23"),
-    step_error=Decimal("1e-21"),
+    step_error=Decimal("1e-20"),
 )
 
 
@@ -154,7 +159,7 @@ def root_between(poly: Poly, low: Decimal, high: Decimal, fine: Decimal) -> Deci
             high = t
         else:
             low = t
-        new = t - height / steepness if steepness != 0 else low
+        new = t - height / steepness if steepness != 0 else FAR
         if abs(new - t) <= fine or high - low <= fine:
             return min(max(new, low), high)
         t = new if low < new < high else (low + high) / 2
@@ -272,6 +277,8 @@ class HardReference:
         self.due: dict[Contact, Decimal] = {}
         self.stops: dict[int, Decimal] = {}
         self.out = HardRun()
+        self.known: dict[Contact, tuple[Decimal, ...]] = {}
+        self.steps = 0  # under contact forces
         self.played = 0  # hits one at a time
         count = len(self.discs)
         self.contacts: list[Contact] = [
@@ -481,6 +488,15 @@ class HardReference:
             e = given.cue_ball
         return Decimal(e or 0), Decimal(mu.ball_ball)
 
+    def _numbers(self, contact: Contact) -> tuple[Decimal, ...]:
+        """Return restitution, friction, both inverse masses and the effective mass."""
+        if contact not in self.known:
+            kind, i, j = contact
+            a = 1 / self.discs[i].mass
+            b = 1 / self.discs[j].mass if kind == "ball" else ZERO
+            self.known[contact] = (*self._coefficients(contact), a, b, 1 / (a + b))
+        return self.known[contact]
+
     def _struck(
         self, contact: Contact, n: Vec, va: Vec, vb: Vec, regime: int | None = None
     ) -> tuple[Vec, Vec, int]:
@@ -488,11 +504,7 @@ class HardReference:
 
         With ``regime`` given, the hit goes that way whatever the slip is: it is then linear.
         """
-        kind, i, j = contact
-        e, mu = self._coefficients(contact)
-        inverse_a = 1 / self.discs[i].mass
-        inverse_b = 1 / self.discs[j].mass if kind == "ball" else ZERO
-        effective = 1 / (inverse_a + inverse_b)
+        e, mu, inverse_a, inverse_b, effective = self._numbers(contact)
         t = across(n)
         apart = minus(va, vb)
         push = (1 + e) * effective * dot(apart, n)
@@ -519,7 +531,7 @@ class HardReference:
         normals = {c: self._normal(c) for c in cluster}
         gaps = {c: g if (g := self._gap(c)) > NO_GAP else ZERO for c in cluster}
         changed: set[int] = set()
-        latest: list[Contact] = []
+        latest: list[tuple[Contact, ...]] = []
         hits = 0
         while True:
             speeds = {c: dot(self._rest_velocity(c), n) for c, n in normals.items()}
@@ -541,10 +553,11 @@ class HardReference:
             self.played += len(now)
             if self.played > self.set.most_hits:
                 raise Refused("too many hits")
-            latest = [*latest[-39:], *now]
-            if len(latest) == 40 and self.set.shortcut and len(set(latest)) == 2:
-                hits += self._shortcut(latest[-2], latest[-1], normals)
-                gaps.update(dict.fromkeys(latest, ZERO))  # They take turns whatever their gaps are.
+            latest.append(tuple(now))
+            if len(latest) == 40 and self.set.shortcut:
+                if len(set(latest)) == 2 or not any(gaps.values()):
+                    hits += self._shortcut(latest, normals)
+                    gaps.update({c: ZERO for batch in latest for c in batch})
                 latest = []
         for i in changed:
             if size(self.discs[i].velocity) < self.set.closed:
@@ -562,32 +575,40 @@ class HardReference:
                 return [c for c in closed if not balls.isdisjoint(_balls(c))]
             balls = balls | more
 
-    # -- a long series of hits between two contacts ------------------------------------------------
+    # -- a long series of hits that repeats itself --------------------------------------------------
 
-    def _shortcut(self, first: Contact, second: Contact, normals: dict[Contact, Vec]) -> int:
-        """Go on by powers of the map of two hits; return how many hits that were."""
-        balls = sorted({i for c in (first, second) for i in _balls(c)})
-        others = {
-            c: n for c, n in normals.items() if c not in (first, second) and set(_balls(c)) & set(balls)
-        }
+    def _shortcut(
+        self, latest: Sequence[tuple[Contact, ...]], normals: dict[Contact, Vec]
+    ) -> int:
+        """Go on by powers of the map of one period; return how many hits that were.
+
+        Two contacts take turns whatever their gaps are. More contacts have no gaps here.
+        """
+        period = next(
+            (p for p in (2, 4, 6, 8, 10) if all(latest[-k] == latest[-k - p] for k in range(1, 21))),
+            None,
+        )
+        if period is None:
+            return 0
+        pattern = latest[-period:]
+        balls = sorted({i for c in normals for i in _balls(c)})
         v = [x for i in balls for x in self.discs[i].velocity]
         total = 0
-        done = False
-        while not done:
-            way = self._way(first, second, normals, others, balls, v)
+        while True:
+            way = self._way(pattern, normals, balls, v)
             if way is None:
                 break
-            power = self._two_hits(first, second, normals, balls, way)
-            done, leap = True, 2
+            power = self._period(pattern, normals, balls, way)
+            leap, gained = sum(len(batch) for batch in pattern), 0
             while True:
                 ahead = applied(power, v)
-                if self._way(first, second, normals, others, balls, ahead) != way:
+                if self._way(pattern, normals, balls, ahead) != way:
                     break
                 best, gained = ahead, leap
-                done = False
                 power, leap = times(power, power), 2 * leap
-            if not done:
-                v, total = best, total + gained
+            if not gained:
+                break
+            v, total = best, total + gained
         for k, i in enumerate(balls):
             self.discs[i].velocity = (v[2 * k], v[2 * k + 1])
         return total
@@ -624,40 +645,39 @@ class HardReference:
 
     def _way(
         self,
-        first: Contact,
-        second: Contact,
+        pattern: Sequence[tuple[Contact, ...]],
         normals: dict[Contact, Vec],
-        others: dict[Contact, Vec],
         balls: list[int],
         v: list[Decimal],
-    ) -> tuple[int, int] | None:
-        """Tell how the next two hits go, None if they do not come or something else does."""
+    ) -> list[int] | None:
+        """Tell how each hit of the period goes, None if not exactly these hits come."""
         ways: list[int] = []
-        for contact in (first, second):
-            a, b = self._of(contact, balls, v)
-            if dot(minus(a, b), normals[contact]) <= self.set.still:
-                return None
-            v, way = self._with(contact, normals[contact], balls, v)
-            ways.append(way)
-            for c, n in others.items():
+        for batch in pattern:
+            closing = set()
+            for c, n in normals.items():
                 a, b = self._of(c, balls, v)
-                if dot(minus(a, b), n) > 0:
-                    return None
-        return ways[0], ways[1]
+                if dot(minus(a, b), n) > self.set.still:
+                    closing.add(c)
+            if closing != set(batch):
+                return None
+            for c in batch:
+                v, way = self._with(c, normals[c], balls, v)
+                ways.append(way)
+        return ways
 
-    def _two_hits(
+    def _period(
         self,
-        first: Contact,
-        second: Contact,
+        pattern: Sequence[tuple[Contact, ...]],
         normals: dict[Contact, Vec],
         balls: list[int],
-        way: tuple[int, int],
+        way: list[int],
     ) -> Matrix:
+        """Return the linear map of the hits of one period, each going its way."""
         columns = []
         for k in range(2 * len(balls)):
             v = [ONE if i == k else ZERO for i in range(2 * len(balls))]
-            v, _ = self._with(first, normals[first], balls, v, way[0])
-            v, _ = self._with(second, normals[second], balls, v, way[1])
+            for c, one in zip((c for batch in pattern for c in batch), way, strict=True):
+                v, _ = self._with(c, normals[c], balls, v, one)
             columns.append(v)
         return [list(row) for row in zip(*columns, strict=True)]
 
@@ -796,7 +816,8 @@ class HardReference:
         ]
         everything = set(range(len(self.discs)))
         step = Decimal("0.05")
-        for _ in range(MOST_STEPS):
+        while self.steps < MOST_STEPS:
+            self.steps += 1
             slowest = min(group, key=lambda i: size(self.discs[i].velocity))
             if size(self.discs[slowest].velocity) <= self.set.closed * 10:
                 self.discs[slowest].velocity = (ZERO, ZERO)
@@ -859,7 +880,7 @@ class HardReference:
     def _extrapolated(self, presses: list[Press], group: list[int], step: Decimal) -> Decimal:
         """Step the group by midpoint rules of ever more substeps, extrapolated; return the error."""
         with localcontext() as context:
-            context.prec = 50
+            context.prec = 45
             start = self._vector(group)
             slope = self._rates(presses, group, start)
             table: list[list[list[Decimal]]] = []
@@ -1194,6 +1215,7 @@ def _crowd(rng: random.Random, slow: bool) -> Scene:
     """Return 3 to 9 balls of very different masses, most of them moving, slowly or not."""
     outline = rng.choice([RECTANGLE, HEXAGON, L_SHAPE])
     scale = 10 ** rng.uniform(-5, -1.5) if slow else 1.0
+    friction = _random_friction(rng)
     wanted = rng.randint(3, 9)
     balls: list[tuple[float, float, float, float, float, float]] = []
     spread = rng.choice([0.2, 0.6, 1.0])
@@ -1201,7 +1223,7 @@ def _crowd(rng: random.Random, slow: bool) -> Scene:
     while len(balls) < wanted:
         r = round(rng.uniform(0.02, 0.07), 4)
         x, y = (round(0.45 + spread * rng.uniform(-0.8, 1.2), 4) for _ in "xy")
-        near = 0.01 * scale if slow else 0.0
+        near = scale**2 / (20 * friction[0]) if slow else 0.0
         if balls and slow:
             ox, oy, _, _, other, _ = rng.choice(balls)
             turn, far = rng.uniform(-math.pi, math.pi), r + other + near * rng.uniform(0.1, 3)
@@ -1216,7 +1238,7 @@ def _crowd(rng: random.Random, slow: bool) -> Scene:
         speed *= rng.random() < 0.8
         mass = round(0.05 * 10 ** rng.uniform(0, 3), 4)
         balls.append((x, y, speed * math.cos(turn), speed * math.sin(turn), r, mass))
-    return _scene(balls, outline, _random_e(rng), _random_friction(rng))
+    return _scene(balls, outline, _random_e(rng), friction)
 
 
 def _packed(rng: random.Random) -> Scene:
@@ -1292,3 +1314,92 @@ def _struck_pair(rng: random.Random) -> Scene:
         if run.struck_while_pressed:
             return scene
     raise Refused("no third ball hits the pair while friction presses it together")
+
+
+# -- the data file ---------------------------------------------------------------------------------
+
+NUDGE = Decimal("1e-15")  # m
+MOST_AMPLIFIED = 1e5  # Scenes that amplify nudges more than so say little of a solver.
+RECORDS = {
+    "squeeze": 16,
+    "corner": 6,
+    "row": 6,
+    "slow": 4,
+    "packed": 4,
+    "moving": 4,
+    "persistent": 10,
+    "struck": 5,
+}
+
+
+def amplification(scene: Scene, run: HardRun) -> float:
+    """Return how much farther ends move than starts, from two nudges of every start."""
+    rng = random.Random(0)
+    worst = 1.0
+    for _ in range(2):
+        nudges = [(NUDGE * rng.choice((-1, 1)), NUDGE * rng.choice((-1, 1))) for _ in run.final]
+        worst = max(worst, off(hard_run(scene, FINE, nudges), run) / float(NUDGE))
+    return worst
+
+
+def is_hard(kind: str, run: HardRun) -> bool:
+    """Tell whether the run has what its kind is about."""
+    if kind == "persistent":
+        return run.pressed > Decimal("0.01")
+    if kind == "struck":
+        return run.struck_while_pressed > 0
+    if kind in ("slow", "packed", "moving"):
+        return run.hits >= 4
+    return run.most_at_once >= 10 or run.hits >= 20
+
+
+def answered(kind: str, scene: Scene) -> dict[str, Any] | None:
+    """Return the scene's answer as it stands in the data file; None if it is not hard, or unclear.
+
+    The answer is trusted as far as a run with coarser bounds agrees with it, times ten.
+    """
+    try:
+        run = hard_run(scene)
+        if not is_hard(kind, run):
+            return None
+        coarse = off(hard_run(scene, COARSE), run)
+        amplified = amplification(scene, run)
+    except Refused:
+        return None
+    if amplified > MOST_AMPLIFIED:
+        return None
+    return {
+        "kind": kind,
+        "scene": scene_to_dict(scene),
+        "final": [[f"{x:.20g}" for x in place] for place in run.final],
+        "duration": f"{run.duration:.20g}",
+        "hits": run.hits,
+        "most_at_once": run.most_at_once,
+        "pressed": float(run.pressed),
+        "trusted": max(1e-19, 10 * coarse),
+        "amplification": amplified,
+    }
+
+
+def made(kind: str, k: int) -> dict[str, Any]:
+    """Make record ``k`` of that kind: the first hard scene from its seed that has an answer."""
+    rng = random.Random(f"hard {kind} {k}")
+    while True:
+        answer = answered(kind, random_hard_scene(kind, rng))
+        if answer is not None:
+            return {"name": f"{kind} {k}", **answer}
+
+
+def main() -> None:
+    """Write the data file anew; it takes some minutes."""
+    lines = []
+    for kind, count in RECORDS.items():
+        for k in range(count):
+            lines.append(json.dumps(made(kind, k)))
+            print(kind, k, flush=True)
+    text = "[\n" + ",\n".join(lines) + "\n]\n"
+    (DATA / "hard_runs.json").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
