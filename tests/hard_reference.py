@@ -21,6 +21,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, localcontext
@@ -30,10 +31,8 @@ from typing import Any
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, SceneError, Table
 
-if __package__:  # python -m tests.hard_reference
-    from tests.reference import scene_to_dict
-else:
-    from reference import scene_to_dict
+sys.path.insert(0, str(Path(__file__).parent))  # for python -m tests.hard_reference
+from reference import scene_to_dict  # noqa: E402
 
 DATA = Path(__file__).parent / "data"
 
@@ -510,7 +509,8 @@ class HardReference:
         t = across(n)
         apart = minus(va, vb)
         closing = dot(apart, n)
-        push = effective * (closing + max(e * closing, self.set.kick))
+        away = e * closing if regime is not None else max(e * closing, self.set.kick)
+        push = effective * (closing + away)
         slip = dot(apart, t)
         if regime is None:
             sticks = mu * push >= effective * abs(slip)
