@@ -32,7 +32,7 @@ from typing import Any
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, SceneError, Table
 
 sys.path.insert(0, str(Path(__file__).parent))  # for python -m tests.hard_reference
-from reference import scene_to_dict  # noqa: E402
+from reference import scene_to_dict
 
 DATA = Path(__file__).parent / "data"
 
@@ -44,7 +44,6 @@ Force = tuple[Contact, Vec, Vec, bool]  # contact, direction, direction of its m
 
 ZERO, ONE = Decimal(0), Decimal(1)
 FAR = Decimal("Infinity")
-NO_GAP = Decimal("1e-40")  # m; gaps below are no gaps
 MOST_STEPS = 500
 
 
@@ -61,6 +60,7 @@ class Settings:
     closed: Decimal = Decimal("1e-20")  # m/s; slower opening is none where friction presses
     at_once: Decimal = Decimal("1e-28")  # s; hits this near come in the gaps themselves
     near: Decimal = Decimal("1e-26")  # m; gaps of contacts that may be among them
+    no_gap: Decimal = Decimal("1e-40")  # m; gaps below are rounding
     step_error: Decimal = Decimal("1e-23")  # m, m/s; of one step under contact forces
     shortcut: bool = True  # go on by powers of the map of two hits
     kick: Decimal = ZERO  # m/s; balls part at least so fast: tiny hits instead of contact forces
@@ -417,7 +417,7 @@ class HardReference:
             return self._meets_face(x, y, j, reach, until)
         gap = square_sum(x, y)
         gap[0] -= reach * reach
-        if gap[0] <= 2 * reach * NO_GAP and gap[1] < -2 * reach * self.set.still:
+        if gap[0] <= 2 * reach * self.set.no_gap and gap[1] < -2 * reach * self.set.still:
             return ZERO
         slope = slope_of(gap)
         for t in self._entries(gap, until):
@@ -433,7 +433,7 @@ class HardReference:
         if height[0] <= 0:
             return None  # The ball is behind the line of a cushion that is elsewhere.
         height[0] -= reach
-        at_once = [ZERO] if height[0] <= NO_GAP and height[1] < 0 else []
+        at_once = [ZERO] if height[0] <= self.set.no_gap and height[1] < 0 else []
         slope = slope_of(height)
         for t in at_once or self._entries(height, until):
             foot = value(x, t) * tx + value(y, t) * ty
@@ -535,7 +535,10 @@ class HardReference:
         """
         cluster = self._touching(set(seeds))
         normals = {c: self._normal(c) for c in cluster}
-        gaps = {c: g if (g := self._gap(c)) > NO_GAP and c != met_now else ZERO for c in cluster}
+        gaps = {
+            c: g if (g := self._gap(c)) > self.set.no_gap and c != met_now else ZERO
+            for c in cluster
+        }
         changed: set[int] = set()
         latest: list[tuple[Contact, ...]] = []
         hits = 0
@@ -545,7 +548,7 @@ class HardReference:
             dt = min(waits.values(), default=FAR)
             if dt > 100 * self.set.at_once:
                 break
-            now = [c for c, wait in waits.items() if wait - dt <= dt * NO_GAP]
+            now = [c for c, wait in waits.items() if wait - dt <= dt * self.set.no_gap]
             met = [i for c in now for i in _balls(c)]
             if len(met) > len(set(met)):
                 raise Refused(f"{now} at one instant")
