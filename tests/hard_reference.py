@@ -279,6 +279,7 @@ class HardReference:
         self.stops: dict[int, Decimal] = {}
         self.out = HardRun()
         self.known: dict[Contact, tuple[Decimal, ...]] = {}
+        self.shut: set[Contact] = set()  # a series of hits has closed them: they have no gap
         self.steps = 0  # under contact forces
         self.played = 0  # hits one at a time
         count = len(self.discs)
@@ -535,10 +536,7 @@ class HardReference:
         """
         cluster = self._touching(set(seeds))
         normals = {c: self._normal(c) for c in cluster}
-        gaps = {
-            c: g if (g := self._gap(c)) > self.set.no_gap and c != met_now else ZERO
-            for c in cluster
-        }
+        gaps = self._gaps_of(cluster, met_now)
         changed: set[int] = set()
         latest: list[tuple[Contact, ...]] = []
         hits = 0
@@ -568,12 +566,31 @@ class HardReference:
                     hits += self._shortcut(latest, normals)
                     gaps.update({c: ZERO for batch in latest for c in batch})
                 latest = []
-        for i in changed:
-            if size(self.discs[i].velocity) < self.set.closed:
-                self.discs[i].velocity = (ZERO, ZERO)
+        self._settle(changed, normals)
         self.out.hits += hits
         self.out.most_at_once = max(self.out.most_at_once, hits)
         return changed
+
+    def _gaps_of(
+        self, cluster: Iterable[Contact], met_now: Contact | None
+    ) -> dict[Contact, Decimal]:
+        """Return the gaps, and 0 where rounding alone or the bounds of a series left some."""
+        gaps = {c: self._gap(c) for c in cluster}
+        for c, gap in gaps.items():
+            if gap <= self.set.no_gap or c in self.shut or c == met_now:
+                gaps[c] = ZERO
+        return gaps
+
+    def _settle(self, changed: Iterable[int], normals: dict[Contact, Vec]) -> None:
+        """Let balls rest that hardly move, and note which contacts a series of hits has closed."""
+        for i in changed:
+            if size(self.discs[i].velocity) < self.set.closed:
+                self.discs[i].velocity = (ZERO, ZERO)
+        for c, n in normals.items():
+            if abs(dot(self._rest_velocity(c), n)) <= self.set.closed:
+                self.shut.add(c)
+            else:
+                self.shut.discard(c)
 
     def _touching(self, balls: set[int]) -> list[Contact]:
         """Return the contacts without gap that hang together with these balls."""
