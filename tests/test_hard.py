@@ -1,0 +1,141 @@
+"""Solvers agree with answers in many digits where contacts are hard, or say that they may not.
+
+The reference is checked against itself first: two ways to the same end.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from dataclasses import replace
+from decimal import Decimal
+from typing import Any
+
+import pytest
+from hard_reference import (
+    COARSE,
+    FINE,
+    FOUND,
+    KINDS,
+    RECORDS,
+    ZERO,
+    Refused,
+    Settings,
+    hard_run,
+    off,
+    random_hard_scene,
+)
+from reference import scene_from_dict
+from scenes import DATA, seeds
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
+
+ANSWERS = json.loads((DATA / "hard_runs.json").read_text())
+EASY = json.loads((DATA / "reference_runs.json").read_text())
+BY_NAME = {record["name"]: record for record in ANSWERS}
+
+
+def ends_off(scene: Scene, solver: str, final: list[list[str]]) -> tuple[float, tuple[str, ...]]:
+    """Return how far (m) a solver ends from an answer, and its warnings."""
+    run = simulate(scene, solver=solver, dt=1 / 60)
+    ends = zip(scene.balls, final, strict=True)
+    far = max(math.dist(run.final[ball.id], (float(x), float(y))) for ball, (x, y) in ends)
+    return far, run.warnings
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+@pytest.mark.parametrize("record", ANSWERS, ids=BY_NAME)
+def test_hard_contacts_in_many_digits(record: dict[str, Any], solver: str) -> None:
+    """A run agrees within rounding, 1e-12 m times the scene's amplification, or has warnings."""
+    far, warnings = ends_off(scene_from_dict(record["scene"]), solver, record["final"])
+    allowed = max(1e-12 * record["amplification"], record["trusted"])
+    assert far <= allowed or warnings, f"{far:.1e} m off, and no warning"
+
+
+# -- the reference against itself ------------------------------------------------------------------
+
+
+def squeeze(ratio: float, gap: float = 0.1, aside: float = 0.0, mu: float = 0.0) -> Scene:
+    """Return a heavy ball that drives a light one to a cushion."""
+    r = 0.0625
+    return Scene(
+        balls=(
+            Ball("light", (r + gap, 0.5), r, 0.125),
+            Ball("heavy", (3 * r + 2 * gap, 0.5 + aside), r, 0.125 * ratio, velocity=(-1, aside)),
+        ),
+        table=Table.rectangle(2, 1),
+        restitution=Restitution(0.3, cushion=0.6),
+        friction=Friction(0.05, mu, mu),
+        physics=Physics(max_time=10),
+    )
+
+
+def test_there_are_answers_of_every_kind() -> None:
+    names = {f"{kind} {k}" for kind, count in RECORDS.items() for k in range(count)}
+    assert names | {f"found {kind} {k}" for kind, k in FOUND} == set(BY_NAME)
+    assert all(record["trusted"] < 1e-13 for record in ANSWERS)
+
+
+def test_easy_scenes_end_where_the_other_reference_has_them() -> None:
+    easy = [record for record in EASY if record["scene"]["law"] == "coulomb"]
+    for record in easy:
+        run = hard_run(scene_from_dict(record["scene"]))
+        for place, answer in zip(run.final, record["run"]["final"], strict=True):
+            gaps = (abs(x - Decimal(y)) for x, y in zip(place, answer, strict=True))
+            assert max(gaps) < Decimal("1e-18")
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+@pytest.mark.parametrize("gap", [0.0, 0.1])
+def test_the_short_way_ends_where_hit_by_hit_does(gap: float, mu: float) -> None:
+    scene = squeeze(60, gap, gap / 100, mu)
+    short, long = (hard_run(scene, replace(FINE, shortcut=way)) for way in (True, False))
+    assert short.hits == long.hits > 500
+    assert off(short, long) < 1e-60
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+def test_tiny_gaps_have_the_answer_of_none(mu: float) -> None:
+    scene = squeeze(1000, 0.0, 0.0, mu)
+    base = hard_run(scene)
+    for far in ("1e-15", "1e-20"):
+        gap = Decimal(far)
+        tiny = hard_run(scene, FINE, [(gap, ZERO), (2 * gap, ZERO)])
+        assert off(tiny, base) < 20 * float(gap)
+
+
+def test_normals_may_stand_still_in_the_last_moment() -> None:
+    """With 180 digits, hits go on in time until they are 1e-60 s apart, and end nowhere else."""
+    scene = squeeze(20, 0.1, 0.001, 0.1)
+    in_time = Settings(
+        digits=180, at_once=Decimal("1e-60"), near=Decimal("1e-55"), no_gap=Decimal("1e-90")
+    )
+    run, base = hard_run(scene, in_time), hard_run(scene)
+    assert run.hits == base.hits > run.most_at_once
+    assert base.most_at_once > run.most_at_once
+    assert off(run, base) < 1e-20
+
+
+@pytest.mark.parametrize("name", ["persistent 1", "persistent 3", "struck 3"])
+def test_contact_forces_are_the_limit_of_ever_smaller_hits(name: str) -> None:
+    scene = scene_from_dict(BY_NAME[name]["scene"])
+    base = hard_run(scene)
+    far = []
+    for kick in ("1e-4", "1e-5"):
+        tiny_hits = Settings(digits=50, closed=ZERO, kick=Decimal(kick))
+        far.append(off(hard_run(scene, tiny_hits), base))
+    assert far[1] < min(1e-6, far[0] / 4)
+
+
+@pytest.mark.slow
+@pytest.mark.seeded
+@pytest.mark.parametrize("kind", KINDS)
+def test_coarser_bounds_leave_random_ends_where_they_are(kind: str) -> None:
+    for seed in seeds(20):
+        scene = random_hard_scene(kind, random.Random(f"coarse {kind} {seed}"))
+        try:
+            run, coarse = hard_run(scene), hard_run(scene, COARSE)
+        except Refused:
+            continue
+        assert off(run, coarse) < 1e-13, seed
