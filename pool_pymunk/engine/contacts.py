@@ -28,7 +28,7 @@ from random import Random
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.resolver import Resolution, Resolver, distinct
-from pool_pymunk.physics.collapse import Collapse
+from pool_pymunk.physics.collapse import Collapse, Order
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
@@ -290,11 +290,11 @@ class ContactEngine:
             heappush(queue, due)
         return [key for key in same if key != first]
 
-    def _is_closed(self, key: Key) -> bool:
+    def _is_closed(self, key: Key, times: float = 1.0) -> bool:
         motions = {i: motion_at(self.paths[i], self.now) for i in key if i >= 0}
         x, y, _, _ = motions[key[0]]
         reach = sum(self.radii[i] for i in motions)
-        return decisions.is_closed(self.gap(key, motions), x, y, reach)
+        return decisions.is_closed(self.gap(key, motions) / times, x, y, reach)
 
     def gap(self, key: Key, motions: Motions) -> float:
         """Return the distance (m) between two surfaces; it is negative where they overlap."""
@@ -305,26 +305,94 @@ class ContactEngine:
         dx, dy = motions[j][0] - x, motions[j][1] - y
         return math.sqrt(dx * dx + dy * dy) - self.radii[i] - self.radii[j]
 
+    def _known_gap(self, key: Key, motions: Motions) -> float:
+        """Return a gap (m), or 0 where rounding hides it."""
+        x, y, _, _ = motions[key[0]]
+        gap = self.gap(key, motions)
+        return gap if gap > 2.0 * EPSILON * (abs(x) + abs(y) + self.radii[key[0]]) else 0.0
+
     # -- contacts --------------------------------------------------------------------------------
 
     def _answer(self, keys: Collection[Key]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""
         motions, contacts = self._contacts(keys)
-        if self._has_no_end(keys, motions):
-            motions, hits = self._contacts(self._met_now)
-            resolution, collapse = self.resolver.play_out(hits, _velocities(motions))
-            resolution.listed = contacts
-            self.recorder.no_end(hits, collapse, self.now)
-            self._rounds = 0
-        else:
-            resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)
+        if self._rounds_here(keys, motions) > decisions.FEW_ROUNDS:
+            self._answer_cluster(contacts)
+            return
+        resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)
         self._report(resolution)
-        self._go_on(resolution, motions)
+        self._set_off(resolution, motions)
+        self.predict(resolution.velocity)
+        self._meet_later(resolution.missed)
 
-    def _contacts(self, keys: Collection[Key]) -> tuple[Motions, list[Contact]]:
+    def _answer_cluster(self, closing: Collection[Contact]) -> None:
+        """Answer round after round of this instant, until nothing closes.
+
+        The balls are near each other, so that one look at what touches serves for all rounds.
+        """
+        motions, contacts = self._contacts(self._touching(self._met_now), with_gaps=True)
+        order = Order(contacts)
+        if self.resolver.variant.otherwise:
+            order.forget()
+        velocity = _velocities(motions)
+        first = dict(velocity)
+        changed: dict[int, None] = {}
+        missed: list[Contact] = []
+        hits = 0
+        endless = False
+        while closing and not endless and not self.is_over and self.is_finite:
+            endless = hits > decisions.LISTED and self.resolver.loses_speed(contacts)
+            if endless:
+                left = order.left()
+                resolution, collapse = self.resolver.play_out(left, velocity, first)
+                self.recorder.no_end(contacts, collapse, self.now)
+            else:
+                balls = {i: velocity[i] for contact in closing for i in contact.balls}
+                resolution = self.resolver.resolve(list(closing), balls, self.now)
+            hits += len(resolution.hits)
+            missed += resolution.missed
+            self._report(resolution)
+            self._set_off(resolution, motions)
+            for i in resolution.velocity:
+                velocity[i] = self.paths[i].vx, self.paths[i].vy
+                changed[i] = None
+            noise = max(self.paths[i].noise for i in velocity)
+            closing = order.next(velocity, noise) if resolution.velocity else []
+        self._rounds = 0
+        self._met_now.clear()
+        self.predict(changed)
+        self._meet_later([each for each in missed if changed.keys().isdisjoint(each.balls)])
+
+    def _touching(self, keys: Iterable[Key]) -> list[Key]:
+        """Return what touches now among balls, and among the balls that they touch."""
+        found: dict[Key, None] = dict.fromkeys(keys)
+        balls = list(dict.fromkeys(i for key in found for i in key if i >= 0))
+        seen = set(balls)
+        for i in balls:  # This list grows.
+            for j in self.near.touching(i, self.now):
+                key = (i, j) if j < 0 or i < j else (j, i)
+                if key not in found and self._is_closed(key, decisions.NEARLY_CLOSED):
+                    found[key] = None
+                    if j >= 0 and j not in seen:
+                        seen.add(j)
+                        balls.append(j)
+        return list(found)
+
+    def _meet_later(self, missed: Iterable[Contact]) -> None:
+        """Predict when balls hit that touch, but do not close fast enough now."""
+        for contact in missed:
+            if contact.b != NO_BALL and all(self.paths[i].stop > self.now for i in contact.balls):
+                self.meet(contact.a, contact.b)
+
+    def _contacts(
+        self, keys: Collection[Key], with_gaps: bool = False
+    ) -> tuple[Motions, list[Contact]]:
         """Return how the balls move now, and their contacts, each of them once."""
         motions = {i: motion_at(self.paths[i], self.now) for key in keys for i in key if i >= 0}
         found = [self.contact(key, motions) for key in keys]
+        if with_gaps:
+            gaps = [self._known_gap(key, motions) for key in keys]
+            found = [hit._replace(gap=gap) for hit, gap in zip(found, gaps, strict=True)]
         return motions, distinct(found) if len(found) > 1 else found
 
     def contact(self, key: Key, motions: Motions) -> Contact:
@@ -341,8 +409,8 @@ class ContactEngine:
         nx, ny = normal = unit(bx - x, by - y)
         return Contact(i, j, normal, self.pair(i, j), None, (x + r * nx, y + r * ny))
 
-    def _has_no_end(self, keys: Iterable[Key], balls: Iterable[int]) -> bool:
-        """Count this round of contacts at one instant, and tell if there are too many rounds."""
+    def _rounds_here(self, keys: Iterable[Key], balls: Iterable[int]) -> int:
+        """Count this round of contacts at one instant, and return how many there were."""
         i = max(balls, key=lambda ball: self.paths[ball].speed)
         path = self.paths[i]
         length = decisions.instant(self.now, path.x, path.y, self.radii[i], path.speed)
@@ -351,12 +419,10 @@ class ContactEngine:
             self._met_now.clear()
         self._rounds += 1
         self._met_now.update(dict.fromkeys(keys))
-        return self._rounds > decisions.ROUNDS and self.resolver.loses_speed(
-            self._contacts(self._met_now)[1]
-        )
+        return self._rounds
 
-    def _go_on(self, resolution: Resolution, motions: Motions) -> None:
-        """Give the balls their new paths, and predict where these lead."""
+    def _set_off(self, resolution: Resolution, motions: Motions) -> None:
+        """Give the balls their new paths."""
         for i, velocity in resolution.velocity.items():
             x, y, _, _ = motions[i]
             if self.errors is not None:
@@ -368,10 +434,6 @@ class ContactEngine:
             elif self.rested[i] == math.inf:
                 self._stop(i, self.now, (x, y))
             self._begin(i, path)
-        self.predict(resolution.velocity)
-        for contact in resolution.missed:
-            if all(self.paths[i].stop > self.now for i in contact.balls):
-                self.meet(contact.a, contact.b)
 
     def _with_errors(
         self, x: float, y: float, velocity: Vector, radius: float

@@ -14,8 +14,11 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import BARELY
 
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
-ROUNDS = 100  # After so many rounds of contacts at one instant, they are taken to have no end.
+NEARLY_CLOSED = 16.0  # A gap is so many times wider than a closed one if it closes in a moment.
+FEW_ROUNDS = 3  # After so many rounds of contacts at one instant, what touches is looked at once.
+LISTED = 100  # After so many hits more they are taken to have no end, and not listed any more.
 LEFT = 64.0 * EPSILON  # Hits without end leave closing speeds of this share of the speeds.
+MOST_OTHER = 5_000  # So many hits are played in other orders; if they go on, these tell nothing.
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
 WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
@@ -63,6 +66,15 @@ def contact_time(since_met: float, left: float, radius: float, deceleration: flo
     """
     shallow = math.sqrt(4.0 * DEEPEST * radius / deceleration)
     return min(CONTACT_TIME * max(since_met, left), shallow)
+
+
+def sinks(least: float, contact_time: float, x: float, y: float, radius: float) -> bool:
+    """Tell whether two balls at a place (m) get nearer by more than rounding in a contact.
+
+    They close by the least bounce (m/s) at the end of the contact time (s). If they do not get
+    nearer, they hit each other now.
+    """
+    return least * contact_time > 64.0 * EPSILON * (abs(x) + abs(y) + radius)
 
 
 def lasts(since_last: float, contact_time: float) -> bool:

@@ -21,8 +21,9 @@ class Near(Protocol):
 
     It may name some more than the ball meets, but never fewer. The engine first calls ``walls``,
     then ``horizon``, then ``begin``: it looks at the ball's path from ``since`` until ``end`` (s;
-    infinite for a path that nothing ends). ``horizon`` tells how far (s) to look at most. It calls
-    ``remove`` when the ball is taken off the table.
+    infinite for a path that nothing ends). ``horizon`` tells how far (s) to look at most.
+    ``touching`` names the balls, and as -1 - their number the walls, that the ball may touch now.
+    The engine calls ``remove`` when the ball is taken off the table.
     """
 
     def walls(self, i: int) -> Iterable[int]: ...
@@ -32,6 +33,8 @@ class Near(Protocol):
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None: ...
 
     def balls(self, i: int, now: float) -> Iterable[int]: ...
+
+    def touching(self, i: int, now: float) -> Iterable[int]: ...
 
     def remove(self, i: int) -> None: ...
 
@@ -86,6 +89,10 @@ class Boxes:
     def remove(self, i: int) -> None:
         """Leave ball ``i`` out from now on."""
         self.boxes[i] = NOWHERE
+
+    def touching(self, i: int, now: float) -> Iterable[int]:
+        """Return the balls whose boxes overlap that of ball ``i``, and all walls."""
+        return [*self.balls(i, now), *(-1 - wall for wall in self.every_wall)]
 
     def balls(self, i: int, now: float) -> Iterable[int]:
         """Return the balls whose boxes overlap that of ball ``i``."""

@@ -9,7 +9,7 @@ A policy is needed where there is no closed form:
 - *A ball that stops at contact* stops: a closing speed below rounding is no hit, and a speed below
   rounding that a hit leaves is none.
 - *Hits without end*: infinitely many hits in finite time come to an end at one instant. A ball
-  squeezed between another and a cushion has them, for example. After ``ROUNDS`` rounds of hits at
+  squeezed between another and a cushion has them, for example. After ``LISTED`` hits at
   one instant the others are played out without time between them, until nothing closes but for
   rounding. They are not listed as events; a warning gives their number.
 - *Persistent contact*: two moving balls that surface friction presses together would touch without
@@ -21,7 +21,7 @@ A policy is needed where there is no closed form:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -119,27 +119,52 @@ class Resolver:
         return resolution
 
     def play_out(
-        self, contacts: Sequence[Contact], before: Mapping[int, Vector]
+        self,
+        contacts: Sequence[Contact],
+        before: Mapping[int, Vector],
+        first: Mapping[int, Vector],
     ) -> tuple[Resolution, Collapse]:
         """Answer hits without end, all at one instant, until nothing closes.
 
         What closes more slowly than rounding knows does not close. Hits that do not come to their
-        end get a plastic one without friction.
+        end get a plastic one without friction. Where more than two contacts hit, rounding or a
+        choice may decide their order. Then all of them are played in other orders as well, from the
+        ``first`` velocities (m/s) on, to see how far velocities spread.
         """
         resolution, velocity = Resolution(), dict(before)
         resolution.hits = list(contacts)
+        orders = list(_other_orders(contacts)) if len(contacts) > 2 else []
+        if orders and self.variant.otherwise:
+            contacts = orders[0]
+        collapse = self._play(contacts, velocity, resolution, in_turn=self.variant.otherwise)
+        for order in orders:
+            other = dict(first)
+            if self._play(order, other, Resolution(), True, decisions.MOST_OTHER).is_over:
+                spread = max(math.dist(velocity[i], other[i]) for i in other)
+                resolution.spread = max(resolution.spread, spread)
+        self._conclude(before, velocity, resolution)
+        return resolution, collapse
+
+    def _play(
+        self,
+        contacts: Sequence[Contact],
+        velocity: Velocities,
+        resolution: Resolution,
+        in_turn: bool,
+        most: int | None = None,
+    ) -> Collapse:
+        """Answer hits without end until nothing closes, and change ``velocity`` (m/s)."""
 
         def answer(closing: Sequence[Contact], velocity: Velocities) -> None:
             self._answer(closing, velocity, resolution)
 
-        collapse = play_out(contacts, decisions.LEFT, velocity, answer, self.law.hits_are_coulombs)
+        leap = self.law.hits_are_coulombs
+        collapse = play_out(contacts, decisions.LEFT, velocity, answer, leap, in_turn, most)
         left = dict(velocity)
         settle(contacts, velocity)  # mostly no more than rounding is left
-        if not collapse.is_over:
-            forced = max(math.dist(left[i], velocity[i]) for i in left)
-            collapse = collapse._replace(forced=forced)
-        self._conclude(before, velocity, resolution)
-        return resolution, collapse
+        if collapse.is_over:
+            return collapse
+        return collapse._replace(forced=max(math.dist(left[i], velocity[i]) for i in left))
 
     def _answer(
         self, hits: Sequence[Contact], velocity: Velocities, resolution: Resolution
@@ -238,9 +263,21 @@ class Resolver:
             return 0.0, False, None
         time = self.contact_time(i, j, now)
         least = least_bounce(self.paths[i], self.paths[j], now, time)
+        if not decisions.sinks(least, time, self.paths[i].x, self.paths[i].y, self.radii[i]):
+            least = 0.0
         if not decisions.lasts(now - past.last, time):
             return least, False, None
         return least, decisions.is_micro(closing, time, self.deceleration), past
+
+
+def _other_orders(contacts: Sequence[Contact]) -> Iterator[list[Contact]]:
+    """Yield the contacts forth and back, without gaps; and with gaps that are a little wrong."""
+    closed = [contact._replace(gap=0.0) for contact in contacts]
+    yield closed
+    yield closed[::-1]
+    if any(contact.gap > 0.0 for contact in contacts):
+        for share in (0.9, 1.1):
+            yield [hit._replace(gap=hit.gap * share**k) for k, hit in enumerate(contacts)]
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:

@@ -28,6 +28,8 @@ from pool_pymunk.physics.together import directions
 Array = NDArray[np.float64]
 
 MOST_HITS = 100_000  # So many hits are played one by one at most.
+MOST_IN_TIME = 2_000  # So many hits come in the order of their times; then all gaps are closed.
+TOGETHER_IN_TIME = 1e-9  # Hits whose times differ by this share come together.
 TOGETHER = 20  # Contacts that share a ball, and leaps, take the time of so many hits.
 LONGEST_CYCLE = 24  # rounds
 MOST_DOUBLINGS = 60  # A leap is shorter than 2 to this power cycles.
@@ -57,30 +59,88 @@ def play_out(
     velocity: Velocities,
     answer: Callable[[Sequence[Contact], Velocities], object],
     leap: bool,
+    in_turn: bool = False,
+    most: int | None = None,
 ) -> Collapse:
     """Answer the contacts until what closes is rounding, and change ``velocity`` (m/s).
 
     ``noise`` is the share of the speeds that may be rounding. ``answer`` answers contacts that
-    close. With ``leap``, which needs Coulomb's law, cycles of hits are leapt over. Without it,
-    or where no cycle repeats, ``MOST_HITS`` hits are played at most.
+    close. With ``leap``, which needs Coulomb's law, cycles of hits are leapt over. Without it, or
+    where no cycle repeats, ``most`` hits are played (default: ``MOST_HITS``). With ``in_turn``, of
+    the contacts that hit together only the first one is answered.
     """
-    leaps = Leaps(contacts) if leap else None
+    order = Order(contacts)
+    leaps = Leaps(contacts, in_turn) if leap else None
     hits = spent = 0
     least = 0.0
     while True:
         least = max(least, noise * _fastest(velocity))
-        closing = [contact for contact in contacts if closing_speed(contact, velocity) > least]
+        if hits >= MOST_IN_TIME:
+            order.forget()
+        closing = order.next(velocity, least)
         if not closing:
             return Collapse(hits, is_over=True)
-        if spent >= MOST_HITS:
+        closing = closing[:1] if in_turn else closing
+        if spent >= (MOST_HITS if most is None else most):
             return Collapse(hits, is_over=False)
-        if leaps is not None and (leapt := leaps.over(velocity, TO_BE_SURE * least)):
+        can_leap = leaps is not None and (len(contacts) == 2 or order.is_closed)
+        if leaps is not None and can_leap and (leapt := leaps.over(velocity, TO_BE_SURE * least)):
+            order.forget()
             hits += leapt
             spent += TOGETHER
             continue
         answer(closing, velocity)
         hits += len(closing)
         spent += 1 if len(closing) == 1 else TOGETHER
+
+
+class Order:
+    """An order tells which contacts hit next, by the gaps that are left between them.
+
+    In the moment of a collapse balls move along straight lines, and normals do not turn. So a gap g
+    that closes at c is closed after g / c. Contacts without a gap hit at once, all together.
+    """
+
+    def __init__(self, contacts: Sequence[Contact]) -> None:
+        self.contacts = contacts
+        self.gaps = [max(contact.gap, 0.0) for contact in contacts]
+
+    @property
+    def is_closed(self) -> bool:
+        """Tell whether no gap is left."""
+        return not any(self.gaps)
+
+    def forget(self) -> None:
+        """Let all gaps be closed from now on."""
+        self.gaps = [0.0] * len(self.gaps)
+
+    def left(self) -> list[Contact]:
+        """Return the contacts, each with the gap that is left now."""
+        return [
+            contact._replace(gap=gap) for contact, gap in zip(self.contacts, self.gaps, strict=True)
+        ]
+
+    def next(self, velocity: Velocities, least: float) -> list[Contact]:
+        """Return the contacts that hit next, and go on to that moment.
+
+        A contact hits only if it closes faster than ``least`` (m/s).
+        """
+        closing = [closing_speed(contact, velocity) for contact in self.contacts]
+        waits = [
+            gap / c if c > least else math.inf for gap, c in zip(self.gaps, closing, strict=True)
+        ]
+        wait = min(waits)
+        if wait == math.inf:
+            return []
+        latest = wait * (1.0 + TOGETHER_IN_TIME)
+        found = [k for k, each in enumerate(waits) if each <= latest]
+        if wait > 0.0:
+            self.gaps = [
+                max(gap - c * wait, 0.0) for gap, c in zip(self.gaps, closing, strict=True)
+            ]
+        for k in found:
+            self.gaps[k] = 0.0
+        return [self.contacts[k] for k in found]
 
 
 def _fastest(velocity: Velocities) -> float:
@@ -90,8 +150,9 @@ def _fastest(velocity: Velocities) -> float:
 class Leaps:
     """Leaps follow the rounds of a collapse, and leap over cycles of them."""
 
-    def __init__(self, contacts: Sequence[Contact]) -> None:
+    def __init__(self, contacts: Sequence[Contact], in_turn: bool) -> None:
         self.contacts = contacts
+        self.in_turn = in_turn
         self.balls = sorted({i for contact in contacts for i in contact.balls})
         opens, slips, lightness = directions(contacts, self.balls)
         count = len(contacts)
@@ -129,6 +190,7 @@ class Leaps:
     def _round(self, r: Array) -> Round:
         """Return which contacts close, and how friction acts; nothing if two share a ball."""
         closing = np.flatnonzero(r[0::2] > self.least).tolist()
+        closing = closing[:1] if self.in_turn else closing
         if len(closing) > 1:
             balls = [i for k in closing for i in self.contacts[k].balls]
             if len(balls) > len(set(balls)):

@@ -37,7 +37,8 @@ class Contact(NamedTuple):
     ``b`` is ``NO_BALL`` if ball ``a`` touches a cushion. ``normal`` is the unit vector from a to b,
     or from the cushion into the table. A cushion uses ``m_a``, ``restitution`` and ``friction`` of
     ``pair``. ``point`` (m) is the place where the two touch. ``cushion`` is the number by which the
-    cushion is reported.
+    cushion is reported. ``gap`` (m) is what is left between the two, as far as
+    rounding lets it be known.
     """
 
     a: int
@@ -46,6 +47,7 @@ class Contact(NamedTuple):
     pair: Pair
     cushion: int | None = None
     point: Vector = (0.0, 0.0)
+    gap: float = 0.0
 
     @property
     def balls(self) -> tuple[int, ...]:

@@ -224,7 +224,7 @@ def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False
 
     Where the law jumps, leave friction out, unless it shall ``jump``, and return True.
     """
-    i, j, normal, pair, _, _ = contact
+    i, j, normal, pair = contact[:4]
     a = split(velocity[i], normal)
     if j == NO_BALL:
         after = law.cushion(a, pair.restitution, pair.friction)

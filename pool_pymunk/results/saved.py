@@ -30,6 +30,7 @@ def save(run: Run, path: str | Path) -> None:
         "sample_times": run.sample_times,
         "off": sorted(run.off),
         "policies": sorted(run.policies),
+        "known_shift": run.known_shift,
         **{key: getattr(run, key) for key in PLAIN},
     }
     with whole(Path(path)) as part, part.open("wb") as file:
@@ -71,5 +72,6 @@ def _parts(about: dict[str, Any], scene: Scene) -> dict[str, Any]:
         "sample_times": None if times is None else tuple(times),
         "off": frozenset(about["off"]),
         "policies": frozenset(about.get("policies", ())),
+        "known_shift": about.get("known_shift"),
         **{key: about[key] for key in PLAIN},
     }

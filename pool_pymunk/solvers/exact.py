@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
-from pool_pymunk.engine.decisions import CONTACT_TIME, ROUNDS
+from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
@@ -107,7 +107,7 @@ class TraceRecorder(Recorder):
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         """Warn of hits without end."""
         text = (
-            f"inelastic collapse of balls {self._balls(contacts)}: after {ROUNDS} rounds of hits "
+            f"inelastic collapse of balls {self._balls(contacts)}: after {LISTED} hits "
             f"at one instant, {collapse.hits:,} more followed, which are not listed as events; "
         )
         if collapse.is_over:

@@ -26,12 +26,14 @@ from pool_pymunk.model.problems import (
     suggestion,
 )
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.results.run import CERTAIN, Event, Run, read_times
-from pool_pymunk.results.trace import PERSISTENT, Trace
+from pool_pymunk.results.run import OTHERWISE, SURE, Event, Run, read_times
+from pool_pymunk.results.trace import ZERO_SLIP, Trace
 from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
 from pool_pymunk.solvers.settings import AS_IT_IS, OnTime, Settings
+
+PATIENCE = 2.0  # s; a run that took longer is not played again to measure its policies
 
 
 class Request(NamedTuple):
@@ -60,11 +62,10 @@ class Request(NamedTuple):
         self._check_that_it_ends(state)
         began = time.perf_counter()
         trace = self._solve(state)
-        if PERSISTENT in trace.policies:
-            self._warn_of_persistence(state, trace)
+        shift = self._policy_shift(state, trace, time.perf_counter() - began)
         if not self.solver.own_law and not self.settings.law_of(self.scene).hits_are_coulombs:
             warn_of_gained_energy(trace, self.scene)
-        return self._run(shot, state, trace, time.perf_counter() - began)
+        return self._run(shot, state, trace, time.perf_counter() - began, shift)
 
     def _solve(self, state: State, variant: Variant = AS_IT_IS) -> Trace:
         settings = self.settings
@@ -74,18 +75,28 @@ class Request(NamedTuple):
         trace.cut(settings.most)
         return trace
 
-    def _warn_of_persistence(self, state: State, trace: Trace) -> None:
-        """Warn of how far (m) the policy for persistent contacts may have moved the ends.
+    def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
+        """Warn of how far (m) the ends would lie elsewhere if policies had answered otherwise.
 
-        The same run with contact times twice as long tells it.
+        A run that took long is not played again for it; then the answer is None. Nor is a run that
+        only met zero slips, because their warning says what they do.
         """
-        other = self._solve(state, Variant(longer=2.0))
+        if not trace.policies:
+            return 0.0
+        if (
+            trace.policies == {ZERO_SLIP}
+            or not self.settings.measures_policies
+            or wall_time > PATIENCE
+        ):
+            return None
+        shift = SURE * farthest(trace, self._solve(state, OTHERWISE), self.scene.deceleration)
         trace.warn(
-            "persistent contacts have no closed form: for them the ends may lie up to {figure} m "
-            f"elsewhere ({CERTAIN:g} times what contact times twice as long change)",
+            f"the ends may lie up to {shift:.2g} m elsewhere, because some contacts have no exact "
+            f"answer ({', '.join(sorted(trace.policies))}): this is {SURE:g} times what other "
+            "answers change",
             trace.duration,
-            CERTAIN * farthest(trace, other, self.scene.deceleration),
         )
+        return shift
 
     def _check_that_it_ends(self, state: State) -> None:
         moves = any(v != (0.0, 0.0) for v in state.velocity)
@@ -95,7 +106,14 @@ class Request(NamedTuple):
             )
             raise setting_error("max_time", None, message)
 
-    def _run(self, shot: Shot | None, start: State, trace: Trace, wall_time: float) -> Run:
+    def _run(
+        self,
+        shot: Shot | None,
+        start: State,
+        trace: Trace,
+        wall_time: float,
+        shift: float | None = None,
+    ) -> Run:
         ids = [ball.id for ball in self.scene.balls]
         return Run(
             scene=self.scene,
@@ -116,6 +134,7 @@ class Request(NamedTuple):
             sample_times=self.times,
             off=start.off,
             policies=frozenset(trace.policies),
+            known_shift=shift,
             again=partial(self._again, shot, start) if self.solver.engine else None,
         )
 

@@ -69,6 +69,11 @@ class BroadPhase:
         others = dict.fromkeys((*found, *self.changed))
         return [j for j in others if j >= 0 and j != i]
 
+    def touching(self, i: int, now: float) -> Iterable[int]:
+        """Return the balls and walls near ball ``i``."""
+        found = dict.fromkeys((*self._look_around(i), *self.changed))
+        return [j for j in found if j != i]
+
     def remove(self, i: int) -> None:
         """Leave ball ``i`` out from now on."""
         self.changed.pop(i, None)
@@ -115,6 +120,10 @@ class EndOfStep(BroadPhase):
         """
         self._queue_if_closing([pair for pair in self._touching if i in pair])
         return ()
+
+    def touching(self, i: int, now: float) -> Iterable[int]:
+        """Return what the ball touched in this step."""
+        return [j for pair in self._touching if i in pair for j in pair if j != i]
 
     def _queue_if_closing(self, pairs: Iterable[Key]) -> None:
         engine = self.engine
