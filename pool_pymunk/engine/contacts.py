@@ -200,8 +200,8 @@ class ContactEngine:
         a, b, radii, ends = self.paths[i], self.paths[j], self.radii, self.ends
         since = max(self.now, a.t, b.t)
         until = ends[i] if ends[i] < ends[j] else ends[j]
-        contact_time = self.resolver.contact_time(i, j, since)
-        t = pair_time(a, b, radii[i] + radii[j], since, until, contact_time)
+        contact_time, faint = self.resolver.contact_time(i, j, since)
+        t = pair_time(a, b, radii[i] + radii[j], since, until, contact_time, faint)
         if t < math.inf:
             self.push(t, (i, j))
 
@@ -462,7 +462,7 @@ class ContactEngine:
             self._revoke_stops(contact, last)
         for contact in resolution.zero_slips:
             self.recorder.zero_slip(contact, self.now)
-        for contact, _ in resolution.persistent:
+        for contact in (*[hit for hit, _ in resolution.persistent], *resolution.often):
             self.recorder.persistent(contact, self.now)
 
     def _stop(self, i: int, t: float, position: Vector) -> None:

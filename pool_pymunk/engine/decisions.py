@@ -18,9 +18,13 @@ NEARLY_CLOSED = 16.0  # A gap is so many times wider than a closed one if it clo
 FEW_ROUNDS = 3  # After so many rounds of contacts at one instant, what touches is looked at once.
 LISTED = 100  # After so many hits more they are taken to have no end, and not listed any more.
 LEFT = 64.0 * EPSILON  # Hits without end leave closing speeds of this share of the speeds.
+DOUBTS = 5  # So many collapses of a run are played in other orders, to see what hangs on it.
 MOST_OTHER = 5_000  # So many hits are played in other orders; if they go on, these tell nothing.
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
+FAINT = 0.02  # of the speed that friction gives in a contact time: slower hits come later
+MANY_TIMES = 200  # After so many hits of two balls, their contact time is not below
+SHORTEST = 1 / 64  # of the longest one.
 WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
 
 
@@ -57,15 +61,33 @@ def is_hit(closing: float, noise: float, least: float) -> bool:
     return closing > max(noise, BARELY * least)
 
 
-def contact_time(since_met: float, left: float, radius: float, deceleration: float) -> float:
+def contact_time(
+    since_met: float, left: float, radius: float, deceleration: float, many: bool
+) -> float:
     """Return how long (s) one contact lasts, for two balls that friction presses together.
 
     ``since_met`` (s) is the time since they met, ``left`` (s) is the time until both rest, and
     ``radius`` (m) is the smaller one. The contact time is so short that the balls sink into each
-    other by ``DEEPEST`` radii at most.
+    other by ``DEEPEST`` radii at most. After ``many`` hits it is not much shorter than that, because
+    other balls push these two on whenever they would rest.
     """
     shallow = math.sqrt(4.0 * DEEPEST * radius / deceleration)
-    return min(CONTACT_TIME * max(since_met, left), shallow)
+    least = SHORTEST * shallow if many else 0.0
+    return min(max(CONTACT_TIME * max(since_met, left), least), shallow)
+
+
+def faint(since_last: float, contact_time: float, deceleration: float) -> float:
+    """Return the closing speed (m/s) below which balls that hit a moment ago (s) hit later.
+
+    It is a small share of the speed that surface friction gives in a contact time (s), so balls in
+    a cluster do not hit each other again and again for nothing.
+    """
+    return FAINT * deceleration * contact_time if since_last < contact_time / 2.0 else 0.0
+
+
+def may_spread(closing: float, known: float) -> bool:
+    """Tell whether contacts that close so fast may spread farther than is known (m/s) already."""
+    return 4.0 * closing > known
 
 
 def sinks(least: float, contact_time: float, x: float, y: float, radius: float) -> bool:

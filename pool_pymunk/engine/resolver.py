@@ -37,6 +37,7 @@ from pool_pymunk.physics.contact import (
     groups,
 )
 from pool_pymunk.physics.laws import Law, respond, settle
+from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE, Path, least_bounce
 from pool_pymunk.physics.together import in_turn, push_apart, spread_over_orders
 
@@ -46,11 +47,13 @@ SAME_NORMAL = 1e-12
 class History(NamedTuple):
     """A history holds the time (s) at which two balls met, and the time of their last hit.
 
-    Balls that have been apart for more than ``WINDOW`` contact times meet anew.
+    Balls that have been apart for more than ``WINDOW`` contact times meet anew. ``hits`` counts
+    their micro-collisions.
     """
 
     met: float
     last: float
+    hits: int
 
 
 class Resolution:
@@ -60,7 +63,8 @@ class Resolution:
     it may be rounding. The other fields sort the contacts. ``hits`` were answered, each as it was
     given to the law. ``listed`` are events. ``micro`` are micro-collisions, each with the time (s)
     of the pair's hit before. ``missed`` touch, but do not close. ``persistent`` are hits that part
-    at their least bounce (m/s). ``zero_slips`` are hits whose slip only rounding knew. ``spread``
+    at their least bounce (m/s). ``zero_slips`` are hits whose slip only rounding knew. ``often``
+    are hits of balls that have hit each other many times. ``spread``
     (m/s) is how far velocities may lie elsewhere because contacts share a ball, and nothing knows
     their order.
     """
@@ -74,6 +78,7 @@ class Resolution:
         self.missed: list[Contact] = []
         self.persistent: list[tuple[Contact, float]] = []
         self.zero_slips: list[Contact] = []
+        self.often: list[Contact] = []
         self.spread = 0.0
 
 
@@ -84,6 +89,8 @@ class Resolver:
         self.law = law
         self.deceleration = deceleration
         self.variant = decisions.Variant()
+        self.spread = 0.0  # m/s; the largest one of the run
+        self.doubts = decisions.DOUBTS  # So many collapses are still played in other orders.
         self.paths: list[Path] = []
         self.radii: list[float] = []
         self.history: dict[tuple[int, int], History] = {}
@@ -92,15 +99,22 @@ class Resolver:
         """Forget ball ``i``, which meets nothing any more."""
         self.history = {pair: past for pair, past in self.history.items() if i not in pair}
 
-    def contact_time(self, i: int, j: int, now: float) -> float:
-        """Return the time (s) of one persistent contact of two balls; 0 if they have not met."""
+    def contact_time(self, i: int, j: int, now: float) -> tuple[float, float]:
+        """Return the time (s) of one persistent contact of two balls; 0 if they have not met.
+
+        Also return the closing speed (m/s) below which they hit each other later.
+        """
         past = self.history.get((i, j)) if self.history else None
         if past is None:
-            return 0.0
+            return 0.0, 0.0
         left = max(self.paths[i].stop, self.paths[j].stop) - now
         radius = min(self.radii[i], self.radii[j])
-        time = decisions.contact_time(now - past.met, left, radius, self.deceleration)
-        return self.variant.longer * time
+        many = past.hits > decisions.MANY_TIMES
+        time = decisions.contact_time(now - past.met, left, radius, self.deceleration, many)
+        time *= self.variant.longer
+        if not many:
+            return time, 0.0
+        return time, decisions.faint(now - past.last, time, self.deceleration)
 
     def resolve(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
@@ -129,11 +143,13 @@ class Resolver:
         What closes more slowly than rounding knows does not close. Hits that do not come to their
         end get a plastic one without friction. Where more than two contacts hit, rounding or a
         choice may decide their order. Then all of them are played in other orders as well, from the
-        ``first`` velocities (m/s) on, to see how far velocities spread.
+        ``first`` velocities (m/s) on, to see how far velocities spread. This is done for the first
+        few collapses of a run.
         """
         resolution, velocity = Resolution(), dict(before)
         resolution.hits = list(contacts)
-        orders = list(_other_orders(contacts)) if len(contacts) > 2 else []
+        orders = list(_other_orders(contacts)) if len(contacts) > 2 and self.doubts > 0 else []
+        self.doubts -= bool(orders)
         if orders and self.variant.otherwise:
             contacts = orders[0]
         collapse = self._play(contacts, velocity, resolution, in_turn=self.variant.otherwise)
@@ -181,23 +197,31 @@ class Resolver:
             elif group:
                 before = {i: velocity[i] for hit in group for i in hit.balls}
                 (in_turn if self.variant.otherwise else self.law.together)(group, velocity, by_law)
-                spread = spread_over_orders(group, before, velocity, partial(respond, self.law))
-                resolution.spread = max(resolution.spread, spread)
+                fastest = max(closing_speed(contact, before) for contact in group)
+                if decisions.may_spread(fastest, self.spread):
+                    spread = spread_over_orders(group, before, velocity, partial(respond, self.law))
+                    resolution.spread = max(resolution.spread, spread)
+                    self.spread = max(self.spread, spread)
 
     def _look_at(
         self, contact: Contact, velocity: Velocities, now: float, resolution: Resolution
     ) -> None:
         """Sort a contact: decide whether it is a hit, and of which kind."""
         closing = closing_speed(contact, velocity)
-        least, is_micro, past = self._persistence(contact, closing, now)
-        if not decisions.is_hit(closing, self._noise(contact), least):
+        least, faint, is_micro, past = self._persistence(contact, closing, now)
+        if closing < faint or not decisions.is_hit(closing, self._noise(contact), least):
             return
         if past is not None and is_micro:
             resolution.micro.append((contact, past.last))
         else:
             resolution.listed.append(contact)
         if contact.b != NO_BALL and self.deceleration > 0.0:
-            self.history[contact.a, contact.b] = History(now if past is None else past.met, now)
+            pair = (contact.a, contact.b)
+            hits = self.history[pair].hits if pair in self.history else 0
+            hits += past is not None and is_micro
+            self.history[pair] = History(now if past is None else past.met, now, hits)
+            if hits > decisions.MANY_TIMES:
+                resolution.often.append(contact)
         if contact.pair.restitution * closing < least:
             e = decisions.bounce(contact.pair.restitution, closing, least)
             contact = contact._replace(pair=contact.pair._replace(restitution=e))
@@ -231,10 +255,18 @@ class Resolver:
             fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
             noise = max(noise, self.paths[i].noise)
         resolution.noise = noise = max(NOISE * math.sqrt(fastest), noise)
+        pressed = {i for contact, _ in resolution.micro for i in contact.balls}
         for i in sorted(moved):
             vx, vy = velocity[i]
-            rests = vx * vx + vy * vy <= noise * noise
+            least = max(noise, self._too_slow_to_move(i)) if i in pressed else noise
+            rests = vx * vx + vy * vy <= least * least
             resolution.velocity[i] = (0.0, 0.0) if rests else (vx, vy)
+
+    def _too_slow_to_move(self, i: int) -> float:
+        """Return the speed (m/s) at which ball ``i`` would stop before its place changes."""
+        path = self.paths[i]
+        size = abs(path.x) + abs(path.y) + self.radii[i]
+        return math.sqrt(2.0 * self.deceleration * EPSILON * size)
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
         """Tell whether any of the contacts parts more slowly than it closes, by this law."""
@@ -255,19 +287,22 @@ class Resolver:
 
     def _persistence(
         self, contact: Contact, closing: float, now: float
-    ) -> tuple[float, bool, History | None]:
-        """Return the least bounce (m/s), whether a hit is micro, and the history that goes on."""
+    ) -> tuple[float, float, bool, History | None]:
+        """Return the least bounce and the faint speed (m/s), and what goes on.
+
+        The last two are whether a hit is micro, and the history that goes on.
+        """
         i, j = contact.a, contact.b
         past = self.history.get((i, j)) if self.history else None
         if past is None:
-            return 0.0, False, None
-        time = self.contact_time(i, j, now)
+            return 0.0, 0.0, False, None
+        time, faint = self.contact_time(i, j, now)
         least = least_bounce(self.paths[i], self.paths[j], now, time)
         if not decisions.sinks(least, time, self.paths[i].x, self.paths[i].y, self.radii[i]):
-            least = 0.0
+            least = faint = 0.0
         if not decisions.lasts(now - past.last, time):
-            return least, False, None
-        return least, decisions.is_micro(closing, time, self.deceleration), past
+            return least, faint, False, None
+        return least, faint, decisions.is_micro(closing, time, self.deceleration), past
 
 
 def _other_orders(contacts: Sequence[Contact]) -> Iterator[list[Contact]]:

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 MOST_HITS = 100_000  # So many hits are played one by one at most.
 MOST_IN_TIME = 2_000  # So many hits come in the order of their times; then all gaps are closed.
+CLUSTER = 8  # With more contacts than this, gaps do not count any more,
+MOST_IN_CLUSTER = 1_000  # and at most so many hits are played.
 TOGETHER_IN_TIME = 1e-9  # Hits whose times differ by this share come together.
 TOGETHER = 20  # Contacts that share a ball, and leaps, take the time of so many hits.
 LONGEST_CYCLE = 24  # rounds
@@ -70,6 +72,9 @@ def play_out(
     the contacts that hit together only the first one is answered.
     """
     order = Order(contacts)
+    if len(contacts) > CLUSTER:
+        order.forget()
+        most = MOST_IN_CLUSTER
     leaps = Leaps(contacts, in_turn) if leap else None
     hits = spent = 0
     least = 0.0

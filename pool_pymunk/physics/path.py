@@ -107,18 +107,25 @@ def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
 
 
 def pair_time(
-    a: Path, b: Path, reach: float, since: float, until: float, contact_time: float = 0.0
+    a: Path,
+    b: Path,
+    reach: float,
+    since: float,
+    until: float,
+    contact_time: float = 0.0,
+    faint: float = 0.0,
 ) -> float:
     """Return the time (s) at which two balls meet; infinite if they do not.
 
     Look between ``since`` and ``until`` (s). ``reach`` is the sum of the radii (m). Each ball may
     stop on the way and rest. ``contact_time`` (s) is for two balls that have met and that surface
     friction presses together: it is how long one contact of theirs takes (:func:`least_bounce`). It
-    is 0 for all others.
+    is 0 for all others. Balls that touch and close more slowly than ``faint`` (m/s) meet a contact
+    time later.
     """
     first_stop = a.stop if a.stop < b.stop else b.stop
     if since < first_stop:
-        t = _both_move(a, b, reach, since, min(until, first_stop), contact_time)
+        t = _both_move(a, b, reach, since, min(until, first_stop), contact_time, faint)
         if t < math.inf:
             return t
     mover, rester = (a, b) if b.stop <= a.stop else (b, a)
@@ -146,14 +153,20 @@ def _braking_distance(speed: float, deceleration: float) -> float:
 
 
 def _both_move(
-    a: Path, b: Path, reach: float, since: float, until: float, contact_time: float
+    a: Path,
+    b: Path,
+    reach: float,
+    since: float,
+    until: float,
+    contact_time: float,
+    faint: float,
 ) -> float:
     offset, velocity, pull = _relative(a, b, since)
     noise = max(a.noise, b.noise) + NOISE * (a.speed + b.speed)
     if contact_time > 0.0:
         (dx, dy), size = offset, abs(a.x) + abs(a.y) + abs(b.x) + abs(b.y) + reach
         if math.sqrt(dx * dx + dy * dy) - reach <= 16.0 * EPSILON * size:
-            reach -= _allowed_penetration(offset, velocity, pull, reach, contact_time)
+            reach -= _allowed_penetration(offset, velocity, pull, reach, contact_time, faint)
     return since + time_of_impact(offset, velocity, pull, reach, until - since, noise)
 
 
@@ -183,13 +196,18 @@ def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
 
 
 def _allowed_penetration(
-    offset: Vector, velocity: Vector, pull: Vector, reach: float, contact_time: float
+    offset: Vector,
+    velocity: Vector,
+    pull: Vector,
+    reach: float,
+    contact_time: float,
+    faint: float,
 ) -> float:
     """Return how far (m) touching balls get nearer than ``reach`` until they hit each other.
 
     Friction drives these balls together. If they close or part more slowly than ``BARELY`` times
-    the least bounce, they get nearer until they close as fast as the least bounce. Otherwise the
-    answer is 0.
+    the least bounce, they get nearer until they close as fast as the least bounce. Balls that close
+    more slowly than ``faint`` (m/s) do so for a contact time. Otherwise the answer is 0.
     """
     (dx, dy), (vx, vy) = offset, velocity
     distance = math.sqrt(dx * dx + dy * dy)
@@ -197,5 +215,6 @@ def _allowed_penetration(
     drive = pressing(offset, velocity, pull)
     least = drive * contact_time / 2.0
     if drive <= 0.0 or abs(rate) >= BARELY * least:
-        return 0.0
+        sunk = max(reach - distance, 0.0)
+        return sunk - rate * contact_time if -faint < rate < 0.0 else 0.0
     return (least * least - rate * rate) / (2.0 * drive) + max(reach - distance, 0.0)
