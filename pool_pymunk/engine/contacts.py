@@ -29,7 +29,7 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.resolver import Resolution, Resolver, distinct
 from pool_pymunk.physics.collapse import Collapse, Order
-from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at, pair_time, set_off
@@ -202,8 +202,17 @@ class ContactEngine:
         until = ends[i] if ends[i] < ends[j] else ends[j]
         contact_time, faint = self.resolver.contact_time(i, j, since)
         t = pair_time(a, b, radii[i] + radii[j], since, until, contact_time, faint)
+        if t <= since and faint > 0.0 and self._is_faint((i, j), faint):
+            t = since + contact_time
+            if t > min(until, max(a.stop, b.stop)):
+                return
         if t < math.inf:
             self.push(t, (i, j))
+
+    def _is_faint(self, key: Key, faint: float) -> bool:
+        """Tell whether two balls that touch close more slowly than ``faint`` (m/s)."""
+        motions, [contact] = self._contacts([key])
+        return closing_speed(contact, _velocities(motions)) < faint
 
     def meet_wall(self, i: int, wall: int) -> float:
         """Predict when a ball meets a wall, and return that time (s).

@@ -299,7 +299,7 @@ class Resolver:
         time, faint = self.contact_time(i, j, now)
         least = least_bounce(self.paths[i], self.paths[j], now, time)
         if not decisions.sinks(least, time, self.paths[i].x, self.paths[i].y, self.radii[i]):
-            least = faint = 0.0
+            least = 0.0
         if not decisions.lasts(now - past.last, time):
             return least, faint, False, None
         return least, faint, decisions.is_micro(closing, time, self.deceleration), past
