@@ -89,6 +89,7 @@ class Resolver:
         self.law = law
         self.deceleration = deceleration
         self.variant = decisions.Variant()
+        self.collapses = 0  # of more than two contacts, so far
         self.spread = 0.0  # m/s; the largest one of the run
         self.doubts = decisions.DOUBTS  # So many collapses are still played in other orders.
         self.paths: list[Path] = []
@@ -152,7 +153,10 @@ class Resolver:
         self.doubts -= bool(orders)
         if orders and self.variant.otherwise:
             contacts = orders[0]
-        collapse = self._play(contacts, velocity, resolution, in_turn=self.variant.otherwise)
+        self.collapses += len(contacts) > 2
+        most = decisions.MOST_IN_PILE if self.collapses > decisions.PILE else None
+        in_turn = self.variant.otherwise
+        collapse = self._play(contacts, velocity, resolution, in_turn, most)
         for order in orders:
             other = dict(first)
             if self._play(order, other, Resolution(), True, decisions.MOST_OTHER).is_over:

@@ -74,7 +74,7 @@ def play_out(
     order = Order(contacts)
     if len(contacts) > CLUSTER:
         order.forget()
-        most = MOST_IN_CLUSTER
+        most = min(most or MOST_IN_CLUSTER, MOST_IN_CLUSTER)
     leaps = Leaps(contacts, in_turn) if leap else None
     hits = spent = 0
     least = 0.0
