@@ -1077,7 +1077,11 @@ def hard_run(
     """Play the scene from its velocities, in many digits."""
     with localcontext() as context:
         context.prec = settings.digits
-        return HardReference(scene, settings, nudges).run()
+        run = HardReference(scene, settings, nudges).run()
+    for ball, (x, y) in zip(scene.balls, run.final, strict=True):
+        if scene.table is not None and not scene.table.contains(float(x), float(y)):
+            raise Refused(f"ball {ball.id} ended off the table: a hit was passed over")
+    return run
 
 
 def off(a: HardRun, b: HardRun) -> float:

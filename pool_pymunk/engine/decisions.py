@@ -70,7 +70,7 @@ def contact_time(
 
     ``since_met`` (s) is the time since they met, ``left`` (s) is the time until both rest, and
     ``radius`` (m) is the smaller one. The contact time is so short that the balls sink into each
-    other by ``DEEPEST`` radii at most. After ``many`` hits it is not much shorter than that, because
+    other by ``DEEPEST`` radii at most. After ``many`` hits it is not much shorter, because
     other balls push these two on whenever they would rest.
     """
     shallow = math.sqrt(4.0 * DEEPEST * radius / deceleration)

@@ -27,7 +27,7 @@ from pool_pymunk.model.problems import (
 )
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.run import OTHERWISE, SURE, Event, Run, read_times
-from pool_pymunk.results.trace import ZERO_SLIP, Trace
+from pool_pymunk.results.trace import PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
@@ -89,7 +89,9 @@ class Request(NamedTuple):
             or wall_time > PATIENCE
         ):
             return None
-        shift = SURE * farthest(trace, self._solve(state, OTHERWISE), self.scene.deceleration)
+        others = OTHERWISE if PERSISTENT in trace.policies else OTHERWISE[:1]
+        a = self.scene.deceleration
+        shift = SURE * max(farthest(trace, self._solve(state, other), a) for other in others)
         trace.warn(
             f"the ends may lie up to {shift:.2g} m elsewhere, because some contacts have no exact "
             f"answer ({', '.join(sorted(trace.policies))}): this is {SURE:g} times what other "
