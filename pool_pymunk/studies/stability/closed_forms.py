@@ -48,6 +48,18 @@ def leave_with(velocities: Mapping[str, Point]) -> Claim:
     return velocity
 
 
+def end_at(places: Mapping[str, Point]) -> Claim:
+    """Claim that balls come to rest at these places (m), by Coulomb's law."""
+
+    def limit(trial: Trial) -> Measure:
+        final = trial.run.final
+        off = max(math.dist(final[id_], place) for id_, place in places.items())
+        bound = min(_displaced(trial), trial.smallest)
+        return Measure("limit", off, bound, trial.smallest, "m", "{} from the limit of the hits")
+
+    return by_coulomb(limit)
+
+
 def leaves_at(id_: str, speed: float) -> Claim:
     """Claim that a ball ends with this speed (m/s)."""
 

@@ -304,7 +304,8 @@ def corners() -> Iterator[Case]:
 def squeezes() -> Iterator[Case]:
     """Let a heavy ball drive a light one to a cushion; elastic, they count the digits of pi.
 
-    With a mass ratio N there are ceil(pi / atan(sqrt(1/N))) - 1 hits (Galperin 2003).
+    With a mass ratio N there are ceil(pi / atan(sqrt(1/N))) - 1 hits (Galperin 2003). Hits that lose
+    energy have no end here, and bring both balls to rest at the cushion.
     """
     for ratio in (1e2, 1e4, 1e6, 1e8):
         hits = math.ceil(math.pi / math.atan(math.sqrt(1.0 / ratio))) - 1
@@ -315,7 +316,9 @@ def squeezes() -> Iterator[Case]:
         for label, beside, x in (("", 0.0, 0.0), (", aslant", R / 4.0, 0.0), (", far", 0.0, far)):
             balls, table = squeezed(1e6, beside, x), rectangle(8.0, 1.0, (x, 0.0))
             scene = Scene(balls, table, Restitution(e, None, e), GLIDE)
-            yield Case(f"1 : 1e6, e = {e:g}{label}", scene, slow=e == 0.5)
+            ends = {"light": (x + R, 0.5), "heavy": (x + 3.0 * R, 0.5)}
+            claims = () if beside else (must.end_at(ends),)
+            yield Case(f"1 : 1e6, e = {e:g}{label}", scene, claims, slow=e == 0.5)
 
 
 def squeezed(ratio: float, beside: float = 0.0, far: float = 0.0) -> tuple[Ball, ...]:
