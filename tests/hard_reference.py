@@ -25,7 +25,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, localcontext
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -1081,6 +1081,9 @@ def hard_run(
     for ball, (x, y) in zip(scene.balls, run.final, strict=True):
         if scene.table is not None and not scene.table.contains(float(x), float(y)):
             raise Refused(f"ball {ball.id} ended off the table: a hit was passed over")
+    for (a, p), (b, q) in combinations(zip(scene.balls, run.final, strict=True), 2):
+        if float(size(minus(p, q))) < (a.radius + b.radius) * (1.0 - 1e-9):
+            raise Refused(f"balls {a.id} and {b.id} overlap at the end: a hit was passed over")
     return run
 
 
