@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -12,8 +12,8 @@ from pool_pymunk.engine.decisions import NEARLY_NOW
 from pool_pymunk.physics.path import Path, motion_at
 
 MANY = 200  # From so many balls on, one array is faster than a loop.
-FEW = 40  # From so many balls on, paths are looked at in pieces,
-AHEAD = 3.0  # radii long.
+FEW = 40  # From so many balls on, paths are looked at in pieces.
+AHEAD = 1.5  # of the balls' mean distance; so long are the pieces.
 
 
 class Near(Protocol):
@@ -68,6 +68,7 @@ class Boxes:
     def __init__(self, balls: int, walls: int) -> None:
         self.boxes: list[Box] = [NOWHERE] * balls
         self.every_wall = range(walls)
+        self.ahead = math.inf  # m; so far is a path looked at
 
     def walls(self, i: int) -> Iterable[int]:
         """Return all walls, because there are few."""
@@ -78,9 +79,14 @@ class Boxes:
 
         For few balls one look at the whole path is cheapest.
         """
-        if len(self.boxes) < FEW or path.speed == 0.0:
-            return math.inf
-        return now + AHEAD * radius / path.speed
+        return now + self.ahead / path.speed if path.speed > 0.0 else math.inf
+
+    def spread(self, paths: Sequence[Path]) -> None:
+        """Take note of how far the balls lie apart, so that paths are looked at in good pieces."""
+        if len(paths) >= FEW:
+            x, y = [path.x for path in paths], [path.y for path in paths]
+            area = (max(x) - min(x)) * (max(y) - min(y))
+            self.ahead = AHEAD * math.sqrt(area / len(paths)) or math.inf
 
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
         """Put a box around this part of ball ``i``'s path."""

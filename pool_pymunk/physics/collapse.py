@@ -27,7 +27,7 @@ from pool_pymunk.physics.together import directions
 
 Array = NDArray[np.float64]
 
-MOST_HITS = 100_000  # So many hits are played one by one at most.
+MOST_HITS = 30_000  # So many hits are played one by one at most.
 MOST_IN_TIME = 2_000  # So many hits come in the order of their times; then all gaps are closed.
 CLUSTER = 8  # With more contacts than this, gaps do not count any more,
 MOST_IN_CLUSTER = 1_000  # and at most so many hits are played.

@@ -47,7 +47,8 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
         engine.add_ball(path, ball.radius, ball.mass)
     engine.walls = walls(scene)
     boxes = Boxes if len(scene.balls) < MANY else ManyBoxes
-    engine.near = boxes(len(scene.balls), len(engine.walls))
+    engine.near = near = boxes(len(scene.balls), len(engine.walls))
+    near.spread(engine.paths)
     for i, path in enumerate(engine.paths):
         engine.near.begin(i, path, engine.radii[i], 0.0, math.inf)
     for id_ in start.off:

@@ -304,8 +304,8 @@ def corners() -> Iterator[Case]:
 def squeezes() -> Iterator[Case]:
     """Let a heavy ball drive a light one to a cushion; elastic, they count the digits of pi.
 
-    With a mass ratio N there are ceil(pi / atan(sqrt(1/N))) - 1 hits (Galperin 2003). Hits that lose
-    energy have no end here, and bring both balls to rest at the cushion.
+    With a mass ratio N there are ceil(pi / atan(sqrt(1/N))) - 1 hits (Galperin 2003). Hits that
+    lose energy have no end here, and bring both balls to rest at the cushion.
     """
     for ratio in (1e2, 1e4, 1e6, 1e8):
         hits = math.ceil(math.pi / math.atan(math.sqrt(1.0 / ratio))) - 1

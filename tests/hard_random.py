@@ -1,0 +1,103 @@
+"""Random hard scenes, solved by the exact solver and by the reference in ninety digits.
+
+``python -m tests.hard_random 20`` plays 20 scenes of each kind and counts: how many ends agree
+within 1e-12 m times the scene's amplification, how many are off by less than a warning of the run
+says, and how many by more. The reference refuses some scenes, and some would take it long.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+import signal
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from hard_reference import KINDS, Refused, hard_run, random_hard_scene
+
+from pool_pymunk import Run, Scene, simulate
+
+NUDGE = 1e-10  # m
+PATIENCE = 20  # s
+
+
+class TooLongError(Exception):
+    """This error says that a scene takes the reference too long."""
+
+
+@contextmanager
+def patience() -> Iterator[None]:
+    """Raise an error in what takes longer than ``PATIENCE``."""
+
+    def stop(*_: object) -> None:
+        raise TooLongError
+
+    signal.signal(signal.SIGALRM, stop)
+    signal.alarm(PATIENCE)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+
+
+def exact(scene: Scene) -> Run:
+    return simulate(scene, solver="event-driven")
+
+
+def amplification(scene: Scene, run: Run) -> float:
+    """Return how much farther ends move than starts, from two nudges of every start."""
+    rnd = random.Random(1)
+    largest = 1.0
+    for _ in range(2):
+        balls = []
+        for ball in scene.balls:
+            x, y = (value + NUDGE * rnd.choice((-1, 1)) for value in ball.position)
+            balls.append(replace(ball, position=(x, y)))
+        try:
+            nudged = exact(replace(scene, balls=tuple(balls)))
+        except ValueError:  # The balls overlap.
+            continue
+        ends = zip(nudged.end.position, run.end.position, strict=True)
+        largest = max(largest, max(math.dist(p, q) for p, q in ends) / NUDGE)
+    return largest
+
+
+def verdict(kind: str, k: int) -> str:
+    """Compare one scene, and say what came of it in a word; print what is off by too much."""
+    scene = random_hard_scene(kind, random.Random(f"check {kind} {k}"))
+    try:
+        with patience():
+            answer = hard_run(scene)
+    except (Refused, TooLongError):
+        return "refused"
+    run = exact(scene)
+    ends = zip(run.end.position, answer.final, strict=True)
+    off = max(math.dist(p, (float(x), float(y))) for p, (x, y) in ends)
+    if off <= 1e-12 * amplification(scene, run):
+        return "agrees"
+    said = [float(m) for w in run.warnings for m in re.findall(r"up to ([-\d.e+]+) m elsewhere", w)]
+    if said and off <= max(said):
+        return "within its warning"
+    print(f"{kind} {k}: off by {off:.1e} m, warned of {said}, rounding {run.rounding:.1e} m")
+    return "off"
+
+
+def main(count: int) -> None:
+    """Compare so many scenes of each kind, and count the verdicts."""
+    total: Counter[str] = Counter()
+    for kind in KINDS:
+        found = Counter(verdict(kind, k) for k in range(count))
+        print(kind, dict(found), flush=True)
+        total += found
+    print("all", dict(total))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)

@@ -1,0 +1,173 @@
+"""A run says what hangs on policies, what rounding may have done, and where energy came from."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+import pytest
+from test_policies import disc, exact, pressed, squeezed
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, load, simulate
+from pool_pymunk.studies.tolerance import simulate_within
+
+R = 0.05
+
+
+def figure(run: Run, words: str) -> float:
+    """Return the figure in the one warning that has these words."""
+    [warning] = [warning for warning in run.warnings if words in warning]
+    return float(re.findall(r"up to ([-+.\de]+) m", warning)[0])
+
+
+def one_on_two(gap: float = 0.0) -> Scene:
+    """Return a ball that runs into two touching ones, between them."""
+    dx, dy = math.sqrt(3.0) * R, R + gap / 2.0
+    balls = (
+        disc("a", (-1.0, 0.0), (1.0, 0.0)),
+        disc("b", (dx, dy)),
+        disc("c", (dx, -dy - gap)),
+    )
+    return Scene(balls, restitution=Restitution(1.0), physics=Physics(max_time=2.0))
+
+
+# -- contacts of one instant -----------------------------------------------------------------------
+
+
+def test_what_hangs_on_the_order_of_one_instant_is_said() -> None:
+    run = exact(one_on_two())
+    assert "one instant" in run.policies
+    said = figure(run, "contacts of one instant share a ball")
+    for gap in (1e-9, 1e-7):
+        apart = exact(one_on_two(gap))
+        far = max(map(math.dist, apart.end.velocity, run.end.velocity))
+        assert 0.1 < far <= 1.01 * said
+
+
+def test_what_is_said_is_the_same_in_any_listing_order() -> None:
+    scene = one_on_two()
+    said = {
+        round(figure(exact(replace(scene, balls=balls)), "contacts of one instant"), 6)
+        for balls in permutations(scene.balls)
+    }
+    assert len(said) == 1
+
+
+def test_contacts_whose_order_does_not_matter_give_no_warning() -> None:
+    """A ball in a square corner, without friction."""
+    scene = Scene(
+        (disc("a", (0.5, 0.5), (-1.0, -1.0)),), Table.rectangle(2.0, 2.0),
+        Restitution(cushion=0.5), physics=Physics(max_time=1.0),
+    )  # fmt: skip
+    run = exact(scene)
+    assert not run.warnings
+    assert run.policies == frozenset()
+    assert run.policy_shift == 0.0
+
+
+# -- persistent contact ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+def test_a_persistent_contact_says_what_its_policy_may_have_moved(solver: str) -> None:
+    run = simulate(pressed(0.0), solver=solver, dt=1 / 60)
+    assert run.policies == {"persistent contact"}
+    said = figure(run, "have no exact answer")
+    assert said == pytest.approx(run.policy_shift, rel=0.1)
+    assert 0.0 < said < 1e-5
+
+
+# -- hits without end ------------------------------------------------------------------------------
+
+
+def test_the_first_hundred_of_hits_without_end_are_listed_and_the_others_counted() -> None:
+    scene = squeezed(1e6, 0.8, 0.8, 0.0, 0.0)
+    run = exact(scene)
+    hits = [event for event in run.events if event.kind != "stop"]
+    assert 90 < len(hits) < 300
+    [warning] = run.warnings
+    [count] = re.findall(r"([\d,]+) more followed", warning)
+    assert int(count.replace(",", "")) > 1_000_000
+    assert exact(scene, max_events=200).status == "settled"
+    assert run.end.position == pytest.approx([(R, 1.0), (3 * R, 1.0)])
+
+
+# -- rounding --------------------------------------------------------------------------------------
+
+
+def test_rounding_grows_with_what_amplifies_it() -> None:
+    """In a break of many balls, errors of 1e-16 m grow by a million times and more."""
+    alone = exact(Scene((disc("a", (0.5, 0.5), (1.0, 0.3)),), Table.rectangle(2.0, 1.0),
+                        Restitution(cushion=0.9), Friction(0.01)))  # fmt: skip
+    assert 0.0 < alone.rounding < 1e-14
+    report = simulate(load("report-corrected"), 1, solver="event-driven")
+    assert 10.0 * alone.rounding < report.rounding < 1e-11
+
+
+def test_rounding_is_not_known_of_a_run_from_a_file(tmp_path: Path) -> None:
+    run = simulate(load("two-balls"), solver="event-driven")
+    run.save(tmp_path / "one.npz")
+    assert math.isnan(Run.load(tmp_path / "one.npz").rounding)
+    assert Run.load(tmp_path / "one.npz") == run
+    assert math.isnan(simulate(load("two-balls"), solver="time-slice", dt=1e-3).rounding)
+
+
+# -- energy ----------------------------------------------------------------------------------------
+
+
+def glancing(law: str) -> Scene:
+    """Return a ball that hits another that moves across: line 132 pushes that one on."""
+    balls = (disc("a", (0.0, 0.0), (1.0, 0.0)), disc("b", (0.5, 0.0), (0.0, -1.0)))
+    balls = (balls[0], replace(balls[1], position=(0.5, 0.4)))
+    physics = Physics(law=law, max_time=2.0)
+    return Scene(
+        balls, restitution=Restitution(1.0), friction=Friction(ball_ball=0.5), physics=physics
+    )
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk", "time-slice"])
+def test_a_run_says_that_its_contacts_gained_energy(solver: str) -> None:
+    run = simulate(glancing("published"), solver=solver, dt=1e-3)
+    assert run.energy["final"] > 1.01 * run.energy["initial"]
+    [warning] = [each for each in run.warnings if "gained energy" in each]
+    [gained] = re.findall(r"in all ([.\d]+) times", warning)
+    assert float(gained) == pytest.approx(run.energy["final"] / run.energy["initial"] - 1, rel=0.01)
+    assert "the first is that of a, b" in warning
+    own = simulate(glancing("coulomb"), solver=solver, dt=1e-3)
+    assert not any("gained energy" in each for each in own.warnings)
+
+
+# -- tolerance -------------------------------------------------------------------------------------
+
+
+def test_a_tolerance_vouches_for_nothing_that_a_policy_decided() -> None:
+    [(run, choice)] = simulate_within(one_on_two(), [None], tolerance=1e-3)
+    assert run.policies
+    assert not choice.reached
+    assert choice.error >= run.policy_shift > 1e-3
+    assert "one instant" in choice.reason
+
+
+# -- piles -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("count", "e"), [(5, 0.0), (7, 0.5)])
+def test_a_packed_moving_pile_comes_to_rest(count: int, e: float) -> None:
+    """Every ball of a square of balls moves, with gaps of a tenth of a radius."""
+    pitch, turn = 2.1 * R, 2.399963  # golden angle
+    balls = tuple(
+        Ball(str(k), (pitch * (k % count + 0.6), pitch * (k // count + 0.6)), R, 0.2,
+             velocity=(math.cos(turn * k), math.sin(turn * k)))
+        for k in range(count * count)
+    )  # fmt: skip
+    table = Table.rectangle(pitch * (count + 0.2), pitch * (count + 0.2))
+    run = exact(Scene(balls, table, Restitution(e, None, e), Friction(0.1, 0.05, 0.05)))
+    assert run.status == "settled"
+    for t in (0.3, 0.6, 1.0):
+        places = run.at(t * run.duration)[0]
+        gaps = [math.dist(p, q) / R - 2 for k, p in enumerate(places) for q in places[:k]]
+        assert min(gaps) > -1e-3
