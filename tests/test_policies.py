@@ -10,7 +10,7 @@ import pytest
 from scenes import largest_distance
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
-from pool_pymunk.engine import decisions
+from pool_pymunk.engine import decisions, resolver
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.physics import collapse
@@ -136,7 +136,7 @@ def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
     scene = squeezed(*squeeze)
     limit = exact(scene)
     monkeypatch.setattr(Law, "hits_are_coulombs", False)
-    monkeypatch.setattr(collapse, "MOST_HITS", 10**6)
+    monkeypatch.setattr(resolver, "MOST_HITS", 10**6)
     played = exact(scene)
     assert limit.status == played.status == "settled"
     assert largest_distance(limit, played) < 1e-11

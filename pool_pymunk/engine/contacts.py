@@ -200,10 +200,10 @@ class ContactEngine:
         a, b, radii, ends = self.paths[i], self.paths[j], self.radii, self.ends
         since = max(self.now, a.t, b.t)
         until = ends[i] if ends[i] < ends[j] else ends[j]
-        contact_time, faint = self.resolver.contact_time(i, j, since)
-        t = pair_time(a, b, radii[i] + radii[j], since, until, contact_time, faint)
-        if t <= since and faint > 0.0 and self._is_faint((i, j), faint):
-            t = since + contact_time
+        lasting = self.resolver.lasting(i, j, since)
+        t = pair_time(a, b, radii[i] + radii[j], since, until, lasting)
+        if t <= since and lasting.faint > 0.0 and self._is_faint((i, j), lasting.faint):
+            t = since + lasting.time
             if t > min(until, max(a.stop, b.stop)):
                 return
         if t < math.inf:

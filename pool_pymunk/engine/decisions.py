@@ -124,4 +124,4 @@ def bounce(restitution: float, closing: float, least: float) -> float:
 
 def instant(now: float, x: float, y: float, radius: float, speed: float) -> float:
     """Return how long (s) one instant is: rounding may move some hundred contacts by as much."""
-    return 4096.0 * EPSILON * (now + (abs(x) + abs(y) + radius) / speed)
+    return 256.0 * EPSILON * (now + (abs(x) + abs(y) + radius) / speed)

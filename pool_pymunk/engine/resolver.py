@@ -26,7 +26,7 @@ from functools import partial
 from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.physics.collapse import Collapse, play_out
+from pool_pymunk.physics.collapse import MOST_HITS, Collapse, Way, play_out
 from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
@@ -38,7 +38,7 @@ from pool_pymunk.physics.contact import (
 )
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import NOISE, Path, least_bounce
+from pool_pymunk.physics.path import NOISE, NOT_MET, Lasting, Path, least_bounce
 from pool_pymunk.physics.together import in_turn, push_apart, spread_over_orders
 
 SAME_NORMAL = 1e-12
@@ -100,22 +100,19 @@ class Resolver:
         """Forget ball ``i``, which meets nothing any more."""
         self.history = {pair: past for pair, past in self.history.items() if i not in pair}
 
-    def contact_time(self, i: int, j: int, now: float) -> tuple[float, float]:
-        """Return the time (s) of one persistent contact of two balls; 0 if they have not met.
-
-        Also return the closing speed (m/s) below which they hit each other later.
-        """
+    def lasting(self, i: int, j: int, now: float) -> Lasting:
+        """Return how long one persistent contact of two balls takes, and what is faint in it."""
         past = self.history.get((i, j)) if self.history else None
         if past is None:
-            return 0.0, 0.0
+            return NOT_MET
         left = max(self.paths[i].stop, self.paths[j].stop) - now
         radius = min(self.radii[i], self.radii[j])
         many = past.hits > decisions.MANY_TIMES
         time = decisions.contact_time(now - past.met, left, radius, self.deceleration, many)
         time *= self.variant.longer
         if not many:
-            return time, 0.0
-        return time, decisions.faint(now - past.last, time, self.deceleration)
+            return Lasting(time)
+        return Lasting(time, decisions.faint(now - past.last, time, self.deceleration))
 
     def resolve(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
@@ -154,7 +151,7 @@ class Resolver:
         if orders and self.variant.otherwise:
             contacts = orders[0]
         self.collapses += len(contacts) > 2
-        most = decisions.MOST_IN_PILE if self.collapses > decisions.PILE else None
+        most = decisions.MOST_IN_PILE if self.collapses > decisions.PILE else MOST_HITS
         in_turn = self.variant.otherwise
         collapse = self._play(contacts, velocity, resolution, in_turn, most)
         for order in orders:
@@ -171,15 +168,15 @@ class Resolver:
         velocity: Velocities,
         resolution: Resolution,
         in_turn: bool,
-        most: int | None = None,
+        most: int = MOST_HITS,
     ) -> Collapse:
         """Answer hits without end until nothing closes, and change ``velocity`` (m/s)."""
 
         def answer(closing: Sequence[Contact], velocity: Velocities) -> None:
             self._answer(closing, velocity, resolution)
 
-        leap = self.law.hits_are_coulombs
-        collapse = play_out(contacts, decisions.LEFT, velocity, answer, leap, in_turn, most)
+        way = Way(self.law.hits_are_coulombs, in_turn, most)
+        collapse = play_out(contacts, decisions.LEFT, velocity, answer, way)
         left = dict(velocity)
         settle(contacts, velocity)  # mostly no more than rounding is left
         if collapse.is_over:
@@ -300,7 +297,7 @@ class Resolver:
         past = self.history.get((i, j)) if self.history else None
         if past is None:
             return 0.0, 0.0, False, None
-        time, faint = self.contact_time(i, j, now)
+        time, faint = self.lasting(i, j, now)
         least = least_bounce(self.paths[i], self.paths[j], now, time)
         if not decisions.sinks(least, time, self.paths[i].x, self.paths[i].y, self.radii[i]):
             least = 0.0

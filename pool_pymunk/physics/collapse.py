@@ -44,6 +44,19 @@ Round = tuple[
 ]  # the numbers of the contacts that close, each with its friction
 
 
+class Way(NamedTuple):
+    """A way tells how to play hits without end.
+
+    With ``leap``, which needs Coulomb's law, cycles of hits are leapt over. With ``in_turn``, of
+    the contacts that hit together only the first one is answered. At most ``most`` hits are played
+    one by one.
+    """
+
+    leap: bool
+    in_turn: bool = False
+    most: int = MOST_HITS
+
+
 class Collapse(NamedTuple):
     """A collapse tells how many hits there were, and whether they were played to their end.
 
@@ -60,22 +73,19 @@ def play_out(
     noise: float,
     velocity: Velocities,
     answer: Callable[[Sequence[Contact], Velocities], object],
-    leap: bool,
-    in_turn: bool = False,
-    most: int | None = None,
+    way: Way,
 ) -> Collapse:
     """Answer the contacts until what closes is rounding, and change ``velocity`` (m/s).
 
     ``noise`` is the share of the speeds that may be rounding. ``answer`` answers contacts that
-    close. With ``leap``, which needs Coulomb's law, cycles of hits are leapt over. Without it, or
-    where no cycle repeats, ``most`` hits are played (default: ``MOST_HITS``). With ``in_turn``, of
-    the contacts that hit together only the first one is answered.
+    close. If hits that cannot be leapt over do not come to an end, the answer tells so.
     """
     order = Order(contacts)
+    most = way.most
     if len(contacts) > CLUSTER:
         order.forget()
-        most = min(most or MOST_IN_CLUSTER, MOST_IN_CLUSTER)
-    leaps = Leaps(contacts, in_turn) if leap else None
+        most = min(most, MOST_IN_CLUSTER)
+    leaps = Leaps(contacts, way.in_turn) if way.leap else None
     hits = spent = 0
     least = 0.0
     while True:
@@ -85,8 +95,8 @@ def play_out(
         closing = order.next(velocity, least)
         if not closing:
             return Collapse(hits, is_over=True)
-        closing = closing[:1] if in_turn else closing
-        if spent >= (MOST_HITS if most is None else most):
+        closing = closing[:1] if way.in_turn else closing
+        if spent >= most:
             return Collapse(hits, is_over=False)
         can_leap = leaps is not None and (len(contacts) == 2 or order.is_closed)
         if leaps is not None and can_leap and (leapt := leaps.over(velocity, TO_BE_SURE * least)):

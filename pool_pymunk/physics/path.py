@@ -26,6 +26,21 @@ NOISE = 16.0 * EPSILON  # This share of the speeds in a contact may be rounding.
 BARELY = 0.9  # of the least bounce: touching balls that close more slowly have no hit yet
 
 
+class Lasting(NamedTuple):
+    """A lasting contact is one of two balls that have met and that friction presses together.
+
+    ``time`` (s) is how long one contact of theirs takes (:func:`least_bounce`); it is 0 for balls
+    that have not met. Balls that touch and close more slowly than ``faint`` (m/s) meet a contact
+    time later.
+    """
+
+    time: float = 0.0
+    faint: float = 0.0
+
+
+NOT_MET = Lasting()
+
+
 class Path(NamedTuple):
     """A path is the position (m) and velocity (m/s) of a ball at time ``t`` (s).
 
@@ -112,20 +127,16 @@ def pair_time(
     reach: float,
     since: float,
     until: float,
-    contact_time: float = 0.0,
-    faint: float = 0.0,
+    lasting: Lasting = NOT_MET,
 ) -> float:
     """Return the time (s) at which two balls meet; infinite if they do not.
 
     Look between ``since`` and ``until`` (s). ``reach`` is the sum of the radii (m). Each ball may
-    stop on the way and rest. ``contact_time`` (s) is for two balls that have met and that surface
-    friction presses together: it is how long one contact of theirs takes (:func:`least_bounce`). It
-    is 0 for all others. Balls that touch and close more slowly than ``faint`` (m/s) meet a contact
-    time later.
+    stop on the way and rest. ``lasting`` is for balls that have met.
     """
     first_stop = a.stop if a.stop < b.stop else b.stop
     if since < first_stop:
-        t = _both_move(a, b, reach, since, min(until, first_stop), contact_time, faint)
+        t = _both_move(a, b, reach, since, min(until, first_stop), lasting)
         if t < math.inf:
             return t
     mover, rester = (a, b) if b.stop <= a.stop else (b, a)
@@ -158,15 +169,14 @@ def _both_move(
     reach: float,
     since: float,
     until: float,
-    contact_time: float,
-    faint: float,
+    lasting: Lasting,
 ) -> float:
     offset, velocity, pull = _relative(a, b, since)
     noise = max(a.noise, b.noise) + NOISE * (a.speed + b.speed)
-    if contact_time > 0.0:
+    if lasting.time > 0.0:
         (dx, dy), size = offset, abs(a.x) + abs(a.y) + abs(b.x) + abs(b.y) + reach
         if math.sqrt(dx * dx + dy * dy) - reach <= 16.0 * EPSILON * size:
-            reach -= _allowed_penetration(offset, velocity, pull, reach, contact_time, faint)
+            reach -= _allowed_penetration(offset, velocity, pull, reach, lasting)
     return since + time_of_impact(offset, velocity, pull, reach, until - since, noise)
 
 
@@ -200,21 +210,20 @@ def _allowed_penetration(
     velocity: Vector,
     pull: Vector,
     reach: float,
-    contact_time: float,
-    faint: float,
+    lasting: Lasting,
 ) -> float:
     """Return how far (m) touching balls get nearer than ``reach`` until they hit each other.
 
     Friction drives these balls together. If they close or part more slowly than ``BARELY`` times
     the least bounce, they get nearer until they close as fast as the least bounce. Balls that close
-    more slowly than ``faint`` (m/s) do so for a contact time. Otherwise the answer is 0.
+    faintly do so for a contact time. Otherwise the answer is 0.
     """
     (dx, dy), (vx, vy) = offset, velocity
     distance = math.sqrt(dx * dx + dy * dy)
     rate = (dx * vx + dy * vy) / distance
     drive = pressing(offset, velocity, pull)
-    least = drive * contact_time / 2.0
+    least = drive * lasting.time / 2.0
     if drive <= 0.0 or abs(rate) >= BARELY * least:
         sunk = max(reach - distance, 0.0)
-        return sunk - rate * contact_time if -faint < rate < 0.0 else 0.0
+        return sunk - rate * lasting.time if -lasting.faint < rate < 0.0 else 0.0
     return (least * least - rate * rate) / (2.0 * drive) + max(reach - distance, 0.0)
