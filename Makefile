@@ -1,6 +1,7 @@
 # make run, make test: all that a fresh clone needs. Both install into .venv first.
 # make check runs the quick half of the tests; it is for every change. make test-slow runs what make
-# test leaves out, and what is random with new choices; POOL_SEED=... repeats its random scenes.
+# test leaves out, and what is random with new choices; POOL_SEED=... repeats its random scenes, and
+# PROFILE=fixed those of hypothesis.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -20,9 +21,10 @@ test: lint
 	$(BIN)/pytest -n auto -q -m "not slow and $(ELSEWHERE)"
 
 test-slow: export POOL_SEED ?= $(shell date +%s)
+test-slow: PROFILE ?= random
 test-slow: $(VENV)/installed
 	$(BIN)/pytest -n auto -q -m "(slow or hypothesis or seeded) and $(ELSEWHERE)" \
-		--hypothesis-profile random
+		--hypothesis-profile $(PROFILE)
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
