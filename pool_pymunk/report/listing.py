@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from pool_pymunk.model import Point, Scene
+from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
 
@@ -68,7 +69,7 @@ def _doubts(run: Run) -> Iterator[str]:
     units = run.scene.units
     shown = 0.5 * 10.0 ** -_decimals(run)
     shift = units.from_si(run.policy_shift, "length") if run.policies else 0.0
-    if shift > 0.0:
+    if shift > 0.0 and run.known_shift is None:  # Else a warning has it.
         yield (
             f"    Policies ({', '.join(sorted(run.policies))}): other answers would move the ends "
             f"by up to {shift:.2g} {units.length}"
@@ -170,7 +171,11 @@ def modelled(scene: Scene) -> Iterator[str]:
     yield f"balls: {count}" + ("" if count > 1 else "; no ball-ball handler")
     if count > 1:
         friction = _coefficient(scene.friction.ball_ball)
-        yield f"ball on ball: law {scene.physics.law}, {friction}"
+        gains = friction != "no friction" and not LAWS[scene.physics.law].hits_are_coulombs
+        yield (
+            f"ball on ball: law {scene.physics.law}, {friction}"
+            + "; this law may gain energy" * gains
+        )
     if scene.table is None:
         yield "table: none, an open plane; no cushions"
     else:
