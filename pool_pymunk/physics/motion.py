@@ -131,8 +131,7 @@ def time_of_impact(
 
     The method is a Newton iteration that cannot overshoot. The distance d has d'' >=
     -|acceleration|, so d + d' t - |acceleration| t^2 / 2 bounds it from below, and the root of this
-    bound never lies beyond the first impact. The iteration converges quadratically. It needs no
-    quartic, and no special case where the degree of the quartic falls.
+    bound never lies beyond the first impact. The iteration converges quadratically.
 
     >>> time_of_impact((3.0, 0.0), (-1.0, 0.0), (0.0, 0.0), 1.0, 10.0)
     2.0
