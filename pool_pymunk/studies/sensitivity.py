@@ -403,6 +403,7 @@ def _run(study: _Study, start: Sequence[Sequence[float]], errors: Sequence[Seque
     """Play one sample: every shot of the chain from where the one before ended."""
     scene = study.reference.scene
     asked = request(scene, yardstick().name)
+    asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
     state = State(tuple((x, y) for x, y in start), tuple(ball.velocity for ball in scene.balls))
     for shot, (faster, turned) in zip(study.chain, errors, strict=True):
         struck = _struck(scene, shot, state, faster, turned)
