@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 from dataclasses import replace
 from itertools import permutations
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 from test_policies import disc, exact, pressed, squeezed
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, load, simulate
+from pool_pymunk import Ball, Friction, Law, Physics, Restitution, Run, Scene, Table, load, simulate
 from pool_pymunk.studies.tolerance import simulate_within
 
 R = 0.05
@@ -172,3 +173,16 @@ def test_a_packed_moving_pile_comes_to_rest(count: int, e: float) -> None:
         places = run.at(t * run.duration)[0]
         gaps = [math.dist(p, q) / R - 2 for k, p in enumerate(places) for q in places[:k]]
         assert min(gaps) > -1e-3
+
+
+# -- runs as objects -------------------------------------------------------------------------------
+
+
+def test_a_run_can_be_pickled_whatever_its_law() -> None:
+    class Own(Law):
+        pass
+
+    run = simulate(load("two-balls"), solver="event-driven", law=Own())
+    copy = pickle.loads(pickle.dumps(run))
+    assert copy == run
+    assert math.isnan(copy.rounding)

@@ -180,7 +180,7 @@ class ContactEngine:
         near = self.near
         for i in balls:
             path, end = self.paths[i], self.path_ends[i]
-            horizon = near.horizon(path, self.radii[i], self.now)
+            horizon = near.horizon(path, self.now)
             if horizon < end and horizon < path.stop:
                 end = horizon
                 self.push(end, (i, i))

@@ -28,7 +28,7 @@ class Near(Protocol):
 
     def walls(self, i: int) -> Iterable[int]: ...
 
-    def horizon(self, path: Path, radius: float, now: float) -> float: ...
+    def horizon(self, path: Path, now: float) -> float: ...
 
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None: ...
 
@@ -74,14 +74,14 @@ class Boxes:
         """Return all walls, because there are few."""
         return self.every_wall
 
-    def horizon(self, path: Path, radius: float, now: float) -> float:
+    def horizon(self, path: Path, now: float) -> float:
         """Return the time (s) until which the ball travels no farther than its neighbours.
 
         For few balls one look at the whole path is cheapest.
         """
         return now + self.ahead / path.speed if path.speed > 0.0 else math.inf
 
-    def spread(self, paths: Sequence[Path]) -> None:
+    def measure(self, paths: Sequence[Path]) -> None:
         """Take note of how far the balls lie apart, so that paths are looked at in good pieces."""
         if len(paths) >= FEW:
             x, y = [path.x for path in paths], [path.y for path in paths]

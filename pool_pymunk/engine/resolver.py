@@ -9,9 +9,9 @@ A policy is needed where there is no closed form:
 - *A ball that stops at contact* stops: a closing speed below rounding is no hit, and a speed below
   rounding that a hit leaves is none.
 - *Hits without end*: infinitely many hits in finite time come to an end at one instant. A ball
-  squeezed between another and a cushion has them, for example. After ``LISTED`` hits at
-  one instant the others are played out without time between them, until nothing closes but for
-  rounding. They are not listed as events; a warning gives their number.
+  squeezed between another and a cushion has them, for example. After ``LISTED`` hits at one
+  instant the others are played out, until nothing closes but for rounding
+  (:mod:`pool_pymunk.physics.collapse`). They are not events; a warning gives their number.
 - *Persistent contact*: two moving balls that surface friction presses together would touch without
   end. They hit each other once in a contact time instead, in micro-collisions
   (:mod:`pool_pymunk.engine.decisions`). These are not listed as events; a warning names the balls.
@@ -64,9 +64,8 @@ class Resolution:
     given to the law. ``listed`` are events. ``micro`` are micro-collisions, each with the time (s)
     of the pair's hit before. ``missed`` touch, but do not close. ``persistent`` are hits that part
     at their least bounce (m/s). ``zero_slips`` are hits whose slip only rounding knew. ``often``
-    are hits of balls that have hit each other many times. ``spread``
-    (m/s) is how far velocities may lie elsewhere because contacts share a ball, and nothing knows
-    their order.
+    are hits of balls that have hit each other many times. ``spread`` (m/s) is how far velocities
+    may lie elsewhere because contacts share a ball, and nothing knows their order.
     """
 
     def __init__(self) -> None:

@@ -39,9 +39,8 @@ TO_BE_SURE = 0.25  # A leap may go so far below the noise, so that it is over fo
 SHORT = 8  # After a leap over fewer cycles, the next one is tried later.
 
 STICKS = 0  # This is how friction acts where it takes the whole slip; else it is the slip's sign.
-Round = tuple[
-    tuple[int, int], ...
-]  # the numbers of the contacts that close, each with its friction
+# This has the numbers of the contacts that close, each with how friction acts in it.
+Round = tuple[tuple[int, int], ...]
 
 
 class Way(NamedTuple):

@@ -111,6 +111,10 @@ class Run:
             for mine, its in zip(self.knots, other.knots, strict=True)
         )
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what plays the run again: a callback or a law may not be picklable."""
+        return {**self.__dict__, "again": None}
+
     def __hash__(self) -> int:
         return hash((self.scene, self.shot, self.solver, self.dt, self.events, self.duration))
 

@@ -48,7 +48,7 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     engine.walls = walls(scene)
     boxes = Boxes if len(scene.balls) < MANY else ManyBoxes
     engine.near = near = boxes(len(scene.balls), len(engine.walls))
-    near.spread(engine.paths)
+    near.measure(engine.paths)
     for i, path in enumerate(engine.paths):
         engine.near.begin(i, path, engine.radii[i], 0.0, math.inf)
     for id_ in start.off:

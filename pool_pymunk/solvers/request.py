@@ -62,10 +62,11 @@ class Request(NamedTuple):
         self._check_that_it_ends(state)
         began = time.perf_counter()
         trace = self._solve(state)
-        shift = self._policy_shift(state, trace, time.perf_counter() - began)
+        wall_time = time.perf_counter() - began
+        shift = self._policy_shift(state, trace, wall_time)
         if not self.solver.own_law and not self.settings.law_of(self.scene).hits_are_coulombs:
             warn_of_gained_energy(trace, self.scene)
-        return self._run(shot, state, trace, time.perf_counter() - began, shift)
+        return self._run(shot, state, trace, wall_time, shift)
 
     def _solve(self, state: State, variant: Variant = AS_IT_IS) -> Trace:
         settings = self.settings

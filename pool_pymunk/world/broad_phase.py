@@ -55,7 +55,7 @@ class BroadPhase:
         found = self._around[i] = self._look_around(i)
         return [-1 - j for j in found if j < 0]
 
-    def horizon(self, path: Path, radius: float, now: float) -> float:
+    def horizon(self, path: Path, now: float) -> float:
         """Return infinity: the engine goes to the end of the step only."""
         return math.inf
 
