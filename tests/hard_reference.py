@@ -984,10 +984,11 @@ class HardReference:
             if contact is not None and start <= self.set.near:
                 if self._closing(contact) > self.set.closed:
                     found.append((ZERO, contact))
-                continue  # Else it touches without being pressed, and opens.
+                    continue
+                # It touches without being pressed, and opens; but it may close again.
             if end < slack:
                 found.append((self._crossing(measure, presses, group, free, before, step), contact))
-            elif contact is not None and end < FAR:
+            elif contact is not None and self.set.near < start and end < FAR:
                 self._refuse_hidden(contact, before, after, start, end, step)
         self._restore(after)
         if not found:
@@ -1032,7 +1033,10 @@ class HardReference:
         before: list[tuple[Vec, Vec]],
         step: Decimal,
     ) -> Decimal:
-        """Return where within the step the measure falls through zero (regula falsi, Illinois)."""
+        """Return where within the step the measure falls through zero (regula falsi, Illinois).
+
+        A gap that is zero and opens is looked at from a moment on at which it is open.
+        """
 
         def at(dt: Decimal) -> Decimal:
             self._restore(before)
@@ -1042,6 +1046,10 @@ class HardReference:
         self._restore(before)
         low, high = ZERO, step
         f_low, f_high = measure(), at(step)
+        if f_low <= self.set.near:
+            opened = (step / 2**k for k in range(1, 60))
+            low = next((dt for dt in opened if at(dt) > self.set.near), ZERO)
+            f_low = at(low)
         if f_low <= 0:
             return ZERO
         for _ in range(80):

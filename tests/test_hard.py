@@ -139,3 +139,28 @@ def test_coarser_bounds_leave_random_ends_where_they_are(kind: str) -> None:
         except Refused:
             continue
         assert off(run, coarse) < 1e-13, seed
+
+
+# -- scenes that once went wrong -------------------------------------------------------------------
+
+
+def checked(kind: str, k: int) -> Scene:
+    """Return the scene of that number of ``python -m tests.hard_random``."""
+    return random_hard_scene(kind, random.Random(f"check {kind} {k}"))
+
+
+@pytest.mark.parametrize(("kind", "k"), [("packed", 28), ("packed", 188), ("struck", 162)])
+def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
+    kind: str, k: int
+) -> None:
+    """Balls that touch and part may close again within one step under contact forces."""
+    scene = checked(kind, k)
+    far, _ = ends_off(scene, "event-driven", [[str(x) for x in p] for p in hard_run(scene).final])
+    assert far < 2e-6
+
+
+def test_a_pair_whose_least_bounce_is_nearly_rounding_does_not_hit_without_end() -> None:
+    """What is too slow for a hit, and too near for a later one, is met a contact time later."""
+    run = simulate(checked("struck", 200), solver="event-driven")
+    assert run.status == "settled"
+    assert run.steps < 5_000

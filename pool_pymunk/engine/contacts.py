@@ -193,8 +193,12 @@ class ContactEngine:
                     self.meet(i, j)
             done.add(i)
 
-    def meet(self, i: int, j: int) -> None:
-        """Predict when two balls meet on their present paths."""
+    def meet(self, i: int, j: int, just_missed: bool = False) -> None:
+        """Predict when two balls meet on their present paths.
+
+        Balls in a lasting contact that close faintly, or that have just missed each other by
+        rounding, meet a contact time later.
+        """
         if i > j:
             i, j = j, i
         a, b, radii, ends = self.paths[i], self.paths[j], self.radii, self.ends
@@ -202,7 +206,10 @@ class ContactEngine:
         until = ends[i] if ends[i] < ends[j] else ends[j]
         lasting = self.resolver.lasting(i, j, since)
         t = pair_time(a, b, radii[i] + radii[j], since, until, lasting)
-        if t <= since and lasting.faint > 0.0 and self._is_faint((i, j), lasting.faint):
+        if t <= since and (
+            (just_missed and lasting.time > 0.0)
+            or (lasting.faint > 0.0 and self._is_faint((i, j), lasting.faint))
+        ):
             t = since + lasting.time
             if t > min(until, max(a.stop, b.stop)):
                 return
@@ -290,8 +297,10 @@ class ContactEngine:
         while queue and queue[0][0] <= latest:
             due = heappop(queue)
             if self._is_current(due):
-                key = due[2]
-                if key[0] != key[1] and self._is_closed(key):
+                t, _, key, path, other = due
+                speed = path.speed if path.speed > other.speed else other.speed
+                is_near = t <= self.now + decisions.nearly_now(self.radii[key[0]], speed)
+                if is_near and key[0] != key[1] and self._is_closed(key):
                     same[key] = None
                 else:
                     later.append(due)
@@ -391,7 +400,7 @@ class ContactEngine:
         """Predict when balls hit that touch, but do not close fast enough now."""
         for contact in missed:
             if contact.b != NO_BALL and all(self.paths[i].stop > self.now for i in contact.balls):
-                self.meet(contact.a, contact.b)
+                self.meet(contact.a, contact.b, just_missed=True)
 
     def _contacts(
         self, keys: Collection[Key], with_gaps: bool = False

@@ -60,6 +60,23 @@ def end_at(places: Mapping[str, Point]) -> Claim:
     return by_coulomb(limit)
 
 
+def know_of_ends(places: Mapping[str, Point]) -> Claim:
+    """Claim that an exact solver says how far (m) balls may end elsewhere, and no less.
+
+    They end at these places (m) if the contacts come one after the other.
+    """
+
+    def order(trial: Trial) -> Measure | None:
+        if not trial.method.exact:
+            return None
+        run = trial.run
+        off = max(math.dist(run.final[id_], place) for id_, place in places.items())
+        words = "{} off what an order gives, and the run does not say so"
+        return Measure("order", off, run.policy_shift, trial.smallest, "m", words)
+
+    return order
+
+
 def leaves_at(id_: str, speed: float) -> Claim:
     """Claim that a ball ends with this speed (m/s)."""
 

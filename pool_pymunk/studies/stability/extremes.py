@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pool_pymunk.model import (
     STANDARD_GRAVITY,
@@ -251,6 +251,38 @@ def meetings() -> Iterator[Case]:
                 yield Case(f"{count} {where}, e = {e:g}", scene, (must.all_as_far,))
 
 
+def orders() -> Iterator[Case]:
+    """Run a ball into two others, one a moment after the other, or both at one instant.
+
+    A moment apart, the hits have a closed form however short the moment is. At one instant the
+    order is unknown, and the run must say how far the ends may lie elsewhere for it.
+    """
+    for e in (1.0, 0.5):
+        for moment in (1e-3, 1e-6, 1e-9, 1e-12, 0.0):
+            balls, velocities = one_after_the_other(e, moment)
+            scene = on_plane(balls, e, 1.0, SMOOTH)
+            ends = {id_: (0.5 * x, 0.5 * y) for id_, (x, y) in velocities.items() if id_ == "0"}
+            claim = must.leave_with(velocities) if moment else must.know_of_ends(ends)
+            label = f"{moment:g} s apart" if moment else "at one instant"
+            yield Case(f"{label}, e = {e:g}", scene, (claim,))
+
+
+def one_after_the_other(e: float, moment: float) -> tuple[tuple[Ball, ...], dict[str, Point]]:
+    """Return a ball that hits one at 30 degrees, and another at -30 a moment (s) later.
+
+    It comes to the first at the origin, 0.5 s after the start. Return all velocities (m/s), too.
+    """
+    velocity, place, balls, ends = (1.0, 0.0), (0.0, 0.0), [(-0.5, 0.0, 1.0, 0.0)], {}
+    for k, degrees in enumerate((30.0, -30.0), start=1):
+        nx, ny = unit(degrees)
+        balls.append((place[0] + 2.0 * R * nx, place[1] + 2.0 * R * ny, *REST))
+        given = (1.0 + e) / 2.0 * (velocity[0] * nx + velocity[1] * ny)
+        velocity = (velocity[0] - given * nx, velocity[1] - given * ny)
+        place = (velocity[0] * moment, velocity[1] * moment)
+        ends[str(k)] = (given * nx, given * ny)
+    return alike(balls), {"0": velocity, **ends}
+
+
 def angles(count: int) -> list[float]:
     """Return directions (degrees) all around."""
     return [360.0 * k / count for k in range(count)]
@@ -379,6 +411,25 @@ def many_balls() -> Iterator[Case]:
         yield Case(f"{count}", scene, slow=count > 100)
 
 
+def piles() -> Iterator[Case]:
+    """Pack balls with gaps of a tenth of a radius, all moving, until they have come to rest.
+
+    In one case every third ball is a hundred times as heavy as the others.
+    """
+    for count, e, heavy in (
+        (9, 0.9, 1.0), (9, 0.5, 1.0), (25, 0.5, 1.0), (9, 0.5, 100.0), (9, 0.0, 1.0),
+    ):  # fmt: skip
+        box = 2.1 * R * math.ceil(math.sqrt(count))
+        balls = tuple(
+            replace(ball, mass=ball.mass * (heavy if k % 3 == 0 else 1.0))
+            for k, ball in enumerate(crowd(count, box))
+        )
+        scene = Scene(balls, rectangle(box, box), Restitution(e, None, e), CLOTH)
+        masses = f", 1 : {heavy:g}" if heavy > 1.0 else ""
+        slow = count > 9 or heavy > 1.0 or e == 0.0
+        yield Case(f"{count}, e = {e:g}{masses}", scene, slow=slow)
+
+
 def never_at_rest() -> Iterator[Case]:
     """Let nothing brake: the run ends at its ``max_time``, to the last bit, and not before."""
     physics = Physics(max_time=math.pi)
@@ -416,6 +467,7 @@ EXTREMES = (
     Extreme("frozen racks of 15", "gaps of 1e-6 to 0 m, hit head-on", racks),
     Extreme("Newton's cradles", "2 to 7 balls, gaps of 0", cradles),
     Extreme("meeting at one instant", "2 to 6 balls, and around one", meetings),
+    Extreme("one after the other", "into two balls 1e-3 to 1e-12 s apart, and at once", orders),
     Extreme("head-on hits", "zero slip, at five angles", head_ons),
     Extreme("grazing hits", "within 1e-12 of a miss, either way", grazing_hits),
     Extreme("exact corners", "of a square, and sticking out", corners),
@@ -423,6 +475,7 @@ EXTREMES = (
     Extreme("converging cushions", "a wedge of 60 to 0.1 degrees", wedges),
     Extreme("many contacts", "up to 100,000 without losses", many_contacts, ("coulomb",)),
     Extreme("many balls", "up to 1,000", many_balls),
+    Extreme("dense piles", "9 and 25 moving balls, e from 0.9 to 0", piles, ("coulomb",)),
     Extreme("never at rest", "no friction, max_time = pi s", never_at_rest),
     Extreme(
         "the report's law", "Listing 3 in an oblique hit", the_listing, ("published",),
