@@ -981,14 +981,12 @@ class HardReference:
             end = measure()
             self._restore(before)
             start = measure()
-            if contact is not None and start <= self.set.near:
-                if self._closing(contact) > self.set.closed:
-                    found.append((ZERO, contact))
-                    continue
-                # It touches without being pressed, and opens; but it may close again.
-            if end < slack:
+            touches = contact is not None and start <= self.set.near
+            if contact is not None and touches and self._closing(contact) > self.set.closed:
+                found.append((ZERO, contact))
+            elif end < slack:  # What touches and opens may close again within the step.
                 found.append((self._crossing(measure, presses, group, free, before, step), contact))
-            elif contact is not None and self.set.near < start and end < FAR:
+            elif contact is not None and not touches and end < FAR:
                 self._refuse_hidden(contact, before, after, start, end, step)
         self._restore(after)
         if not found:

@@ -149,7 +149,7 @@ def checked(kind: str, k: int) -> Scene:
     return random_hard_scene(kind, random.Random(f"check {kind} {k}"))
 
 
-@pytest.mark.parametrize(("kind", "k"), [("packed", 28), ("packed", 188), ("struck", 162)])
+@pytest.mark.parametrize(("kind", "k"), [("packed", 28), ("packed", 188)])
 def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
     kind: str, k: int
 ) -> None:
