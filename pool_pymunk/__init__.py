@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         Ball,
         Friction,
         Physics,
+        Pocket,
         Restitution,
         Scene,
         SceneError,
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
         State,
         Table,
         Units,
+        rack,
     )
     from pool_pymunk.model.scenario import load, loads
     from pool_pymunk.physics.contact import NT, Pair
@@ -51,6 +53,7 @@ __all__ = [
     "Outcome",
     "Pair",
     "Physics",
+    "Pocket",
     "Restitution",
     "Run",
     "Scene",
@@ -67,6 +70,7 @@ __all__ = [
     "collide_at",
     "load",
     "loads",
+    "rack",
     "same_balls",
     "sensitivity",
     "simulate",
@@ -77,7 +81,7 @@ __all__ = [
 
 # The library is loaded when a name of it is asked for, so that --help need not wait for it.
 _HOMES = {
-    "model": "Ball Friction Physics Restitution Scene SceneError Shot State Table Units",
+    "model": "Ball Friction Physics Pocket Restitution Scene SceneError Shot State Table Units rack",
     "model.scenario": "load loads",
     "physics.contact": "NT Pair",
     "physics.laws": "Law",

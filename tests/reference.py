@@ -6,7 +6,8 @@ derivatives, and closed in by bisection and Newton. The contact laws are written
 and Listing 3. Contacts are answered one at a time. So a scene is refused if several contacts happen
 at one instant in it, or if balls come together at next to no speed.
 
-``python -m tests.reference`` makes ``tests/data/reference_runs.json`` anew from its seeds.
+``python -m tests.reference`` makes ``tests/data/reference_runs.json`` and ``pocket_runs.json`` anew
+from their seeds.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ import json
 import math
 import random
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from mpmath import mp, mpf
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, State, Table
+from pool_pymunk import Ball, Friction, Physics, Pocket, Restitution, Scene, State, Table
 
 DATA = Path(__file__).parent / "data"
 DIGITS = 40
@@ -104,6 +105,7 @@ class Disc:
     radius: Number
     mass: Number
     cue: bool
+    gone: bool = False  # A pocket has it.
 
     @property
     def speed(self) -> Number:
@@ -116,7 +118,10 @@ class Disc:
 
 @dataclass
 class ReferenceRun:
-    """This holds the events (t, kind, balls, cushion) and the end of a run, in 40 digits."""
+    """This holds the events and the end of a run, in 40 digits.
+
+    An event is its time, kind, balls, and the number of the cushion or pocket.
+    """
 
     events: list[tuple[Number, str, tuple[int, ...], int | None]] = field(default_factory=list)
     final: list[Vec] = field(default_factory=list)
@@ -125,7 +130,8 @@ class ReferenceRun:
     gentlest: Number = mp.inf
 
 
-Key = tuple[str, int, int]  # kind, ball, and the other ball, cushion, corner (or -1: stop)
+# This is a kind, a ball, and the other ball, cushion, corner or pocket (-1: stop).
+Key = tuple[str, int, int]
 
 
 class Reference:
@@ -140,6 +146,7 @@ class Reference:
         ]
         outline = [_vec(corner) for corner in scene.table.outline] if scene.table else []
         self.sides = list(zip(outline, outline[1:] + outline[:1], strict=True))
+        self.pockets = [(_vec(hole.position), mpf(hole.radius)) for hole in scene.pockets]
         self.now = mpf(0)
         self.due: dict[Key, Number] = {}
         self.out = ReferenceRun()
@@ -209,18 +216,23 @@ class Reference:
             if self.discs[i].moves:
                 self.due.update({k: self.now + t for k, t in self._alone(i) if t is not None})
             for j in range(len(self.discs)):
-                if j != i and (j not in changed or j > i):
+                if j != i and (j not in changed or j > i) and not self._are_gone(i, j):
                     t = self._meeting(min(i, j), max(i, j))
                     if t is not None:
                         self.due["ball-ball", min(i, j), max(i, j)] = self.now + t
 
+    def _are_gone(self, i: int, j: int) -> bool:
+        return self.discs[i].gone or self.discs[j].gone
+
     def _alone(self, i: int) -> Iterator[tuple[Key, Number | None]]:
-        """Yield the disc's stop, and its first contact with every cushion and corner."""
+        """Yield the disc's stop, its fall into every pocket, and first contact with every side."""
         disc = self.discs[i]
         until = self._stops_in(disc)
         if until < mp.inf:
             yield ("stop", i, -1), until
         x, y = self._path(disc)
+        for k, (center, radius) in enumerate(self.pockets):
+            yield ("pocket", i, k), self._first_touch(x, y, center, radius, until)
         for k, (start, end) in enumerate(self.sides):
             (tx, ty), length = _unit(_minus(end, start))
             height = [-ty * px + tx * py for px, py in zip(x, y, strict=True)]
@@ -264,6 +276,12 @@ class Reference:
         kind, i, j = key
         if kind == "stop":
             self._stop(i)
+            return {i}
+        if kind == "pocket":
+            disc = self.discs[i]
+            disc.place, disc.velocity, disc.gone = self.pockets[j][0], (mpf(0), mpf(0)), True
+            self.out.events.append((self.now, kind, (i,), j))
+            self.out.duration = self.now
             return {i}
         if kind == "ball-ball":
             self.out.events.append((self.now, kind, (i, j), None))
@@ -434,6 +452,21 @@ def random_scene(law: str, table: str, rng: random.Random) -> Scene:
     )
 
 
+def random_pocket_scene(law: str, table: str, rng: random.Random) -> Scene:
+    """Return a random scene with one to eight pockets, at corners and anywhere."""
+    scene = random_scene(law, table, rng)
+    corners = OUTLINES[table] or ()
+    pockets: list[Pocket] = []
+    wanted = rng.randint(1, 8)
+    while len(pockets) < wanted:
+        anywhere = (round(rng.uniform(-1.0, 2.0), 4), round(rng.uniform(-1.0, 1.7), 4))
+        place = rng.choice(corners) if corners and rng.random() < 0.5 else anywhere
+        radius = round(rng.uniform(0.02, 0.2), 4)
+        if all(math.dist(ball.position, place) > 1.05 * radius for ball in scene.balls):
+            pockets.append(Pocket(f"p{len(pockets)}", place, radius))
+    return replace(scene, pockets=tuple(pockets))
+
+
 def _random_velocity(
     open_plane: bool, position: tuple[float, float], rng: random.Random
 ) -> tuple[float, float]:
@@ -471,6 +504,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
         ],
         "friction": [scene.friction.surface, scene.friction.cushion, scene.friction.ball_ball],
         "balls": [[*b.position, *b.velocity, b.radius, b.mass] for b in scene.balls],
+        **({"pockets": [[*p.position, p.radius] for p in scene.pockets]} if scene.pockets else {}),
     }
 
 
@@ -485,6 +519,10 @@ def scene_from_dict(data: dict[str, Any]) -> Scene:
         restitution=Restitution(*data["restitution"]),
         friction=Friction(*data["friction"]),
         physics=Physics(law=data["law"], max_time=data["max_time"]),
+        pockets=tuple(
+            Pocket(f"p{k}", (x, y), radius)
+            for k, (x, y, radius) in enumerate(data.get("pockets", ()))
+        ),
     )
 
 
@@ -499,41 +537,36 @@ def run_to_dict(run: ReferenceRun) -> dict[str, Any]:
     }
 
 
-def made(law: str, table: str, k: int) -> dict[str, Any]:
+def made(law: str, table: str, k: int, pockets: bool = False) -> dict[str, Any]:
     """Make scene ``k`` of that law and table, with its run.
 
-    It is the first one from its seed that is not refused.
+    It is the first one from its seed that is not refused. With ``pockets``, these take a ball in.
     """
-    rng = random.Random(f"{law} {table} {k}")
+    name = f"{law} {table} {k}" + " pockets" * pockets
+    rng = random.Random(name)
     while True:
-        scene = random_scene(law, table, rng)
+        scene = (random_pocket_scene if pockets else random_scene)(law, table, rng)
         try:
             run = reference_run(scene)
         except Refused:
             continue
-        contacts = sum(kind != "stop" for _, kind, _, _ in run.events)
-        if 3 <= contacts <= 60:
-            return {
-                "name": f"{law} {table} {k}",
-                "scene": scene_to_dict(scene),
-                "run": run_to_dict(run),
-            }
+        kinds = [kind for _, kind, _, _ in run.events]
+        contacts = len(kinds) - kinds.count("stop")
+        if 3 <= contacts <= 60 and (not pockets or "pocket" in kinds):
+            return {"name": name, "scene": scene_to_dict(scene), "run": run_to_dict(run)}
 
 
 def main() -> None:
-    """Write the data file anew; it takes some minutes."""
-    jobs = [
-        (law, table, k)
-        for law in ("coulomb", "published")
-        for table in OUTLINES
-        for k in range(SCENES_EACH)
-    ]
-    lines = []
-    for job in jobs:
-        lines.append(json.dumps(made(*job)))
-        print(*job, flush=True)
-    path = DATA / "reference_runs.json"
-    path.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
+    """Write the data files anew; it takes some minutes."""
+    for name, pockets in (("reference_runs", False), ("pocket_runs", True)):
+        lines = []
+        for law in ("coulomb", "published"):
+            for table in OUTLINES:
+                for k in range(SCENES_EACH):
+                    lines.append(json.dumps(made(law, table, k, pockets)))
+                    print(name, law, table, k, flush=True)
+        path = DATA / f"{name}.json"
+        path.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -175,7 +175,7 @@ def _costs(found: list[Comparison]) -> Table:
         table.add_column(heading, justify="left" if heading in ("solver", "status") else "right")
     for run in (found[0].reference, *(one.run for one in found)):
         left = run.energy["final"] / run.energy["initial"] if run.energy["initial"] else 0.0
-        contacts = sum(event.kind != "stop" for event in run.events)
+        contacts = sum(event.is_contact for event in run.events)
         table.add_row(
             _name(run), str(contacts), str(run.steps), f"{run.wall_time * 1e3:.1f} ms",
             f"{left:.1%}", run.status,

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from pool_pymunk.model import Scene, Shot
-    from pool_pymunk.studies.sensitivity import Sensitivity
+    from pool_pymunk.studies.sensitivity import Sensitivity, Spread
     from pool_pymunk.studies.uncertainty import Uncertainty
 
 
@@ -127,6 +127,8 @@ def _table(found: Sensitivity) -> Table:
     headings = f"ball|end ({unit})|holds|std of x, y|95 % off x|95 % off y|amplified|apart from"
     for heading in headings.split("|"):
         table.add_column(heading, justify="right")
+    if scene.pockets:
+        table.add_column("pocketed")
     for ball in found.balls:
         low, high, end, std = (
             tuple(scene.units.from_si(v, "length") for v in point)
@@ -140,8 +142,15 @@ def _table(found: Sensitivity) -> Table:
             *(f"{a - c:+.2g} {b - c:+.2g}" for a, b, c in zip(low, high, end, strict=True)),
             _times(ball.amplification),
             _when(ball.horizon),
+            *([_chances(ball)] if scene.pockets else []),
         )
     return table
+
+
+def _chances(ball: Spread) -> str:
+    """Return how often the ball is pocketed, and where."""
+    found = sorted(ball.pocketed.items(), key=lambda item: -item[1])
+    return ", ".join(f"{id_} {share:.1%}" for id_, share in found) or "never"
 
 
 def _when(t: float) -> str:

@@ -13,6 +13,8 @@ broad phase of a pymunk space), and a :class:`Recorder` listens.
   of the first. At a corner, for example, both cushions answer.
 - *Touching*: two balls that touch and approach have a contact now. Two that recede, or that overlap
   by rounding, have none.
+- *Pockets*: a ball leaves the table at the instant at which its centre comes to a pocket's rim. It
+  has no part in contacts of that instant.
 - *Lost*: a ball is lost if within one rounding error of the time it travels more than ``LOST``
   radii, so that contact times mean nothing, or if a number has overflowed. ``is_finite`` is False
   from then on.
@@ -56,6 +58,12 @@ class Recorder:
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Take note that ball ``i`` comes to rest."""
+
+    def pocketed(self, i: int, pocket: int, t: float, position: Vector, center: Vector) -> None:
+        """Take note that a pocket has taken ball ``i`` in.
+
+        The ball came to the rim at ``position``, and lies at the pocket's ``center`` from now on.
+        """
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Take note that ball ``i`` was not at rest at ``t``: a persistent contact drives it on."""
@@ -140,11 +148,14 @@ class ContactEngine:
         self.is_finite = self.is_finite and not path.is_lost(radius)
         return len(self.paths) - 1
 
-    def remove(self, i: int) -> None:
-        """Take ball ``i`` off the table, so that it meets nothing any more."""
+    def remove(self, i: int, at: Vector | None = None) -> None:
+        """Take ball ``i`` off the table, so that it meets nothing any more.
+
+        It lies where it is, or ``at`` a place (m).
+        """
         path = self.paths[i]
         x, y, _, _ = motion_at(path, max(self.now, path.t))
-        self.paths[i] = set_off(self.now, (x, y), (0.0, 0.0), self.deceleration)
+        self.paths[i] = set_off(self.now, at or (x, y), (0.0, 0.0), self.deceleration)
         self.rested[i] = self.now
         self.near.remove(i)
         self.resolver.forget(i)
@@ -274,7 +285,7 @@ class ContactEngine:
         return self.unlisted >= self.most_unlisted
 
     def next(self) -> None:
-        """Play what is due next: a stop, or the contacts of one instant."""
+        """Play what is due next: a stop, or the contacts and pockets of one instant."""
         t, _, key, path, other = heappop(self._queue)
         self.now = max(t, self.now)
         if key[0] == key[1] and t < path.stop:
@@ -287,7 +298,27 @@ class ContactEngine:
             speed = max(path.speed, other.speed)
             latest = self.now + decisions.nearly_now(self.radii[key[0]], speed)
             same = self._queue and self._queue[0][0] <= latest
-            self._answer([key, *self._at_this_instant(key, latest)] if same else [key])
+            keys = [key, *self._at_this_instant(key, latest)] if same else [key]
+            keys = self._pocket(keys)
+            if keys:
+                self._answer(keys)
+
+    def _pocket(self, keys: list[Key]) -> list[Key]:
+        """Let pockets take in the balls that have come to them, and return the other contacts.
+
+        These are contacts of balls that are still on the table.
+        """
+        walls = self.walls
+        gone = {i: walls[-1 - j] for i, j in keys if j < 0 and walls[-1 - j].is_pocket}
+        if not gone:
+            return keys
+        for i, wall in gone.items():
+            x, y, _, _ = motion_at(self.paths[i], self.now)
+            center = wall.sides[0].center  # type: ignore[attr-defined]
+            self.listed += 1
+            self.remove(i, center)
+            self.recorder.pocketed(i, wall.number, self.now, (x, y), center)
+        return [key for key in keys if gone.keys().isdisjoint(key)]
 
     def _at_this_instant(self, first: Key, latest: float) -> list[Key]:
         """Return further contacts that are due until ``latest`` (s) and already closed."""
@@ -389,6 +420,8 @@ class ContactEngine:
         for i in balls:  # This list grows.
             for j in self.near.touching(i, self.now):
                 key = (i, j) if j < 0 or i < j else (j, i)
+                if j < 0 and self.walls[-1 - j].is_pocket:
+                    continue
                 if key not in found and self._is_closed(key, decisions.NEARLY_CLOSED):
                     found[key] = None
                     if j >= 0 and j not in seen:

@@ -10,9 +10,11 @@ from pool_pymunk.model.parts import (
     Ball,
     Friction,
     Physics,
+    Pocket,
     Restitution,
     Shot,
 )
+from pool_pymunk.model.racks import rack
 from pool_pymunk.model.problems import TOUCHING, Point, Problem, SceneError, SettingError
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import State
@@ -27,6 +29,7 @@ __all__ = [
     "Edge",
     "Friction",
     "Physics",
+    "Pocket",
     "Point",
     "Problem",
     "Restitution",
@@ -37,4 +40,5 @@ __all__ = [
     "State",
     "Table",
     "Units",
+    "rack",
 ]

@@ -58,6 +58,28 @@ class Ball:
 
 
 @dataclass(frozen=True, slots=True)
+class Pocket:
+    """A pocket is a circle on the plane: position (m), radius (m).
+
+    A ball whose centre comes within the radius is pocketed at that instant: it leaves the table,
+    rests at the pocket's position, and meets nothing any more.
+    """
+
+    id: str
+    position: Point
+    radius: float
+
+    def __post_init__(self) -> None:
+        make_plain(self, id=text, position=point, radius=number)
+        raise_any(self._problems())
+
+    def _problems(self) -> Iterator[Problem]:
+        yield from name_problems("id", self.id)
+        yield from point_problems("position", self.position)
+        yield from size_problems("radius", self.radius)
+
+
+@dataclass(frozen=True, slots=True)
 class Restitution:
     """Coefficients of restitution, each in [0, 1]; None where the scene never needs one."""
 

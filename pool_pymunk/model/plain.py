@@ -52,6 +52,13 @@ def text(value: Any) -> str:
     return str(value)
 
 
+def texts(value: Any) -> tuple[str, ...]:
+    """Read texts in a tuple, a list or an array."""
+    if not is_row(value):
+        raise Unfit("must be a row of texts")
+    return tuple(text(one) for one in value)
+
+
 def point(value: Any) -> Point:
     """Read two numbers in a tuple, a list or an array."""
     if not is_row(value) or len(value) != 2:

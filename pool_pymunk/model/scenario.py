@@ -11,6 +11,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -18,7 +19,15 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import STANDARD_GRAVITY, Ball, Friction, Physics, Restitution, Shot
+from pool_pymunk.model.parts import (
+    STANDARD_GRAVITY,
+    Ball,
+    Friction,
+    Physics,
+    Pocket,
+    Restitution,
+    Shot,
+)
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     TOO_LARGE,
@@ -29,10 +38,12 @@ from pool_pymunk.model.problems import (
     name_problems,
     suggestion,
 )
+from pool_pymunk.model.racks import MOST_ROWS, SHAPES, rack, rack_ids
 from pool_pymunk.model.scene import (
     Scene,
     id_problems,
     place_problems,
+    repeated,
     rest_needs,
     restitution_needs,
     shot_problems,
@@ -95,6 +106,21 @@ class _Ball(_BallDefaults):
     velocity: Vector | None = None
 
 
+class _Rack(_BallDefaults):
+    rows: Annotated[int, Field(ge=1, le=MOST_ROWS)] | None = None
+    shape: Literal["triangle", "diamond"] | None = None
+    apex: Vector | None = None
+    angle: float = 0.0
+    gap: float = 0.0
+    ids: list[str] | None = None
+
+
+class _Pocket(_Section):
+    id: str | None = None
+    position: Vector | None = None
+    radius: float | None = None
+
+
 class _Shot(_Section):
     name: str | None = None
     ball: str | None = None
@@ -114,7 +140,9 @@ class _File(_Section):
     restitution: _Restitution = _Restitution()
     friction: _Friction = _Friction()
     ball: _BallDefaults = _BallDefaults()
+    pockets: list[_Pocket] = []
     balls: list[_Ball] = []
+    racks: list[_Rack] = []
     shots: list[_Shot] = []
 
 
@@ -212,6 +240,7 @@ class _Builder:
         self.broken: set[Location] = set()
         self.file = self._read()
         self.units = self._part("units", Units)
+        self.racks: list[int] = []  # of each ball of a rack, the number of the rack
         self.written = Units() if self.file.units.numbers == "SI" else self.units
 
     def scene(self) -> Scene | None:
@@ -221,8 +250,12 @@ class _Builder:
         restitution = self._part("restitution", Restitution)
         friction = self._part("friction", Friction)
         balls = dict(self._balls())
+        for n, ball in self._racked():
+            balls[len(self.file.balls) + len(self.racks)] = ball
+            self.racks.append(n)
+        pockets = dict(self._pockets())
         shots = {k: self._shot(k, entry) for k, entry in enumerate(self.file.shots)}
-        self._check_balls(balls, table)
+        self._check_balls(balls, table, pockets)
         self._check_shots(shots)
         self._check_needs(restitution, friction, physics)
         if self.problems:
@@ -236,6 +269,7 @@ class _Builder:
             shots=tuple(shots.values()),
             title=self.file.title,
             units=self.units,
+            pockets=tuple(pockets.values()),
         )
 
     # -- problems --------------------------------------------------------------------------------
@@ -244,7 +278,7 @@ class _Builder:
         """Keep a problem with key and value as the file has them; defaults stand in [ball]."""
         location = _location(problem.key)
         value = _find(self.raw, location)
-        if value is None and location[0] == "balls" and len(location) == 3:
+        if value is None and location[0] in ("balls", "racks") and len(location) == 3:
             default = ("ball", location[2])
             if (value := _find(self.raw, default)) is not None:
                 location = default
@@ -319,13 +353,8 @@ class _Builder:
         """The sound balls, each with its number."""
         for k, entry in enumerate(self.file.balls):
             own = {"id": entry.id, "position": entry.position}
-            size: dict[str, Any] = {key: self._size(entry, key) for key in ("radius", "mass")}
             self._note_all(_wanted(f"balls[{k}]", own, "is wanted"))
-            for key, value in size.items():
-                if not self._is_broken("ball", key):
-                    message = "is wanted, here or in [ball]"
-                    self._note_all(_wanted(f"balls[{k}]", {key: value}, message))
-            size = {key: SMALL if value is None else value for key, value in size.items()}
+            size = self._sizes(f"balls[{k}]", entry)
             try:
                 ball = self._ball(entry, **size)
             except SceneError as error:
@@ -334,7 +363,59 @@ class _Builder:
             if None not in own.values():
                 yield k, ball
 
-    def _size(self, entry: _Ball, key: str) -> float | None:
+    def _racked(self) -> Iterator[tuple[int, Ball]]:
+        """The balls of sound racks, each with the number of its rack."""
+        for n, entry in enumerate(self.file.racks):
+            key = f"racks[{n}]"
+            self._note_all(_wanted(key, {"apex": entry.apex}, "is wanted"))
+            if entry.rows is entry.shape is None and not self._is_broken("racks", n, "shape"):
+                self._note_all(_wanted(key, {"rows": None}, "is wanted (or a shape)"))
+            size = self._sizes(key, entry)
+            try:
+                balls = self._rack(entry, **size)
+            except SceneError as error:
+                self._note_all(_under(key, error))
+                continue
+            if not any(location[:2] == ("racks", n) for location in self.broken):
+                yield from ((n, ball) for ball in balls)
+
+    def _rack(self, entry: _Rack, radius: float, mass: float) -> tuple[Ball, ...]:
+        return rack(
+            self._point(entry.apex or [0.0, 0.0]),
+            radius=self._si(radius, "length"),
+            mass=self._si(mass, "mass"),
+            rows=entry.rows,
+            shape=entry.shape or SHAPES[0],
+            angle=entry.angle,
+            gap=self._si(entry.gap, "length"),
+            ids=entry.ids,
+            color=self.file.ball.color if entry.color is None else entry.color,
+        )
+
+    def _pockets(self) -> Iterator[tuple[int, Pocket]]:
+        """The sound pockets, each with its number; without an id it is called by that, from 1."""
+        for k, entry in enumerate(self.file.pockets):
+            own = {"position": entry.position, "radius": entry.radius}
+            self._note_all(_wanted(f"pockets[{k}]", own, "is wanted"))
+            id_ = str(k + 1) if entry.id is None else entry.id
+            radius = SMALL if entry.radius is None else self._si(entry.radius, "length")
+            try:
+                pocket = Pocket(id_, self._point(entry.position or [0.0, 0.0]), radius)
+            except SceneError as error:
+                self._note_all(_under(f"pockets[{k}]", error))
+                continue
+            if None not in own.values():
+                yield k, pocket
+
+    def _sizes(self, key: str, entry: _BallDefaults) -> dict[str, float]:
+        """Radius and mass, the entry's or those of [ball]; small ones stand in for missing ones."""
+        size = {name: self._size(entry, name) for name in ("radius", "mass")}
+        for name, value in size.items():
+            if not self._is_broken("ball", name):
+                self._note_all(_wanted(key, {name: value}, "is wanted, here or in [ball]"))
+        return {name: SMALL if value is None else value for name, value in size.items()}
+
+    def _size(self, entry: _BallDefaults, key: str) -> float | None:
         value: float | None = getattr(entry, key)
         return getattr(self.file.ball, key) if value is None else value
 
@@ -388,24 +469,46 @@ class _Builder:
 
     def _knows_balls(self) -> bool:
         """Whether every ball's id is known (and the cue ball), so that any other is unknown."""
-        return bool(self.file.balls) and not any(
-            ball.id is None or self._is_broken("balls", k, "cue")
-            for k, ball in enumerate(self.file.balls)
+        return bool(self.file.balls or self.racks) and not (
+            any(location[:1] == ("racks",) for location in self.broken)
+            or any(
+                ball.id is None or self._is_broken("balls", k, "cue")
+                for k, ball in enumerate(self.file.balls)
+            )
         )
 
     # -- between the parts -----------------------------------------------------------------------
 
-    def _check_balls(self, balls: Mapping[int, Ball], table: Table | None) -> None:
+    def _check_balls(
+        self, balls: Mapping[int, Ball], table: Table | None, pockets: Mapping[int, Pocket]
+    ) -> None:
         entries = self.file.balls
-        if not entries:
+        if not entries and not self.file.racks:
             self._note_all([Problem("balls", LEFT_OUT, "one ball or more is wanted")])
         ids = {k: entry.id for k, entry in enumerate(entries) if entry.id is not None}
+        ids |= {k: ball.id for k, ball in balls.items() if k >= len(entries)}
         cues = [k for k, entry in enumerate(entries) if entry.cue]
-        self._note_all(id_problems(ids, cues))
-        self._note_all(place_problems(balls, table))
+        holes = {k: pocket.id for k, pocket in pockets.items()}
+        self._note_all(map(self._as_written, id_problems(ids, cues)))
+        self._note_all(repeated("pockets", "id", holes))
+        self._note_all(map(self._as_written, place_problems(balls, table, tuple(pockets.values()))))
+
+    def _as_written(self, problem: Problem) -> Problem:
+        """Name the rack of a ball that the file does not list itself."""
+        def rack_of(found: re.Match[str]) -> str:
+            k = int(found[1]) - len(self.file.balls)
+            return found[0] if k < 0 else f"racks[{self.racks[k]}]"
+
+        key = re.sub(r"^balls\[(\d+)\]", rack_of, problem.key)
+        if key == problem.key:
+            return replace(problem, message=re.sub(r"balls\[(\d+)\]", rack_of, problem.message))
+        key = key.replace(".position", ".apex").replace(".id", ".ids")
+        return Problem(key, problem.value, re.sub(r"balls\[(\d+)\]", rack_of, problem.message))
 
     def _check_shots(self, shots: Mapping[int, Shot]) -> None:
         ids = [entry.id for entry in self.file.balls if entry.id is not None]
+        for entry in self.file.racks:
+            ids += rack_ids(entry.rows, entry.shape or SHAPES[0], entry.ids)
         if not self._knows_balls():  # then any name may be the name of a ball
             for shot in shots.values():
                 ids += [shot.ball, shot.aim or shot.ball, *shot.published]
@@ -416,10 +519,12 @@ class _Builder:
         cues = [k for k, ball in enumerate(balls) if ball.cue]
         moves = bool(self.file.shots) or any(any(ball.velocity or ()) for ball in balls)
         has_table = "table" in self.raw
-        self._note_all(restitution_needs(restitution, has_table, len(balls), cues))
+        count = len(balls) + len(self.racks)
+        self._note_all(restitution_needs(restitution, has_table, count, cues))
         self._note_all(rest_needs(friction, physics, moves))
 
 
+LISTS = ("pockets", "balls", "racks", "shots")
 _LAUNCH = ("velocity", "speed", "angle", "aim")
 
 
@@ -465,7 +570,7 @@ def _depth(location: Location) -> int:
     """How many steps down ``location`` lies what can be left out: a key, not half a vector."""
     if location[2:3] == ("published",):
         return 4
-    return 3 if location[0] in ("balls", "shots") else 2
+    return 3 if location[0] in LISTS else 2
 
 
 def _find(raw: Any, location: Location) -> Any:
@@ -516,8 +621,12 @@ def _type_message(details: Any) -> str:
     if kind == "float_type":
         is_integer = isinstance(value, int) and not isinstance(value, bool)
         return TOO_LARGE if is_integer else "must be a number"
-    if kind == "list_type" and location[-1] in ("balls", "shots"):
+    if kind == "list_type" and location[-1] in LISTS:
         return f"must be a list: write [[{location[-1]}]] above each of them"
+    if kind == "list_type" and location[-1] == "ids":
+        return 'must be ids, ["1", "2", ...]'
+    if kind in ("int_type", "int_from_float", "greater_than_equal", "less_than_equal"):
+        return f"must be a whole number from 1 to {MOST_ROWS}"
     if kind == "list_type":
         is_outline = location[-1] == "outline"
         return f"must be {'corners, [[x, y], ...]' if is_outline else 'two numbers, [x, y]'}"
@@ -529,6 +638,7 @@ def _known_keys(location: Location) -> list[str]:
     parts: Mapping[int | str, type[BaseModel]] = {
         "units": _Units, "table": _Table, "physics": _Physics, "restitution": _Restitution,
         "friction": _Friction, "ball": _BallDefaults, "balls": _Ball, "shots": _Shot,
+        "pockets": _Pocket, "racks": _Rack,
     }  # fmt: skip
     model = parts[location[0]] if location else _File
     return [field.alias or name for name, field in model.model_fields.items()]

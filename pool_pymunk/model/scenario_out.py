@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import Ball, Shot
+from pool_pymunk.model.parts import Ball, Pocket, Shot
 from pool_pymunk.model.problems import SMALLEST, Point, key_of
 from pool_pymunk.model.units import Units
 from pool_pymunk.safety.files import whole
@@ -69,6 +69,7 @@ def _text(scene: Scene, units: Units) -> str:
         ("[physics]", _said(scene.physics)),
         ("[restitution]", _said(scene.restitution)),
         ("[friction]", _said(scene.friction)),
+        *(("[[pockets]]", parts.pocket(pocket)) for pocket in scene.pockets),
         *(("[[balls]]", parts.ball(ball)) for ball in scene.balls),
         *(("[[shots]]", parts.shot(shot)) for shot in scene.shots),
     ]
@@ -92,6 +93,13 @@ class _Parts:
             length, width = self._point(corner[0])
             return {"length": length, "width": width}
         return {"outline": [self._point(corner) for corner in table.outline]}
+
+    def pocket(self, pocket: Pocket) -> Values:
+        return {
+            "id": pocket.id,
+            "position": self._point(pocket.position),
+            "radius": in_units(pocket.radius, "length", self.units),
+        }
 
     def ball(self, ball: Ball) -> Values:
         return {

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, overload
 
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Restitution, Shot
+from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Pocket, Restitution, Shot
 from pool_pymunk.model.plain import make_plain, one, optional, row, text
 from pool_pymunk.model.problems import (
     COORDINATE_ROUNDING,
@@ -40,7 +40,7 @@ SUNK = 1e-2
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything a solver may know: balls, table, materials, law, and the shots to play.
+    """Everything a solver may know: balls, table, pockets, materials, law, and shots to play.
 
     >>> scene = Scene(
     ...     balls=(Ball("C", (1.0, 1.0), 0.05, 0.2, cue=True), Ball("1", (2.0, 1.0), 0.05, 0.2)),
@@ -60,12 +60,13 @@ class Scene:
     shots: tuple[Shot, ...] = ()
     title: str = ""
     units: Units = field(default_factory=Units)
+    pockets: tuple[Pocket, ...] = ()
 
     def __post_init__(self) -> None:
         make_plain(
             self, balls=row(Ball), table=optional(one(Table)), restitution=one(Restitution),
             friction=one(Friction), physics=one(Physics), shots=row(Shot), title=text,
-            units=one(Units),
+            units=one(Units), pockets=row(Pocket),
         )  # fmt: skip
         raise_any(self._problems())
 
@@ -76,10 +77,13 @@ class Scene:
         )
 
     def _ground(self) -> str:
+        count = len(self.pockets)
+        holes = f" and {count} pocket{'s' * (count > 1)}" if count else ""
         if self.table is None:
-            return "an open plane"
+            return f"an open plane{holes}"
         x0, y0, x1, y1 = self.table.bounds
-        return f"a table of {x1 - x0:g} x {y1 - y0:g} m with {len(self.table.edges)} cushions"
+        cushions = f"{len(self.table.edges)} cushions{holes}"
+        return f"a table of {x1 - x0:g} x {y1 - y0:g} m with {cushions}"
 
     def _problems(self) -> Iterator[Problem]:
         balls, shots = dict(enumerate(self.balls)), dict(enumerate(self.shots))
@@ -88,7 +92,8 @@ class Scene:
         if not self.balls:
             yield Problem("balls", LEFT_OUT, "one ball or more is wanted")
         yield from id_problems({k: ball.id for k, ball in balls.items()}, cues)
-        yield from place_problems(balls, self.table)
+        yield from repeated("pockets", "id", {k: hole.id for k, hole in enumerate(self.pockets)})
+        yield from place_problems(balls, self.table, self.pockets)
         yield from shot_problems(shots, [ball.id for ball in self.balls])
         yield from restitution_needs(self.restitution, self.table is not None, len(balls), cues)
         yield from rest_needs(self.friction, self.physics, moves)
@@ -175,7 +180,7 @@ class Scene:
         }
         raise_any(
             replace(problem, key=_start_key(problem.key))
-            for problem in place_problems(placed, self.table, SUNK)
+            for problem in place_problems(placed, self.table, self.pockets, SUNK)
         )
         return state
 
@@ -221,12 +226,13 @@ def _deceleration(friction: Friction, physics: Physics) -> float:
 
 def id_problems(ids: Mapping[int, str], cues: Sequence[int]) -> Iterator[Problem]:
     """Repeated ids, a second cue ball."""
-    yield from _repeated("balls", "id", ids)
+    yield from repeated("balls", "id", ids)
     for k in cues[1:]:
         yield Problem(f"balls[{k}].cue", True, f"balls[{cues[0]}] is the cue ball already")
 
 
-def _repeated(key: str, field: str, names: Mapping[int, str]) -> Iterator[Problem]:
+def repeated(key: str, field: str, names: Mapping[int, str]) -> Iterator[Problem]:
+    """Find names that stand there twice."""
     seen: dict[str, int] = {}
     for k, name in names.items():
         if seen.setdefault(name, k) != k:
@@ -244,15 +250,37 @@ class Placed(NamedTuple):
 
 
 def place_problems(
-    balls: Mapping[int, Ball | Placed], table: Table | None, sunk: float = TOUCHING
+    balls: Mapping[int, Ball | Placed],
+    table: Table | None,
+    pockets: Sequence[Pocket] = (),
+    sunk: float = TOUCHING,
 ) -> Iterator[Problem]:
-    """Find balls off the table, in a cushion, in each other, by more than ``sunk`` radii."""
-    if table is not None:
-        for k, ball in balls.items():
+    """Find balls off the table, in a cushion, in each other, by more than ``sunk`` radii.
+
+    Find balls within pockets, too.
+    """
+    for k, ball in balls.items():
+        if table is not None:
             yield from _table_problems(k, ball, table, sunk)
+        yield from _pocket_problems(k, ball, pockets)
     for i, j in sorted(islice(_overlaps(balls, sunk), MOST_OVERLAPS)):
-        message = f"ball {shown(balls[j].id)} overlaps ball {shown(balls[i].id)}"
-        yield Problem(f"balls[{j}].position", list(balls[j].position), message)
+        a, b = balls[i], balls[j]
+        overlap = a.radius + b.radius - math.dist(a.position, b.position)
+        message = (
+            f"ball {shown(b.id)} overlaps ball {shown(a.id)} by {overlap:.2g} m "
+            f"({overlap / min(a.radius, b.radius):.2g} radii)"
+        )
+        yield Problem(f"balls[{j}].position", list(b.position), message)
+
+
+def _pocket_problems(
+    k: int, ball: Ball | Placed, pockets: Sequence[Pocket]
+) -> Iterator[Problem]:  # fmt: skip
+    for pocket in pockets:
+        slack = TOUCHING * pocket.radius
+        if math.dist(ball.position, pocket.position) < pocket.radius - slack:
+            message = f"ball {shown(ball.id)} is within pocket {shown(pocket.id)}"
+            yield Problem(f"balls[{k}].position", list(ball.position), message)
 
 
 def _table_problems(
@@ -287,13 +315,13 @@ def _overlaps(balls: Mapping[int, Ball | Placed], sunk: float) -> Iterator[tuple
 
 def _overlap(a: Ball | Placed, b: Ball | Placed, sunk: float) -> bool:
     reach = a.radius + b.radius
-    slack = sunk * reach + COORDINATE_ROUNDING * max(map(abs, (*a.position, *b.position)))
+    slack = sunk * min(a.radius, b.radius) + COORDINATE_ROUNDING * max(map(abs, (*a.position, *b.position)))
     return math.dist(a.position, b.position) < reach - slack
 
 
 def shot_problems(shots: Mapping[int, Shot], ids: Collection[str]) -> Iterator[Problem]:
     """Repeated names, unknown balls, shots that aim at nothing or go on from no shot."""
-    yield from _repeated("shots", "name", {k: shot.name for k, shot in shots.items()})
+    yield from repeated("shots", "name", {k: shot.name for k, shot in shots.items()})
     known = set(ids)
     unknown = f"there is no such ball (there are: {listed(ids)})"
     for k, shot in shots.items():

@@ -1,5 +1,7 @@
 """Balls bounce off walls; a wall consists of sides, which are straight faces and round posts.
 
+A pocket is a wall of another kind, which takes balls in. Its only side is its rim.
+
 A side answers three questions. How wide is the ``gap`` to a ball? Which ``normal`` has a contact?
 After which ``length_along`` its path does a ball meet the side? A caller need not know what kind of
 side it asks.
@@ -116,14 +118,44 @@ class Post(NamedTuple):
         return path_to_disc((dx, dy), (path.ux, path.uy), reach)
 
 
+class Rim(NamedTuple):
+    """A rim is the circle on which the centre of a ball is when a pocket takes it in.
+
+    The ball's radius does not matter.
+    """
+
+    center: Vector
+    radius: float
+
+    def gap(self, x: float, y: float, r: float) -> float:
+        """Return the distance (m) from the ball's centre to the rim; negative within it."""
+        dx, dy = x - self.center[0], y - self.center[1]
+        return math.sqrt(dx * dx + dy * dy) - self.radius
+
+    def normal(self, x: float, y: float) -> Vector:
+        """Return the unit vector from the pocket's centre to the ball's."""
+        return unit(x - self.center[0], y - self.center[1])
+
+    def length_along(self, path: Path, r: float) -> float:
+        """Return the path length (m) until the ball's centre comes to the rim.
+
+        The distance of the pocket's centre from the path decides whether a ball that grazes the rim
+        is pocketed.
+        """
+        if path.speed == 0.0:
+            return math.inf
+        offset = (self.center[0] - path.x, self.center[1] - path.y)
+        return path_to_disc(offset, (path.ux, path.uy), self.radius)
+
+
 class Wall:
-    """A wall bounces balls off; it consists of sides.
+    """A wall bounces balls off, or takes them in if it is a pocket; it consists of sides.
 
     It has its coefficients and the number by which it is reported. ``length_along`` is that of the
     side that a ball meets first.
     """
 
-    __slots__ = ("friction", "length_along", "number", "restitution", "sides")
+    __slots__ = ("friction", "is_pocket", "length_along", "number", "restitution", "sides")
 
     length_along: Callable[[Path, float], float]
 
@@ -134,6 +166,7 @@ class Wall:
         self.restitution = restitution
         self.friction = friction
         self.number = number
+        self.is_pocket = False
         self.length_along = sides[0].length_along if len(sides) == 1 else self._to_the_first
 
     def _to_the_first(self, path: Path, r: float) -> float:
@@ -144,6 +177,13 @@ class Wall:
         if len(self.sides) == 1:
             return self.sides[0]
         return min(self.sides, key=lambda side: abs(side.gap(x, y, r)))
+
+
+def pocket(center: Vector, radius: float, number: int) -> Wall:
+    """Return a wall that takes balls in whose centres come within ``radius`` (m)."""
+    wall = Wall((Rim(center, radius),), 0.0, 0.0, number)
+    wall.is_pocket = True
+    return wall
 
 
 def face_between(start: Vector, end: Vector, radius: float = 0.0) -> Face:

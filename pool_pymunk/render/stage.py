@@ -78,7 +78,7 @@ class Flashes:
 
     def __init__(self, run: Run, view: View) -> None:
         self.run, self.view = run, view
-        self.coming = [event for event in run.events if event.kind != "stop"][::-1]
+        self.coming = [event for event in run.events if event.is_contact][::-1]
         self.lit: list[tuple[float, Point, float]] = []
 
     def appear(self, frame: Pixels, t: float, life: float, light: Array) -> None:

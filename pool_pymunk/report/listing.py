@@ -45,10 +45,14 @@ def shot_lines(run: Run) -> Iterator[str]:
             )
             mark = "" if ball.id in agreement.agreeing else f"   off by {off:.{_decimals(run)}f}"
             line += f"   {_pair(run, published[ball.id])}{mark}"
+        if ball.id in run.pocketed:
+            line += f"   in pocket {run.pocketed[ball.id]}"
+        elif ball.id in run.off:
+            line += "   off the table"
         yield line
     if published:
         yield f"    {agreement.sentence(run)}"
-    contacts = sum(event.kind != "stop" for event in run.events)
+    contacts = sum(event.is_contact for event in run.events)
     yield (
         f"    {STATUSES[run.status].capitalize()} at {run.duration:.4f} s; "
         f"{counted(contacts, 'contact')}; {counted(run.steps, 'step')} in {run.wall_time:.3g} s"
@@ -182,6 +186,8 @@ def modelled(scene: Scene) -> Iterator[str]:
         shape = "rectangle" if scene.table.is_rectangle else "polygon"
         friction = _coefficient(scene.friction.cushion)
         yield f"table: {shape} with {len(scene.table.edges)} cushions, {friction}"
+    if scene.pockets:
+        yield f"pockets: {', '.join(pocket.id for pocket in scene.pockets)}"
     if scene.deceleration > 0.0:
         yield f"surface friction: {scene.deceleration:.6g} m/s^2"
     else:

@@ -45,17 +45,27 @@ STATUSES: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A contact, or a ball that comes to rest, at time ``t`` (s)."""
+    """A contact, or a ball that comes to rest or into a pocket, at time ``t`` (s).
+
+    ``pocket`` is the pocket's id.
+    """
 
     t: float
-    kind: str  # ball-ball | ball-cushion | stop
+    kind: str  # ball-ball | ball-cushion | stop | pocket
     balls: tuple[str, ...]
     cushion: int | None = None
+    pocket: str | None = None
+
+    @property
+    def is_contact(self) -> bool:
+        """Tell whether balls meet each other or a cushion."""
+        return self.kind in ("ball-ball", "ball-cushion")
 
     def as_dict(self) -> dict[str, object]:
         """The event as it stands in the JSON."""
         record: dict[str, object] = {"t": self.t, "kind": self.kind, "balls": list(self.balls)}
-        return record if self.cushion is None else {**record, "cushion": self.cushion}
+        said = {"cushion": self.cushion, "pocket": self.pocket}
+        return record | {key: value for key, value in said.items() if value is not None}
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +74,8 @@ class Run:
 
     ``t`` (T,), ``position`` (T, N, 2) and ``velocity`` (T, N, 2) are samples in s, m and m/s, N in
     the order of ``scene.balls``; ``final`` maps each ball to its end (m). ``law`` names the law
-    that answered the contacts, ``off`` has the ids of the balls that are off the table.
+    that answered the contacts. ``off`` has the ids of the balls that are off the table at the end;
+    a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off"; see :attr:`policy_shift`.
 
@@ -199,6 +210,11 @@ class Run:
         return {b.id: p for b, p in zip(self.scene.balls, self.end.position, strict=True)}
 
     @cached_property
+    def pocketed(self) -> dict[str, str]:
+        """The id of the pocket of each ball that was pocketed in this run, in their order."""
+        return {event.balls[0]: event.pocket for event in self.events if event.pocket is not None}
+
+    @cached_property
     def rounding(self) -> float:
         """How far (m) rounding at every contact may have moved the ends.
 
@@ -264,6 +280,7 @@ class Run:
             "steps": self.steps,
             "wall_time": self.wall_time,
             "final": {id_: list(point) for id_, point in self.final.items()},
+            "pocketed": self.pocketed,
             "events": [event.as_dict() for event in self.events],
             "energy": self.energy,
             "warnings": list(self.warnings),
@@ -338,7 +355,10 @@ class Run:
                 yield [t, ball.id, *p, *v]
 
     def write_npz(self, path: str | Path) -> None:
-        """Write t, position, velocity (SI), the balls' ids and the events as a NumPy archive."""
+        """Write t, position, velocity (SI), the balls' ids and the events as a NumPy archive.
+
+        An event without a cushion has -1 there, one without a pocket an empty text.
+        """
         np.savez_compressed(
             path,
             t=self.t,
@@ -351,6 +371,7 @@ class Run:
             event_cushion=np.array(
                 [-1 if event.cushion is None else event.cushion for event in self.events], dtype=int
             ),
+            event_pocket=np.array([event.pocket or "" for event in self.events], dtype=str),
         )
 
     def write_csv(self, path: str | Path) -> None:
@@ -361,13 +382,14 @@ class Run:
             rows.writerows(self._rows())
 
     def write_events_csv(self, path: str | Path) -> None:
-        """Write one row an event: t, kind, ball, other (of two balls), cushion."""
+        """Write one row an event: t, kind, ball, other (of two balls), cushion, pocket."""
         with Path(path).open("w", newline="", encoding="utf-8") as file:
             rows = csv.writer(file)
-            rows.writerow(["t", "kind", "ball", "other", "cushion"])
+            rows.writerow(["t", "kind", "ball", "other", "cushion", "pocket"])
             for event in self.events:
                 cushion = "" if event.cushion is None else event.cushion
-                rows.writerow([event.t, event.kind, *_two(event.balls), cushion])
+                row = [event.t, event.kind, *_two(event.balls), cushion, event.pocket or ""]
+                rows.writerow(row)
 
 
 # Every file that `run --out` writes of a shot: the end of its name, and the method that writes it.

@@ -25,7 +25,9 @@ def save(run: Run, path: str | Path) -> None:
         "format": FORMAT,
         "scene": run.scene.to_toml(),
         "shot": None if run.shot is None else run.scene.shots.index(run.shot),
-        "events": [[event.t, event.kind, event.balls, event.cushion] for event in run.events],
+        "events": [
+            [event.t, event.kind, event.balls, event.cushion, event.pocket] for event in run.events
+        ],
         "warnings": run.warnings,
         "sample_times": run.sample_times,
         "off": sorted(run.off),
@@ -66,7 +68,7 @@ def _parts(about: dict[str, Any], scene: Scene) -> dict[str, Any]:
     return {
         "shot": None if about["shot"] is None else scene.shots[about["shot"]],
         "events": tuple(
-            Event(t, kind, tuple(balls), cushion) for t, kind, balls, cushion in about["events"]
+            Event(t, kind, tuple(balls), *where) for t, kind, balls, *where in about["events"]
         ),
         "warnings": tuple(about["warnings"]),
         "sample_times": None if times is None else tuple(times),

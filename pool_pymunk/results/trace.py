@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 Knot = tuple[float, float, float, float, float]  # t (s), x, y (m), vx, vy (m/s)
 
 
+POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
+
 # These are the policies that answer what has no exact answer.
 ZERO_SLIP = "zero slip"
 ONE_INSTANT = "one instant"
@@ -25,6 +27,7 @@ class Trace:
         self.knots: list[list[Knot]] = [
             [(0.0, *p, *v)] for p, v in zip(start.position, start.velocity, strict=True)
         ]
+        # the time, the kind, the balls, and the number of the cushion or of the pocket
         self.events: list[tuple[float, str, tuple[int, ...], int | None]] = []
         # when first, how often, and the largest figure
         self.warned: dict[str, tuple[float, int, float]] = {}
@@ -49,6 +52,14 @@ class Trace:
         """Ball ``i`` came to rest."""
         self.knots[i].append((t, *position, 0.0, 0.0))
         self.events.append((t, "stop", (i,), None))
+        self.duration = max(self.duration, t)
+
+    def pocketed(self, i: int, t: float, pocket: int, position: Point, center: Point) -> None:
+        """Ball ``i`` came into a pocket at ``position``, and lies at its ``center``."""
+        _, x, y, vx, vy = self.knots[i][-1]
+        self.knots[i].append((t, *position, vx, vy))
+        self.knots[i].append((t, *center, 0.0, 0.0))
+        self.events.append((t, POCKET, (i,), pocket))
         self.duration = max(self.duration, t)
 
     def forget_stop(self, i: int, t: float) -> None:

@@ -14,7 +14,7 @@ from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.path import set_off
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, bound, cut_off, walls
+from pool_pymunk.solvers.exact import TraceRecorder, bound, cut_off, pockets, walls
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 
@@ -45,7 +45,7 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     for ball, position, velocity in zip(scene.balls, start.position, start.velocity, strict=True):
         path = set_off(0.0, position, velocity, scene.deceleration)
         engine.add_ball(path, ball.radius, ball.mass)
-    engine.walls = walls(scene)
+    engine.walls = [*walls(scene), *pockets(scene)]
     boxes = Boxes if len(scene.balls) < MANY else ManyBoxes
     engine.near = near = boxes(len(scene.balls), len(engine.walls))
     near.measure(engine.paths)

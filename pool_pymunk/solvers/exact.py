@@ -11,7 +11,7 @@ from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at
-from pool_pymunk.physics.sides import Face, Post, Wall
+from pool_pymunk.physics.sides import Face, Post, Wall, pocket
 from pool_pymunk.results.trace import COLLAPSE, ONE_INSTANT, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.settings import Settings
 
@@ -32,6 +32,11 @@ def walls(scene: Scene) -> list[Wall]:
         corner = (Post(edge.start),) if number in scene.table.reflex_corners else ()
         found.append(Wall((face, *corner), e, scene.friction.cushion, number))
     return found
+
+
+def pockets(scene: Scene) -> list[Wall]:
+    """Return the scene's pockets, as walls that take balls in."""
+    return [pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
 
 
 def bound(engine: ContactEngine, settings: Settings) -> None:
@@ -79,6 +84,10 @@ class TraceRecorder(Recorder):
     def stop(self, i: int, t: float, position: Vector) -> None:
         """List a stop."""
         self.trace.stop(i, t, position)
+
+    def pocketed(self, i: int, pocket: int, t: float, position: Vector, center: Vector) -> None:
+        """List that a pocket took a ball in."""
+        self.trace.pocketed(i, t, pocket, position, center)
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Take a stop off the list."""

@@ -15,7 +15,7 @@ import math
 
 import pymunk
 
-from pool_pymunk.model import Scene, State
+from pool_pymunk.model import Pocket, Scene, State
 from pool_pymunk.model.scene import ball_ball_restitution
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
@@ -63,8 +63,9 @@ class Builtin:
         self.number: dict[pymunk.Shape, int] = {}
         for i in range(len(scene.balls)):
             self._add_ball(i, start)
-        for id_ in start.off:
-            gone = self.bodies[scene.index[id_]]
+        self.gone = {scene.index[id_] for id_ in start.off}
+        for i in self.gone:
+            gone = self.bodies[i]
             self.space.remove(gone, *gone.shapes, *gone.constraints)
         for number, edge in enumerate(scene.table.edges if scene.table else ()):
             for kind in (CUE, OTHER):
@@ -130,11 +131,26 @@ class Builtin:
         self.trace.steps += 1
         self.time = self.trace.steps * self.dt
         self.space.step(self.dt)
+        for number, pocket in enumerate(self.scene.pockets):
+            self._pocket(number, pocket)
         if self.trace.steps % self.steps_a_look == 0:
             self._look()
 
+    def _pocket(self, number: int, pocket: Pocket) -> None:
+        """Take the balls whose centres are within a pocket out of the space."""
+        for i in sorted(self.moving - self.gone):
+            body = self.bodies[i]
+            x, y = body.position
+            if math.dist((x, y), pocket.position) <= pocket.radius:
+                self.trace.pocketed(i, self.time, number, (x, y), pocket.position)
+                self.space.remove(body, *body.shapes, *body.constraints)
+                self.gone.add(i)
+                self.moving.discard(i)
+
     def _look(self) -> None:
         for i, body in enumerate(self.bodies):
+            if i in self.gone:
+                continue
             (x, y), (vx, vy) = body.position, body.velocity
             self.is_finite = self.is_finite and math.isfinite(x + y)
             moves = math.hypot(vx, vy) > AT_REST * self.scene.balls[i].radius

@@ -81,12 +81,12 @@ def set_up(
         body.position, body.velocity = position, velocity
         table.add_ball(pymunk.Circle(body, ball.radius))
     for id_ in start.off:
-        gone = table.balls[scene.index[id_]]
-        space.remove(gone.body, gone.sensor)
-        table.engine.remove(gone.number)
+        table.remove_ball(table.balls[scene.index[id_]])
     for wall, edge in zip(walls(scene), scene.table.edges if scene.table else (), strict=True):
         cushion = pymunk.Segment(space.static_body, edge.start, edge.end, 0.0)
         table.add_wall(cushion, wall.restitution, wall.friction, wall.sides)
+    for hole in scene.pockets:
+        table.add_pocket(hole.position, hole.radius)
     return table
 
 

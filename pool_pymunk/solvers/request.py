@@ -27,7 +27,7 @@ from pool_pymunk.model.problems import (
 )
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.run import OTHERWISE, SURE, Event, Run, read_times
-from pool_pymunk.results.trace import PERSISTENT, ZERO_SLIP, Trace
+from pool_pymunk.results.trace import PERSISTENT, POCKET, ZERO_SLIP, Trace
 from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
@@ -117,7 +117,8 @@ class Request(NamedTuple):
         wall_time: float,
         shift: float | None = None,
     ) -> Run:
-        ids = [ball.id for ball in self.scene.balls]
+        events = tuple(self._event(*event) for event in trace.events)
+        taken = {event.balls[0] for event in events if event.pocket is not None}
         return Run(
             scene=self.scene,
             shot=shot,
@@ -125,21 +126,25 @@ class Request(NamedTuple):
             law=self.law,
             dt=self.settings.dt,
             knots=tuple(np.array(knots) for knots in trace.knots),
-            events=tuple(
-                Event(t, kind, tuple(ids[i] for i in balls), cushion)
-                for t, kind, balls, cushion in trace.events
-            ),
+            events=events,
             status=trace.status,
             duration=trace.duration,
             steps=trace.steps,
             warnings=trace.warnings,
             wall_time=wall_time,
             sample_times=self.times,
-            off=start.off,
+            off=start.off | taken,
             policies=frozenset(trace.policies),
             known_shift=shift,
             again=partial(self._again, shot, start) if self.solver.engine else None,
         )
+
+    def _event(self, t: float, kind: str, balls: tuple[int, ...], where: int | None) -> Event:
+        """Return the event with the balls' ids, and with the pocket's."""
+        ids = tuple(self.scene.balls[i].id for i in balls)
+        if kind == POCKET and where is not None:
+            return Event(t, kind, ids, pocket=self.scene.pockets[where].id)
+        return Event(t, kind, ids, where)
 
     def _again(self, shot: Shot | None, start: State, variant: Variant) -> Run:
         """Play a variant of the run."""

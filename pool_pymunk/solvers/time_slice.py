@@ -103,7 +103,11 @@ class Slices:
     # -- contacts --------------------------------------------------------------------------------
 
     def look(self, moved: list[int], t: float) -> None:
-        """Answer overlaps with cushions, then those of pairs, for balls that have moved."""
+        """Answer overlaps with cushions, then those of pairs, for balls that have moved.
+
+        Balls whose centres are within a pocket have left the table before.
+        """
+        moved = [i for i in moved if not self._is_pocketed(i, t)]
         if self.scene.table is not None:
             answer = self._rectangle if self.scene.table.is_rectangle else self._polygon
             for i in moved:
@@ -117,6 +121,18 @@ class Slices:
 
     def _moves(self, i: int) -> bool:
         return self.vx[i] != 0.0 or self.vy[i] != 0.0
+
+    def _is_pocketed(self, i: int, t: float) -> bool:
+        """Tell whether a pocket has the ball's centre, and take the ball off the table if so."""
+        for number, pocket in enumerate(self.scene.pockets):
+            cx, cy = pocket.position
+            if hypot(self.x[i] - cx, self.y[i] - cy) <= pocket.radius:
+                self.trace.pocketed(i, t, number, (self.x[i], self.y[i]), pocket.position)
+                self.x[i], self.y[i], self.vx[i], self.vy[i] = cx, cy, 0.0, 0.0
+                self.present.remove(i)
+                self.pairs = [pair for pair in self.pairs if i not in pair]
+                return True
+        return False
 
     def _rectangle(self, i: int, t: float) -> None:
         """Answer the listing's cushions: first the two across x, then the two across y."""
@@ -237,7 +253,7 @@ class Slices:
         for i in self.moving:
             rounding = 4.0 * EPSILON * (abs(self.x[i]) + abs(self.y[i]) + self.radius[i])
             reach[i] = hypot(self.vx[i], self.vy[i]) * self.dt + rounding
-        to_cushions = (gap / reach[i] for i in self.moving for gap in self._cushion_gaps(i))
+        to_cushions = (gap / reach[i] for i in self.moving for gap in self._wall_gaps(i))
         to_balls = (gap / (reach[i] + reach[j]) for i, j, gap in self._pair_gaps())
         least = min(min(to_cushions, default=math.inf), min(to_balls, default=math.inf))
         return least * SAFE - 2.0 if least < math.inf else self._until_rest()
@@ -248,11 +264,14 @@ class Slices:
             return math.inf
         return max(hypot(self.vx[i], self.vy[i]) for i in self.moving) / self.loss + 1.0
 
-    def _cushion_gaps(self, i: int) -> Iterator[float]:
+    def _wall_gaps(self, i: int) -> Iterator[float]:
+        """Yield how far (m) the ball is from cushions, and its centre from pockets."""
         table, r = self.scene.table, self.radius[i]
+        x, y = self.x[i], self.y[i]
+        for pocket in self.scene.pockets:
+            yield hypot(x - pocket.position[0], y - pocket.position[1]) - pocket.radius
         if table is None:
             return
-        x, y = self.x[i], self.y[i]
         if table.is_rectangle:
             x0, y0, x1, y1 = table.bounds
             yield min(x - x0, x1 - x, y - y0, y1 - y) - r

@@ -14,8 +14,8 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Event, Run
 
-# This is the balls, and the cushion if the contact was with one.
-Meeting = tuple[tuple[str, ...], int | None]
+# This is the balls, and the cushion or the pocket if one of them was met.
+Meeting = tuple[tuple[str, ...], int | str | None]
 # This is a contact, and for each of its balls, the how-manieth contact of that ball it is.
 Place = tuple[Meeting, tuple[int, ...]]
 # s; if the times of the same contact are further apart than this, it is late or early
@@ -94,7 +94,7 @@ def end_distances(run: Run, ends: Mapping[str, Point]) -> dict[str, float]:
 
 
 def contacts(run: Run) -> list[Event]:
-    """Return the run's events without the stops."""
+    """Return the run's events without the stops: contacts, and balls that were pocketed."""
     return [event for event in run.events if event.kind != "stop"]
 
 
@@ -144,14 +144,19 @@ def describe(event: Event) -> str:
     'ball C on ball 1'
     >>> describe(Event(0.1, "ball-cushion", ("1",), 2))
     'ball 1 on cushion 2'
+    >>> describe(Event(0.1, "pocket", ("1",), pocket="head-left"))
+    'ball 1 in pocket head-left'
     """
+    if event.pocket is not None:
+        return f"ball {event.balls[0]} in pocket {event.pocket}"
     if event.cushion is None:
         return " on ".join(f"ball {id_}" for id_ in event.balls)
     return f"ball {event.balls[0]} on cushion {event.cushion}"
 
 
 def _contact(event: Event) -> Meeting:
-    return (tuple(sorted(event.balls)), event.cushion)
+    where = event.cushion if event.pocket is None else event.pocket
+    return (tuple(sorted(event.balls)), where)
 
 
 def contact_order(run: Run) -> frozenset[Place]:

@@ -12,13 +12,14 @@ import csv
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.physics.motion import Array
@@ -47,7 +48,8 @@ class Spread:
     and along y. ``amplification`` is ``deviation`` over that of the starts (their root mean square
     over balls); it is None where no start is moved. ``horizon`` (s, to 1/256 of the run) is the
     time at which half of the runs have left the unperturbed one by more than ``Sensitivity.agree``;
-    it is infinite if they never do.
+    it is infinite if they never do. ``pocketed`` has, for each pocket by its id, the share of the
+    samples in which the ball was in it at the end; pockets that never have it are left out.
     """
 
     ball: str
@@ -59,6 +61,7 @@ class Spread:
     high: Point
     amplification: float | None
     horizon: float
+    pocketed: Mapping[str, float]
 
     def digits(self, scene: Scene) -> tuple[str, str]:
         """Return the end's x and y as the log prints them, with ``?`` for a digit without meaning.
@@ -75,7 +78,7 @@ class Spread:
 
 COLUMNS = (
     "shot", "ball", "start_x", "start_y", "end_x", "end_y", "std_x", "std_y", "low_x", "low_y",
-    "high_x", "high_y", "amplification", "horizon", "samples", "seed",
+    "high_x", "high_y", "amplification", "horizon", "samples", "seed", "pocketed",
 )  # fmt: skip
 
 
@@ -91,7 +94,8 @@ def write_csv(found: Sequence[Sensitivity], path: Path) -> None:
             for ball in one.balls:
                 points = (ball.start, ball.end, ball.std, ball.low, ball.high)
                 numbers = (v for point in points for v in point)
-                rest = (ball.amplification, _finite(ball.horizon), one.samples, one.seed)
+                chance = sum(ball.pocketed.values())
+                rest = (ball.amplification, _finite(ball.horizon), one.samples, one.seed, chance)
                 rows.writerow([one.reference.name, ball.ball, *numbers, *rest])
 
 
@@ -119,9 +123,9 @@ class Sensitivity:
     off the unperturbed run. ``agree`` is one unit of the last digit that the starts are written to:
     it is twice the largest uncertainty. Where no start is moved, it is the last digit of the
     printed ends. ``same_contacts`` (S,) says whether every ball met the same others in the same
-    order. ``rejected`` counts balls that overlapped something as they were drawn, so that
-    they were moved apart. ``unfinished``
-    counts samples that are left out.
+    order. ``pocketed`` (S, N) are the numbers of the pockets that have the balls at the end, -1
+    where none has. ``rejected`` counts balls that overlapped something as they were drawn, so that
+    they were moved apart. ``unfinished`` counts samples that are left out.
     """
 
     reference: Run
@@ -132,6 +136,7 @@ class Sensitivity:
     ends: Array
     left: Array
     same_contacts: Mask
+    pocketed: NDArray[np.int_]
     rejected: int
     unfinished: int
     wall_time: float
@@ -162,9 +167,18 @@ class Sensitivity:
                 high=_point(high[i]),
                 amplification=deviation / moved if moved > 0.0 else None,
                 horizon=float(horizon[i]),
+                pocketed=self._chances(i),
             )
             for i, ball in enumerate(self.reference.scene.balls)
         )
+
+    def _chances(self, i: int) -> dict[str, float]:
+        """Return the share of the samples that end with ball ``i`` in a pocket, by its id."""
+        shares = {
+            pocket.id: float((self.pocketed[:, i] == k).mean())
+            for k, pocket in enumerate(self.reference.scene.pockets)
+        }
+        return {id_: share for id_, share in shares.items() if share > 0.0}
 
     def as_dict(self) -> dict[str, object]:
         """Return the shot as in the JSON of ``sensitivity --json``, in SI; null means never."""
@@ -190,13 +204,14 @@ class Sensitivity:
         }
 
     def write_npz(self, path: Path) -> None:
-        """Write starts, ends, left, same_contacts and the balls' ids as a NumPy archive (SI)."""
+        """Write the samples' arrays and the balls' ids as a NumPy archive (SI)."""
         np.savez_compressed(
             path,
             starts=self.starts,
             ends=self.ends,
             left=self.left,
             same_contacts=self.same_contacts,
+            pocketed=self.pocketed,
             balls=np.array([ball.ball for ball in self.balls]),
         )
 
@@ -285,6 +300,7 @@ def sensitivity(
         ends=played.ends[finished],
         left=played.left[finished],
         same_contacts=played.same_contacts[finished],
+        pocketed=played.pocketed[finished],
         rejected=rejected,
         unfinished=int((~finished).sum()),
         wall_time=time.perf_counter() - began,
@@ -351,6 +367,7 @@ class _Played(NamedTuple):
     ends: Array
     left: Array
     same_contacts: Mask
+    pocketed: NDArray[np.int_]
     finished: Mask
 
 
@@ -389,27 +406,39 @@ def _play_all(study: _Study, starts: Array, errors: Array, processes: int) -> It
 def _play(study: _Study, starts: Array, errors: Array) -> _Played:
     """Play some samples: their starts (S, N, 2) and errors of speed and angle (S, K, 2)."""
     contacts = contact_order(study.reference)
-    ends, left, same, finished = [], [], [], []
+    ends, left, same, taken, finished = [], [], [], [], []
     for start, error in zip(starts.tolist(), errors.tolist(), strict=True):
-        run = _run(study, start, error)
+        run, pocketed = _run(study, start, error)
         ends.append(run.end.position)
         left.append(_left(study, run))
         same.append(contact_order(run) == contacts)
+        taken.append(pocketed)
         finished.append(run.status not in UNFINISHED)
-    return _Played(np.array(ends), np.array(left), np.array(same), np.array(finished))
+    return _Played(*map(np.array, (ends, left, same, taken, finished)))
 
 
-def _run(study: _Study, start: Sequence[Sequence[float]], errors: Sequence[Sequence[float]]) -> Run:
-    """Play one sample: every shot of the chain from where the one before ended."""
+def _run(
+    study: _Study, start: Sequence[Sequence[float]], errors: Sequence[Sequence[float]]
+) -> tuple[Run, list[int]]:
+    """Play one sample: every shot of the chain from where the one before ended.
+
+    Return the last run, and for each ball the number of the pocket that has it then, or -1.
+    """
     scene = study.reference.scene
+    numbers = {pocket.id: k for k, pocket in enumerate(scene.pockets)}
+    pocketed = [-1] * len(scene.balls)
     asked = request(scene, yardstick().name)
     asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
     state = State(tuple((x, y) for x, y in start), tuple(ball.velocity for ball in scene.balls))
     for shot, (faster, turned) in zip(study.chain, errors, strict=True):
         struck = _struck(scene, shot, state, faster, turned)
+        if struck is not None and struck.ball in state.off:  # It cannot be struck any more.
+            struck = None
         run = asked.play(struck, state)
+        for id_, pocket in run.pocketed.items():
+            pocketed[scene.index[id_]] = numbers[pocket]
         state = run.end
-    return run
+    return run, pocketed
 
 
 def _struck(

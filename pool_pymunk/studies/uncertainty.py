@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model import TOUCHING, Edge, Point, Scene, Table, Units
+from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.solvers import SettingError
@@ -27,6 +28,7 @@ Mask = NDArray[np.bool_]
 
 ATTEMPTS = 20  # So often a start is drawn whose balls cannot be moved apart.
 SWEEPS = 2000  # So often all overlaps of a start are looked at.
+APART = 2.5e-10  # of a radius; pushes that are smaller end the search
 NEIGHBORS = 8.0  # widths; balls that are farther apart than this do not come to overlap
 
 
@@ -93,6 +95,8 @@ class Uncertainty:
 def written_uncertainty(scenario: str | Path) -> Uncertainty:
     """Return half of the last digit that a scenario file writes for each ball's position.
 
+    For the balls of a rack it is that of the rack's apex.
+
     ``position = [66.00, 22.0]`` in inches is within 0.005 in along x and 0.05 in along y. The file
     must be one that :func:`~pool_pymunk.load` reads.
 
@@ -113,9 +117,13 @@ def uncertainty_of(text: str) -> Uncertainty:
     """
     raw: dict[str, Any] = tomllib.loads(text.removeprefix("\ufeff"), parse_float=Decimal)
     units = Units(**raw.get("units", {}))
+    places = {ball["id"]: ball["position"] for ball in raw.get("balls", ())}
+    for one in raw.get("racks", ()):
+        ids = rack_ids(one.get("rows"), one.get("shape", SHAPES[0]), one.get("ids"))
+        places |= dict.fromkeys(ids, one["apex"])
     half = {
-        ball["id"]: tuple(units.to_si(_half_digit(x), "length") for x in ball["position"])
-        for ball in raw.get("balls", ())
+        id_: tuple(units.to_si(_half_digit(x), "length") for x in place)
+        for id_, place in places.items()
     }
     return Uncertainty(position={id_: (x, y) for id_, (x, y) in half.items()})
 
@@ -138,6 +146,7 @@ class StartSampler:
 
     def __init__(self, scene: Scene, widths: Array) -> None:
         self.table = scene.table
+        self.pockets = scene.pockets
         self.widths = widths
         self.base = np.array([ball.position for ball in scene.balls])
         self.radius = np.array([ball.radius for ball in scene.balls])
@@ -205,7 +214,7 @@ class StartSampler:
                 pushes[k] += push
                 starts[:, i] += push[:, None] * np.array(edge.normal)
                 worst = max(worst, float(np.abs(push).max()) / radius[i])
-            if worst < TOUCHING / 4.0:
+            if worst < APART:
                 break
         return starts
 
@@ -213,8 +222,10 @@ class StartSampler:
         """Tell which balls (S, N) overlap a ball before them, or a cushion."""
         found = np.zeros(starts.shape[:2], dtype=bool)
         for i, j in self.pairs:
-            reach = (1.0 - TOUCHING) * (self.radius[i] + self.radius[j])
+            reach = self.radius[i] + self.radius[j] - TOUCHING * min(self.radius[i], self.radius[j])
             found[:, j] |= np.hypot(*(starts[:, j] - starts[:, i]).T) < reach
+        for pocket in self.pockets:
+            found |= np.hypot(*(starts - pocket.position).transpose(2, 0, 1)) < pocket.radius
         if self.table is not None:
             for i, radius in enumerate(self.radius.tolist()):
                 found[:, i] |= _off(self.table, starts[:, i], (1.0 - TOUCHING) * radius)

@@ -29,7 +29,7 @@ from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at, set_off
-from pool_pymunk.physics.sides import Side, Wall
+from pool_pymunk.physics.sides import Side, Wall, pocket
 from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep
 from pool_pymunk.world.shapes import sides_of
 
@@ -125,6 +125,7 @@ class Billiards:
         self.on_contact: Callable[[ContactEvent], None] | None = None
         self.on_stop: Callable[[Ball], None] | None = None
         self.on_stop_revoked: Callable[[Ball], None] | None = None
+        self.on_pocket: Callable[[Ball, int], None] | None = None
         self.balls: list[Ball] = []
         self.moving: dict[int, Ball] = {}
         self.time = 0.0
@@ -190,6 +191,11 @@ class Billiards:
     def _join(self, *things: pymunk.Body | pymunk.Shape) -> None:
         self.space.add(*[thing for thing in things if thing.space is None])
 
+    def remove_ball(self, ball: Ball) -> None:
+        """Take a ball off the table, between two steps; its body can still be read."""
+        self.engine.remove(ball.number)
+        self._take_out(self.near.gone)
+
     def add_wall(
         self,
         shape: pymunk.Shape,
@@ -204,9 +210,25 @@ class Billiards:
         """
         self._join(shape)
         shape.collision_type = WALL
-        number = len(self.engine.walls)
-        self.engine.walls.append(Wall(sides or sides_of(shape), restitution, friction, number))
-        self.near.numbers[shape] = -1 - number
+        walls = self.engine.walls
+        number = sum(not wall.is_pocket for wall in walls)
+        self.near.numbers[shape] = -1 - len(walls)
+        walls.append(Wall(sides or sides_of(shape), restitution, friction, number))
+        return number
+
+    def add_pocket(self, position: Vector, radius: float) -> int:
+        """Make a pocket, which takes balls in whose centres come within ``radius`` (m).
+
+        The bodies and shapes of these balls leave the space. Returns the pocket's number.
+        """
+        shape = pymunk.Circle(self.space.static_body, radius, position)
+        shape.sensor = True
+        shape.collision_type = WALL
+        self.space.add(shape)
+        walls = self.engine.walls
+        number = sum(wall.is_pocket for wall in walls)
+        self.near.numbers[shape] = -1 - len(walls)
+        walls.append(pocket(position, radius, number))
         return number
 
     def strike(self, ball: Ball, velocity: Vector) -> None:
@@ -290,6 +312,18 @@ class Billiards:
         for i in near.changed:
             self._carry(self.balls[i])
         near.changed.clear()
+        self._take_out(near.gone)
+
+    def _take_out(self, gone: list[int]) -> None:
+        """Take the bodies and shapes of balls that have left the table out of the space."""
+        for i in gone:
+            ball = self.balls[i]
+            if ball.number in self.moving:
+                self._rest(ball)
+            ball.body.position = ball.path.x, ball.path.y
+            del self._ball_of[ball.body]
+            self.space.remove(ball.body, *ball.body.shapes)
+        gone.clear()
 
     def _on_clock(
         self, _clock: pymunk.Body, _gravity: Vector, _damping: float, dt: float
@@ -301,7 +335,7 @@ class Billiards:
                 raise ValueError(
                     f"the space was stepped by {dt} s, but its Billiards was made for {self.dt} s"
                 )
-            for ball in self.balls:
+            for ball in self._ball_of.values():
                 self._notice(ball)
         except Exception as error:
             self._note(error)
@@ -415,6 +449,11 @@ class Callbacks(Recorder):
         """Call ``on_stop``."""
         if self.table.on_stop is not None:
             self.table.on_stop(self.table.balls[i])
+
+    def pocketed(self, i: int, pocket: int, t: float, position: Vector, center: Vector) -> None:
+        """Call ``on_pocket`` with the ball, and with the number of the pocket."""
+        if self.table.on_pocket is not None:
+            self.table.on_pocket(self.table.balls[i], pocket)
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Call ``on_stop_revoked``, because the ball had not come to rest."""

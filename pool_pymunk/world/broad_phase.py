@@ -31,6 +31,7 @@ class BroadPhase:
         self.numbers: dict[pymunk.Shape, int] = {}
         self.pairs: dict[Key, None] = {}  # the pairs that touched during this step
         self.changed: dict[int, None] = {}
+        self.gone: list[int] = []  # the balls that have left the table in this step
         self._touching: list[Key] = []
         self._around: dict[int, list[int]] = {}
 
@@ -77,6 +78,9 @@ class BroadPhase:
     def remove(self, i: int) -> None:
         """Leave ball ``i`` out from now on."""
         self.changed.pop(i, None)
+        self.numbers.pop(self.sensors[i], None)
+        self._touching = [pair for pair in self._touching if i not in pair]
+        self.gone.append(i)
 
     def _look_around(self, i: int) -> list[int]:
         """Return what is near ball ``i`` in the rest of the step, or near its sensor.
@@ -130,6 +134,9 @@ class EndOfStep(BroadPhase):
         for pair in pairs:
             motions = {i: motion_at(engine.paths[i], self.until) for i in pair if i >= 0}
             if engine.gap(pair, motions) < 0.0:
+                if pair[1] < 0 and engine.walls[-1 - pair[1]].is_pocket:
+                    engine.push(self.until, pair)
+                    continue
                 velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
                 closing = closing_speed(engine.contact(pair, motions), velocity)
                 if closing > max(engine.paths[i].noise for i in motions):

@@ -1,0 +1,333 @@
+"""Pockets take balls in, exactly when and where they must, in every solver."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from reference import (
+    OUTLINES,
+    Refused,
+    random_pocket_scene,
+    reference_run,
+    run_to_dict,
+    scene_from_dict,
+)
+from scenes import DATA, seeds
+from test_exact import amplification
+
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Law,
+    Physics,
+    Pocket,
+    Restitution,
+    Run,
+    Scene,
+    SceneError,
+    Shot,
+    State,
+    Table,
+    load,
+    loads,
+    simulate,
+    simulate_all,
+)
+from pool_pymunk.solvers import SOLVERS
+
+ANSWERS = json.loads((DATA / "pocket_runs.json").read_text())
+R, HOLE = 0.05, 0.1
+EXACT = [("event-driven", None), ("pymunk", 1 / 30), ("pymunk", 1 / 60), ("pymunk", 1 / 240)]
+
+
+def agrees(scene: Scene, answer: dict[str, Any], solver: str, dt: float | None) -> None:
+    """Check events, their times, who is pocketed where, and ends, against forty digits."""
+    run = simulate(scene, solver=solver, dt=dt)
+    amplified = amplification(scene, run)
+    expected = [
+        (kind, [str(i) for i in balls], None if kind == "pocket" else where)
+        for _, kind, balls, where in answer["events"]
+    ]
+    assert [(e.kind, list(e.balls), e.cushion) for e in run.events] == expected
+    assert run.pocketed == {
+        str(balls[0]): f"p{where}" for _, kind, balls, where in answer["events"] if kind == "pocket"
+    }
+    slack = 1e-12 * amplified
+    for event, (t, *_) in zip(run.events, answer["events"], strict=True):
+        assert abs(event.t - float(t)) < 1e3 * slack
+    for ball, (x, y) in zip(scene.balls, answer["final"], strict=True):
+        assert math.dist(run.final[ball.id], (float(x), float(y))) < slack
+
+
+@pytest.mark.parametrize(("solver", "dt"), EXACT)
+@pytest.mark.parametrize("record", ANSWERS, ids=lambda record: record["name"])
+def test_random_scenes_in_forty_digits(
+    record: dict[str, Any], solver: str, dt: float | None
+) -> None:
+    agrees(scene_from_dict(record["scene"]), record["run"], solver, dt)
+
+
+@pytest.mark.slow
+def test_two_hundred_fresh_scenes_in_forty_digits() -> None:
+    """POOL_SEED makes other ones; the reference refuses some, and others come instead."""
+    played, k = 0, seeds(1)[0] * 10_000
+    while played < 200:
+        k += 1
+        rng = random.Random(f"fresh {k}")
+        table = rng.choice(sorted(OUTLINES))
+        scene = random_pocket_scene(rng.choice(["coulomb", "published"]), table, rng)
+        try:
+            answer = run_to_dict(reference_run(scene))
+        except Refused:
+            continue
+        if any(kind == "pocket" for _, kind, _, _ in answer["events"]):
+            played += 1
+            for solver, dt in EXACT:
+                agrees(scene, answer, solver, dt)
+
+
+# -- one ball and one pocket -----------------------------------------------------------------------
+
+
+def plane(*balls: Ball, **parts: Any) -> Scene:
+    """Return balls on a plane with one pocket at the origin."""
+    made = {
+        "restitution": Restitution(0.9, None, 0.7),
+        "friction": Friction(0.02),
+        "pockets": (Pocket("hole", (0.0, 0.0), HOLE),),
+        **parts,
+    }
+    return Scene(tuple(balls), **made)
+
+
+def rolling(y: float = 0.0, speed: float = 1.0, id_: str = "a") -> Ball:
+    return Ball(id_, (-1.0, y), R, 0.2, velocity=(speed, 0.0))
+
+
+@pytest.mark.parametrize("solver", list(SOLVERS))
+def test_a_pocketed_ball_lies_in_the_pocket(solver: str) -> None:
+    run = simulate(plane(rolling()), solver=solver)
+    assert run.status == "settled"
+    assert [(e.kind, e.balls, e.cushion, e.pocket) for e in run.events] == [
+        ("pocket", ("a",), None, "hole")
+    ]
+    assert run.pocketed == {"a": "hole"}
+    assert run.off == {"a"}
+    assert run.final == {"a": (0.0, 0.0)}
+    assert run.end.velocity == ((0.0, 0.0),)
+    a = 0.02 * 9.80665
+    due = (1.0 - math.sqrt(1.0 - 2 * a * 0.9)) / a  # the time for 0.9 m
+    assert run.duration == pytest.approx(due, abs=1e-12 if run.dt is None else 1.5 * run.dt)
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+@pytest.mark.parametrize("share", [-1e-6, -1e-12, 1e-12, 1e-6])
+def test_a_graze_is_decided_by_the_centre(share: float, solver: str) -> None:
+    """The centre passes within the radius, or not; the ball's own radius does not matter."""
+    run = simulate(plane(rolling(HOLE * (1.0 + share), 2.0)), solver=solver)
+    assert bool(run.pocketed) == (share < 0.0)
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+def test_a_ball_that_stops_before_the_rim_stays(solver: str) -> None:
+    a = 0.02 * 9.80665
+    for short, falls in ((1e-9, False), (-1e-9, True)):
+        speed = math.sqrt(2 * a * (0.9 - short))
+        assert bool(simulate(plane(rolling(speed=speed)), solver=solver).pocketed) == falls
+
+
+class Raises(Law):
+    """A law that answers nothing: no contact may ask it."""
+
+    def ball_ball(self, a: Any, b: Any, pair: Any) -> Any:
+        raise AssertionError
+
+    def cushion(self, v: Any, restitution: float, friction: float) -> Any:
+        raise AssertionError
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+def test_a_pocket_comes_before_a_ball_and_a_cushion_of_the_same_instant(solver: str) -> None:
+    """The ball is off the table, so it has no part in what happens there."""
+    turn = math.radians(80.0)
+    other = Ball("b", (-HOLE + 2 * R * math.cos(turn), 2 * R * math.sin(turn)), R, 0.2)
+    table = Table(((-2.0, -R), (2.0, -R), (2.0, 2.0), (-2.0, 2.0)))
+    ball = Ball("a", (-HOLE - 0.5, 0.05), R, 0.2, velocity=(1.0, -0.1))
+    scene = plane(ball, other, table=table)
+    for one in (scene, replace(scene, balls=scene.balls[::-1])):
+        run = simulate(one, solver=solver, law=Raises())
+        assert [event.kind for event in run.events] == ["pocket"]
+        assert run.final["b"] == other.position
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+def test_a_ball_on_the_rim_falls_when_it_is_hit_towards_the_pocket(solver: str) -> None:
+    resting = Ball("b", (-HOLE, 0.0), R, 0.2)
+    run = simulate(plane(rolling(), resting), solver=solver)
+    assert [event.kind for event in run.events][:2] == ["ball-ball", "pocket"]
+    assert run.pocketed["b"] == "hole"
+
+
+@pytest.mark.parametrize("solver", ["time-slice", "pymunk-discrete"])
+def test_a_finer_step_comes_nearer_to_the_time_of_the_pocket(solver: str) -> None:
+    exact = simulate(plane(rolling(0.03)), solver="event-driven").duration
+    late = [simulate(plane(rolling(0.03)), solver=solver, dt=dt).duration - exact
+            for dt in (1e-2, 1e-3, 1e-4)]  # fmt: skip
+    for error, dt in zip(late, (1e-2, 1e-3, 1e-4), strict=True):
+        assert -1e-9 <= error <= dt
+
+
+def test_a_pocketed_ball_is_in_nobodys_way() -> None:
+    """The second ball goes the same way, and through where the first one lies."""
+    first, second = rolling(id_="a"), Ball("b", (-1.2, 0.0), R, 0.2, velocity=(0.9, 0.0))
+    run = simulate(plane(first, second), solver="event-driven")
+    assert run.pocketed == {"a": "hole", "b": "hole"}
+    assert [event.kind for event in run.events] == ["pocket", "pocket"]
+
+
+def test_the_path_ends_at_the_rim_and_the_ball_is_in_the_pocket_from_then_on() -> None:
+    run = simulate(plane(rolling(0.06)), solver="event-driven")
+    t = run.events[0].t
+    before, after = (run.at(when)[0][0] for when in (t * (1 - 1e-12), t))
+    assert math.hypot(*before) == pytest.approx(HOLE, abs=1e-9)
+    assert tuple(after) == (0.0, 0.0)
+    assert run.energy["final"] == 0.0
+
+
+# -- shots and states ------------------------------------------------------------------------------
+
+SCENE = plane(
+    Ball("cue", (-1.0, 0.0), R, 0.2, cue=True),
+    Ball("1", (-0.4, 0.0), R, 0.2),
+    Ball("2", (-1.0, 1.0), R, 0.2),
+    shots=(
+        Shot("pot", "cue", speed=1.0, angle=0.0),
+        Shot("then", "cue", speed=0.5, aim="nearest", from_previous=True),
+        Shot("gone", "1", speed=0.5, angle=0.0, from_previous=True),
+    ),
+)
+
+
+@pytest.mark.parametrize("solver", list(SOLVERS))
+def test_the_next_shot_goes_on_without_the_pocketed_balls(solver: str) -> None:
+    dt = 1e-4 if solver == "time-slice" else None
+    runs = simulate_all(SCENE, ["pot", "then"], solver=solver, dt=dt)
+    pot, then = runs
+    assert pot.pocketed == {"1": "hole"}
+    assert then.pocketed == {}
+    assert then.off == {"1"}
+    assert then.final["1"] == (0.0, 0.0)
+    assert all("1" not in event.balls for event in then.events)
+    alone = simulate(SCENE, "then", solver=solver, dt=dt)
+    assert alone.final == then.final
+
+
+def test_a_shot_of_a_pocketed_ball_is_refused() -> None:
+    with pytest.raises(SceneError, match='shot.ball = "1": the ball is off the table before gone'):
+        simulate(SCENE, "gone", start=simulate(SCENE, "pot").end)
+
+
+def test_a_state_says_who_is_off_the_table() -> None:
+    state = SCENE.start(None)
+    start = State(state.position, state.velocity, frozenset({"1"}))
+    run = simulate(SCENE, "pot", solver="event-driven", start=start)
+    assert run.pocketed == {"cue": "hole"}
+    assert run.off == {"1", "cue"}
+
+
+def test_a_run_is_saved_written_and_loaded_with_its_pockets(tmp_path: Path) -> None:
+    run = simulate(SCENE, "pot", solver="event-driven")
+    run.save(tmp_path / "run.npz")
+    assert Run.load(tmp_path / "run.npz") == run
+    record: dict[str, Any] = run.as_dict()
+    assert record["pocketed"] == {"1": "hole"}
+    assert record["final"]["1"] == [0.0, 0.0]
+    _, _, event = record["events"]
+    assert event | {"t": 0} == {"t": 0, "kind": "pocket", "balls": ["1"], "pocket": "hole"}
+    run.write_events_csv(tmp_path / "events.csv")
+    lines = (tmp_path / "events.csv").read_text().splitlines()
+    assert lines[0] == "t,kind,ball,other,cushion,pocket"
+    assert lines[3].endswith(",pocket,1,,,hole")
+
+
+def test_a_run_without_pockets_has_nobody_pocketed() -> None:
+    assert simulate(load("report"), 3).as_dict()["pocketed"] == {}
+
+
+def test_max_events_counts_pockets() -> None:
+    run = simulate(SCENE, "pot", solver="event-driven", max_events=2)
+    assert [event.kind for event in run.events] == ["ball-ball", "stop"]
+    assert run.status == "max_events"
+    assert run.pocketed == {}
+    assert len(simulate(SCENE, "pot", solver="event-driven", max_events=3).pocketed) == 1
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+FILE = """
+[restitution]
+ball_ball = 0.9
+[friction]
+surface = 0.1
+[ball]
+radius = 0.05
+mass = 0.2
+[[pockets]]
+position = [0.0, 0.0]
+radius = 0.1
+[[pockets]]
+id = "far"
+position = [1.0, 0.0]
+radius = 0.1
+[[balls]]
+id = "a"
+position = {place}
+"""
+
+
+def test_pockets_of_a_file_have_numbers_for_ids() -> None:
+    scene = loads(FILE.format(place="[0.5, 0.0]"))
+    assert scene.pockets == (Pocket("1", (0.0, 0.0), 0.1), Pocket("far", (1.0, 0.0), 0.1))
+    assert loads(scene.to_toml()) == scene
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (FILE.format(place="[0.05, 0.0]"), 'balls[0].position = [0.05, 0.0]: ball "a" is within '
+         'pocket "1"'),
+        (FILE.replace('"far"', '"1"').format(place="[0.5, 0]"), 'pockets[1].id = "1": is the id of '
+         "pockets[0] already"),
+        (FILE.replace("radius = 0.1", "radius = 0").format(place="[0.5, 0]"),
+         "pockets[0].radius = 0: must be greater than 0"),
+        ("[[pockets]]\n" + FILE.format(place="[0.5, 0]"),
+         "pockets[0].position = (left out): is wanted"),
+        (FILE.replace("[[pockets]]", "[pockets]", 1).format(place="[0.5, 0]"), "is not TOML"),
+        ("[[pockets]]\nsize = 1\n" + FILE.format(place="[0.5, 0]"), "pockets[0].size = 1: unknown "
+         "key (there are: id, position, radius)"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_pockets_is_said_in_a_line(text: str, message: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        loads(text, "file")
+    assert any(message in line for line in str(caught.value).splitlines())
+
+
+def test_a_state_may_not_have_a_ball_in_a_pocket() -> None:
+    places = ((-1.0, 0.0), (0.01, 0.0), (-1.0, 1.0))
+    with pytest.raises(SceneError, match=r'start.position\[1\] = .*is within pocket "hole"'):
+        simulate(SCENE, "pot", start=[places, ((0.0, 0.0),) * 3])
+
+
+def test_a_wall_and_a_pocket_count_by_themselves() -> None:
+    table = Table(((-2.0, -1.0), (2.0, -1.0), (2.0, 1.0), (-2.0, 1.0)))
+    scene = plane(Ball("a", (-1.0, 0.5), R, 0.2, velocity=(-3.0, -0.4)), table=table,
+                  physics=Physics(max_time=9.0))  # fmt: skip
+    for solver in ("event-driven", "pymunk"):
+        assert [event.cushion for event in simulate(scene, solver=solver).events][0] == 3
