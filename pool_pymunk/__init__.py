@@ -23,8 +23,8 @@ if TYPE_CHECKING:
         State,
         Table,
         Units,
-        rack,
     )
+    from pool_pymunk.model.racks import rack
     from pool_pymunk.model.scenario import load, loads
     from pool_pymunk.physics.contact import NT, Pair
     from pool_pymunk.physics.laws import Law
@@ -81,7 +81,8 @@ __all__ = [
 
 # The library is loaded when a name of it is asked for, so that --help need not wait for it.
 _HOMES = {
-    "model": "Ball Friction Physics Pocket Restitution Scene SceneError Shot State Table Units rack",
+    "model": "Ball Friction Physics Pocket Restitution Scene SceneError Shot State Table Units",
+    "model.racks": "rack",
     "model.scenario": "load loads",
     "physics.contact": "NT Pair",
     "physics.laws": "Law",

@@ -229,7 +229,7 @@ def test_the_next_shot_goes_on_without_the_pocketed_balls(solver: str) -> None:
 
 
 def test_a_shot_of_a_pocketed_ball_is_refused() -> None:
-    with pytest.raises(SceneError, match='shot.ball = "1": the ball is off the table before gone'):
+    with pytest.raises(SceneError, match='the ball is off the table before gone'):
         simulate(SCENE, "gone", start=simulate(SCENE, "pot").end)
 
 
@@ -330,4 +330,4 @@ def test_a_wall_and_a_pocket_count_by_themselves() -> None:
     scene = plane(Ball("a", (-1.0, 0.5), R, 0.2, velocity=(-3.0, -0.4)), table=table,
                   physics=Physics(max_time=9.0))  # fmt: skip
     for solver in ("event-driven", "pymunk"):
-        assert [event.cushion for event in simulate(scene, solver=solver).events][0] == 3
+        assert next(event.cushion for event in simulate(scene, solver=solver).events) == 3

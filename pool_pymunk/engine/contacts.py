@@ -59,10 +59,10 @@ class Recorder:
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Take note that ball ``i`` comes to rest."""
 
-    def pocketed(self, i: int, pocket: int, t: float, position: Vector, center: Vector) -> None:
+    def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         """Take note that a pocket has taken ball ``i`` in.
 
-        The ball came to the rim at ``position``, and lies at the pocket's ``center`` from now on.
+        It came to the rim with this ``motion``, and lies at the pocket's ``center`` from now on.
         """
 
     def stop_revoked(self, i: int, t: float) -> None:
@@ -313,11 +313,11 @@ class ContactEngine:
         if not gone:
             return keys
         for i, wall in gone.items():
-            x, y, _, _ = motion_at(self.paths[i], self.now)
+            motion = motion_at(self.paths[i], self.now)
             center = wall.sides[0].center  # type: ignore[attr-defined]
             self.listed += 1
             self.remove(i, center)
-            self.recorder.pocketed(i, wall.number, self.now, (x, y), center)
+            self.recorder.pocketed(i, wall.number, self.now, motion, center)
         return [key for key in keys if gone.keys().isdisjoint(key)]
 
     def _at_this_instant(self, first: Key, latest: float) -> list[Key]:

@@ -14,7 +14,6 @@ from pool_pymunk.model.parts import (
     Restitution,
     Shot,
 )
-from pool_pymunk.model.racks import rack
 from pool_pymunk.model.problems import TOUCHING, Point, Problem, SceneError, SettingError
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import State
@@ -40,5 +39,4 @@ __all__ = [
     "State",
     "Table",
     "Units",
-    "rack",
 ]

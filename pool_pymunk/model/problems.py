@@ -18,8 +18,8 @@ Point = tuple[float, float]
 LEFT_OUT = "(left out)"
 
 # Balls may overlap by this share of the smaller radius, because somebody rounded the coordinates of
-# a frozen rack: they touch. They may also overlap by the rounding of the coordinates themselves, far
-# from the origin.
+# a frozen rack: they touch. They may also overlap by the rounding of the coordinates themselves,
+# far from the origin.
 TOUCHING = 1e-6
 COORDINATE_ROUNDING = 4 * 2.0**-52
 

@@ -47,7 +47,11 @@ def rack(
     (15, (1.905, 0.635), [1.954579, 0.606375])
     """
     apex = read("apex", apex, point)
-    radius, angle, gap = read("radius", radius, number), read("angle", angle, number), read("gap", gap, number)
+    radius, angle, gap = (
+        read("radius", radius, number),
+        read("angle", angle, number),
+        read("gap", gap, number),
+    )
     names = read("ids", ids, optional(texts))
     shape = read("shape", shape, text)
     raise_any(rack_problems(apex, rows, shape, angle, gap, names))

@@ -368,7 +368,7 @@ class _Builder:
         for n, entry in enumerate(self.file.racks):
             key = f"racks[{n}]"
             self._note_all(_wanted(key, {"apex": entry.apex}, "is wanted"))
-            if entry.rows is entry.shape is None and not self._is_broken("racks", n, "shape"):
+            if entry.rows is None and entry.shape is None and not self._is_broken("racks", n, "shape"):
                 self._note_all(_wanted(key, {"rows": None}, "is wanted (or a shape)"))
             size = self._sizes(key, entry)
             try:
@@ -495,6 +495,7 @@ class _Builder:
 
     def _as_written(self, problem: Problem) -> Problem:
         """Name the rack of a ball that the file does not list itself."""
+
         def rack_of(found: re.Match[str]) -> str:
             k = int(found[1]) - len(self.file.balls)
             return found[0] if k < 0 else f"racks[{self.racks[k]}]"

@@ -315,7 +315,9 @@ def _overlaps(balls: Mapping[int, Ball | Placed], sunk: float) -> Iterator[tuple
 
 def _overlap(a: Ball | Placed, b: Ball | Placed, sunk: float) -> bool:
     reach = a.radius + b.radius
-    slack = sunk * min(a.radius, b.radius) + COORDINATE_ROUNDING * max(map(abs, (*a.position, *b.position)))
+    slack = sunk * min(a.radius, b.radius) + COORDINATE_ROUNDING * max(
+        map(abs, (*a.position, *b.position))
+    )
     return math.dist(a.position, b.position) < reach - slack
 
 

@@ -19,7 +19,7 @@ from matplotlib.transforms import Affine2D
 
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.style import Style, ball_colors
+from pool_pymunk.render.style import IVORY, Style, ball_colors, striped
 from pool_pymunk.render.view import View
 
 Color = tuple[float, float, float, float]
@@ -28,6 +28,7 @@ CAPITAL = 0.73  # height of the font's capitals and digits, in its size
 SPOT = 0.5  # the radius of the white spot, in that of the ball
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
 TRACK = 0.24  # half the width of a ball's track, in the ball's radius
+STRIPE = 0.62  # half the height of a stripe, in the ball's radius
 SOFT = 14  # A soft shadow or light consists of so many circles.
 
 
@@ -43,6 +44,7 @@ class Disc(NamedTuple):
     color: str
     label: str
     letter: float
+    striped: bool = False
 
     @property
     def spot(self) -> float:
@@ -66,8 +68,10 @@ def discs(scene: Scene, position: Array, view: View) -> list[Disc]:
     """Return the scene's balls as ``view`` shows them at ``position`` (N, 2), m."""
     places = [view.place((float(x), float(y))) for x, y in position]
     return [
-        Disc(*place, view.scale * ball.radius, color, ball.id, view.letter)
-        for ball, place, color in zip(scene.balls, places, ball_colors(scene), strict=True)
+        Disc(*place, view.scale * ball.radius, color, ball.id, view.letter, stripe)
+        for ball, place, color, stripe in zip(
+            scene.balls, places, ball_colors(scene), striped(scene), strict=True
+        )
     ]
 
 
@@ -122,10 +126,27 @@ def _bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
         for ball, line in zip(balls, lines, strict=True)
     ]
     bodies = PatchCollection(
-        patches, facecolors=[ball.color for ball in balls], edgecolors=style.outline,
+        patches, facecolors=[IVORY if ball.striped else ball.color for ball in balls],
+        edgecolors=style.outline,
         linewidths=lines, zorder=2.1,
     )  # fmt: skip
     axes.add_collection(bodies, autolim=False)
+    for ball, line in zip(balls, lines, strict=True):
+        if ball.striped:
+            band = _band().transformed(
+                Affine2D().scale(ball.radius - line).translate(ball.x, ball.y)
+            )
+            axes.add_artist(PathPatch(band, facecolor=ball.color, edgecolor="none", zorder=2.15))
+
+
+@lru_cache(maxsize=1)
+def _band() -> Outline:
+    """Return a level stripe over a disc of radius 1, between ``STRIPE`` above and below."""
+    turn = math.asin(STRIPE)
+    angles = np.concatenate(
+        [np.linspace(-turn, turn, 24), np.linspace(math.pi - turn, math.pi + turn, 24)]
+    )
+    return Outline(np.stack([np.cos(angles), np.sin(angles)], axis=1), closed=False)
 
 
 def _name(axes: Axes, ball: Disc, style: Style) -> None:

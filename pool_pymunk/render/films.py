@@ -13,7 +13,7 @@ from typing import Any
 from pool_pymunk.render.encode import PALETTE, Recipe, encoder, gif, join, mp4
 from pool_pymunk.render.output import RenderError, written
 from pool_pymunk.render.sheet import Show
-from pool_pymunk.render.stage import Stage, Timing
+from pool_pymunk.render.stage import DROP, Stage, Timing
 from pool_pymunk.render.style import SCREEN, Style
 from pool_pymunk.results.run import Run
 
@@ -62,8 +62,10 @@ class FilmSettings:
         return cls(**{**usual, **settings})
 
     def timing(self, show: Show) -> Timing:
-        """Return the times of a show's frames."""
-        end = show.duration if self.end is None else min(self.end, show.duration)
+        """Return the times of a show's frames; the last ball may still have to fall."""
+        last = max((e.t for run in show.runs for e in run.events if e.pocket), default=-math.inf)
+        whole = max(show.duration, last + DROP / self.slow)
+        end = whole if self.end is None else min(self.end, whole)
         return Timing(min(self.start, end), end, self.fps, self.slow)
 
     @property

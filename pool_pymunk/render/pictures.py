@@ -10,9 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pool_pymunk.model import Point, Scene
-from pool_pymunk.render.balls import discs, draw_arrow, draw_balls, draw_ghosts, draw_tracks
+from pool_pymunk.render.balls import (
+    discs,
+    draw_arrow,
+    draw_balls,
+    draw_ghosts,
+    draw_tracks,
+)
 from pool_pymunk.render.output import RenderError, written
-from pool_pymunk.render.sheet import Show, draw_caption, draw_sheet, picture_layout
+from pool_pymunk.render.sheet import Show, draw_caption, draw_sheet, in_tray, picture_layout
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Run
@@ -65,11 +71,14 @@ def figure_of(
 ) -> Figure:
     """Draw what :func:`picture` saves."""
     show = _show(what)
-    layout = picture_layout(show)
+    out = show.tray if when == "end" else show.before
+    layout = picture_layout(show, tray=bool(out))
     sheet = draw_sheet(show, layout, style, (0.0, show.duration))
     for runs, view in zip(show.panels, sheet.views, strict=True):
         for shown in reversed(runs):
             _draw_run(sheet.axes, shown, when, view, style, solid=shown is runs[0])
+    if out:
+        draw_balls(sheet.axes, in_tray(show.runs[0], out, layout, sheet.views[0]), style)
     text = show.caption("" if isinstance(what, Scene) else when) if caption is None else caption
     draw_caption(sheet, layout, text, style)
     return sheet.figure
@@ -95,12 +104,15 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
     """Draw the balls of one run: solid, with tracks or arrows, or as ghosts."""
     position, velocity = run.at([0.0 if when == "start" else run.duration])
     balls = discs(run.scene, position[0], view)
+    gone = run.off if when == "end" else run.off - run.pocketed.keys()
+    there = [ball for ball in balls if ball.label not in gone]
     if when == "end":
         draw_tracks(axes, [_path(run, i, view) for i in range(len(balls))], balls, solid=solid)
     if not solid:
-        draw_ghosts(axes, balls, style)
+        draw_ghosts(axes, there, style)
         return
-    draw_balls(axes, balls, style)
+    if there:
+        draw_balls(axes, there, style)
     for ball, v in zip(balls, velocity[0], strict=True):
         if when == "start" and v.any():
             draw_arrow(axes, ball, tuple(ARROW * view.scale * v), style)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -9,11 +10,13 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pool_pymunk.model import Point
+from pool_pymunk.render.balls import Disc, discs
 from pool_pymunk.render.canvas import canvas, draw_text
 from pool_pymunk.render.distance import dress_plot, plot_distances
 from pool_pymunk.render.output import RenderError
 from pool_pymunk.render.style import Style
-from pool_pymunk.render.table import draw_plane, draw_table
+from pool_pymunk.render.table import draw_plane, draw_pockets, draw_table
 from pool_pymunk.render.view import Box, View, extent, fit
 from pool_pymunk.results.run import Run
 
@@ -46,6 +49,21 @@ class Show:
     def seen(self) -> Box:
         """Return the part of the plane (m) that shows all that happens."""
         return extent(self.runs[0].scene, self.runs)
+
+    @cached_property
+    def tray(self) -> tuple[str, ...]:
+        """Return the balls that are beside the table at the end, in the order in which they left.
+
+        Those that were off the table before the shot come first.
+        """
+        return (*self.before, *self.runs[0].pocketed)
+
+    @property
+    def before(self) -> tuple[str, ...]:
+        """Return the balls that were off the table before the shot."""
+        run = self.runs[0]
+        gone = run.off - run.pocketed.keys()
+        return tuple(ball.id for ball in run.scene.balls if ball.id in gone)
 
     @property
     def duration(self) -> float:
@@ -94,22 +112,38 @@ def step(dt: float) -> str:
 class Layout(NamedTuple):
     """A layout has the canvas (points), and a room for each panel, for the plot and the caption.
 
-    ``letter`` is the height of the caption's letters; a film's point is a pixel.
+    The tray is for balls that are off the table, if there are any. ``letter`` is the height of the
+    caption's letters; a film's point is a pixel.
     """
 
     width: float
     height: float
     rooms: tuple[Box, ...]
     plot: Box | None
+    tray: Box | None
     caption: Box
     letter: float
 
+    def places(self, count: int) -> tuple[float, list[Point]]:
+        """Return the radius of balls in the tray, and where so many of them lie there."""
+        if self.tray is None:
+            return 0.0, []
+        x0, y0, x1, y1 = self.tray
+        first, radius = x0 + 6.5 * self.letter, 0.42 * (y1 - y0)
+        pitch = min(2.3 * radius, (x1 - first) / max(count, 1))
+        return radius, [(first + pitch * (k + 0.5), (y0 + y1) / 2) for k in range(count)]
 
-def picture_layout(show: Show) -> Layout:
-    """Lay out a sheet ten inches wide, or less if the table would be higher than 7.5 inches."""
+
+def picture_layout(show: Show, tray: bool = False) -> Layout:
+    """Lay out a sheet ten inches wide, or less if the table would be higher than 7.5 inches.
+
+    With a ``tray`` there is room for balls that are off the table.
+    """
     margin, letter, strip = 16.0, 10.5, 36.0
     panels, seen = len(show.panels), show.seen
-    foot = strip + (112.0 if len(show.runs) > 1 else 0.0)
+    shelf = 2.4 * letter if tray else 0.0
+    below = strip + (112.0 if len(show.runs) > 1 else 0.0)
+    foot = below + shelf
     head = 1.8 * letter if panels > 1 else 0.0
     width = min(720.0, (panels + 1) * margin + panels * 540.0 * seen.width / seen.height)
     inner = (width - (panels + 1) * margin) / panels
@@ -119,7 +153,8 @@ def picture_layout(show: Show) -> Layout:
         width=width,
         height=foot + height + head + margin,
         rooms=tuple(Box(x, foot, x + inner, foot + height) for x in left),
-        plot=Box(66.0, strip + 22.0, width - 24.0, foot - 12.0) if len(show.runs) > 1 else None,
+        plot=Box(66.0, strip + 22.0, width - 24.0, below - 12.0) if len(show.runs) > 1 else None,
+        tray=Box(margin, below, width - margin, foot - 4.0) if shelf else None,
         caption=Box(margin, margin, width - margin, strip),
         letter=letter,
     )
@@ -133,16 +168,19 @@ def film_layout(show: Show, size: tuple[int, int]) -> Layout:
     panels, compared = len(show.panels), len(show.runs) > 1
     inner = (width - (panels + 1) * margin) / panels
     head = height - margin - (heading if panels > 1 else 0.0)
-    tall = head - strip - (26.0 * unit if compared else 0.0)
+    shelf = 6.5 * unit if show.tray else 0.0
+    tall = head - strip - shelf - (26.0 * unit if compared else 0.0)
     if compared:  # The plot gets what the tables leave.
         tall = min(tall, inner * show.seen.height / show.seen.width)
     left = [margin + k * (inner + margin) for k in range(panels)]
-    plot = Box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit, head - tall - 1.5 * margin)
+    low = head - tall - shelf
+    plot = Box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit, low - 1.5 * margin)
     return Layout(
         width=width,
         height=height,
         rooms=tuple(Box(x, head - tall, x + inner, head) for x in left),
         plot=plot if compared else None,
+        tray=Box(2 * margin, low, width - 2 * margin, low + shelf - 0.6 * unit) if shelf else None,
         caption=Box(2 * margin, margin, width - 2 * margin, strip),
         letter=2.6 * unit,
     )
@@ -167,9 +205,14 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
     views = tuple(fit(show.seen, room, 0.7 * layout.letter) for room in layout.rooms)
     for room, view in zip(layout.rooms, views, strict=True):
         if scene.table is not None:
-            draw_table(axes, scene.table, view, style)
+            draw_table(axes, scene.table, scene.pockets, view, style)
         else:
             draw_plane(axes, room, view, style)
+        draw_pockets(axes, scene.pockets, view, style)
+    if layout.tray is not None:
+        at = (layout.tray.x0, (layout.tray.y0 + layout.tray.y1) / 2)
+        looks = {"va": "center", "color": style.faint}
+        draw_text(axes, "Pocketed", at, layout.letter, 6.0 * layout.letter, **looks)
     if show.side_by_side:
         _headings(axes, show, layout, style)
     plot = None
@@ -178,6 +221,16 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
         plot = plot_distances(figure, layout.plot, (a, b), times)
         dress_plot(plot, style, letter=0.85 * layout.letter)
     return Sheet(figure, axes, views, plot)
+
+
+def in_tray(run: Run, ids: Sequence[str], layout: Layout, view: View) -> list[Disc]:
+    """Return these balls as they lie in the tray."""
+    radius, places = layout.places(len(ids))
+    balls = {ball.label: ball for ball in discs(run.scene, run.at([0.0])[0][0], view)}
+    return [
+        balls[id_]._replace(x=x, y=y, radius=radius)
+        for id_, (x, y) in zip(ids, places, strict=True)
+    ]
 
 
 def _headings(axes: Axes, show: Show, layout: Layout, style: Style) -> None:

@@ -32,8 +32,11 @@ class Sprite:
         self._fine = np.pad(fine, ((FINE, 2 * FINE), (FINE, 2 * FINE), (0, 0)))
         self._shifted: dict[tuple[int, int], tuple[NDArray[np.uint16], NDArray[np.uint16]]] = {}
 
-    def stamp(self, frame: Pixels, x: float, y: float) -> None:
-        """Put the sprite's middle at (x, y); a ball without a position (NaN) is not drawn."""
+    def stamp(self, frame: Pixels, x: float, y: float, strength: float = 1.0) -> None:
+        """Put the sprite's middle at (x, y); a ball without a position (NaN) is not drawn.
+
+        With a ``strength`` below 1 the frame shows through.
+        """
         if not math.isfinite(x + y):
             return
         column, across = divmod(round(x * FINE), FINE)
@@ -45,7 +48,10 @@ class Sprite:
         if r0 < r1 and c0 < c1:
             part = np.s_[r0 - top : r1 - top, c0 - left : c1 - left]
             under = frame[r0:r1, c0:c1]
-            frame[r0:r1, c0:c1] = (light[part] + under * clear[part] + 127) // 255
+            drawn = (light[part] + under * clear[part] + 127) // 255
+            if strength < 1.0:
+                drawn = np.rint(under + strength * (drawn.astype(np.float32) - under))
+            frame[r0:r1, c0:c1] = drawn
 
     def _at(self, across: int, down: int) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return the sprite moved right and down by quarters of a pixel.

@@ -15,7 +15,15 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import TRACK, Disc, discs, draw_balls, draw_ghosts
 from pool_pymunk.render.canvas import Pixels, draw_text, pixels
-from pool_pymunk.render.sheet import Layout, Sheet, Show, draw_caption, draw_sheet, film_layout
+from pool_pymunk.render.sheet import (
+    Layout,
+    Sheet,
+    Show,
+    draw_caption,
+    draw_sheet,
+    film_layout,
+    in_tray,
+)
 from pool_pymunk.render.sprites import Sprite, Track, glow, sprites
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import View
@@ -23,6 +31,7 @@ from pool_pymunk.results.run import Event, Run
 
 FLASH = 0.22  # s of film; a flash lasts as long
 TRACK_STRENGTH = 0.5
+DROP = 0.35  # s of film; so long does a ball take to fall into a pocket
 CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
 
 
@@ -41,6 +50,7 @@ class Cast:
         self.sprites = _balls(anywhere, style, solid=solid)
         self.tracks = [self._track(i) for i in range(len(self.discs))]
         self.flashes = Flashes(run, view) if solid else None
+        self.taken = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
 
     def _track(self, i: int) -> Track:
         disc, knots = self.discs[i], self.run.knots[i]
@@ -60,8 +70,22 @@ class Cast:
         if self.flashes is not None:
             self.flashes.appear(frame, t, FLASH / self.slow, self.light)
             self._halos(frame, position, velocity)
-        for sprite, place in zip(self.sprites, position, strict=True):
-            sprite.stamp(frame, *self.view.place((float(place[0]), float(place[1]))))
+        for i, sprite in enumerate(self.sprites):
+            place, strength = self._place(i, t, position[i])
+            if strength > 0.0:
+                sprite.stamp(frame, *self.view.place(place), strength)
+
+    def _place(self, i: int, t: float, position: Array) -> tuple[Point, float]:
+        """Return where a ball is seen (m), and how clearly: it fades as it falls into a pocket."""
+        id_ = self.discs[i].label
+        if id_ in self.run.off and id_ not in self.taken:
+            return (0.0, 0.0), 0.0
+        x, y = map(float, position)
+        if id_ not in self.taken or t < self.taken[id_]:
+            return (x, y), 1.0
+        age = min((t - self.taken[id_]) * self.slow / DROP, 1.0)
+        x0, y0 = self.run.knots[i][-2, 1:3].tolist()  # on the rim
+        return (x0 + age * (x - x0), y0 + age * (y - y0)), 1.0 - age
 
     def _halos(self, frame: Pixels, position: Array, velocity: Array) -> None:
         """Draw a pale ring around every ball that moves; it fades as the ball comes to rest."""
@@ -110,6 +134,27 @@ class Flashes:
             s = min(max(edge.along(x, y), 0.0), edge.length)
             x, y = edge.start[0] + s * edge.tangent[0], edge.start[1] + s * edge.tangent[1]
         return self.view.place((x, y)), radius * self.view.scale
+
+
+class Tray:
+    """The tray shows the balls that pockets have taken, and those that were off before."""
+
+    def __init__(self, show: Show, layout: Layout, view: View, style: Style, slow: float) -> None:
+        run = show.runs[0]
+        at = {event.balls[0]: event.t + DROP / slow for event in run.events if event.pocket}
+        balls = in_tray(run, show.tray, layout, view)
+        anywhere = tuple(ball._replace(x=0.0, y=0.0) for ball in balls)
+        drawn = _balls(anywhere, style, solid=True)
+        self.balls = [
+            (at.get(ball.label, 0.0), sprite, (ball.x, ball.y))
+            for ball, sprite in zip(balls, drawn, strict=True)
+        ]
+
+    def appear(self, frame: Pixels, t: float) -> None:
+        """Show the balls that have fallen by the time ``t`` (s)."""
+        for since, sprite, place in self.balls:
+            if t >= since:
+                sprite.stamp(frame, *place)
 
 
 class Clock:
@@ -192,6 +237,7 @@ class Stage:
         self.curves = Curves(sheet, layout, style) if sheet.plot is not None else None
         self.ground = np.ascontiguousarray(pixels(sheet.figure)[..., :3])
         self.clock = Clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(timing.slow))))
+        self.tray = Tray(show, layout, sheet.views[0], style, timing.slow) if show.tray else None
         self.casts = [
             Cast(run, view, style, timing.slow, solid=run is runs[0])
             for runs, view in zip(show.panels, sheet.views, strict=True)
@@ -221,6 +267,8 @@ class Stage:
             cast.appear(frame, t, position, velocity)
         if self.curves is not None:
             self.curves.appear(frame, t)
+        if self.tray is not None:
+            self.tray.appear(frame, t)
         self.clock.appear(frame, t)
         return frame
 

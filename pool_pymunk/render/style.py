@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pool_pymunk.model import Scene
+from pool_pymunk.model import Ball, Scene
 
 # This is Okabe and Ito's palette, which can be told apart with any kind of colour vision.
 # The eighth is black, as players have it.
 PALETTE = ("#e69f00", "#0072b2", "#f0e442", "#d55e00", "#56b4e9", "#cc79a7", "#009e73", "#000000")
 CUE = "#ffffff"
+# These are the colours of pool balls 1 to 8; those of 9 to 15 are stripes on ivory.
+POOL = ("#f6c915", "#1b4fb3", "#d6202f", "#5f2c8c", "#f1741c", "#0f7f46", "#7f1d26", "#000000")
+IVORY = "#f6f1e3"
+POOL_IDS = frozenset(map(str, range(1, 16)))
+STRIPES = frozenset(map(str, range(9, 16)))
 # These are further rounds through the palette, darker and lighter.
 SHADES = ((0.0, 0.45), (1.0, 0.55))
 
@@ -33,6 +38,8 @@ class Style:
     outline: str = "#101418"
     arrow: str = "#ffffff"
     flash: str = "#fff6c8"
+    hole: str = "#0b0d0f"
+    lip: str = "#2c2622"
 
 
 PRINT = Style()
@@ -40,10 +47,27 @@ SCREEN = Style(page="#15191d", ink="#e8ebee", faint="#8b949c", plane="#4b5860", 
 
 
 def ball_colors(scene: Scene) -> tuple[str, ...]:
-    """Return the scenario's colour of every ball, or one of its own; the cue ball's is white."""
+    """Return the scenario's colour of every ball, or one of its own; the cue ball's is white.
+
+    On a table with pockets, balls 1 to 15 have the colours of pool.
+    """
     places = {ball.id: k for k, ball in enumerate(b for b in scene.balls if not b.cue)}
+
+    def color(ball: Ball) -> str:
+        if ball.color or ball.cue:
+            return ball.color or CUE
+        if scene.pockets and ball.id in POOL_IDS:
+            return POOL[(int(ball.id) - 1) % len(POOL)]
+        return default_color(places[ball.id])
+
+    return tuple(color(ball) for ball in scene.balls)
+
+
+def striped(scene: Scene) -> tuple[bool, ...]:
+    """Tell which balls have a stripe: 9 to 15, on a table with pockets."""
     return tuple(
-        ball.color or (CUE if ball.cue else default_color(places[ball.id])) for ball in scene.balls
+        bool(scene.pockets) and ball.id in STRIPES and not (ball.color or ball.cue)
+        for ball in scene.balls
     )
 
 

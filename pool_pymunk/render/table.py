@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from matplotlib.axes import Axes
 from matplotlib.collections import CircleCollection, LineCollection
-from matplotlib.patches import Polygon
+from matplotlib.patches import Circle, Polygon
 
-from pool_pymunk.model import Point, Table
+from pool_pymunk.model import Pocket, Point, Table
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import CUSHION, RAIL, Box, View
 
 SHARPEST_MITRE = math.radians(60.0)  # A sharper corner of the cushions is drawn round.
 
 
-def draw_table(axes: Axes, table: Table, view: View, style: Style) -> None:
-    """Draw wooden rails, cushions and cloth, each as a wide stroke around what lies on it."""
+def draw_table(
+    axes: Axes, table: Table, pockets: Sequence[Pocket], view: View, style: Style
+) -> None:
+    """Draw wooden rails, cushions and cloth, each as a wide stroke around what lies on it.
+
+    Rails have no sights where pockets are.
+    """
     x0, y0, x1, y1 = table.bounds
     short = min(x1 - x0, y1 - y0) * view.scale
     cushion, rail, thin = CUSHION * short, (CUSHION + RAIL) * short, 0.006 * short
@@ -36,7 +41,21 @@ def draw_table(axes: Axes, table: Table, view: View, style: Style) -> None:
         shade.set(alpha=0.05, zorder=1.2)
         shade.set_clip_path(cloth)
     out = (cushion + rail) / 2 / view.scale
-    _dots(axes, [view.place(point) for point in _sights(table, out)], 0.007 * short, style.sight)
+    sights = [
+        view.place(point)
+        for point in _sights(table, out)
+        if all(math.dist(point, hole.position) > 2.0 * hole.radius for hole in pockets)
+    ]
+    _dots(axes, sights, 0.007 * short, style.sight)
+
+
+def draw_pockets(axes: Axes, pockets: Sequence[Pocket], view: View, style: Style) -> None:
+    """Draw the circles within which pockets take the centres of balls, each with a lip."""
+    for hole in pockets:
+        radius = view.scale * hole.radius
+        place = view.place(hole.position)
+        for size, color in ((1.0, style.lip), (0.9, style.hole)):
+            axes.add_artist(Circle(place, size * radius, facecolor=color, linewidth=0, zorder=1.4))
 
 
 Join = Literal["miter", "round"]

@@ -71,6 +71,9 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Box:
     points = [ball.position for ball in scene.balls]
     points += [(knot[1], knot[2]) for run in runs for knots in run.knots for knot in knots.tolist()]
     points += [point for run in runs for point in run.end.position]
+    for hole in scene.pockets:
+        (x, y), r = hole.position, hole.radius
+        points += [(x - r, y - r), (x + r, y + r)]
     xs, ys = zip(*(point for point in points if all(map(math.isfinite, point))), strict=True)
     return _widened(Box(min(xs), min(ys), max(xs), max(ys)).grown(2.5 * reach))
 

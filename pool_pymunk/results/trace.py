@@ -54,10 +54,11 @@ class Trace:
         self.events.append((t, "stop", (i,), None))
         self.duration = max(self.duration, t)
 
-    def pocketed(self, i: int, t: float, pocket: int, position: Point, center: Point) -> None:
-        """Ball ``i`` came into a pocket at ``position``, and lies at its ``center``."""
-        _, x, y, vx, vy = self.knots[i][-1]
-        self.knots[i].append((t, *position, vx, vy))
+    def pocketed(
+        self, i: int, t: float, pocket: int, motion: tuple[float, float, float, float], center: Point
+    ) -> None:
+        """Ball ``i`` came to a pocket with this ``motion`` (m, m/s), and lies at its ``center``."""
+        self.knots[i].append((t, *motion))
         self.knots[i].append((t, *center, 0.0, 0.0))
         self.events.append((t, POCKET, (i,), pocket))
         self.duration = max(self.duration, t)

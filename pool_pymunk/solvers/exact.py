@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.collapse import Collapse
@@ -85,9 +85,9 @@ class TraceRecorder(Recorder):
         """List a stop."""
         self.trace.stop(i, t, position)
 
-    def pocketed(self, i: int, pocket: int, t: float, position: Vector, center: Vector) -> None:
+    def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         """List that a pocket took a ball in."""
-        self.trace.pocketed(i, t, pocket, position, center)
+        self.trace.pocketed(i, t, pocket, motion, center)
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Take a stop off the list."""

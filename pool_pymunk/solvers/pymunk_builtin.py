@@ -142,7 +142,8 @@ class Builtin:
             body = self.bodies[i]
             x, y = body.position
             if math.dist((x, y), pocket.position) <= pocket.radius:
-                self.trace.pocketed(i, self.time, number, (x, y), pocket.position)
+                motion = (x, y, *body.velocity)
+                self.trace.pocketed(i, self.time, number, motion, pocket.position)
                 self.space.remove(body, *body.shapes, *body.constraints)
                 self.gone.add(i)
                 self.moving.discard(i)

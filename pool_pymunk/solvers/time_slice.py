@@ -127,7 +127,8 @@ class Slices:
         for number, pocket in enumerate(self.scene.pockets):
             cx, cy = pocket.position
             if hypot(self.x[i] - cx, self.y[i] - cy) <= pocket.radius:
-                self.trace.pocketed(i, t, number, (self.x[i], self.y[i]), pocket.position)
+                motion = self.x[i], self.y[i], self.vx[i], self.vy[i]
+                self.trace.pocketed(i, t, number, motion, pocket.position)
                 self.x[i], self.y[i], self.vx[i], self.vy[i] = cx, cy, 0.0, 0.0
                 self.present.remove(i)
                 self.pairs = [pair for pair in self.pairs if i not in pair]

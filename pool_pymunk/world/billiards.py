@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import EPSILON
@@ -450,7 +450,7 @@ class Callbacks(Recorder):
         if self.table.on_stop is not None:
             self.table.on_stop(self.table.balls[i])
 
-    def pocketed(self, i: int, pocket: int, t: float, position: Vector, center: Vector) -> None:
+    def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         """Call ``on_pocket`` with the ball, and with the number of the pocket."""
         if self.table.on_pocket is not None:
             self.table.on_pocket(self.table.balls[i], pocket)
