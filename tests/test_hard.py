@@ -159,6 +159,14 @@ def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
     assert far < 2e-6
 
 
+def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> None:
+    """A ball is hit that presses on another: their tiny gap decides the order of the hits."""
+    scene = checked("packed", 168)
+    run = simulate(scene, solver="event-driven")
+    far, _ = ends_off(scene, "event-driven", [[str(x) for x in p] for p in hard_run(scene).final])
+    assert 1e-3 < far < run.policy_shift
+
+
 def test_a_pair_whose_least_bounce_is_nearly_rounding_does_not_hit_without_end() -> None:
     """What is too slow for a hit, and too near for a later one, is met a contact time later."""
     run = simulate(checked("struck", 200), solver="event-driven")

@@ -229,7 +229,7 @@ def test_the_next_shot_goes_on_without_the_pocketed_balls(solver: str) -> None:
 
 
 def test_a_shot_of_a_pocketed_ball_is_refused() -> None:
-    with pytest.raises(SceneError, match='the ball is off the table before gone'):
+    with pytest.raises(SceneError, match="the ball is off the table before gone"):
         simulate(SCENE, "gone", start=simulate(SCENE, "pot").end)
 
 

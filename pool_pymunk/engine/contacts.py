@@ -356,6 +356,8 @@ class ContactEngine:
 
     def _known_gap(self, key: Key, motions: Motions) -> float:
         """Return a gap (m), or 0 where rounding hides it."""
+        if self._is_taken_to_touch(key):
+            return 0.0
         x, y, _, _ = motions[key[0]]
         gap = self.gap(key, motions)
         return gap if gap > 2.0 * EPSILON * (abs(x) + abs(y) + self.radii[key[0]]) else 0.0
@@ -365,7 +367,9 @@ class ContactEngine:
     def _answer(self, keys: Collection[Key]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""
         motions, contacts = self._contacts(keys)
-        if self._rounds_here(keys, motions) > decisions.FEW_ROUNDS:
+        rounds = self._rounds_here(keys, motions)
+        otherwise = self.resolver.variant.otherwise
+        if rounds > decisions.FEW_ROUNDS or (otherwise and self._strikes_pressed(keys)):
             self._answer_cluster(contacts)
             return
         resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)
@@ -373,6 +377,17 @@ class ContactEngine:
         self._set_off(resolution, motions)
         self.predict(resolution.velocity)
         self._meet_later(resolution.missed)
+
+    def _strikes_pressed(self, keys: Collection[Key]) -> bool:
+        """Tell whether a ball is hit that presses on yet another one.
+
+        Tiny gaps of a persistent contact decide the order of hits then. A variant of the run closes
+        them, to see what hangs on it.
+        """
+        is_pressed, now = self.resolver.is_pressed, self.now
+        pressed = [pair for pair in self.resolver.pressed(now) if pair not in keys]
+        others = {i for pair in pressed for i in pair}
+        return any(not others.isdisjoint(key) and not is_pressed(key, now) for key in keys)
 
     def _answer_cluster(self, closing: Collection[Contact]) -> None:
         """Answer round after round of this instant, until nothing closes.
@@ -422,12 +437,20 @@ class ContactEngine:
                 key = (i, j) if j < 0 or i < j else (j, i)
                 if j < 0 and self.walls[-1 - j].is_pocket:
                     continue
-                if key not in found and self._is_closed(key, decisions.NEARLY_CLOSED):
+                if key not in found and self._touches(key):
                     found[key] = None
                     if j >= 0 and j not in seen:
                         seen.add(j)
                         balls.append(j)
         return list(found)
+
+    def _touches(self, key: Key) -> bool:
+        """Tell whether two sides touch now, or nearly so."""
+        return self._is_closed(key, decisions.NEARLY_CLOSED) or self._is_taken_to_touch(key)
+
+    def _is_taken_to_touch(self, key: Key) -> bool:
+        """Tell whether this variant of the run has these balls touch, because they press."""
+        return self.resolver.variant.otherwise and self.resolver.is_pressed(key, self.now)
 
     def _meet_later(self, missed: Iterable[Contact]) -> None:
         """Predict when balls hit that touch, but do not close fast enough now."""

@@ -34,8 +34,9 @@ class Variant(NamedTuple):
     """A variant of a run shows what hangs on policies, and on rounding.
 
     Persistent contacts take ``longer`` times as long. With ``otherwise``, contacts of one instant
-    are answered in turn, and a slip that only rounding knows counts as slip. With a ``seed``, every
-    new path begins with random errors of the size of rounding.
+    are answered in turn, a slip that only rounding knows counts as slip, and balls that press on
+    each other touch when another one hits them. With a ``seed``, every new path begins with random
+    errors of the size of rounding.
     """
 
     longer: float = 1.0

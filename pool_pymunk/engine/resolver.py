@@ -113,6 +113,17 @@ class Resolver:
             return Lasting(time)
         return Lasting(time, decisions.faint(now - past.last, time, self.deceleration))
 
+    def is_pressed(self, pair: tuple[int, int], now: float) -> bool:
+        """Tell whether two balls are in persistent contact."""
+        past = self.history.get(pair)
+        if past is None or past.hits == 0:
+            return False
+        return decisions.lasts(now - past.last, self.lasting(*pair, now).time)
+
+    def pressed(self, now: float) -> list[tuple[int, int]]:
+        """Return the pairs of balls in persistent contact."""
+        return [pair for pair in self.history if self.is_pressed(pair, now)]
+
     def resolve(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
     ) -> Resolution:

@@ -368,7 +368,8 @@ class _Builder:
         for n, entry in enumerate(self.file.racks):
             key = f"racks[{n}]"
             self._note_all(_wanted(key, {"apex": entry.apex}, "is wanted"))
-            if entry.rows is None and entry.shape is None and not self._is_broken("racks", n, "shape"):
+            said = {entry.rows, entry.shape} != {None} or self._is_broken("racks", n, "shape")
+            if not said:
                 self._note_all(_wanted(key, {"rows": None}, "is wanted (or a shape)"))
             size = self._sizes(key, entry)
             try:

@@ -55,7 +55,12 @@ class Trace:
         self.duration = max(self.duration, t)
 
     def pocketed(
-        self, i: int, t: float, pocket: int, motion: tuple[float, float, float, float], center: Point
+        self,
+        i: int,
+        t: float,
+        pocket: int,
+        motion: tuple[float, float, float, float],
+        center: Point,
     ) -> None:
         """Ball ``i`` came to a pocket with this ``motion`` (m, m/s), and lies at its ``center``."""
         self.knots[i].append((t, *motion))
