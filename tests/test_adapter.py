@@ -19,6 +19,7 @@ from pool_pymunk.solvers import pymunk_space
 from pool_pymunk.solvers.settings import Settings
 from pool_pymunk.world import Ball as TableBall
 from pool_pymunk.world import Billiards, ContactEvent, same_balls
+from pool_pymunk.world.billiards import FrictionBy
 
 REPORTS = [("report", "published"), ("report-corrected", "coulomb")]
 
@@ -297,3 +298,50 @@ def test_a_step_other_than_agreed_is_an_error() -> None:
     space, _, _ = _hexagon_world(1 / 60)
     with pytest.raises(ValueError, match="stepped by"):
         space.step(1 / 30)
+
+
+# -- pockets ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("friction", ["joint", "callback"])
+def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
+    alone: bool, friction: FrictionBy
+) -> None:
+    space, dt = pymunk.Space(), 1 / 60
+    pair = same_balls(0.9, 0.05, 0.2)
+    table = Billiards(space, dt, pair=pair, deceleration=0.5, friction=friction, alone=alone)
+    first, second = (_ball(table, (x, 0.0)) for x in (-0.5, -0.8))
+    number = table.add_pocket((0.0, 0.0), 0.05)
+    taken: list[tuple[TableBall, int]] = []
+    table.on_pocket = lambda ball, pocket: taken.append((ball, pocket))
+    for ball in (first, second):
+        table.strike(ball, (1.0, 0.0))
+    bodies = len(space.bodies)
+    for _ in range(180):
+        table.step() if alone else space.step(dt)
+    assert taken == [(first, number), (second, number)]
+    assert len(space.bodies) == bodies - 2
+    assert not [shape for shape in space.shapes if shape.body in (first.body, second.body)]
+    assert not space.constraints
+    assert tuple(first.body.position) == (0.0, 0.0)
+    assert tuple(first.body.velocity) == (0.0, 0.0)
+    assert table.moving == {}
+    third = _ball(table, (-0.3, 0.0))
+    table.strike(third, (1.0, 0.0))
+    for _ in range(60):
+        table.step() if alone else space.step(dt)
+    assert [ball for ball, _ in taken] == [first, second, third]
+
+
+def test_a_ball_that_is_taken_off_a_world_is_in_nobodys_way() -> None:
+    space = pymunk.Space()
+    table = Billiards(space, 1 / 60, pair=same_balls(0.9, 0.0, 0.2), deceleration=0.5)
+    mover, other = _ball(table, (0.0, 0.0)), _ball(table, (0.5, 0.0))
+    table.remove_ball(other)
+    table.strike(mover, (1.0, 0.0))
+    for _ in range(180):
+        space.step(1 / 60)
+    assert mover.body.position == pytest.approx((1.0, 0.0), abs=1e-12)
+    assert tuple(other.body.position) == (0.5, 0.0)
+    assert other.body not in space.bodies

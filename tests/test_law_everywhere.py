@@ -237,7 +237,9 @@ def test_the_mean_over_orders_by_hand() -> None:
     assert v2 == pytest.approx((leaves * cos, -leaves / 2), abs=1e-15)
 
 
-ROWS = [extreme for extreme in EXTREMES if extreme.laws != ("published",)]
+# The mean over orders loses energy, so it does not keep all of it where e = 1 and a ball meets two.
+LOSES = "one after the other"
+ROWS = [row for row in EXTREMES if row.laws != ("published",) and row.name != LOSES]
 
 
 @pytest.fixture

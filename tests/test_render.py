@@ -34,7 +34,8 @@ from pool_pymunk.render import (
     style,
 )
 from pool_pymunk.render.sprites import Sprite, Track
-from pool_pymunk.render.stage import Stage
+from pool_pymunk.render.stage import DROP, Stage
+from pool_pymunk.render.style import POOL, ball_colors, striped
 
 pytestmark = pytest.mark.heavy
 
@@ -450,6 +451,66 @@ def test_picture_of_a_scene_and_of_an_open_plane(tmp_path: Path) -> None:
 
 
 # -- trouble -----------------------------------------------------------------------------------
+
+
+POCKETS = """
+[table]
+length = 2.0
+width = 1.0
+[restitution]
+cushion = 0.9
+ball_ball = 0.9
+[friction]
+surface = 0.05
+[ball]
+radius = 0.06
+mass = 0.2
+[[pockets]]
+id = "side"
+position = [1.0, 1.0]
+radius = 0.1
+[[balls]]
+id = "12"
+color = "#ff00ff"
+position = [1.0, 0.3]
+velocity = [0.0, 1.0]
+[[balls]]
+id = "9"
+position = [0.4, 0.3]
+"""
+
+
+def test_a_ball_drops_into_a_pocket_and_is_listed_beside_the_table() -> None:
+    run = simulate(loads(POCKETS), solver="event-driven")
+    show, timing = Show((run,)), SMALL.timing(Show((run,)))
+    (falls,) = [event.t for event in run.events if event.pocket]
+    assert timing.end == pytest.approx(falls + DROP)
+    frames = list(Stage(show, SMALL.size, timing, SMALL.style).frames())
+    seen = [np.flatnonzero(has(frame, "#ff00ff").any(axis=1)) for frame in frames]
+    last = round(falls * 60)
+    assert seen[0].mean() > seen[last - 1].mean() > 0  # It goes up, and rows count downwards.
+    assert all(rows.size for rows in seen[:last])
+    middle = frames[last + round(DROP * 40)]
+    assert not has(middle[: len(middle) // 2], "#ff00ff").any()  # It has faded.
+    assert seen[-1].min() > 0.8 * len(frames[-1])  # It lies below the table.
+
+
+def test_pictures_list_the_balls_that_are_off_the_table(tmp_path: Path) -> None:
+    run = simulate(loads(POCKETS), solver="event-driven")
+    heights = {}
+    for when in ("start", "end"):
+        path = tmp_path / f"{when}.png"
+        run.plot(when, path, dpi=100)  # type: ignore[arg-type]
+        image = iio.imread(path)[..., :3]
+        heights[when] = np.flatnonzero(has(image, "#ff00ff").any(axis=1)) / len(image)
+    assert heights["start"].max() < 0.8 < heights["end"].min()
+
+
+def test_balls_9_to_15_have_stripes_where_there_are_pockets() -> None:
+    scene = loads(POCKETS.replace("color", "#color"))
+    assert striped(scene) == (True, True)
+    assert ball_colors(scene) == (POOL[3], POOL[0])
+    assert striped(replace(scene, pockets=())) == (False, False)
 
 
 def test_what_cannot_be_is_said_in_one_line(run: Run, tmp_path: Path) -> None:

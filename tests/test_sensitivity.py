@@ -7,6 +7,7 @@ import json
 import math
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from pool_pymunk import (
     Ball,
     Friction,
     Physics,
+    Pocket,
     Restitution,
     Scene,
     Sensitivity,
@@ -442,3 +444,40 @@ def test_a_scenario_that_can_be_read_but_once(capsys: pytest.CaptureFixture[str]
     assert exit_code("sensitivity", f"/dev/fd/{read}") == 2
     os.close(read)
     assert "--position-error = (left out): is wanted" in capsys.readouterr().err
+
+
+# -- pockets ---------------------------------------------------------------------------------------
+
+
+def at_the_rim(offset: float) -> Scene:
+    """Return a ball whose centre passes a pocket so far (m) outside of its rim."""
+    return Scene(
+        (Ball("a", (-1.0, 0.1 + offset), 0.05, 0.2, velocity=(1.0, 0.0)),),
+        friction=Friction(0.01),
+        pockets=(Pocket("hole", (0.0, 0.0), 0.1),),
+    )
+
+
+@pytest.mark.parametrize(("offset", "chance"), [(-0.02, 1.0), (0.0, 0.5), (0.005, 0.25), (0.02, 0)])
+def test_the_chance_to_be_pocketed(offset: float, chance: float) -> None:
+    """Starts lie within +-0.01 m: the share of them within the rim is known."""
+    found = sensitivity(at_the_rim(offset), None, Uncertainty(0.01), 1000, processes=1)
+    (ball,) = found.balls
+    assert ball.pocketed.get("hole", 0.0) == pytest.approx(chance, abs=0.05)
+    assert ball.pocketed.keys() <= {"hole"}
+    record: Any = found.as_dict()
+    assert record["balls"]["a"]["pocketed"] == ball.pocketed
+    assert (found.pocketed[:, 0] == 0).mean() == ball.pocketed.get("hole", 0.0)
+
+
+def test_a_break_has_its_chances(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ("eight-ball", "--shot", "Second shot", "--samples", "30", "--out", str(tmp_path))
+    assert exit_code("sensitivity", *arguments) == 0
+    printed = capsys.readouterr().out
+    assert "pocketed" in printed
+    assert "%" in printed
+    with np.load(tmp_path / "shot-2.npz") as archive:
+        pocketed = archive["pocketed"]
+    assert pocketed.shape == (30, 16)
+    assert set(np.unique(pocketed)) <= set(range(-1, 6))
+    assert (pocketed >= 0).any()

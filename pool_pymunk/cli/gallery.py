@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 from pool_pymunk import load, loads, simulate
-from pool_pymunk.model import Scene
 from pool_pymunk.render import FilmSettings, Show, film, picture
 from pool_pymunk.solvers import yardstick
 
@@ -39,7 +38,12 @@ mass = 0.17
 id = "C"
 cue = true
 position = [0.65, 1.039]
-{rack}
+
+[[racks]]
+rows = 5
+apex = [1.35, 1.039]
+gap = 0.001
+
 [[shots]]
 name = "Break"
 speed = 7.0
@@ -47,23 +51,8 @@ angle = 0.6
 """
 
 
-def hexagon() -> Scene:
-    """Return fifteen balls on a hexagonal table, a millimetre apart, in the default colours."""
-    gap = 2 * 0.055 + 0.001
-    places = [
-        (1.35 + 0.866 * gap * row, 1.039 + gap * (k - row / 2))
-        for row in range(5)
-        for k in range(row + 1)
-    ]
-    balls = (
-        f'[[balls]]\nid = "{n}"\nposition = [{x:.5f}, {y:.5f}]\n'
-        for n, (x, y) in enumerate(places, start=1)
-    )
-    return loads(HEXAGON.format(rack="".join(balls)))
-
-
 def draw_gallery(folder: Path) -> None:
-    """Draw the report's four shots, an overlay and a polygon table into a folder."""
+    """Draw the report's four shots, an overlay, a polygon table and a break into a folder."""
     report = load("report")
     runs = [simulate(report, shot, solver=yardstick().name) for shot in report.shots]
     for k, run in enumerate(runs, start=1):
@@ -76,10 +65,15 @@ def draw_gallery(folder: Path) -> None:
     picture(overlay, folder / "overlay.png", when="end", dpi=DPI)
     film(overlay, folder / "overlay.gif", GIF)
 
-    six_sides = simulate(hexagon(), solver=yardstick().name)
+    six_sides = simulate(loads(HEXAGON), solver=yardstick().name)
     picture(six_sides, folder / "hexagon-start.png", when="start", dpi=DPI)
     picture(six_sides, folder / "hexagon-end.png", when="end", dpi=DPI)
     film(six_sides, folder / "hexagon.gif", GIF)
+
+    eight_ball = simulate(load("eight-ball"), "Break", solver=yardstick().name)
+    picture(eight_ball, folder / "eight-ball-start.png", when="start", dpi=DPI)
+    picture(eight_ball, folder / "eight-ball-end.png", when="end", dpi=DPI)
+    film(eight_ball, folder / "eight-ball.gif", GIF)
 
 
 if __name__ == "__main__":

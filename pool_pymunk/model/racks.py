@@ -44,7 +44,7 @@ def rack(
 
     >>> balls = rack((1.905, 0.635), radius=0.028575, mass=0.17, gap=0.0001)
     >>> len(balls), balls[0].position, [round(x, 6) for x in balls[1].position]
-    (15, (1.905, 0.635), [1.954579, 0.606375])
+    (15, (1.905, 0.635), [1.95458, 0.606375])
     """
     apex = read("apex", apex, point)
     radius, angle, gap = (

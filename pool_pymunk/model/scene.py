@@ -266,11 +266,14 @@ def place_problems(
     for i, j in sorted(islice(_overlaps(balls, sunk), MOST_OVERLAPS)):
         a, b = balls[i], balls[j]
         overlap = a.radius + b.radius - math.dist(a.position, b.position)
-        message = (
-            f"ball {shown(b.id)} overlaps ball {shown(a.id)} by {overlap:.2g} m "
-            f"({overlap / min(a.radius, b.radius):.2g} radii)"
-        )
+        deep = _depth(overlap, min(a.radius, b.radius))
+        message = f"ball {shown(b.id)} overlaps ball {shown(a.id)} {deep}"
         yield Problem(f"balls[{j}].position", list(b.position), message)
+
+
+def _depth(overlap: float, radius: float) -> str:
+    """Say how deep an overlap is."""
+    return f"by {overlap:.2g} m ({overlap / radius:.2g} radii)"
 
 
 def _pocket_problems(
@@ -292,11 +295,12 @@ def _table_problems(
     if not table.contains(x, y):
         yield Problem(key, [x, y], f"{name} is off the table")
         return
-    reach = ball.radius - slack
-    touched = [str(n) for n, edge in enumerate(table.edges) if edge.distance(x, y) < reach]
+    depths = {str(n): ball.radius - edge.distance(x, y) for n, edge in enumerate(table.edges)}
+    touched = [n for n, depth in depths.items() if depth > slack]
     if touched:
-        cushions = "cushion" if len(touched) == 1 else "cushions"
-        yield Problem(key, [x, y], f"{name} overlaps {cushions} {listed(touched)}")
+        cushions = f"{'cushion' if len(touched) == 1 else 'cushions'} {listed(touched)}"
+        deep = _depth(max(depths.values()), ball.radius)
+        yield Problem(key, [x, y], f"{name} overlaps {cushions} {deep}")
 
 
 def _overlaps(balls: Mapping[int, Ball | Placed], sunk: float) -> Iterator[tuple[int, int]]:

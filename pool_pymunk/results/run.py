@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import Variant
 from pool_pymunk.model import Point, Scene, Shot, State
@@ -197,6 +198,17 @@ class Run:
             last = np.searchsorted(knots[:, 0], t, side="right") - 1
             position[:, i], velocity[:, i] = slide_many(knots[last], self.scene.deceleration, t)
         return position, velocity
+
+    def on_table(self, times: Array | Sequence[float] | float) -> NDArray[np.bool_]:
+        """Tell which balls are on the table at any ``times`` (s).
+
+        For a sequence of times (T,) the answer is of shape (T, N), for a single time (N,).
+        """
+        t = read_times(times)
+        leaves = dict.fromkeys(self.off, -math.inf)
+        leaves |= {event.balls[0]: event.t for event in self.events if event.pocket is not None}
+        until = np.array([leaves.get(ball.id, math.inf) for ball in self.scene.balls])
+        return np.asarray(t[..., np.newaxis] < until)
 
     @cached_property
     def end(self) -> State:

@@ -89,7 +89,8 @@ def energy_kept(trial: Trial) -> Measure:
 
 def momentum(trial: Trial) -> Measure | None:
     """Measure that momentum is kept, where balls meet only balls and nothing brakes them."""
-    alone = trial.scene.table is None and trial.scene.deceleration == 0.0
+    scene = trial.scene
+    alone = scene.table is None and scene.deceleration == 0.0 and not scene.pockets
     return momentum_kept(trial) if alone and trial.law == "coulomb" else None
 
 
@@ -110,7 +111,8 @@ def inside(trial: Trial) -> Measure | None:
     if table is None:
         return None
     radii = np.array([ball.radius for ball in trial.scene.balls])
-    depth = max(float(beyond(table, trial.run.at(trial.times)[0], radii).max()), 0.0)
+    there = trial.run.on_table(trial.times)
+    depth = float(beyond(table, trial.run.at(trial.times)[0], radii)[there].max(initial=0.0))
     bound = OVERLAP * trial.smallest + CARE * trial.rounding + trial.late
     return Measure("inside", depth, bound, trial.smallest, "m", "a ball {} beyond a cushion")
 
@@ -144,8 +146,10 @@ def overlap(trial: Trial) -> Measure | None:
     deepest = 0.0
     for part in range(0, len(times), each):
         points = trial.run.at(times[part : part + each])[0]
+        points[~trial.run.on_table(times[part : part + each])] = np.nan
         gaps = points[:, :, None] - points[:, None]
-        deepest = max(deepest, float((reach - np.hypot(gaps[..., 0], gaps[..., 1])).max()))
+        depths = reach - np.hypot(gaps[..., 0], gaps[..., 1])
+        deepest = max(deepest, float(np.fmax.reduce(depths, axis=None, initial=0.0)))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
     if PERSISTENT in trial.run.policies:
         bound = max(bound, PRESSED * trial.smallest)
@@ -211,7 +215,8 @@ def lossless(scene: Scene) -> bool:
     """Tell whether nothing in the scene takes energy."""
     r, f = scene.restitution, scene.friction
     elastic = {r.ball_ball, r.cue_ball, r.cushion} <= {None, 1.0}
-    return elastic and scene.deceleration == f.cushion == f.ball_ball == 0.0
+    rubs = scene.deceleration > 0.0 or f.cushion > 0.0 or f.ball_ball > 0.0
+    return elastic and not rubs and not scene.pockets
 
 
 def reversed_state(run: Run) -> State:

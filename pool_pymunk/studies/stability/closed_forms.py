@@ -36,6 +36,18 @@ def contacts_are(expected: int) -> Claim:
     return contacts
 
 
+def pocket(*ids: str) -> Claim:
+    """Claim that just these balls are pocketed; an empty id is none."""
+    expected = {id_ for id_ in ids if id_}
+
+    def pocketed(trial: Trial) -> Measure:
+        found = set(trial.run.pocketed)
+        words = f"{sorted(found) or 'nothing'} pocketed, not {sorted(expected) or 'nothing'}"
+        return wrong("pocketed", words, found != expected)
+
+    return pocketed
+
+
 def leave_with(velocities: Mapping[str, Point]) -> Claim:
     """Claim that balls end with these velocities (m/s)."""
 

@@ -12,6 +12,7 @@ from pool_pymunk.model import (
     Ball,
     Friction,
     Physics,
+    Pocket,
     Point,
     Restitution,
     Scene,
@@ -380,6 +381,25 @@ def wedges() -> Iterator[Case]:
             yield Case(f"{angle:g} degrees, e = {e:g}", lossy, slow=angle == 1.0)
 
 
+def pockets() -> Iterator[Case]:
+    """Let a centre pass a rim, on this side or on that, or reach it as the ball meets others.
+
+    A ball that is at the rim leaves the table before it meets a ball and a cushion there.
+    """
+    hole = Pocket("hole", (0.0, 0.0), 2.0 * R)
+    for share in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12):
+        balls = alike([(-0.5, hole.radius * (1.0 + share), 1.0, 0.0)])
+        scene = replace(on_plane(balls, 1.0, 1.0, SMOOTH), pockets=(hole,))
+        yield Case(f"{share:+g}", scene, (must.pocket("0" * (share < 0.0)),))
+    x, y = unit(80.0)
+    rows = [(-2.0 * R - 0.5, 0.0625, 1.0, -0.125), (2.0 * R * (x - 1.0), 2.0 * R * y, *REST)]
+    table = rectangle(4.0, 2.0, (-2.0, -R))
+    physics = Physics(max_time=1.0)
+    scene = Scene(alike(rows), table, LIVELY, SMOOTH, physics, pockets=(hole,))
+    stays = must.leave_with({"0": REST, "1": REST})
+    yield Case("with a ball and a cushion", scene, (must.pocket("0"), stays))
+
+
 # -- many, and without end -------------------------------------------------------------------------
 
 
@@ -472,6 +492,7 @@ EXTREMES = (
     Extreme("grazing hits", "within 1e-12 of a miss, either way", grazing_hits),
     Extreme("exact corners", "of a square, and sticking out", corners),
     Extreme("squeezed to a cushion", "by a ball up to 1e8 times as heavy", squeezes),
+    Extreme("pockets", "rims grazed within 1e-12, and one reached at contact", pockets),
     Extreme("converging cushions", "a wedge of 60 to 0.1 degrees", wedges),
     Extreme("many contacts", "up to 100,000 without losses", many_contacts, ("coulomb",)),
     Extreme("many balls", "up to 1,000", many_balls),

@@ -1,0 +1,186 @@
+"""Racks put balls in rows, in files and in Python, and say what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pool_pymunk import Ball, Scene, SceneError, load, loads, rack, simulate
+
+R, M = 0.028575, 0.17
+
+
+def gaps(balls: tuple[Ball, ...]) -> list[float]:
+    """Return the gaps (m) between all balls, from the smallest one on."""
+    return sorted(
+        math.dist(a.position, b.position) - a.radius - b.radius for a, b in combinations(balls, 2)
+    )
+
+
+@pytest.mark.parametrize(("rows", "balls", "touching"), [(1, 1, 0), (2, 3, 3), (5, 15, 30)])
+@pytest.mark.parametrize("angle", [0.0, 30.0, -137.0])
+@pytest.mark.parametrize("gap", [0.0, 1e-4])
+def test_a_triangle_has_rows_and_gaps(
+    rows: int, balls: int, touching: int, angle: float, gap: float
+) -> None:
+    made = rack((0.3, -0.7), radius=R, mass=M, rows=rows, angle=angle, gap=gap)
+    assert len(made) == balls
+    assert [ball.id for ball in made] == [str(k + 1) for k in range(balls)]
+    assert made[0].position == (0.3, -0.7)
+    found = gaps(made)
+    assert all(abs(one - gap) < 1e-15 for one in found[:touching])
+    assert all(one > 0.5 * R for one in found[touching:])
+    middle = np.mean([ball.position for ball in made[-rows:]], axis=0)
+    assert math.dist(middle, made[0].position) == pytest.approx(
+        (rows - 1) * (2 * R + gap) * math.sqrt(0.75), abs=1e-15
+    )
+    if rows > 1:
+        heading = math.atan2(middle[1] + 0.7, middle[0] - 0.3)
+        assert math.degrees(heading) == pytest.approx(angle, abs=1e-9)
+
+
+def test_a_diamond_has_nine_balls_with_one_in_the_middle() -> None:
+    made = rack((0.0, 0.0), radius=R, mass=M, shape="diamond")
+    assert len(made) == 9
+    fifth = made[4].position
+    assert sum(math.dist(fifth, ball.position) < 2.01 * R for ball in made) == 7
+    assert math.dist(made[0].position, made[8].position) == pytest.approx(8 * R * math.sqrt(0.75))
+
+
+def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
+    ids = ["a", "b", "c"]
+    made = rack(
+        np.array([0.0, 1.0]), radius=np.float64(R), mass=np.float32(0.5), rows=2, ids=np.array(ids)
+    )
+    assert [ball.id for ball in made] == ids
+    assert all(type(value) is float for ball in made for value in (*ball.position, ball.mass))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"rows": 0}, "rows = 0: must be a whole number from 1 to 100"),
+        ({"rows": 2.5}, "rows = 2.5: must be a whole number from 1 to 100"),
+        ({"gap": -1e-9}, "gap = -1e-09: must be 0 or more"),
+        ({"gap": "wide"}, 'gap = "wide": must be a number'),
+        ({"angle": math.nan}, "angle = nan: must be a finite number"),
+        ({"apex": (1.0,)}, "apex = [1.0]: must be two numbers, (x, y)"),
+        ({"shape": "square"}, 'shape = "square": must be one of triangle, diamond'),
+        ({"shape": "diamond", "rows": 5}, "rows = 5: stands beside shape: a diamond has five rows"),
+        ({"ids": ["1"]}, 'ids = ["1"]: must be 15 ids, one a ball (1 given)'),
+        ({"ids": "123"}, 'ids = "123": must be a row of texts'),
+        ({"radius": -1.0}, "radius = -1.0: must be greater than 0"),
+        ({"mass": 0.0}, "mass = 0.0: must be greater than 0"),
+    ],
+)
+def test_what_is_wrong_is_said_in_a_line(wrong: dict[str, Any], message: str) -> None:
+    right: dict[str, Any] = {"apex": (0.0, 0.0), "radius": R, "mass": M}
+    with pytest.raises(SceneError) as caught:
+        rack(**{**right, **wrong})
+    assert str(caught.value) == message
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+FILE = """
+[units]
+length = "in"
+[restitution]
+ball_ball = 0.9
+[friction]
+surface = 0.1
+[ball]
+radius = 1.125
+mass = 0.17
+[[balls]]
+id = "cue"
+cue = true
+position = [0, 0]
+[[racks]]
+rows = 3
+apex = [20, 0]
+gap = 0.01
+"""
+
+
+def test_a_file_has_its_racks_in_its_own_units() -> None:
+    scene = loads(FILE)
+    inch = 0.0254
+    made = rack((20 * inch, 0.0), radius=1.125 * inch, mass=0.17, rows=3, gap=0.01 * inch)
+    assert scene.balls[1:] == made
+    assert loads(scene.to_toml()) == scene
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "lines"),
+    [
+        ("rows = 3", "", ["racks[0].rows = (left out): is wanted (or a shape)"]),
+        ("apex = [20, 0]", "", ["racks[0].apex = (left out): is wanted"]),
+        ("rows = 3", "rows = 101", ["racks[0].rows = 101: must be a whole number from 1 to 100"]),
+        ("rows = 3", 'rows = "3"', ['racks[0].rows = "3": must be a whole number from 1 to 100']),
+        ("rows = 3", 'shape = "o"', ['racks[0].shape = "o": must be "triangle" or "diamond"']),
+        ("rows = 3", "row = 3", [
+            "racks[0].row = 3: unknown key (there are: radius, mass, color, rows, shape, apex, "
+            'angle, gap, ids); did you mean "rows"?',
+            "racks[0].rows = (left out): is wanted (or a shape)",
+        ]),
+        ("gap = 0.01", "gap = -1", ["racks[0].gap = -1: must be 0 or more"]),
+        ("gap = 0.01", 'ids = ["a", "b"]', [
+            'racks[0].ids = ["a", "b"]: must be 6 ids, one a ball (2 given)']),
+        ("gap = 0.01", 'ids = "abc"', ['racks[0].ids = "abc": must be ids, ["1", "2", ...]']),
+        ("gap = 0.01", 'ids = ["1", "2", "3", "4", "5", "cue"]', [
+            'racks[0].ids = ["1", "2", "3", "4", "5", "cue"]: is the id of balls[0] already']),
+        ("[20, 0]", "[2, 0]", [
+            'racks[0].apex = [2, 0]: ball "1" overlaps ball "cue" by 0.0064 m (0.22 radii)']),
+        ("[[racks]]", "[racks]", ["racks = {rows = 3, apex = [20, 0], gap = 0.01}: must be a list: "
+         "write [[racks]] above each of them"]),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_files_rack(old: str, new: str, lines: list[str]) -> None:
+    with pytest.raises(SceneError) as caught:
+        loads(FILE.replace(old, new))
+    assert [str(problem) for problem in caught.value.problems] == lines
+
+
+def test_a_rack_off_the_table_is_said_once() -> None:
+    text = FILE.replace(
+        "[restitution]", "[table]\nlength = 30\nwidth = 40\n[restitution]\ncushion=1"
+    )
+    with pytest.raises(SceneError) as caught:
+        loads(text.replace("[20, 0]", "[29, 20]"))
+    lines = [str(problem) for problem in caught.value.problems]
+    assert [line for line in lines if "racks" in line] == [
+        'racks[0].apex = [29, 20]: ball "1" overlaps cushion 1 by 0.0032 m (0.11 radii)'
+    ]
+
+
+def test_shots_may_aim_at_a_ball_of_a_rack() -> None:
+    shot = '[[shots]]\nspeed = 1.0\naim = "6"\n'
+    assert isinstance(loads(FILE + shot), Scene)
+    with pytest.raises(SceneError, match=r'shots\[0\].aim = "7": there is no such ball'):
+        loads(FILE + shot.replace("6", "7"))
+
+
+@pytest.mark.parametrize(("name", "balls"), [("eight-ball", 16), ("nine-ball", 10)])
+def test_bundled_breaks_are_those_of_pool(name: str, balls: int) -> None:
+    scene = load(name)
+    assert len(scene.balls) == balls
+    assert len(scene.pockets) == 6
+    assert scene.table is not None
+    assert scene.table.bounds == (0.0, 0.0, 2.54, 1.27)
+    assert gaps(scene.balls)[0] == pytest.approx(1e-4, abs=1e-12)
+    run = simulate(scene, "Break", solver="event-driven")
+    assert run.status == "settled"
+    assert not run.warnings
+    assert len(run.pocketed) == 3
+
+
+def test_the_eight_is_in_the_middle_and_the_corners_differ() -> None:
+    ids = [ball.id for ball in load("eight-ball").balls[1:]]
+    assert ids[4] == "8"
+    assert (int(ids[10]) > 8) != (int(ids[14]) > 8)
+    assert [ball.id for ball in load("nine-ball").balls[1:]][4] == "9"
