@@ -53,9 +53,9 @@ def test_a_diamond_has_nine_balls_with_one_in_the_middle() -> None:
 
 def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
     ids = ["a", "b", "c"]
-    made = rack(
-        np.array([0.0, 1.0]), radius=np.float64(R), mass=np.float32(0.5), rows=2, ids=np.array(ids)
-    )
+    numbers: dict[str, Any] = {"radius": np.float64(R), "mass": np.float32(0.5)}
+    apex: Any = np.array([0.0, 1.0])
+    made = rack(apex, **numbers, rows=2, ids=tuple(np.array(ids)))
     assert [ball.id for ball in made] == ids
     assert all(type(value) is float for ball in made for value in (*ball.position, ball.mass))
 

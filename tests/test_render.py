@@ -500,7 +500,7 @@ def test_pictures_list_the_balls_that_are_off_the_table(tmp_path: Path) -> None:
     heights = {}
     for when in ("start", "end"):
         path = tmp_path / f"{when}.png"
-        run.plot(when, path, dpi=100)  # type: ignore[arg-type]
+        run.plot(when, path, dpi=100)
         image = iio.imread(path)[..., :3]
         heights[when] = np.flatnonzero(has(image, "#ff00ff").any(axis=1)) / len(image)
     assert heights["start"].max() < 0.8 < heights["end"].min()
