@@ -191,6 +191,20 @@ def test_a_pocketed_ball_is_in_nobodys_way() -> None:
     assert [event.kind for event in run.events] == ["pocket", "pocket"]
 
 
+@pytest.mark.parametrize(("solver", "dt"), EXACT)
+def test_two_balls_fall_into_a_pocket_within_one_step(solver: str, dt: float | None) -> None:
+    """The first one lies in the pocket, nearer to the second than two radii, and is not there."""
+    left = Ball("a", (-0.2, 0.0), 0.08, 0.2, velocity=(3.0, 0.0))
+    right = Ball("b", (0.215, 0.0), 0.08, 0.2, velocity=(-3.0, 0.0))
+    run = simulate(
+        plane(left, right, pockets=(Pocket("hole", (0.0, 0.0), 0.1),)), solver=solver, dt=dt
+    )
+    assert [(event.kind, event.balls) for event in run.events] == [
+        ("pocket", ("a",)),
+        ("pocket", ("b",)),
+    ]
+
+
 def test_the_path_ends_at_the_rim_and_the_ball_is_in_the_pocket_from_then_on() -> None:
     run = simulate(plane(rolling(0.06)), solver="event-driven")
     t = run.events[0].t

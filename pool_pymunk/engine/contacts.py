@@ -318,6 +318,7 @@ class ContactEngine:
             self.listed += 1
             self.remove(i, center)
             self.recorder.pocketed(i, wall.number, self.now, motion, center)
+        self._met_now = {key: None for key in self._met_now if gone.keys().isdisjoint(key)}
         return [key for key in keys if gone.keys().isdisjoint(key)]
 
     def _at_this_instant(self, first: Key, latest: float) -> list[Key]:
