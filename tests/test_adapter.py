@@ -203,7 +203,9 @@ def test_a_part_that_is_left_out_costs_nothing() -> None:
 
 def test_an_exception_in_a_callback_comes_out_of_the_step() -> None:
     def broken(_i: int, _j: int) -> Pair:
-        raise RuntimeError("the pair is broken")
+        if table.steps:
+            raise RuntimeError("the pair is broken")
+        return Pair(0.17, 0.17, 0.9, 0.0)
 
     space = pymunk.Space()
     table = Billiards(space, 1 / 60, pair=broken, alone=True)
@@ -248,10 +250,14 @@ def _play(dt: float, seconds: float) -> tuple[list[tuple[float, float]], list[Co
     return [(ball.body.position.x, ball.body.position.y) for ball in table.balls], found
 
 
+def _numbers(contact: ContactEvent) -> list[int]:
+    return [ball.number for ball in contact.balls]
+
+
 def test_a_world_of_ones_own_gives_the_same_at_any_step() -> None:
     """Segments and a round post, and velocities set from outside: no step error is left."""
     coarse, fine = _play(1 / 60, 6.0), _play(1 / 480, 6.0)
-    assert [c.balls for c in coarse[1]] == [c.balls for c in fine[1]]
+    assert [_numbers(c) for c in coarse[1]] == [_numbers(c) for c in fine[1]]
     assert len(coarse[1]) > 5
     for a, b in zip(coarse[0], fine[0], strict=True):
         assert math.dist(a, b) < 1e-9
@@ -296,7 +302,7 @@ def test_debug_draw_of_a_world() -> None:
 
 def test_a_step_other_than_agreed_is_an_error() -> None:
     space, _, _ = _hexagon_world(1 / 60)
-    with pytest.raises(ValueError, match="stepped by"):
+    with pytest.raises(ValueError, match=r"a step may be 0\.0166667 s long at most"):
         space.step(1 / 30)
 
 
@@ -309,12 +315,12 @@ def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
     alone: bool, friction: FrictionBy
 ) -> None:
     space, dt = pymunk.Space(), 1 / 60
-    pair = same_balls(0.9, 0.05, 0.2)
+    pair = same_balls(0.9, 0.05)
     table = Billiards(space, dt, pair=pair, deceleration=0.5, friction=friction, alone=alone)
     first, second = (_ball(table, (x, 0.0)) for x in (-0.5, -0.8))
     number = table.add_pocket((0.0, 0.0), 0.05)
     taken: list[tuple[TableBall, int]] = []
-    table.on_pocket = lambda ball, pocket: taken.append((ball, pocket))
+    table.on_pocket = lambda ball, pocket, _t: taken.append((ball, pocket))
     for ball in (first, second):
         table.strike(ball, (1.0, 0.0))
     bodies = len(space.bodies)
@@ -336,7 +342,7 @@ def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
 
 def test_a_ball_that_is_taken_off_a_world_is_in_nobodys_way() -> None:
     space = pymunk.Space()
-    table = Billiards(space, 1 / 60, pair=same_balls(0.9, 0.0, 0.2), deceleration=0.5)
+    table = Billiards(space, 1 / 60, pair=same_balls(0.9, 0.0), deceleration=0.5)
     mover, other = _ball(table, (0.0, 0.0)), _ball(table, (0.5, 0.0))
     table.remove_ball(other)
     table.strike(mover, (1.0, 0.0))

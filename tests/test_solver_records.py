@@ -313,6 +313,10 @@ OTHERWISE = {  # a text that has a solver's name in it, and why it may
     ("cli/gallery.py", "pymunk-discrete"),  # the README's picture of plain handlers
     ("safety/interrupts.py", "pymunk"),  # the library, as a module
     ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down
+    # classes of the library
+    ("world/checks.py", "must be a pymunk.Space"),
+    ("world/checks.py", "a ball must be a pymunk.Circle"),
+    ("world/checks.py", "a wall must be a pymunk.Segment, Circle or Poly"),
 }
 
 

@@ -160,6 +160,12 @@ class ContactEngine:
         self.near.remove(i)
         self.resolver.forget(i)
 
+    def turn_back(self, t: float) -> None:
+        """Go back to an earlier time (s): what was due is forgotten, and all paths must be new."""
+        self.now, self._instant, self._rounds = t, -math.inf, 0
+        self._met_now.clear()
+        self._queue.clear()
+
     def set_off(self, i: int, path: Path) -> None:
         """Put ball ``i`` on a new path that somebody else gave it."""
         if path.speed > 0.0:

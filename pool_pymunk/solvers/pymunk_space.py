@@ -69,17 +69,18 @@ def set_up(
     table = Billiards(
         space,
         settings.dt,
-        pair=cache(scene.pair),
+        pair=scene.pair,
         law=settings.law_of(scene),
         deceleration=scene.deceleration,
         contacts=contacts,
         friction=friction,
         alone=True,
     )
+    table.engine.pair = cache(scene.pair)  # A scene's pairs need no check.
     for ball, position, velocity in zip(scene.balls, start.position, start.velocity, strict=True):
         body = pymunk.Body(ball.mass, math.inf)
         body.position, body.velocity = position, velocity
-        table.add_ball(pymunk.Circle(body, ball.radius))
+        table.put_ball(pymunk.Circle(body, ball.radius))
     for id_ in start.off:
         table.remove_ball(table.balls[scene.index[id_]])
     for wall, edge in zip(walls(scene), scene.table.edges if scene.table else (), strict=True):

@@ -18,19 +18,40 @@ carries the mean velocity of its path over the coming step, which makes position
 
 from __future__ import annotations
 
+import itertools
 import math
+import weakref
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, get_args
 
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
+from pool_pymunk.engine.resolver import History
+from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Contact, Pair, Vector
-from pool_pymunk.physics.laws import Law, find_law
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Side, Wall, pocket
-from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep
+from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase, EndOfStep
+from pool_pymunk.world.checks import (
+    LONGEST,
+    check_choice,
+    check_circle,
+    check_overlap,
+    check_pair,
+    check_space,
+    check_wall,
+    read_from_zero,
+    read_law,
+    read_share,
+    read_size,
+    read_vector,
+    step_error,
+)
+from pool_pymunk.world.outlook import Table, free_spot
 from pool_pymunk.world.shapes import sides_of
 
 Contacts = Literal["swept", "discrete"]
@@ -43,32 +64,34 @@ HAIR = 1e-9  # radii; the sensor of a ball that moves is larger by this
 # touch do not call in every step.
 
 
-class ContactEvent(NamedTuple):
-    """A contact event tells when a contact was answered, and whose it was.
-
-    ``balls`` are two balls, or one ball that met the wall of number ``wall``.
-    """
-
-    t: float
-    balls: tuple[int, ...]
-    wall: int | None
+_tables: weakref.WeakKeyDictionary[pymunk.Space, weakref.ref[Billiards]]
+_tables = weakref.WeakKeyDictionary()
 
 
 class Ball:
-    """A ball on the table has a number, a body, and a sensor that feels what is near."""
+    """A ball has a number, its circle and body, and a sensor that feels what is near.
 
-    __slots__ = ("_engine", "body", "joint", "number", "radius", "sensor")
+    ``is_on_table`` says whether it has not been pocketed or removed.
+    """
+
+    __slots__ = ("_engine", "body", "circle", "is_on_table", "joint", "number", "radius", "sensor")
 
     def __init__(
-        self, number: int, radius: float, sensor: pymunk.Circle, engine: ContactEngine
+        self, number: int, circle: pymunk.Circle, sensor: pymunk.Circle, engine: ContactEngine
     ) -> None:
-        assert sensor.body is not None
+        assert circle.body is not None
         self.number = number
-        self.radius = radius
+        self.radius = circle.radius
+        self.circle = circle
         self.sensor = sensor
-        self.body = sensor.body
+        self.body = circle.body
         self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
+        self.is_on_table = True
         self._engine = engine
+
+    def __repr__(self) -> str:
+        where = "" if self.is_on_table else ", off the table"
+        return f"<Ball {self.number} at {tuple(self.body.position)}{where}>"
 
     @property
     def path(self) -> Path:
@@ -76,21 +99,63 @@ class Ball:
         return self._engine.paths[self.number]
 
 
+class ContactEvent(NamedTuple):
+    """A contact event tells when (s) a contact was answered, and whose it was.
+
+    ``balls`` are two balls, or one ball that met the wall of number ``wall``.
+    """
+
+    t: float
+    balls: tuple[Ball, ...]
+    wall: int | None
+
+
+class TableState(NamedTuple):
+    """A table's state has the time (s), each ball's motion (m, m/s), and which contacts last."""
+
+    time: float
+    motions: dict[Ball, Motion]
+    history: dict[tuple[int, int], History]
+
+
+class Prediction(NamedTuple):
+    """A prediction says what a ball would meet first, and the ways of both balls (m).
+
+    ``met`` is the ball that it would meet, ``wall`` or ``pocket`` the number of a wall or a pocket,
+    each None if there is none. ``t`` (s) is how long that takes; it is infinite if nothing is met.
+    ``way`` has the ball's turning points: its place, where it meets what it meets, and where it
+    turns next or stops. ``other_way`` is that of the ball met, from its place at the contact on.
+    """
+
+    met: Ball | None
+    wall: int | None
+    pocket: int | None
+    t: float
+    way: tuple[Vector, ...]
+    other_way: tuple[Vector, ...]
+
+
 class Billiards:
     """Billiards is the report's physics for balls and walls of a pymunk space.
 
-    You step the space by ``dt`` (s). ``deceleration`` (m/s^2) is that of surface friction, mu_s g;
-    0 leaves friction out. ``pair`` returns the masses and coefficients of a hit of two balls, given
-    their numbers. ``law`` is the name of a contact law, or a law of your own
+    You step the space as ever, by ``space.step(dt)``, with any steps up to ``max_dt`` (s).
+    ``deceleration`` (m/s^2) is that of surface friction, mu_s g; 0 leaves friction out. ``pair``
+    returns the coefficients of a hit of two balls, given their numbers (:func:`same_balls`); masses
+    are those of the bodies. ``law`` is the name of a contact law, or a law of your own
     (:class:`~pool_pymunk.physics.laws.Law`).
 
-    Call ``space.step(dt)`` as ever. Everything else in the space keeps its built-in response, with
-    each other and with the balls. If you, a spring or a flipper gives a ball a velocity, this is
-    noticed. If nothing else touches balls, say ``alone=True``: then the circles themselves are the
-    sensors, and :meth:`step` steps the space, which is faster.
+    Everything else in the space keeps its built-in response, with each other and with the balls. If
+    you, a spring or a flipper gives a ball a velocity, this is noticed. Gravity, damping and forces
+    act once at the end of each step. If nothing else touches balls, say ``alone=True``: then the
+    circles themselves are the sensors, and :meth:`step` steps the space, which is faster.
+
+    Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to be told
+    what happens; from within them you may add, remove, place and strike balls.
+
+    Raises ValueError, in one sentence that names the argument, for what cannot be.
 
     >>> space = pymunk.Space()
-    >>> table = Billiards(space, dt=1 / 60, deceleration=0.5, pair=same_balls(0.9, 0.05, mass=0.2))
+    >>> table = Billiards(space, 1 / 60, deceleration=0.5, pair=same_balls(0.9, 0.05))
     >>> body = pymunk.Body(0.2, math.inf)
     >>> body.position = (0.0, 0.0)
     >>> ball = table.add_ball(pymunk.Circle(body, 0.03))
@@ -104,7 +169,7 @@ class Billiards:
     def __init__(
         self,
         space: pymunk.Space,
-        dt: float,
+        max_dt: float,
         *,
         pair: Callable[[int, int], Pair],
         law: str | Law = "coulomb",
@@ -113,31 +178,60 @@ class Billiards:
         friction: FrictionBy = "joint",
         alone: bool = False,
     ) -> None:
+        check_space(space)
+        check_choice("contacts", contacts, get_args(Contacts))
+        check_choice("friction", friction, get_args(FrictionBy))
+        if not callable(pair):
+            raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
+        taken = _tables.get(space)
+        if taken is not None and taken() is not None:
+            raise setting_error("space", "taken", "this space has a Billiards already")
         self.space = space
-        self.dt = dt
-        self.deceleration = deceleration
+        self.max_dt = self.dt = read_size("max_dt", max_dt)
+        self.deceleration = read_from_zero("deceleration", deceleration)
         self.friction = friction
         self.alone = alone
+        self._said_pair = pair
         self._is_swept = contacts == "swept"
-        self.engine = ContactEngine(find_law(law), pair, deceleration, Callbacks(self))
+        listens = Callbacks(self)
+        self.engine = ContactEngine(read_law(law), self._pair, self.deceleration, listens)
         self.near = (BroadPhase if self._is_swept else EndOfStep)(space, self.engine)
         self.engine.near = self.near
-        self.on_contact: Callable[[ContactEvent], None] | None = None
-        self.on_stop: Callable[[Ball], None] | None = None
-        self.on_stop_revoked: Callable[[Ball], None] | None = None
-        self.on_pocket: Callable[[Ball, int], None] | None = None
+        self.on_contact: Callable[[ContactEvent], object] | None = None
+        self.on_stop: Callable[[Ball, float], object] | None = None
+        self.on_stop_revoked: Callable[[Ball, float], object] | None = None
+        self.on_pocket: Callable[[Ball, int, float], object] | None = None
         self.balls: list[Ball] = []
         self.moving: dict[int, Ball] = {}
         self.time = 0.0
         self.latest = math.inf  # the time (s) to stop at, in the middle of a step if need be
         self.steps = 0
+        # The time is that at which the present length of steps began, and the steps since then.
+        self._since, self._count = 0.0, 0
         self._next_stop = math.inf
         # the time (s) when something is to be done; steps that end before it are bare
         self._wake = -math.inf
         self._ball_of: dict[pymunk.Body, Ball] = {}
         self._moved_by_others: list[int] = []
         self._error: Exception | None = None
+        self._this_step = self.dt  # s; that of the step which pymunk makes now
+        self._felt: dict[Ball, tuple[Vector, Vector]] = {}  # velocity (m/s), force (N) in this step
+        self._kicks: dict[Ball, Vector] = {}  # m/s; what forces do at the end of this step
+        self._damped = 1.0  # the share of a velocity that the space's damping leaves in this step
+        self._lost: list[Ball] = []  # These balls were taken out of the space by others.
+        self._is_refused = False
+        self._is_other = False  # The step is of another length than the one before.
+        self._inside = False  # It plays the instants of a step.
+        self._plays = False  # It is in the middle of an instant, and changes have to wait.
+        self._later: list[Callable[[], object]] = []
         self._install()
+        _tables[space] = weakref.ref(self)
+
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        raise TypeError(
+            "a Billiards and its space cannot be copied or pickled: use save_state and "
+            "restore_state"
+        )
 
     def _install(self) -> None:
         """Set the collision handlers and, in a shared space, the clock that calls every step.
@@ -151,9 +245,15 @@ class Billiards:
         if not self.alone:
             self.space.on_collision(BALL, BALL, pre_solve=_no_response)
             self.space.on_collision(BALL, WALL, pre_solve=_no_response)
-            clock = pymunk.Body(1.0, 1.0)
-            clock.velocity_func = self._on_clock
+            clock = pymunk.Body(body_type=pymunk.Body.KINEMATIC)  # It never falls asleep.
+            clock.position_func = self._on_positions
+            clock.velocity_func = self._on_velocities
             self.space.add(clock)
+
+    def _pair(self, i: int, j: int) -> Pair:
+        """Return the pair that the user gives, with the masses of the bodies."""
+        masses = self.engine.masses
+        return check_pair(self._said_pair(i, j), (masses[i], masses[j]), (i, j))
 
     # -- setting up ------------------------------------------------------------------------------
 
@@ -161,26 +261,40 @@ class Billiards:
         """Make ``circle`` and its body a ball; both join the space if they are not in it.
 
         In a shared space the ball gets a second circle, its sensor, a little larger than the ball.
-        If ``alone``, the circle itself is the sensor.
+        If ``alone``, the circle itself is the sensor. The circle's filter holds for both. Raises
+        ValueError for what cannot be a ball: a shape that is no circle in the middle of a dynamic
+        body, one that is a ball already, one that overlaps another ball.
         """
+        check_circle(circle)
         body = circle.body
         assert body is not None
+        if body in self._ball_of:
+            raise setting_error("circle", "taken", "this body is a ball already")
+        check_overlap(read_vector("position", body.position), circle.radius, self._discs())
+        number = len(self.balls)
+        for other in itertools.islice(self._ball_of.values(), 1):
+            masses = (other.body.mass, body.mass)
+            check_pair(self._said_pair(other.number, number), masses, (other.number, number))
+        return self.put_ball(circle)
+
+    def put_ball(self, circle: pymunk.Circle) -> Ball:
+        """Do what :meth:`add_ball` does, for a circle of which nothing is wrong, unchecked."""
+        body = circle.body
+        assert body is not None
+        radius = circle.radius
         self._join(body, circle)
-        sensor, radius = circle, circle.radius
+        sensor = circle
         if not self.alone:
-            circle.collision_type = BALL
             sensor = pymunk.Circle(body, radius)
             sensor.sensor = True
             sensor.color = (0, 0, 0, 0)
-            self.space.add(sensor)
-        sensor.collision_type = SENSOR
-        path = set_off(self.time, body.position, body.velocity, self.deceleration)
+        (x, y), (vx, vy) = body.position, body.velocity
+        path = set_off(self._now, (x, y), (vx, vy), self.deceleration)
         number = self.engine.add_ball(path, radius, body.mass)
-        ball = Ball(number, radius, sensor, self.engine)
-        self.near.sensors.append(sensor)
-        self.near.numbers[sensor] = number
-        self._ball_of[body] = ball
+        ball = Ball(number, circle, sensor, self.engine)
         self.balls.append(ball)
+        self.near.sensors.append(sensor)
+        self._enter(ball)
         if path.speed > 0.0:
             self.engine.predict([number])
             self._carry(ball)
@@ -188,13 +302,55 @@ class Billiards:
             sensor.unsafe_set_radius(radius * (1.0 - HAIR))
         return ball
 
+    def _enter(self, ball: Ball) -> None:
+        """Put a ball's sensor into the space, and mark its circle as a ball's."""
+        ball.circle.collision_type = BALL
+        ball.sensor.collision_type = SENSOR
+        ball.sensor.filter = ball.circle.filter
+        self.near.filters = self.near.filters or ball.circle.filter != EVERYTHING
+        self._join(ball.sensor)
+        self.near.numbers[ball.sensor] = ball.number
+        self._ball_of[ball.body] = ball
+        ball.is_on_table = True
+
+    def _discs(self) -> list[tuple[Vector, float]]:
+        """Return places and radii (m) of the balls on the table."""
+        return [(ball.path.at(self.time)[0], ball.radius) for ball in self._ball_of.values()]
+
     def _join(self, *things: pymunk.Body | pymunk.Shape) -> None:
         self.space.add(*[thing for thing in things if thing.space is None])
 
     def remove_ball(self, ball: Ball) -> None:
-        """Take a ball off the table, between two steps; its body can still be read."""
-        self.engine.remove(ball.number)
-        self._take_out(self.near.gone)
+        """Take a ball off the table; its body can still be read.
+
+        Its body and shapes leave the space. You may do this from within a callback.
+        """
+        self._check_ball(ball)
+        self._do(lambda: self._remove(ball))
+
+    def _remove(self, ball: Ball) -> None:
+        if ball.is_on_table:
+            self.engine.now = self._now
+            self.engine.remove(ball.number)
+            self._take_out(self.near.gone)
+
+    def clear(self) -> None:
+        """Take all balls off the table."""
+        for ball in list(self._ball_of.values()):
+            self.remove_ball(ball)
+
+    def _check_ball(self, ball: Ball) -> None:
+        if not isinstance(ball, Ball) or ball not in self.balls:
+            raise setting_error("ball", shown(ball), "must be what add_ball of this table returned")
+        if not ball.is_on_table:
+            raise setting_error("ball", ball.number, "the ball is off the table")
+
+    def _do(self, change: Callable[[], object]) -> None:
+        """Make a change now, or if an instant is being played as soon as that is over."""
+        if self._plays:
+            self._later.append(change)
+        else:
+            change()
 
     def add_wall(
         self,
@@ -206,21 +362,42 @@ class Billiards:
         """Make a static segment, circle or polygon a wall that balls bounce off (Eq. 9).
 
         ``sides`` are the sides of it that a ball can meet (default: all of them). Returns its
-        number.
+        number. Raises ValueError for what cannot be a wall.
         """
+        check_wall(shape)
+        if shape in self.near.numbers:
+            raise setting_error("shape", "taken", "this shape is a wall already")
+        restitution = read_share("restitution", restitution)
+        friction = read_from_zero("friction", friction)
         self._join(shape)
         shape.collision_type = WALL
+        self.near.filters = self.near.filters or shape.filter != EVERYTHING
         walls = self.engine.walls
         number = sum(not wall.is_pocket for wall in walls)
         self.near.numbers[shape] = -1 - len(walls)
         walls.append(Wall(sides or sides_of(shape), restitution, friction, number))
         return number
 
+    def remove_wall(self, wall: int) -> None:
+        """Take the wall of this number out of the space; the other walls keep their numbers."""
+        walls = self.engine.walls
+        own = (k for k, each in enumerate(walls) if not each.is_pocket and each.number == wall)
+        place = next(own, None)
+        if place is None:
+            raise setting_error("wall", shown(wall), "there is no wall of this number")
+        shapes = self.near.numbers.items()
+        shape = next(shape for shape, number in shapes if number == -1 - place)
+        del self.near.numbers[shape]
+        self.space.remove(shape)
+        walls[place] = Wall((Nothing(),), 0.0, 0.0, -1)
+        self._predict_anew()
+
     def add_pocket(self, position: Vector, radius: float) -> int:
         """Make a pocket, which takes balls in whose centres come within ``radius`` (m).
 
         The bodies and shapes of these balls leave the space. Returns the pocket's number.
         """
+        position, radius = read_vector("position", position), read_size("radius", radius)
         shape = pymunk.Circle(self.space.static_body, radius, position)
         shape.sensor = True
         shape.collision_type = WALL
@@ -232,23 +409,161 @@ class Billiards:
         return number
 
     def strike(self, ball: Ball, velocity: Vector) -> None:
-        """Give a ball a velocity (m/s) now, between two steps."""
-        position, _ = ball.path.at(self.time)
-        path = set_off(self.time, position, velocity, self.deceleration)
-        self.engine.now = self.time
+        """Give a ball a velocity (m/s) now."""
+        self._check_ball(ball)
+        velocity = read_vector("velocity", velocity)
+        self._do(lambda: self._send(ball, None, velocity))
+
+    def place(self, ball: Ball, position: Vector) -> None:
+        """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
+
+        Raises ValueError if it overlaps another ball there.
+        """
+        self._check_ball(ball)
+        position = read_vector("position", position)
+        others = [
+            (other.path.at(self.time)[0], other.radius)
+            for other in self._ball_of.values()
+            if other is not ball
+        ]
+        check_overlap(position, ball.radius, others)
+        self._do(lambda: self._send(ball, position, (0.0, 0.0)))
+
+    def _send(self, ball: Ball, position: Vector | None, velocity: Vector) -> None:
+        """Set a ball off from where it is, or from a position (m)."""
+        if not ball.is_on_table:
+            return
+        now = self._now
+        place = ball.path.at(now)[0] if position is None else position
+        path = set_off(now, place, velocity, self.deceleration)
+        self.engine.now = now
         self.engine.set_off(ball.number, path)
+        if path.speed == 0.0:
+            self.engine.rested[ball.number] = now
+        self._carry(ball)
+        if position is not None:
+            self.space.reindex_shapes_for_body(ball.body)
         self.engine.predict([ball.number])
         self._carry(ball)
 
+    @property
+    def _now(self) -> float:
+        """Return the time (s), which within a step is that of the present instant."""
+        return self.engine.now if self._inside else self.time
+
+    # -- undo, and looking ahead -----------------------------------------------------------------
+
+    def save_state(self) -> TableState:
+        """Return where the balls are and how they move, for :meth:`restore_state`."""
+        motions = {ball: motion_at(ball.path, self.time) for ball in self._ball_of.values()}
+        return TableState(self.time, motions, dict(self.engine.resolver.history))
+
+    def restore_state(self, state: TableState) -> None:
+        """Put the balls back to where they were, and the clock.
+
+        Balls that have left the table since come back, those that have come since leave it. The
+        velocities are the exact ones, so the table goes on as it did. Do this between two steps.
+        """
+        for ball in list(self._ball_of.values()):
+            if ball not in state.motions:
+                self._remove(ball)
+        self.time = self._since = state.time
+        self._count = 0
+        self.engine.turn_back(self.time)
+        self._moved_by_others.clear()
+        for ball, (x, y, vx, vy) in state.motions.items():
+            if not ball.is_on_table:
+                self._join(ball.body, *ball.body.shapes)
+                self._enter(ball)
+            path = set_off(self.time, (x, y), (vx, vy), self.deceleration)
+            self.engine.set_off(ball.number, path)
+            self.engine.rested[ball.number] = math.inf if path.speed > 0.0 else -math.inf
+        self.engine.resolver.history.clear()
+        self.engine.resolver.history.update(state.history)
+        self._predict_anew()
+
+    def predict(self, ball: Ball, velocity: Vector) -> Prediction:
+        """Return where a ball and what it meets would go, if it were struck now: the aiming line.
+
+        All balls move on, as they would; nothing else in the space is looked at.
+        """
+        self._check_ball(ball)
+        velocity = read_vector("velocity", velocity)
+        found = self._outlook().sketch(ball.number, velocity, self.time)
+        met = None if found.met is None else self.balls[found.met]
+        return Prediction(met, *found[1:])
+
+    def free_spot(self, near: Vector, radius: float | None = None) -> Vector:
+        """Return the place (m) nearest to ``near`` where a ball overlaps nothing: ball in hand.
+
+        ``radius`` (m) is by default that of the first ball. Raises ValueError if there is no room.
+        """
+        near = read_vector("near", near)
+        if radius is None and not self.balls:
+            raise setting_error("radius", None, "is wanted where there is no ball")
+        size = self.balls[0].radius if radius is None else read_size("radius", radius)
+        found = free_spot(near, size, self._discs(), self.engine.walls)
+        if found is None:
+            raise setting_error("near", list(near), "there is no room for a ball near this place")
+        return found
+
+    def _outlook(self) -> Table:
+        engine = self.engine
+        numbers = [ball.number for ball in self._ball_of.values()]
+        return Table(
+            paths={i: engine.paths[i] for i in numbers},
+            radii={i: engine.radii[i] for i in numbers},
+            masses={i: engine.masses[i] for i in numbers},
+            walls=engine.walls,
+            law=engine.resolver.law,
+            pair=self._pair,
+            deceleration=self.deceleration,
+        )
+
+    def _predict_anew(self) -> None:
+        """Put all balls on their paths, and predict again what they meet."""
+        self.near.until = self.engine.now = self.time
+        for ball in self._ball_of.values():
+            path = ball.path
+            if path.speed > 0.0:
+                x, y, vx, vy = motion_at(path, self.time)
+                path = set_off(self.time, (x, y), (vx, vy), self.deceleration)
+                self.engine.set_off(ball.number, path)
+            self._carry(ball)
+            self.space.reindex_shapes_for_body(ball.body)
+        self.engine.predict([ball.number for ball in self._ball_of.values()])
+
     # -- stepping --------------------------------------------------------------------------------
 
-    def step(self) -> None:
-        """Make one step of a space that holds nothing else, contacts and stops included.
+    def step(self, dt: float | None = None) -> None:
+        """Make one step (s) of a space that holds nothing else, contacts and stops included.
 
-        An error from a callback is raised here, because pymunk itself only prints it.
+        By default it is as long as the last one, or ``max_dt``. An error from a callback is raised
+        here, because pymunk itself only prints it. In a shared space step the space instead.
         """
+        if not self.alone:
+            raise setting_error("alone", False, "the space is shared: call space.step(dt)")
+        if dt is not None and dt != self.dt:
+            dt = float(dt)
+            if not 0.0 < dt <= LONGEST * self.max_dt:
+                raise step_error(dt, self.max_dt)
+            self._since, self._count, self.dt = self.time, 0, dt
+            self._is_other = True
+            self._carry_all()
         self.space.step(self.dt)
         self._after_step()
+        if self._is_other:
+            self._carry_all()
+            self._is_other = False
+
+    def _carry_all(self) -> None:
+        """Put all moving bodies on their paths.
+
+        This is needed after a step of another length than the one before: pymunk's joints keep
+        impulses from step to step, and take it that steps are equally long.
+        """
+        for ball in list(self.moving.values()):
+            self._carry(ball)
 
     def play(self, on_time: Callable[[float], object] | None = None) -> None:
         """Step until everything rests, until ``latest``, or until nothing more may happen.
@@ -277,7 +592,8 @@ class Billiards:
             step(dt)
             quiet += 1
         self.steps += quiet
-        self.time = self.steps * dt
+        self._count += quiet
+        self.time = self._since + self._count * dt
 
     def _steps_until_due(self) -> int:
         """Return in how many steps something is due, if no two sensors touch until then."""
@@ -288,15 +604,16 @@ class Billiards:
 
     def _after_step(self, *_: object) -> None:
         """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
-        since = self.time
-        self.steps += 1
-        self.time = min(self.steps * self.dt, self.latest)
         if self._error is not None:
             error, self._error = self._error, None
             raise error
+        since = self.time
+        self.steps += 1
+        self._count += 1
+        self.time = min(self._since + self._count * self.dt, self.latest)
         if self.near.pairs or self._moved_by_others or self.engine.upcoming() <= self.time:
             self._answer_contacts(since)
-        ahead = 0.0 if self.alone else self.dt  # in a shared space others see how a ball stops
+        ahead = 0.0 if self.alone else self.max_dt  # in a shared space others see how a ball stops
         if self.time + ahead >= self._next_stop:
             self._stop_balls()
         self._wake = min(self.engine.upcoming(), self.latest, self._next_stop)
@@ -308,7 +625,7 @@ class Billiards:
         near.foresee()
         moved, self._moved_by_others = self._moved_by_others, []
         engine.predict(moved)
-        engine.advance(self.time)
+        self._advance()
         for i in near.changed:
             self._carry(self.balls[i])
         near.changed.clear()
@@ -318,41 +635,134 @@ class Billiards:
         """Take the bodies and shapes of balls that have left the table out of the space."""
         for i in gone:
             ball = self.balls[i]
-            if ball.number in self.moving:
-                self._rest(ball)
+            self._rest(ball)
+            ball.is_on_table = False
             ball.body.position = ball.path.x, ball.path.y
             del self._ball_of[ball.body]
-            self.space.remove(ball.body, *ball.body.shapes)
+            things: list[pymunk.Body | pymunk.Shape] = [ball.body, *ball.body.shapes]
+            self.space.remove(*[thing for thing in things if thing.space is not None])
         gone.clear()
 
-    def _on_clock(
-        self, _clock: pymunk.Body, _gravity: Vector, _damping: float, dt: float
-    ) -> None:  # fmt: skip
-        """Notice moved balls in each step, when positions are new and velocities are not yet."""
+    def _advance(self) -> None:
+        """Play the instants of this step; changes from within callbacks come after each."""
+        engine = self.engine
+        self._inside = True
         try:
-            self.space.add_post_step_callback(self._after_step, self)
-            if abs(dt - self.dt) > 1e-9 * self.dt:
-                raise ValueError(
-                    f"the space was stepped by {dt} s, but its Billiards was made for {self.dt} s"
-                )
+            while engine.is_finite and not engine.is_over and engine.upcoming() <= self.time:
+                self._plays = True
+                engine.next()
+                self._plays = False
+                while self._later:
+                    self._later.pop(0)()
+        finally:
+            self._plays = self._inside = False
+            self._later.clear()
+
+    def _on_positions(self, _clock: pymunk.Body, dt: float) -> None:
+        """Note, before pymunk changes velocities, what the balls have and which forces act."""
+        try:
+            self._this_step = dt
+            self._felt.clear()
             for ball in self._ball_of.values():
-                self._notice(ball)
+                if ball.body.space is None or ball.circle.space is None:
+                    self._lost.append(ball)
+                else:
+                    self._felt[ball] = (ball.body.velocity, ball.body.force)
         except Exception as error:
             self._note(error)
 
-    def _notice(self, ball: Ball) -> None:
+    def _on_velocities(
+        self, _clock: pymunk.Body, gravity: Vector, damped: float, dt: float
+    ) -> None:  # fmt: skip
+        """Notice moved balls in each step, when positions are new, and what forces will do."""
+        try:
+            self.space.add_post_step_callback(self._after_shared_step, self)
+            self._is_refused = math.isfinite(dt) and not 0.0 < dt <= LONGEST * self.max_dt
+            if not math.isfinite(dt):
+                raise step_error(dt, self.max_dt)
+            if self._is_refused:
+                return
+            gx, gy = gravity
+            self._damped = damped
+            falls = gx != 0.0 or gy != 0.0 or damped != 1.0
+            for ball, (velocity, (fx, fy)) in self._felt.items():
+                self._notice(ball, velocity, dt)
+                if falls or fx != 0.0 or fy != 0.0:
+                    mass = self.engine.masses[ball.number]
+                    self._kicks[ball] = (gx + fx / mass, gy + fy / mass)
+        except Exception as error:
+            self._note(error)
+
+    def _after_shared_step(self, *_: object) -> None:
+        """Answer what happened in a step of a shared space."""
+        if self._is_refused:
+            self._undo_step()
+            raise step_error(self._this_step, self.max_dt)
+        lost, self._lost = self._lost, []
+        for ball in lost:
+            self._remove(ball)
+        is_other, self._is_other = self._is_other or self._this_step != self.dt, False
+        if self._this_step != self.dt:
+            self._since, self._count, self.dt = self.time, 0, self._this_step
+        self._after_step()
+        kicks, self._kicks = self._kicks, {}
+        for ball, acceleration in kicks.items():
+            self._kick(ball, acceleration)
+        if self.space.sleep_time_threshold < math.inf:
+            is_other = True
+            for ball in self.moving.values():
+                ball.body.activate()
+        if is_other:
+            self._carry_all()
+
+    def _undo_step(self) -> None:
+        """Put the balls back to where they were before a step that cannot be."""
+        self._kicks.clear()
+        self._lost.clear()
+        self._is_other = True
+        back = self._this_step
+        for ball, (velocity, _) in self._felt.items():
+            (x, y), (vx, vy), on_path = ball.body.position, velocity, ball.path.at(self.time)[0]
+            place = (x - vx * back, y - vy * back)
+            is_there = math.dist(place, on_path) <= 1e-9 * (ball.radius + abs(x) + abs(y))
+            ball.body.position = on_path if is_there else place
+            ball.body.velocity = velocity
+
+    def _kick(self, ball: Ball, acceleration: Vector) -> None:
+        """Let gravity, forces and damping act for this step, at its end.
+
+        Surface friction holds a ball at rest against an acceleration (m/s^2) up to its own.
+        """
+        if not ball.is_on_table:
+            return
+        (ax, ay), dt = acceleration, self.dt
+        x, y, vx, vy = motion_at(ball.path, self.time)
+        if vx == vy == 0.0 and math.sqrt(ax * ax + ay * ay) <= self.deceleration:
+            ball.body.velocity = (0.0, 0.0)
+            return
+        kicked = (vx * self._damped + ax * dt, vy * self._damped + ay * dt)
+        self.engine.now = self.time
+        path = set_off(self.time, (x, y), kicked, self.deceleration)
+        self.engine.set_off(ball.number, path)
+        self.engine.predict([ball.number])
+        self._carry(ball)
+
+    def _notice(self, ball: Ball, velocity: Vector, dt: float) -> None:
         """Follow a ball that somebody else moved: its path begins anew at the step's start."""
-        (x, y), (vx, vy) = ball.body.position, ball.body.velocity
-        expected, (ex, ey) = ball.path.at(self.time + self.dt)[0], (0.0, 0.0)
+        (x, y), (vx, vy) = ball.body.position, velocity
+        (x0, y0), (ex, ey) = ball.path.at(self.time)[0], (0.0, 0.0)
         if ball.number in self.moving:
             ex, ey = self._mean_velocity(ball.path, self.time)
         scale = abs(vx) + abs(vy) + abs(ex) + abs(ey)
-        slack = 1e-9 * (ball.radius + abs(x) + abs(y)) + self.deceleration * self.dt**2
+        slack = 1e-9 * (ball.radius + abs(x) + abs(y))
+        expected = (x0 + ex * dt, y0 + ey * dt)
         if abs(vx - ex) + abs(vy - ey) <= 1e-9 * scale and math.dist((x, y), expected) <= slack:
             return
-        begin = (x - vx * self.dt, y - vy * self.dt)
+        begin = (x - vx * dt, y - vy * dt)
         path = set_off(self.time, begin, (vx, vy), self.deceleration)
         self.engine.set_off(ball.number, path)
+        if path.speed == 0.0:
+            self.engine.rested[ball.number] = self.time
         self._moved_by_others.append(ball.number)
 
     def _feels(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
@@ -373,7 +783,8 @@ class Billiards:
     ) -> None:  # fmt: skip
         """Damp a body: it carries its path's mean velocity over the coming step."""
         try:
-            now = (self.steps + 1) * self.dt
+            now = self._since + (self._count + 1) * self.dt
+            body.force = (0.0, 0.0)
             body.velocity = self._mean_velocity(self._ball_of[body].path, now)
         except Exception as error:
             self._note(error)
@@ -395,7 +806,11 @@ class Billiards:
             self._rest(ball)
             return
         ball.body.velocity = self._mean_velocity(path, self.time)
-        margin = math.sqrt(vx * vx + vy * vy) * self.dt if self._is_swept else 0.0
+        margin = 0.0
+        if self._is_swept:
+            margin = math.sqrt(vx * vx + vy * vy) * self.max_dt
+            if not self.alone:  # A body may be beside its path if steps differ in length.
+                margin += self.deceleration * self.max_dt**2
         rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
         ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
         if ball.number not in self.moving:
@@ -443,31 +858,63 @@ class Callbacks(Recorder):
     def contact(self, contact: Contact, t: float) -> None:
         """Call ``on_contact``."""
         if self.table.on_contact is not None:
-            self.table.on_contact(ContactEvent(t, contact.balls, contact.cushion))
+            balls = tuple(self.table.balls[i] for i in contact.balls)
+            self.table.on_contact(ContactEvent(t, balls, contact.cushion))
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Call ``on_stop``."""
         if self.table.on_stop is not None:
-            self.table.on_stop(self.table.balls[i])
+            self.table.on_stop(self.table.balls[i], t)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        """Call ``on_pocket`` with the ball, and with the number of the pocket."""
+        """Call ``on_pocket`` with the ball, the number of the pocket, and the time (s)."""
         if self.table.on_pocket is not None:
-            self.table.on_pocket(self.table.balls[i], pocket)
+            self.table.on_pocket(self.table.balls[i], pocket, t)
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Call ``on_stop_revoked``, because the ball had not come to rest."""
         if self.table.on_stop_revoked is not None:
-            self.table.on_stop_revoked(self.table.balls[i])
+            self.table.on_stop_revoked(self.table.balls[i], t)
 
 
-def same_balls(restitution: float, friction: float, mass: float) -> Callable[[int, int], Pair]:
+@dataclass(frozen=True)
+class SameBalls:
+    """These are the pairs of a table whose balls are all alike; see :func:`same_balls`."""
+
+    pair: Pair
+
+    def __call__(self, i: int, j: int) -> Pair:
+        """Return the pair of any two balls."""
+        return self.pair
+
+
+def same_balls(restitution: float, friction: float, mass: float | None = None) -> SameBalls:
     """Return the ``pair`` of a table whose balls are all alike.
+
+    Without a ``mass`` (kg) it is that of the bodies.
 
     >>> same_balls(0.9, 0.05, mass=0.2)(0, 1)
     Pair(m_a=0.2, m_b=0.2, restitution=0.9, friction=0.05)
     """
-    return lambda _i, _j: Pair(mass, mass, restitution, friction)
+    m = math.nan if mass is None else read_size("mass", mass)
+    e = read_share("restitution", restitution)
+    return SameBalls(Pair(m, m, e, read_from_zero("friction", friction)))
+
+
+class Nothing:
+    """This side is where a wall was: nothing meets it."""
+
+    def gap(self, x: float, y: float, r: float) -> float:
+        """Return infinity."""
+        return math.inf
+
+    def normal(self, x: float, y: float) -> Vector:
+        """Return any unit vector."""
+        return (1.0, 0.0)
+
+    def length_along(self, path: Path, r: float) -> float:
+        """Return infinity."""
+        return math.inf
 
 
 def _friction_joint(

@@ -15,6 +15,12 @@ from pool_pymunk.physics.path import Path, motion_at
 EVERYTHING = pymunk.ShapeFilter()
 
 
+def rejects(a: pymunk.ShapeFilter, b: pymunk.ShapeFilter) -> bool:
+    """Tell whether two shapes with these filters pass through each other."""
+    same_group = a.group != 0 and a.group == b.group
+    return same_group or not a.categories & b.mask or not b.categories & a.mask
+
+
 class BroadPhase:
     """A broad phase knows the pairs that touched during a step, and what is near a ball.
 
@@ -31,6 +37,7 @@ class BroadPhase:
         self.numbers: dict[pymunk.Shape, int] = {}
         self.pairs: dict[Key, None] = {}  # the pairs that touched during this step
         self.changed: dict[int, None] = {}
+        self.filters = False  # Some ball or wall has a filter of its own.
         self.gone: list[int] = []  # the balls that have left the table in this step
         self._touching: list[Key] = []
         self._around: dict[int, list[int]] = {}
@@ -97,7 +104,11 @@ class BroadPhase:
             min(x0 - r, left), min(y0 - r, bottom), max(x1 + r, right), max(y1 + r, top)
         )
         numbers = self.numbers
-        return [numbers[s] for s in self.space.bb_query(box, EVERYTHING) if s in numbers]
+        found = [s for s in self.space.bb_query(box, EVERYTHING) if s in numbers]
+        if self.filters:
+            mine = self.sensors[i].filter
+            found = [s for s in found if not rejects(mine, s.filter)]
+        return [numbers[s] for s in found]
 
 
 class EndOfStep(BroadPhase):

@@ -1,0 +1,156 @@
+"""This module refuses, in one sentence, what the contact engine cannot do in a pymunk space."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pymunk
+
+from pool_pymunk.model.plain import Unfit, number, point
+from pool_pymunk.model.problems import (
+    TOUCHING,
+    SettingError,
+    number_problems,
+    setting_error,
+    shown,
+    size_problems,
+    suggestion,
+)
+from pool_pymunk.physics.contact import Pair, Vector
+from pool_pymunk.physics.laws import LAWS, Law, find_law
+
+LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step so much longer
+
+
+def check_space(space: Any) -> None:
+    """Refuse what is no space, and a space of threads."""
+    if not isinstance(space, pymunk.Space):
+        raise setting_error("space", shown(space), "must be a pymunk.Space")
+    if space.threaded:
+        raise setting_error("space", "threaded", "Billiards needs a space without threads")
+
+
+def read_size(key: str, value: Any) -> float:
+    """Read a number greater than 0."""
+    return _read(key, value, size_problems)
+
+
+def read_share(key: str, value: Any) -> float:
+    """Read a number between 0 and 1."""
+    return _read(key, value, lambda key, value: number_problems(key, value, 0.0, 1.0))
+
+
+def read_from_zero(key: str, value: Any) -> float:
+    """Read a number from 0 on."""
+    return _read(key, value, lambda key, value: number_problems(key, value, 0.0))
+
+
+def _read(key: str, value: Any, problems: Callable[[str, float], Any]) -> float:
+    try:
+        found = number(value)
+    except Unfit as unfit:
+        raise setting_error(key, shown(value), str(unfit)) from None
+    for problem in problems(key, found):
+        raise setting_error(key, value, problem.message)
+    return found
+
+
+def read_vector(key: str, value: Any) -> Vector:
+    """Read two finite numbers."""
+    try:
+        x, y = point(tuple(value) if isinstance(value, pymunk.Vec2d) else value)
+    except Unfit as unfit:
+        raise setting_error(key, shown(value), str(unfit)) from None
+    if not math.isfinite(x + y):
+        raise setting_error(key, shown(value), "must be two finite numbers")
+    return x, y
+
+
+def check_choice(key: str, value: Any, choices: Sequence[str]) -> None:
+    """Refuse what is none of the choices."""
+    if value not in choices:
+        message = f"must be one of {', '.join(choices)}{suggestion(value, choices)}"
+        raise setting_error(key, value, message)
+
+
+def read_law(law: Any) -> Law:
+    """Return the law of that name, or the law itself."""
+    if isinstance(law, Law):
+        return law
+    if not isinstance(law, str) or law not in LAWS:
+        message = f"must be one of {', '.join(LAWS)}, or an object of the class Law"
+        raise setting_error("law", shown(law), message + suggestion(law, LAWS))
+    return find_law(law)
+
+
+def check_circle(circle: Any) -> None:
+    """Refuse what cannot be a ball."""
+    if not isinstance(circle, pymunk.Circle):
+        raise setting_error("circle", _kind(circle), "a ball must be a pymunk.Circle")
+    body = circle.body
+    if body is None:
+        raise setting_error("circle", _kind(circle), "a ball's circle must have a body")
+    if body.body_type != pymunk.Body.DYNAMIC:
+        raise setting_error("circle", _kind(circle), "a ball's body must be dynamic")
+    if tuple(circle.offset) != (0.0, 0.0):
+        message = "a ball's circle must lie in the middle of its body"
+        raise setting_error("circle.offset", list(circle.offset), message)
+    read_size("circle.radius", circle.radius)
+    read_size("circle.body.mass", body.mass)
+    read_vector("circle.body.position", body.position)
+    read_vector("circle.body.velocity", body.velocity)
+    _check_type("circle", circle)
+
+
+def check_wall(shape: Any) -> None:
+    """Refuse what cannot be a wall."""
+    if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
+        message = "a wall must be a pymunk.Segment, Circle or Poly"
+        raise setting_error("shape", _kind(shape), message)
+    if shape.body is None or shape.body.body_type != pymunk.Body.STATIC:
+        raise setting_error("shape", _kind(shape), "a wall's body must be static, as walls stand")
+    if isinstance(shape, pymunk.Segment) and shape.a == shape.b:
+        raise setting_error("shape", _kind(shape), "a segment must have two ends")
+    _check_type("shape", shape)
+
+
+def _check_type(key: str, shape: pymunk.Shape) -> None:
+    """Refuse a collision type of the user's, because Billiards needs its own."""
+    if shape.collision_type != 0:
+        message = "Billiards needs a collision type of its own: use on_contact instead of handlers"
+        raise setting_error(f"{key}.collision_type", shape.collision_type, message)
+
+
+def check_overlap(center: Vector, radius: float, others: Sequence[tuple[Vector, float]]) -> None:
+    """Refuse a ball that overlaps one of the others by more than counts as touching."""
+    for place, other in others:
+        overlap = radius + other - math.dist(center, place)
+        smaller = min(radius, other)
+        if overlap > TOUCHING * smaller:
+            message = (
+                f"the ball overlaps another one by {overlap:.2g} m ({overlap / smaller:.2g} radii)"
+            )
+            raise setting_error("position", list(center), message)
+
+
+def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]) -> Pair:
+    """Return the pair with the masses of the bodies; refuse a pair that says otherwise."""
+    said = (pair.m_a, pair.m_b)
+    for mass, own, i in zip(said, masses, numbers, strict=True):
+        if not math.isnan(mass) and mass != own:
+            message = f"the body of ball {i} has a mass of {own:g} kg"
+            raise setting_error("pair", f"a mass of {mass:g} kg", message)
+    return pair._replace(m_a=masses[0], m_b=masses[1])
+
+
+def step_error(dt: float, longest: float) -> SettingError:
+    """Make the error of a step that is no time, or a longer one than was agreed."""
+    if not dt > 0.0:
+        return setting_error("dt", dt, "a step must be greater than 0")
+    return setting_error("dt", dt, f"a step may be {longest:g} s long at most (max_dt)")
+
+
+def _kind(thing: object) -> str:
+    return type(thing).__name__

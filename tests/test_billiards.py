@@ -1,0 +1,548 @@
+"""Billiards is right in people's worlds, or refuses in one sentence what it cannot do."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import random
+from collections.abc import Callable
+from typing import Any
+
+import pymunk
+import pytest
+
+from pool_pymunk import Billiards, same_balls
+from pool_pymunk.world import Ball, ContactEvent
+
+R, M, A = 0.03, 0.17, 0.3
+PAIR = same_balls(0.95, 0.05)
+STEP = 1 / 60
+
+
+def ball(
+    table: Billiards, x: float, y: float = 0.0, velocity: tuple[float, float] = (0.0, 0.0)
+) -> Ball:
+    body = pymunk.Body(M, 1e-4)
+    body.position, body.velocity = (x, y), velocity
+    return table.add_ball(pymunk.Circle(body, R))
+
+
+def plane(**settings: Any) -> tuple[pymunk.Space, Billiards]:
+    """Return an open plane with friction."""
+    space = pymunk.Space()
+    return space, Billiards(space, **{"max_dt": STEP, "pair": PAIR, "deceleration": A, **settings})
+
+
+def hexagon(radius: float = 0.0, **settings: Any) -> tuple[pymunk.Space, Billiards]:
+    """Return a table with six walls, as thin as most people write them."""
+    space, table = plane(**settings)
+    corners = [(math.cos(math.pi / 3 * k), math.sin(math.pi / 3 * k)) for k in range(6)]
+    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+        table.add_wall(pymunk.Segment(space.static_body, a, b, radius), 0.8, 0.2)
+    return space, table
+
+
+def steps(space: pymunk.Space, seconds: float, dt: float = STEP) -> None:
+    for _ in range(round(seconds / dt)):
+        space.step(dt)
+
+
+def places(balls: list[Ball]) -> list[tuple[float, float]]:
+    return [(each.body.position.x, each.body.position.y) for each in balls]
+
+
+def numbers(contact: ContactEvent) -> list[int]:
+    return [each.number for each in contact.balls]
+
+
+def apart(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> float:
+    return max(math.dist(p, q) for p, q in zip(one, other, strict=True))
+
+
+# -- steps of any length ---------------------------------------------------------------------------
+
+
+def shot(
+    dt: Callable[[], float], seconds: float = 8.0, radius: float = 0.0, **settings: Any
+) -> list[tuple[float, float]]:
+    """Play five balls in the hexagon, by steps of these lengths, and return their ends."""
+    sleepy = settings.pop("sleepy", False)
+    space, table = hexagon(radius, **{"max_dt": 1 / 30, **settings})
+    if sleepy:
+        space.sleep_time_threshold = 0.3
+    balls = [ball(table, -0.5 + 0.2 * k, 0.4) for k in range(5)]
+    table.strike(balls[0], (2.0, -0.3))
+    balls[3].body.velocity = (-1.0, -3.0)
+    played = 0.0
+    while played < seconds - 1e-12:
+        step = min(dt(), seconds - played)
+        space.step(step)
+        played += step
+    assert table.time == pytest.approx(seconds, abs=1e-12)
+    return places(balls)
+
+
+@pytest.mark.parametrize("friction", ["joint", "callback"])
+def test_ends_are_the_same_whatever_the_steps(friction: str) -> None:
+    rnd = random.Random(1)
+    usual = shot(lambda: STEP)
+    for dt in (lambda: 1 / 240, lambda: 1 / 30, lambda: rnd.uniform(1e-3, 1 / 30)):
+        assert apart(usual, shot(dt, friction=friction)) < 1e-9
+
+
+def test_frames_of_changing_length_hit_at_the_same_times() -> None:
+    rnd = random.Random(2)
+    heard: list[list[tuple[float, list[int]]]] = []
+    lengths: list[Callable[[], float]] = [lambda: STEP, lambda: rnd.uniform(1e-3, STEP)]
+    for dt in lengths:
+        space, table = hexagon()
+        balls = [ball(table, 0.2 * k - 0.3) for k in range(3)]
+        met: list[ContactEvent] = []
+        table.on_contact = met.append
+        table.strike(balls[0], (3.0, 0.2))
+        while table.time < 6.0:
+            space.step(dt())
+        heard.append([(contact.t, numbers(contact)) for contact in met])
+    assert len(heard[0]) > 4
+    for (t, who), (t2, who2) in zip(*heard, strict=True):
+        assert who == who2
+        assert abs(t - t2) < 1e-9
+
+
+@pytest.mark.parametrize("bad", [1 / 59, 1.0, -STEP])
+def test_a_step_that_cannot_be_leaves_the_balls_where_they_were(bad: float) -> None:
+    space, table = hexagon()
+    mover, other = ball(table, 0.0), ball(table, 0.4, 0.3)
+    table.strike(mover, (1.0, 0.0))
+    steps(space, 0.1)
+    before = tuple(mover.body.position), tuple(other.body.position), table.time
+    with pytest.raises(ValueError, match=r"^dt = .*: a step (may be|must be) "):
+        space.step(bad)
+    assert (tuple(mover.body.position), tuple(other.body.position), table.time) == before
+    steps(space, 4.0)
+    again, twin = hexagon()
+    same, _ = ball(twin, 0.0), ball(twin, 0.4, 0.3)
+    twin.strike(same, (1.0, 0.0))
+    steps(again, 4.1)
+    assert math.dist(mover.body.position, same.body.position) < 1e-12
+
+
+def test_alone_it_takes_steps_of_any_length_too() -> None:
+    ends = []
+    for lengths in ((STEP,), (STEP, 1 / 240, 1 / 100)):
+        _, table = plane(alone=True)
+        first, second = ball(table, 0.0), ball(table, 0.3)
+        table.strike(first, (1.0, 0.0))
+        k = 0
+        while table.time < 4.0:
+            table.step(lengths[k % len(lengths)])
+            k += 1
+        ends.append(places([first, second]))
+        with pytest.raises(ValueError, match=r"dt = 0.5: a step may be"):
+            table.step(0.5)
+    assert apart(*ends) < 1e-12
+
+
+# -- what else acts on balls -----------------------------------------------------------------------
+
+
+def test_walls_without_thickness_are_walls() -> None:
+    assert apart(shot(lambda: STEP), shot(lambda: STEP, radius=1e-12)) < 1e-9
+
+
+def test_a_space_whose_bodies_fall_asleep() -> None:
+    assert apart(shot(lambda: STEP), shot(lambda: STEP, sleepy=True)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("gravity", "deceleration", "speed"), [(1.0, 0.0, 1.0), (1.0, 0.3, 0.7), (0.29, 0.3, 0.0)]
+)
+@pytest.mark.parametrize("friction", ["joint", "callback"])
+@pytest.mark.parametrize("how", ["gravity", "force"])
+def test_gravity_and_forces_act_once_a_step(
+    gravity: float, deceleration: float, speed: float, friction: str, how: str
+) -> None:
+    """First order in dt: 0.005 m/s at 1/60 s. A ball at rest is held by as much friction."""
+    for dt, slack in ((STEP, 6e-3), (1 / 600, 6e-4)):
+        space, table = plane(max_dt=dt, deceleration=deceleration, friction=friction)
+        mover = ball(table, 0.0)
+        if how == "gravity":
+            space.gravity = (0.0, -gravity)
+        for _ in range(round(1.0 / dt)):
+            if how == "force":
+                mover.body.apply_force_at_world_point((0.0, -gravity * M), mover.body.position)
+            space.step(dt)
+        _, velocity = mover.path.at(table.time)
+        assert velocity == pytest.approx((0.0, -speed), abs=slack)
+        if speed == 0.0:
+            assert tuple(mover.body.position) == (0.0, 0.0)
+
+
+def test_forces_act_on_a_body_that_was_in_the_space_before() -> None:
+    space = pymunk.Space()
+    body = pymunk.Body(M, 1e-4)
+    circle = pymunk.Circle(body, R)
+    space.add(body, circle)
+    mover = Billiards(space, STEP, pair=PAIR).add_ball(circle)
+    for _ in range(60):
+        body.apply_force_at_world_point((M, 0.0), body.position)
+        space.step(STEP)
+    assert mover.path.vx == pytest.approx(1.0, abs=1e-9)
+
+
+def test_damping_of_the_space_acts_on_balls() -> None:
+    space, table = plane(deceleration=0.0)
+    space.damping = 0.5
+    mover = ball(table, 0.0, velocity=(1.0, 0.0))
+    steps(space, 1.0)
+    assert mover.path.vx == pytest.approx(0.5, abs=1e-9)
+
+
+def test_a_filter_lets_balls_through_each_other() -> None:
+    space, table = plane()
+    met: list[ContactEvent] = []
+    table.on_contact = met.append
+    balls = []
+    for k, group in enumerate((1, 1, 2)):
+        body = pymunk.Body(M, 1e-4)
+        body.position = (0.2 * k, 0.0)
+        circle = pymunk.Circle(body, R)
+        circle.filter = pymunk.ShapeFilter(group=group)
+        balls.append(table.add_ball(circle))
+    table.strike(balls[0], (1.0, 0.0))
+    steps(space, 4.0)
+    assert [contact.balls for contact in met] == [(balls[0], balls[2])]
+
+
+# -- coming and going ------------------------------------------------------------------------------
+
+
+def test_a_ball_that_somebody_took_out_of_the_space_is_gone() -> None:
+    space, table = hexagon()
+    mover, other = ball(table, 0.0), ball(table, 0.3)
+    met: list[ContactEvent] = []
+    table.on_contact = met.append
+    table.strike(mover, (1.0, 0.0))
+    space.step(STEP)
+    space.remove(other.circle, other.body)
+    steps(space, 6.0)
+    assert not other.is_on_table
+    assert all(contact.wall is not None for contact in met)
+    assert table.moving == {}
+    assert other.sensor.space is None
+
+
+def test_a_ball_is_removed_from_within_a_callback() -> None:
+    space, table = plane()
+    first, second, third = (ball(table, 0.2 * k) for k in range(3))
+    heard: list[object] = []
+
+    def hit(contact: ContactEvent) -> None:
+        heard.append(contact.balls)
+        table.remove_ball(second)
+
+    table.on_contact = hit
+    table.on_stop = lambda stopped, _t: heard.append(stopped)
+    table.strike(first, (1.0, 0.0))
+    steps(space, 6.0)
+    assert heard == [(first, second), first]
+    assert second.body not in space.bodies
+    assert tuple(third.body.position) == (0.4, 0.0)
+
+
+def test_ball_in_hand_from_within_a_callback() -> None:
+    """The cue ball falls into a pocket, and comes back as a new ball where there is room."""
+    space, table = plane()
+    cue, other = ball(table, -0.5), ball(table, -0.8)
+    table.add_pocket((0.0, 0.0), 0.05)
+    new: list[Ball] = []
+
+    def back(_ball: Ball, _pocket: int, _t: float) -> None:
+        spot = table.free_spot(other.body.position, R)
+        new.append(ball(table, *spot))
+
+    table.on_pocket = back
+    table.strike(cue, (1.0, 0.0))
+    steps(space, 3.0)
+    assert not cue.is_on_table
+    assert new[0].number == 2
+    assert math.dist(new[0].body.position, other.body.position) == pytest.approx(2 * R, rel=0.2)
+    table.strike(new[0], (0.0, 1.0))
+    steps(space, 1.0)
+    assert new[0].body.position.y > 0.5
+
+
+def test_a_body_may_be_a_ball_again_after_it_was_removed() -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+    table.remove_ball(one)
+    one.body.position = (1.0, 0.0)
+    again = table.add_ball(pymunk.Circle(one.body, R))
+    assert (one.number, again.number) == (0, 1)
+    table.clear()
+    assert not again.is_on_table
+    assert not [body for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC]
+
+
+def test_a_wall_that_is_removed_is_met_by_nobody() -> None:
+    space, table = plane()
+    wall = table.add_wall(pymunk.Segment(space.static_body, (0.5, -1), (0.5, 1), 0), 0.9)
+    kept = table.add_wall(pymunk.Segment(space.static_body, (0.9, -1), (0.9, 1), 0), 0.9)
+    mover = ball(table, 0.0)
+    met: list[int | None] = []
+    table.on_contact = lambda contact: met.append(contact.wall)
+    table.strike(mover, (2.0, 0.0))
+    space.step(STEP)
+    table.remove_wall(wall)
+    steps(space, 2.0)
+    assert met == [kept]
+
+
+def test_a_ball_is_placed_and_met_there() -> None:
+    space, table = plane()
+    mover, other = ball(table, 0.0), ball(table, 0.0, 1.0)
+    met: list[ContactEvent] = []
+    table.on_contact = met.append
+    table.strike(mover, (1.0, 0.0))
+    space.step(STEP)
+    table.place(other, (0.3, 0.0))
+    steps(space, 3.0)
+    assert len(met) == 1
+    assert met[0].t == pytest.approx((1 - math.sqrt(1 - 2 * A * 0.24)) / A, abs=1e-12)
+
+
+# -- undo and looking ahead ------------------------------------------------------------------------
+
+
+def test_a_saved_state_comes_back_with_everybody_in_it() -> None:
+    space, table = hexagon()
+    balls = [ball(table, -0.5 + 0.2 * k, 0.4) for k in range(5)]
+    table.add_pocket((0.5, -0.1), 0.1)
+    table.strike(balls[0], (2.0, -0.3))
+    steps(space, 0.5)
+    saved = table.save_state()
+    table.strike(balls[2], (1.5, -1.3))
+    ends = []
+    for _ in range(3):
+        steps(space, 8.0)
+        ends.append((places(balls), [each.is_on_table for each in balls]))
+        extra = ball(table, -0.8, 0.0)
+        table.restore_state(saved)
+        assert table.time == 0.5
+        assert not extra.is_on_table
+        assert all(each.is_on_table for each in balls)
+        table.strike(balls[2], (1.5, -1.3))
+    assert not all(ends[0][1])
+    for positions, there in ends[1:]:
+        assert apart(positions, ends[0][0]) < 1e-9
+        assert there == ends[0][1]
+
+
+def test_the_aiming_line_is_where_the_balls_go() -> None:
+    space, table = hexagon()
+    cue, target = ball(table, -0.3), ball(table, 0.2, 0.02)
+    seen = table.predict(cue, (2.0, 0.0))
+    assert seen.met is target
+    assert seen.wall is seen.pocket is None
+    met: list[ContactEvent] = []
+    table.on_contact = met.append
+    table.strike(cue, (2.0, 0.0))
+    while not met:
+        space.step(STEP)
+    assert met[0].t == pytest.approx(seen.t, abs=1e-12)
+    start, ghost, _ = seen.way
+    assert start == (-0.3, 0.0)
+    assert math.dist(ghost, (0.2, 0.02)) == pytest.approx(2 * R, abs=1e-12)
+    assert seen.other_way[0] == (0.2, 0.02)
+    steps(space, 0.05)
+    (x, y), (dx, dy) = target.body.position, seen.other_way[1]
+    assert math.atan2(y - 0.02, x - 0.2) == pytest.approx(math.atan2(dy - 0.02, dx - 0.2), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "wall", "pocket"), [((0.0, 2.0), 1, None), ((2.0, 0.0), None, 0)]
+)
+def test_the_aiming_line_to_a_wall_or_a_pocket(
+    velocity: tuple[float, float], wall: int | None, pocket: int | None
+) -> None:
+    _, table = hexagon()
+    table.add_pocket((0.5, 0.0), 0.1)
+    cue = ball(table, 0.0)
+    seen = table.predict(cue, velocity)
+    assert (seen.met, seen.wall, seen.pocket) == (None, wall, pocket)
+    assert table.save_state().motions[cue] == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_nothing_is_met_on_an_empty_plane() -> None:
+    _, table = plane()
+    seen = table.predict(ball(table, 0.0), (1.0, 0.0))
+    assert seen[:4] == (None, None, None, math.inf)
+    assert seen.way[1] == pytest.approx((1 / (2 * A), 0.0))
+
+
+def test_a_free_spot_is_near_and_free() -> None:
+    _, table = hexagon()
+    balls = [ball(table, 0.07 * k - 0.2, 0.0) for k in range(6)]
+    table.add_pocket((0.4, 0.3), 0.1)
+    assert table.free_spot((0.0, 0.4)) == (0.0, 0.4)
+    for near in ((0.0, 0.0), (0.4, 0.3), (0.97, 0.0)):
+        x, y = spot = table.free_spot(near)
+        assert all(math.dist(spot, each.body.position) >= 2 * R for each in balls)
+        assert math.dist(spot, (0.4, 0.3)) >= 0.1
+        assert (
+            max(
+                x * math.cos(t) + y * math.sin(t)
+                for t in (math.pi / 6 + k * math.pi / 3 for k in range(6))
+            )
+            <= math.sqrt(0.75) - R + 1e-12
+        )
+        assert math.dist(spot, near) < 0.3
+    with pytest.raises(ValueError, match="there is no room"):
+        table.free_spot((0.0, 0.0), 2.0)
+
+
+# -- what cannot be --------------------------------------------------------------------------------
+
+
+def said(attempt: Callable[[], object]) -> str:
+    """Return the one line in which an attempt is refused."""
+    with pytest.raises(ValueError) as caught:
+        attempt()
+    line = str(caught.value)
+    assert "\n" not in line
+    return line
+
+
+@pytest.mark.parametrize(
+    ("wrong", "line"),
+    [
+        ({"max_dt": -1}, "max_dt = -1: must be greater than 0"),
+        ({"max_dt": "fast"}, 'max_dt = "fast": must be a number'),
+        ({"deceleration": -0.1}, "deceleration = -0.1: must be 0 or more"),
+        ({"deceleration": math.nan}, "deceleration = nan: must be a finite number"),
+        ({"contacts": "sweep"}, 'contacts = sweep: must be one of swept, discrete; did you mean '
+         '"swept"?'),
+        ({"friction": "glue"}, "friction = glue: must be one of joint, callback"),
+        ({"law": "newton"}, 'law = "newton": must be one of coulomb, published, or an object of '
+         "the class Law"),
+        ({"pair": 0.9}, "pair = 0.9: must be a function of two balls' numbers"),
+    ],
+)  # fmt: skip
+def test_settings_that_make_no_sense(wrong: dict[str, Any], line: str) -> None:
+    assert said(lambda: plane(**wrong)) == line
+
+
+def test_spaces_that_cannot_be() -> None:
+    space, _ = plane()
+    assert said(lambda: Billiards(space, STEP, pair=PAIR)) == (
+        "space = taken: this space has a Billiards already"
+    )
+    threaded = pymunk.Space(threaded=True)
+    if threaded.threaded:
+        assert "without threads" in said(lambda: Billiards(threaded, STEP, pair=PAIR))
+    nothing: Any = None
+    assert said(lambda: Billiards(nothing, STEP, pair=PAIR)).startswith("space = None: must be")
+    with pytest.raises(TypeError, match="use save_state"):
+        pickle.dumps(space)
+
+
+def circle(
+    offset: tuple[float, float] = (0.0, 0.0), mass: float = M, kind: int = pymunk.Body.DYNAMIC
+) -> pymunk.Circle:
+    body = pymunk.Body(mass, 1e-4, kind)
+    return pymunk.Circle(body, R, offset)
+
+
+def of_type(shape: pymunk.Shape, number: int) -> Any:
+    shape.collision_type = number
+    return shape
+
+
+@pytest.mark.parametrize(
+    ("make", "line"),
+    [
+        (lambda: pymunk.Poly.create_box(pymunk.Body(1, 1)), "circle = Poly: a ball must be a "
+         "pymunk.Circle"),
+        (lambda: circle(offset=(0.01, 0.0)), "circle.offset = [0.01, 0.0]: a ball's circle must "
+         "lie in the middle of its body"),
+        (lambda: circle(mass=0.0), "circle.body.mass = 0.0: must be greater than 0"),
+        (lambda: circle(kind=pymunk.Body.KINEMATIC), "circle = Circle: a ball's body must be "
+         "dynamic"),
+        (lambda: pymunk.Circle(pymunk.Body(1, 1), 0.0), "circle.radius = 0.0: must be greater than "
+         "0"),
+        (lambda: of_type(circle(), 7), "circle.collision_type = 7: Billiards needs a collision "
+         "type of its own: use on_contact instead of handlers"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_a_ball(make: Callable[[], Any], line: str) -> None:
+    space, table = plane()
+    shapes = len(space.shapes)
+    assert said(lambda: table.add_ball(make())) == line
+    assert len(space.shapes) == shapes
+    assert table.balls == []
+
+
+def test_a_ball_twice_or_in_another_one() -> None:
+    _, table = plane()
+    one = ball(table, 0.0)
+    assert said(lambda: table.add_ball(one.circle)).startswith("circle.collision_type")
+    assert said(lambda: table.add_ball(pymunk.Circle(one.body, R))) == (
+        "circle = taken: this body is a ball already"
+    )
+    deep = "the ball overlaps another one by 0.01 m (0.33 radii)"
+    assert said(lambda: ball(table, 0.05)) == f"position = [0.05, 0.0]: {deep}"
+    other = ball(table, 1.0)
+    assert said(lambda: table.place(other, (0.05, 0.0))) == f"position = [0.05, 0.0]: {deep}"
+
+
+@pytest.mark.parametrize(
+    ("shape", "restitution", "friction", "line"),
+    [
+        (lambda s: pymunk.Segment(pymunk.Body(1, 1), (0, 0), (1, 0), 0), 0.9, 0.0,
+         "shape = Segment: a wall's body must be static, as walls stand"),
+        (lambda s: pymunk.Segment(s.static_body, (0, 0), (0, 0), 0), 0.9, 0.0,
+         "shape = Segment: a segment must have two ends"),
+        (lambda s: pymunk.Segment(s.static_body, (0, 0), (1, 0), 0), 2, 0.0,
+         "restitution = 2: must be between 0 and 1"),
+        (lambda s: pymunk.Segment(s.static_body, (0, 0), (1, 0), 0), 0.9, -1.0,
+         "friction = -1.0: must be 0 or more"),
+        (lambda s: of_type(pymunk.Segment(s.static_body, (0, 0), (1, 0), 0), 3), 0.9, 0.0,
+         "shape.collision_type = 3: Billiards needs a collision type of its own: use on_contact "
+         "instead of handlers"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_a_wall(
+    shape: Callable[[pymunk.Space], Any], restitution: float, friction: float, line: str
+) -> None:
+    space, table = plane()
+    assert said(lambda: table.add_wall(shape(space), restitution, friction)) == line
+    assert not space.shapes
+
+
+def test_a_pair_that_says_other_masses_than_the_bodies_have() -> None:
+    _, table = plane(pair=same_balls(0.9, 0.0, mass=0.2))
+    ball(table, 0.0)
+    assert said(lambda: ball(table, 1.0)) == (
+        "pair = a mass of 0.2 kg: the body of ball 0 has a mass of 0.17 kg"
+    )
+
+
+def test_calls_that_make_no_sense() -> None:
+    _, table = plane()
+    one = ball(table, 0.0)
+    assert said(lambda: table.strike(one, (math.nan, 0.0))).startswith("velocity = [nan, 0.0]")
+    assert said(lambda: table.remove_wall(5)) == "wall = 5: there is no wall of this number"
+    assert (
+        said(lambda: table.add_pocket((0.0, 0.0), -1.0)) == "radius = -1.0: must be greater than 0"
+    )
+    assert said(table.step) == "alone = false: the space is shared: call space.step(dt)"
+    stranger: Any = "cue"
+    assert said(lambda: table.strike(stranger, (1.0, 0.0))).startswith('ball = "cue": must be what')
+    table.remove_ball(one)
+    assert said(lambda: table.strike(one, (1.0, 0.0))) == "ball = 0: the ball is off the table"
+    assert said(lambda: same_balls(2.0, 0.0)) == "restitution = 2.0: must be between 0 and 1"
+
+
+def test_the_same_balls_can_be_pickled() -> None:
+    pair = same_balls(0.9, 0.05, mass=0.2)
+    assert pickle.loads(pickle.dumps(pair))(0, 1) == pair(0, 1)
