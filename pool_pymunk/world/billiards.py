@@ -275,6 +275,7 @@ class Billiards:
         for other in itertools.islice(self._ball_of.values(), 1):
             masses = (other.body.mass, body.mass)
             check_pair(self._said_pair(other.number, number), masses, (other.number, number))
+        self.near.filters = self.near.filters or circle.filter != EVERYTHING
         return self.put_ball(circle)
 
     def put_ball(self, circle: pymunk.Circle) -> Ball:
@@ -304,11 +305,11 @@ class Billiards:
 
     def _enter(self, ball: Ball) -> None:
         """Put a ball's sensor into the space, and mark its circle as a ball's."""
-        ball.circle.collision_type = BALL
+        if not self.alone:
+            ball.circle.collision_type = BALL
+            ball.sensor.filter = ball.circle.filter
+            self._join(ball.sensor)
         ball.sensor.collision_type = SENSOR
-        ball.sensor.filter = ball.circle.filter
-        self.near.filters = self.near.filters or ball.circle.filter != EVERYTHING
-        self._join(ball.sensor)
         self.near.numbers[ball.sensor] = ball.number
         self._ball_of[ball.body] = ball
         ball.is_on_table = True

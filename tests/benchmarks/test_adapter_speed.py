@@ -16,7 +16,18 @@ from typing import Any
 import pymunk
 import pytest
 
-from pool_pymunk import Ball, Friction, Restitution, Scene, Shot, Table, load, simulate
+from pool_pymunk import (
+    Ball,
+    Billiards,
+    Friction,
+    Restitution,
+    Scene,
+    Shot,
+    Table,
+    load,
+    same_balls,
+    simulate,
+)
 
 REPEATS = 7
 
@@ -112,3 +123,40 @@ def test_many_balls(benchmark: Any, count: int) -> None:
     benchmark.extra_info["us a step"] = round(stepping / run.steps * 1e6, 1)
     benchmark.extra_info["bare us a step"] = round(alone / run.steps * 1e6, 1)
     benchmark.extra_info["ratio to bare pymunk"] = round(stepping / alone, 2)
+
+
+def eight_ball(alone: bool) -> tuple[pymunk.Space, Billiards]:
+    """Return the break of `eight-ball` as a game has it, with the cue ball on its way."""
+    scene, space = load("eight-ball"), pymunk.Space()
+    pair = same_balls(0.95, 0.05)
+    table = Billiards(space, 1 / 60, pair=pair, deceleration=scene.deceleration, alone=alone)
+    assert scene.table is not None
+    for edge in scene.table.edges:
+        table.add_wall(pymunk.Segment(space.static_body, edge.start, edge.end, 0), 0.75, 0.14)
+    for pocket in scene.pockets:
+        table.add_pocket(pocket.position, pocket.radius)
+    for ball in scene.balls:
+        body = pymunk.Body(ball.mass, 1e-4)
+        body.position = ball.position
+        table.add_ball(pymunk.Circle(body, ball.radius))
+    table.strike(table.balls[0], scene.start(scene.shots[0]).velocity[0])
+    return space, table
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_break_at_sixty_frames_a_second(benchmark: Any, alone: bool) -> None:
+    """The time is that of 600 frames, with sixteen balls and six pockets."""
+
+    def play(space: pymunk.Space, table: Billiards) -> None:
+        for _ in range(600):
+            table.step() if alone else space.step(1 / 60)
+
+    def fresh() -> tuple[tuple[pymunk.Space, Billiards], dict[str, Any]]:
+        return eight_ball(alone), {}
+
+    benchmark.pedantic(play, setup=fresh, rounds=REPEATS)
+    space, table = eight_ball(alone)
+    began = time.perf_counter()
+    play(space, table)
+    benchmark.extra_info["ms_a_frame"] = (time.perf_counter() - began) * 1e3 / 600
+    assert not table.moving
