@@ -351,7 +351,8 @@ def squeezes() -> Iterator[Case]:
             scene = Scene(balls, table, Restitution(e, None, e), GLIDE)
             ends = {"light": (x + R, 0.5), "heavy": (x + 3.0 * R, 0.5)}
             claims = () if beside else (must.end_at(ends),)
-            yield Case(f"1 : 1e6, e = {e:g}{label}", scene, claims, slow=e == 0.5)
+            slow = e == 0.5 or (e == 0.9 and label != "")
+            yield Case(f"1 : 1e6, e = {e:g}{label}", scene, claims, slow=slow)
 
 
 def squeezed(ratio: float, beside: float = 0.0, far: float = 0.0) -> tuple[Ball, ...]:
