@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -468,6 +469,15 @@ def test_the_chance_to_be_pocketed(offset: float, chance: float) -> None:
     record: Any = found.as_dict()
     assert record["balls"]["a"]["pocketed"] == ball.pocketed
     assert (found.pocketed[:, 0] == 0).mean() == ball.pocketed.get("hole", 0.0)
+
+
+def test_no_start_lies_in_a_pocket() -> None:
+    """A ball rests a millimetre outside the rim; starts within a centimetre would be in it."""
+    scene = replace(at_the_rim(0.001), balls=(Ball("a", (0.0, 0.101), 0.05, 0.2),))
+    starts = StartSampler(scene, Uncertainty(0.01).widths(scene)).starts(
+        200, np.random.default_rng(1)
+    )
+    assert np.hypot(*starts[:, 0].T).min() >= 0.1
 
 
 def test_a_break_has_its_chances(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
