@@ -514,6 +514,7 @@ def test_a_rack_breaks_symmetrically_whatever_its_balls_are_made_of(e: float, ga
     assert asymmetry(run) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "e"), [("coulomb", 0.0), ("published", 0.9), ("published", 0.3)])
 def test_a_rack_comes_to_rest_under_both_laws(law: str, e: float) -> None:
     run = exact(frozen_rack(0.0, e, law))

@@ -195,6 +195,7 @@ def twice_then_ctrl_c(work: Callable[..., object]) -> Callable[..., object]:
     return so
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_stability_and_its_processes(tmp_path: Path) -> None:
     """Some cells are done after a few seconds, or none: the CSV is whole, or not there."""
     process = start("stability", "--out", tmp_path / "out")
@@ -295,6 +296,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(disk)], check=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "file"),
     [

@@ -41,8 +41,15 @@ SOLVERS = [solver.name for solver in columns()]
 EXACT = [solver.name for solver in columns() if solver.exact]
 
 
+# The rows of the report's law take as long again, and differ in the law alone.
+ROWS = [
+    pytest.param(key, marks=[pytest.mark.slow] if key.law == "published" else [], id="-".join(key))
+    for key in KEYS
+]
+
+
 @pytest.mark.heavy
-@pytest.mark.parametrize("key", KEYS, ids="-".join)
+@pytest.mark.parametrize("key", ROWS)
 def test_every_row(key: Key) -> None:
     """A cell breaks where the table says and nowhere else, and whatever breaks has a reason."""
     cell, listed = played(key), expected_breaks.table().get(key, Entry())

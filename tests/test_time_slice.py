@@ -188,6 +188,7 @@ REPORT, CORRECTED = load("report"), load("report-corrected")
 REPORT_SHOTS = [pytest.param(shot, id=shot.name) for shot in REPORT.shots]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", [1e-3, pytest.param(1e-4, marks=pytest.mark.heavy)])
 @pytest.mark.parametrize("scene", [REPORT, CORRECTED], ids=["published", "coulomb"])
 @pytest.mark.parametrize("number", range(4))
