@@ -284,6 +284,21 @@ def test_a_body_may_be_a_ball_again_after_it_was_removed() -> None:
     assert not [body for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC]
 
 
+def test_undo_brings_a_ball_back_with_its_own_shapes_alone() -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+    extra = pymunk.Circle(one.body, 0.01, (0.0, 0.01))
+    extra.sensor = True
+    space.add(extra)
+    shapes = set(space.shapes)
+    saved = table.save_state()
+    table.remove_ball(one)
+    table.add_ball(pymunk.Circle(one.body, R))
+    table.restore_state(saved)
+    assert one.is_on_table
+    assert set(space.shapes) == shapes
+
+
 def test_a_wall_that_is_removed_is_met_by_nobody() -> None:
     space, table = plane()
     wall = table.add_wall(pymunk.Segment(space.static_body, (0.5, -1), (0.5, 1), 0), 0.9)
@@ -493,6 +508,24 @@ def test_a_ball_twice_or_in_another_one() -> None:
     assert said(lambda: ball(table, 0.05)) == f"position = [0.05, 0.0]: {deep}"
     other = ball(table, 1.0)
     assert said(lambda: table.place(other, (0.05, 0.0))) == f"position = [0.05, 0.0]: {deep}"
+
+
+def test_a_ball_within_a_pocket_or_a_wall() -> None:
+    """It would lie there for ever, or go through the wall."""
+    space, table = hexagon()
+    table.add_pocket((0.5, 0.0), 0.1)
+    resting = ball(table, 0.0)
+    for attempt in (lambda: ball(table, 0.45), lambda: table.place(resting, (0.45, 0.0))):
+        assert said(attempt) == "position = [0.45, 0.0]: the ball is within pocket 0"
+    edge = math.sqrt(0.75)
+    ball(table, 0.0, edge - R)  # It touches the wall.
+    for attempt in (lambda: ball(table, 0.1, edge), lambda: table.place(resting, (0.1, edge))):
+        assert said(attempt) == f"position = [0.1, {edge}]: the ball overlaps wall 1"
+    assert said(lambda: table.add_pocket((0.0, 0.02), 0.05)) == (
+        "position = [0.0, 0.02]: a ball lies within this pocket"
+    )
+    steps(space, 0.1)
+    assert resting.is_on_table
 
 
 @pytest.mark.parametrize(

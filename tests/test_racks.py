@@ -55,7 +55,7 @@ def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
     ids = ["a", "b", "c"]
     numbers: dict[str, Any] = {"radius": np.float64(R), "mass": np.float32(0.5)}
     apex: Any = np.array([0.0, 1.0])
-    made = rack(apex, **numbers, rows=2, ids=tuple(np.array(ids)))
+    made = rack(apex, **numbers, rows=np.int64(2), ids=tuple(np.array(ids)))  # type: ignore[arg-type]
     assert [ball.id for ball in made] == ids
     assert all(type(value) is float for ball in made for value in (*ball.position, ball.mass))
 

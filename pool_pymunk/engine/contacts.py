@@ -315,15 +315,15 @@ class ContactEngine:
         These are contacts of balls that are still on the table.
         """
         walls = self.walls
-        gone = {i: walls[-1 - j] for i, j in keys if j < 0 and walls[-1 - j].is_pocket}
+        gone = {i: walls[-1 - j] for i, j in keys if j < 0 and walls[-1 - j].center is not None}
         if not gone:
             return keys
         for i, wall in gone.items():
             motion = motion_at(self.paths[i], self.now)
-            center = wall.sides[0].center  # type: ignore[attr-defined]
             self.listed += 1
-            self.remove(i, center)
-            self.recorder.pocketed(i, wall.number, self.now, motion, center)
+            self.remove(i, wall.center)
+            assert wall.center is not None, "it is a pocket"
+            self.recorder.pocketed(i, wall.number, self.now, motion, wall.center)
         self._met_now = {key: None for key in self._met_now if gone.keys().isdisjoint(key)}
         return [key for key in keys if gone.keys().isdisjoint(key)]
 

@@ -6,13 +6,21 @@ NumPy goes further than the door: not to the solvers, not to a law, not into a f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
 
-from pool_pymunk.model.problems import TOO_LARGE, Point, Problem, SceneError, raise_any
+from pool_pymunk.model.problems import (
+    TOO_LARGE,
+    Point,
+    Problem,
+    SceneError,
+    raise_any,
+    setting_error,
+    shown,
+)
 
 Value = TypeVar("Value")
 Reader = Callable[[Any], Value]
@@ -133,3 +141,19 @@ def read(key: str, value: Any, reader: Reader[Value]) -> Value:
         return reader(value)
     except Unfit as unfit:
         raise SceneError([Problem(key, value, str(unfit))]) from None
+
+
+def read_number(
+    key: str, value: Any, problems: Callable[[str, float], Iterable[Problem]]
+) -> float:  # fmt: skip
+    """Read an argument that is a number of which nothing is wrong.
+
+    Raises :class:`~pool_pymunk.SettingError` with the first of its ``problems``.
+    """
+    try:
+        found = number(value)
+    except Unfit as unfit:
+        raise setting_error(key, shown(value), str(unfit)) from None
+    for problem in problems(key, found):
+        raise setting_error(key, value, problem.message)
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from numbers import Integral
 
 from pool_pymunk.model.parts import Ball
 from pool_pymunk.model.plain import number, optional, point, read, text, texts
@@ -54,6 +55,7 @@ def rack(
     )
     names = read("ids", ids, optional(texts))
     shape = read("shape", shape, text)
+    rows = int(rows) if isinstance(rows, Integral) and not isinstance(rows, bool) else rows
     raise_any(rack_problems(apex, rows, shape, angle, gap, names))
     raise_any(size_problems("radius", radius))
     pitch = 2.0 * radius + gap

@@ -148,14 +148,31 @@ class Rim(NamedTuple):
         return path_to_disc(offset, (path.ux, path.uy), self.radius)
 
 
+class Nothing:
+    """This side is where a wall was that has been taken away: nothing meets it."""
+
+    def gap(self, x: float, y: float, r: float) -> float:
+        """Return infinity."""
+        return math.inf
+
+    def normal(self, x: float, y: float) -> Vector:
+        """Return any unit vector."""
+        return (1.0, 0.0)
+
+    def length_along(self, path: Path, r: float) -> float:
+        """Return infinity."""
+        return math.inf
+
+
 class Wall:
     """A wall bounces balls off, or takes them in if it is a pocket; it consists of sides.
 
-    It has its coefficients and the number by which it is reported. ``length_along`` is that of the
-    side that a ball meets first.
+    It has its coefficients and the number by which it is reported. ``center`` (m) is where a pocket
+    keeps the balls that it has taken in; it is None for a wall that bounces balls off.
+    ``length_along`` is that of the side that a ball meets first.
     """
 
-    __slots__ = ("friction", "is_pocket", "length_along", "number", "restitution", "sides")
+    __slots__ = ("center", "friction", "length_along", "number", "restitution", "sides")
 
     length_along: Callable[[Path, float], float]
 
@@ -166,8 +183,13 @@ class Wall:
         self.restitution = restitution
         self.friction = friction
         self.number = number
-        self.is_pocket = False
+        self.center: Vector | None = None
         self.length_along = sides[0].length_along if len(sides) == 1 else self._to_the_first
+
+    @property
+    def is_pocket(self) -> bool:
+        """Tell whether the wall takes balls in."""
+        return self.center is not None
 
     def _to_the_first(self, path: Path, r: float) -> float:
         return min([side.length_along(path, r) for side in self.sides])
@@ -182,7 +204,7 @@ class Wall:
 def pocket(center: Vector, radius: float, number: int) -> Wall:
     """Return a wall that takes balls in whose centres come within ``radius`` (m)."""
     wall = Wall((Rim(center, radius),), 0.0, 0.0, number)
-    wall.is_pocket = True
+    wall.center = center
     return wall
 
 

@@ -32,7 +32,7 @@ def energy_figure(run: Run, style: Style = PRINT) -> Figure:
     upper.set_ylabel("kinetic energy (J)", color=style.ink)
     lower.set_ylabel("size of momentum (kg m/s)", color=style.ink)
     lower.set_xlabel("time (s); the upright lines are contacts", color=style.ink)
-    contacts = [event.t for event in run.events if event.kind != "stop"]
+    contacts = [event.t for event in run.events if event.is_contact]
     for axes in (upper, lower):
         for at in contacts:
             axes.axvline(at, color=style.faint, alpha=0.35, linewidth=0.8, zorder=0)

@@ -6,7 +6,7 @@ Whatever is wrong is one line that names the argument and shows its value.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from numbers import Integral
@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.engine.decisions import Variant
-from pool_pymunk.model import Problem, Scene, Shot, State
-from pool_pymunk.model.plain import Unfit, number
+from pool_pymunk.model import Scene, Shot, State
+from pool_pymunk.model.plain import read_number
 from pool_pymunk.model.problems import (
     listed,
     number_problems,
@@ -246,27 +246,14 @@ def _check_law(method: Solver, law: str | Law | None) -> None:
 
 def _positive(key: str, value: object) -> float | None:
     """Read a positive number of seconds."""
-    return None if value is None else _read(key, value, size_problems)
+    return None if value is None else read_number(key, value, size_problems)
 
 
 def _count(key: str, value: object) -> int | None:
     """Read a whole number from 1."""
     if value is None:
         return None
-    found = _read(key, value, lambda key, value: number_problems(key, value, 1.0))
+    found = read_number(key, value, lambda key, value: number_problems(key, value, 1.0))
     if not found.is_integer():
         raise setting_error(key, value, "must be a whole number")
     return int(found)
-
-
-def _read(
-    key: str, value: object, problems: Callable[[str, float], Iterable[Problem]]
-) -> float:  # fmt: skip
-    """Read a number of which nothing is wrong."""
-    try:
-        found = number(value)
-    except Unfit as unfit:
-        raise setting_error(key, shown(value), str(unfit)) from None
-    for problem in problems(key, found):
-        raise setting_error(key, value, problem.message)
-    return found

@@ -22,26 +22,24 @@ import itertools
 import math
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, get_args
 
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
-from pool_pymunk.engine.resolver import History
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at, set_off
-from pool_pymunk.physics.sides import Side, Wall, pocket
+from pool_pymunk.physics.sides import Nothing, Side, Wall, pocket
+from pool_pymunk.world.ball import Ball, ContactEvent, TableState
 from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase, EndOfStep
 from pool_pymunk.world.checks import (
     LONGEST,
     check_choice,
     check_circle,
-    check_overlap,
-    check_pair,
+    check_place,
     check_space,
     check_wall,
     read_from_zero,
@@ -51,7 +49,8 @@ from pool_pymunk.world.checks import (
     read_vector,
     step_error,
 )
-from pool_pymunk.world.outlook import Table, free_spot
+from pool_pymunk.world.outlook import Outlook, Prediction, free_spot
+from pool_pymunk.world.pairs import check_pair
 from pool_pymunk.world.shapes import sides_of
 
 Contacts = Literal["swept", "discrete"]
@@ -66,73 +65,6 @@ HAIR = 1e-9  # radii; the sensor of a ball that moves is larger by this
 
 _tables: weakref.WeakKeyDictionary[pymunk.Space, weakref.ref[Billiards]]
 _tables = weakref.WeakKeyDictionary()
-
-
-class Ball:
-    """A ball has a number, its circle and body, and a sensor that feels what is near.
-
-    ``is_on_table`` says whether it has not been pocketed or removed.
-    """
-
-    __slots__ = ("_engine", "body", "circle", "is_on_table", "joint", "number", "radius", "sensor")
-
-    def __init__(
-        self, number: int, circle: pymunk.Circle, sensor: pymunk.Circle, engine: ContactEngine
-    ) -> None:
-        assert circle.body is not None
-        self.number = number
-        self.radius = circle.radius
-        self.circle = circle
-        self.sensor = sensor
-        self.body = circle.body
-        self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
-        self.is_on_table = True
-        self._engine = engine
-
-    def __repr__(self) -> str:
-        where = "" if self.is_on_table else ", off the table"
-        return f"<Ball {self.number} at {tuple(self.body.position)}{where}>"
-
-    @property
-    def path(self) -> Path:
-        """The ball's exact path."""
-        return self._engine.paths[self.number]
-
-
-class ContactEvent(NamedTuple):
-    """A contact event tells when (s) a contact was answered, and whose it was.
-
-    ``balls`` are two balls, or one ball that met the wall of number ``wall``.
-    """
-
-    t: float
-    balls: tuple[Ball, ...]
-    wall: int | None
-
-
-class TableState(NamedTuple):
-    """A table's state has the time (s), each ball's motion (m, m/s), and which contacts last."""
-
-    time: float
-    motions: dict[Ball, Motion]
-    history: dict[tuple[int, int], History]
-
-
-class Prediction(NamedTuple):
-    """A prediction says what a ball would meet first, and the ways of both balls (m).
-
-    ``met`` is the ball that it would meet, ``wall`` or ``pocket`` the number of a wall or a pocket,
-    each None if there is none. ``t`` (s) is how long that takes; it is infinite if nothing is met.
-    ``way`` has the ball's turning points: its place, where it meets what it meets, and where it
-    turns next or stops. ``other_way`` is that of the ball met, from its place at the contact on.
-    """
-
-    met: Ball | None
-    wall: int | None
-    pocket: int | None
-    t: float
-    way: tuple[Vector, ...]
-    other_way: tuple[Vector, ...]
 
 
 class Billiards:
@@ -154,6 +86,7 @@ class Billiards:
 
     Raises ValueError, in one sentence that names the argument, for what cannot be.
 
+    >>> from pool_pymunk import same_balls
     >>> space = pymunk.Space()
     >>> table = Billiards(space, 1 / 60, deceleration=0.5, pair=same_balls(0.9, 0.05))
     >>> body = pymunk.Body(0.2, math.inf)
@@ -216,7 +149,7 @@ class Billiards:
         self._error: Exception | None = None
         self._this_step = self.dt  # s; that of the step which pymunk makes now
         self._felt: dict[Ball, tuple[Vector, Vector]] = {}  # velocity (m/s), force (N) in this step
-        self._kicks: dict[Ball, Vector] = {}  # m/s; what forces do at the end of this step
+        self._kicks: dict[Ball, Vector] = {}  # m/s^2, at the end of this step
         self._damped = 1.0  # the share of a velocity that the space's damping leaves in this step
         self._lost: list[Ball] = []  # These balls were taken out of the space by others.
         self._is_refused = False
@@ -263,14 +196,16 @@ class Billiards:
         In a shared space the ball gets a second circle, its sensor, a little larger than the ball.
         If ``alone``, the circle itself is the sensor. The circle's filter holds for both. Raises
         ValueError for what cannot be a ball: a shape that is no circle in the middle of a dynamic
-        body, one that is a ball already, one that overlaps another ball.
+        body, one that is a ball already, one that overlaps a ball or a wall or lies within a
+        pocket.
         """
         check_circle(circle)
         body = circle.body
         assert body is not None
         if body in self._ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
-        check_overlap(read_vector("position", body.position), circle.radius, self._discs())
+        place = read_vector("position", body.position)
+        check_place(place, circle.radius, self._discs(), self.engine.walls)
         number = len(self.balls)
         for other in itertools.islice(self._ball_of.values(), 1):
             masses = (other.body.mass, body.mass)
@@ -314,9 +249,10 @@ class Billiards:
         self._ball_of[ball.body] = ball
         ball.is_on_table = True
 
-    def _discs(self) -> list[tuple[Vector, float]]:
-        """Return places and radii (m) of the balls on the table."""
-        return [(ball.path.at(self.time)[0], ball.radius) for ball in self._ball_of.values()]
+    def _discs(self, without: Ball | None = None) -> list[tuple[Vector, float]]:
+        """Return places and radii (m) of the balls on the table, perhaps ``without`` one."""
+        now, balls = self._now, self._ball_of.values()
+        return [(ball.path.at(now)[0], ball.radius) for ball in balls if ball is not without]
 
     def _join(self, *things: pymunk.Body | pymunk.Shape) -> None:
         self.space.add(*[thing for thing in things if thing.space is None])
@@ -396,9 +332,12 @@ class Billiards:
     def add_pocket(self, position: Vector, radius: float) -> int:
         """Make a pocket, which takes balls in whose centres come within ``radius`` (m).
 
-        The bodies and shapes of these balls leave the space. Returns the pocket's number.
+        The bodies and shapes of these balls leave the space. Returns the pocket's number. Raises
+        ValueError if a ball lies within it now.
         """
         position, radius = read_vector("position", position), read_size("radius", radius)
+        if any(math.dist(position, place) < radius for place, _ in self._discs()):
+            raise setting_error("position", list(position), "a ball lies within this pocket")
         shape = pymunk.Circle(self.space.static_body, radius, position)
         shape.sensor = True
         shape.collision_type = WALL
@@ -418,16 +357,11 @@ class Billiards:
     def place(self, ball: Ball, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
 
-        Raises ValueError if it overlaps another ball there.
+        Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket.
         """
         self._check_ball(ball)
         position = read_vector("position", position)
-        others = [
-            (other.path.at(self.time)[0], other.radius)
-            for other in self._ball_of.values()
-            if other is not ball
-        ]
-        check_overlap(position, ball.radius, others)
+        check_place(position, ball.radius, self._discs(without=ball), self.engine.walls)
         self._do(lambda: self._send(ball, position, (0.0, 0.0)))
 
     def _send(self, ball: Ball, position: Vector | None, velocity: Vector) -> None:
@@ -474,7 +408,7 @@ class Billiards:
         self._moved_by_others.clear()
         for ball, (x, y, vx, vy) in state.motions.items():
             if not ball.is_on_table:
-                self._join(ball.body, *ball.body.shapes)
+                self._join(ball.body, *ball.shapes)
                 self._enter(ball)
             path = set_off(self.time, (x, y), (vx, vy), self.deceleration)
             self.engine.set_off(ball.number, path)
@@ -483,14 +417,14 @@ class Billiards:
         self.engine.resolver.history.update(state.history)
         self._predict_anew()
 
-    def predict(self, ball: Ball, velocity: Vector) -> Prediction:
+    def predict(self, ball: Ball, velocity: Vector) -> Prediction[Ball]:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
 
         All balls move on, as they would; nothing else in the space is looked at.
         """
         self._check_ball(ball)
         velocity = read_vector("velocity", velocity)
-        found = self._outlook().sketch(ball.number, velocity, self.time)
+        found = self._outlook().sketch(ball.number, velocity, self._now)
         met = None if found.met is None else self.balls[found.met]
         return Prediction(met, *found[1:])
 
@@ -508,10 +442,10 @@ class Billiards:
             raise setting_error("near", list(near), "there is no room for a ball near this place")
         return found
 
-    def _outlook(self) -> Table:
+    def _outlook(self) -> Outlook:
         engine = self.engine
         numbers = [ball.number for ball in self._ball_of.values()]
-        return Table(
+        return Outlook(
             paths={i: engine.paths[i] for i in numbers},
             radii={i: engine.radii[i] for i in numbers},
             masses={i: engine.masses[i] for i in numbers},
@@ -640,7 +574,8 @@ class Billiards:
             ball.is_on_table = False
             ball.body.position = ball.path.x, ball.path.y
             del self._ball_of[ball.body]
-            things: list[pymunk.Body | pymunk.Shape] = [ball.body, *ball.body.shapes]
+            ball.shapes = tuple(ball.body.shapes)
+            things: list[pymunk.Body | pymunk.Shape] = [ball.body, *ball.shapes]
             self.space.remove(*[thing for thing in things if thing.space is not None])
         gone.clear()
 
@@ -678,9 +613,7 @@ class Billiards:
         """Notice moved balls in each step, when positions are new, and what forces will do."""
         try:
             self.space.add_post_step_callback(self._after_shared_step, self)
-            self._is_refused = math.isfinite(dt) and not 0.0 < dt <= LONGEST * self.max_dt
-            if not math.isfinite(dt):
-                raise step_error(dt, self.max_dt)
+            self._is_refused = not 0.0 < dt <= LONGEST * self.max_dt
             if self._is_refused:
                 return
             gx, gy = gravity
@@ -697,7 +630,8 @@ class Billiards:
     def _after_shared_step(self, *_: object) -> None:
         """Answer what happened in a step of a shared space."""
         if self._is_refused:
-            self._undo_step()
+            if math.isfinite(self._this_step):  # Else no place is left to go back to.
+                self._undo_step()
             raise step_error(self._this_step, self.max_dt)
         lost, self._lost = self._lost, []
         for ball in lost:
@@ -876,46 +810,6 @@ class Callbacks(Recorder):
         """Call ``on_stop_revoked``, because the ball had not come to rest."""
         if self.table.on_stop_revoked is not None:
             self.table.on_stop_revoked(self.table.balls[i], t)
-
-
-@dataclass(frozen=True)
-class SameBalls:
-    """These are the pairs of a table whose balls are all alike; see :func:`same_balls`."""
-
-    pair: Pair
-
-    def __call__(self, i: int, j: int) -> Pair:
-        """Return the pair of any two balls."""
-        return self.pair
-
-
-def same_balls(restitution: float, friction: float, mass: float | None = None) -> SameBalls:
-    """Return the ``pair`` of a table whose balls are all alike.
-
-    Without a ``mass`` (kg) it is that of the bodies.
-
-    >>> same_balls(0.9, 0.05, mass=0.2)(0, 1)
-    Pair(m_a=0.2, m_b=0.2, restitution=0.9, friction=0.05)
-    """
-    m = math.nan if mass is None else read_size("mass", mass)
-    e = read_share("restitution", restitution)
-    return SameBalls(Pair(m, m, e, read_from_zero("friction", friction)))
-
-
-class Nothing:
-    """This side is where a wall was: nothing meets it."""
-
-    def gap(self, x: float, y: float, r: float) -> float:
-        """Return infinity."""
-        return math.inf
-
-    def normal(self, x: float, y: float) -> Vector:
-        """Return any unit vector."""
-        return (1.0, 0.0)
-
-    def length_along(self, path: Path, r: float) -> float:
-        """Return infinity."""
-        return math.inf
 
 
 def _friction_joint(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import pymunk
 
-from pool_pymunk.model.plain import Unfit, number, point
+from pool_pymunk.model.plain import Unfit, point, read_number
 from pool_pymunk.model.problems import (
     TOUCHING,
     SettingError,
@@ -18,8 +18,10 @@ from pool_pymunk.model.problems import (
     size_problems,
     suggestion,
 )
-from pool_pymunk.physics.contact import Pair, Vector
+from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.laws import LAWS, Law, find_law
+from pool_pymunk.physics.sides import Wall
+from pool_pymunk.world.outlook import overlaps
 
 LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step so much longer
 
@@ -34,27 +36,17 @@ def check_space(space: Any) -> None:
 
 def read_size(key: str, value: Any) -> float:
     """Read a number greater than 0."""
-    return _read(key, value, size_problems)
+    return read_number(key, value, size_problems)
 
 
 def read_share(key: str, value: Any) -> float:
     """Read a number between 0 and 1."""
-    return _read(key, value, lambda key, value: number_problems(key, value, 0.0, 1.0))
+    return read_number(key, value, lambda key, value: number_problems(key, value, 0.0, 1.0))
 
 
 def read_from_zero(key: str, value: Any) -> float:
     """Read a number from 0 on."""
-    return _read(key, value, lambda key, value: number_problems(key, value, 0.0))
-
-
-def _read(key: str, value: Any, problems: Callable[[str, float], Any]) -> float:
-    try:
-        found = number(value)
-    except Unfit as unfit:
-        raise setting_error(key, shown(value), str(unfit)) from None
-    for problem in problems(key, found):
-        raise setting_error(key, value, problem.message)
-    return found
+    return read_number(key, value, lambda key, value: number_problems(key, value, 0.0))
 
 
 def read_vector(key: str, value: Any) -> Vector:
@@ -123,8 +115,20 @@ def _check_type(key: str, shape: pymunk.Shape) -> None:
         raise setting_error(f"{key}.collision_type", shape.collision_type, message)
 
 
-def check_overlap(center: Vector, radius: float, others: Sequence[tuple[Vector, float]]) -> None:
-    """Refuse a ball that overlaps one of the others by more than counts as touching."""
+def check_place(
+    center: Vector, radius: float, others: Sequence[tuple[Vector, float]], walls: Sequence[Wall]
+) -> None:
+    """Refuse a ball that overlaps another ball or a wall by more than counts as touching.
+
+    Refuse one within a pocket, too.
+    """
+    for wall in walls:
+        if wall.is_pocket and wall.sides[0].gap(*center, radius) < 0.0:
+            message = f"the ball is within pocket {wall.number}"
+            raise setting_error("position", list(center), message)
+        if overlaps(wall, center, radius, TOUCHING * radius):
+            message = f"the ball overlaps wall {wall.number}"
+            raise setting_error("position", list(center), message)
     for place, other in others:
         overlap = radius + other - math.dist(center, place)
         smaller = min(radius, other)
@@ -133,16 +137,6 @@ def check_overlap(center: Vector, radius: float, others: Sequence[tuple[Vector, 
                 f"the ball overlaps another one by {overlap:.2g} m ({overlap / smaller:.2g} radii)"
             )
             raise setting_error("position", list(center), message)
-
-
-def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]) -> Pair:
-    """Return the pair with the masses of the bodies; refuse a pair that says otherwise."""
-    said = (pair.m_a, pair.m_b)
-    for mass, own, i in zip(said, masses, numbers, strict=True):
-        if not math.isnan(mass) and mass != own:
-            message = f"the body of ball {i} has a mass of {own:g} kg"
-            raise setting_error("pair", f"a mass of {mass:g} kg", message)
-    return pair._replace(m_a=masses[0], m_b=masses[1])
 
 
 def step_error(dt: float, longest: float) -> SettingError:

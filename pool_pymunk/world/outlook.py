@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
@@ -19,16 +19,19 @@ AROUND = 24  # in so many directions on each.
 MOST = 2_000  # So many instants are played at most.
 
 
-class Sketch(NamedTuple):
-    """A sketch says what a ball meets first, and the ways of both balls.
+Who = TypeVar("Who")
 
-    ``met`` is the number of the ball that is met, ``wall`` that of the wall, ``pocket`` that of the
-    pocket; they are None where there is none of them. ``t`` (s) is when, from now on. ``way`` and
-    ``other_way`` are the turning points (m) of the two balls, until each has met something else or
-    has stopped.
+
+class Prediction(NamedTuple, Generic[Who]):
+    """A prediction says what a ball would meet first, and the ways of both balls (m).
+
+    ``met`` is the ball that it would meet, ``wall`` or ``pocket`` the number of a wall or a pocket,
+    each None if there is none. ``t`` (s) is how long that takes; it is infinite if nothing is met.
+    ``way`` has the ball's turning points: its place, where it meets what it meets, and where it
+    turns next or stops. ``other_way`` is that of the ball met, from its place at the contact on.
     """
 
-    met: int | None
+    met: Who | None
     wall: int | None
     pocket: int | None
     t: float
@@ -37,33 +40,51 @@ class Sketch(NamedTuple):
 
 
 class Witness(Recorder):
-    """This recorder notes where balls turn."""
+    """This recorder notes where balls turn, and what one of them meets first."""
 
-    def __init__(self) -> None:
+    def __init__(self, ball: int) -> None:
+        self.ball = ball
         self.first: Contact | None = None
-        self.at = math.inf
         self.pocket: int | None = None
+        self.at = math.inf
         self.turns: dict[int, list[Vector]] = {}
-        self.ball = -1
 
     def contact(self, contact: Contact, t: float) -> None:
-        if self.first is None and self.pocket is None and self.ball in contact.balls:
+        """Note the first contact of the ball."""
+        if self.at == math.inf and self.ball in contact.balls:
             self.first, self.at = contact, t
 
     def path(self, i: int, path: Path) -> None:
+        """Note where a new path begins."""
         self.turns.setdefault(i, []).append((path.x, path.y))
 
     def stop(self, i: int, t: float, position: Vector) -> None:
+        """Note where a path ends."""
         self.turns.setdefault(i, []).append(position)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
+        """Note the way into a pocket."""
         self.turns.setdefault(i, []).extend([motion[:2], center])
-        if i == self.ball and self.first is None and self.pocket is None:
+        if self.at == math.inf and i == self.ball:
             self.pocket, self.at = pocket, t
 
+    @property
+    def met(self) -> int | None:
+        """Return the ball that the ball meets first."""
+        others = [i for i in self.first.balls if i != self.ball] if self.first else []
+        return others[0] if others else None
 
-class Table(NamedTuple):
-    """A table is what a look ahead needs: balls by their numbers, walls, law and friction."""
+    @property
+    def has_seen_all(self) -> bool:
+        """Tell whether the ball, and the one that it met, have turned once more each."""
+        if self.at == math.inf:
+            return False
+        both = [self.ball] if self.met is None else [self.ball, self.met]
+        return all(len(self.turns.get(i, ())) > 1 for i in both)
+
+
+class Outlook(NamedTuple):
+    """An outlook has what a look ahead needs: balls by their numbers, walls, law and friction."""
 
     paths: dict[int, Path]
     radii: dict[int, float]
@@ -73,25 +94,42 @@ class Table(NamedTuple):
     pair: Callable[[int, int], Pair]
     deceleration: float
 
-    def sketch(self, ball: int, velocity: Vector, now: float) -> Sketch:
-        """Play until the ball, and what it met, have turned once more each."""
+    def sketch(self, ball: int, velocity: Vector, now: float) -> Prediction[int]:
+        """Strike the ball, and play until it and what it met have turned once more each."""
         numbers = list(self.paths)
-        place = {number: k for k, number in enumerate(numbers)}
-        witness = Witness()
-        witness.ball = place[ball]
-        engine = ContactEngine(
-            self.law,
-            lambda i, j: self.pair(numbers[i], numbers[j]),
-            self.deceleration,
-            witness,
+        witness = Witness(numbers.index(ball))
+        engine = self._engine(ball, velocity, now, witness)
+        start = engine.paths[witness.ball]
+        for _ in range(MOST):
+            if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
+                break
+            engine.next()
+        turns = witness.turns.get(witness.ball, [(start.rest_x, start.rest_y)])
+        met = witness.met
+        return Prediction(
+            met=None if met is None else numbers[met],
+            wall=witness.first.cushion if witness.first else None,
+            pocket=witness.pocket,
+            t=witness.at,
+            way=((start.x, start.y), *turns[:2]),
+            other_way=() if met is None else tuple(witness.turns[met][:2]),
         )
-        start: Vector = (0.0, 0.0)
+
+    def _engine(
+        self, ball: int, velocity: Vector, now: float, recorder: Recorder
+    ) -> ContactEngine:  # fmt: skip
+        """Return an engine with all balls on their way from now on, the struck one included."""
+        numbers = list(self.paths)
+
+        def pair(i: int, j: int) -> Pair:
+            return self.pair(numbers[i], numbers[j])
+
+        engine = ContactEngine(self.law, pair, self.deceleration, recorder)
         for number, path in self.paths.items():
             x, y, vx, vy = motion_at(path, now)
-            if number == ball:
-                start, (vx, vy) = (x, y), velocity
-            moved = set_off(0.0, (x, y), (vx, vy), self.deceleration)
-            engine.add_ball(moved, self.radii[number], self.masses[number])
+            moves = velocity if number == ball else (vx, vy)
+            path = set_off(0.0, (x, y), moves, self.deceleration)
+            engine.add_ball(path, self.radii[number], self.masses[number])
         engine.walls = list(self.walls)
         boxes = Boxes if len(numbers) < MANY else ManyBoxes
         engine.near = near = boxes(len(numbers), len(engine.walls))
@@ -99,39 +137,7 @@ class Table(NamedTuple):
         for i, path in enumerate(engine.paths):
             near.begin(i, path, engine.radii[i], 0.0, math.inf)
         engine.predict([i for i, path in enumerate(engine.paths) if path.speed > 0.0])
-        return _watch(engine, witness, numbers, start)
-
-
-def _watch(
-    engine: ContactEngine, witness: Witness, numbers: Sequence[int], start: Vector
-) -> Sketch:
-    ball = witness.ball
-    other: int | None = None
-    for _ in range(MOST):
-        if not engine.is_finite or engine.upcoming() == math.inf:
-            break
-        engine.next()
-        if witness.first is not None and other is None:
-            others = [i for i in witness.first.balls if i != ball]
-            other = others[0] if others else ball
-        if witness.pocket is not None or (
-            other is not None and all(len(witness.turns.get(i, ())) > 1 for i in (ball, other))
-        ):
-            break
-    met = witness.first
-    hit = None if met is None or other in (ball, None) else numbers[other or 0]
-    way = (
-        start,
-        *witness.turns.get(ball, [(engine.paths[ball].rest_x, engine.paths[ball].rest_y)]),
-    )
-    return Sketch(
-        met=hit,
-        wall=None if met is None else met.cushion,
-        pocket=witness.pocket,
-        t=witness.at,
-        way=way[:3],
-        other_way=() if hit is None or other is None else tuple(witness.turns[other][:2]),
-    )
+        return engine
 
 
 def free_spot(
@@ -158,17 +164,26 @@ def _is_free(
     others: Sequence[tuple[Vector, float]],
     walls: Sequence[Wall],
 ) -> bool:
+    """Tell whether a disc overlaps nothing at a spot, and no wall lies between it and ``near``."""
     if any(math.dist(spot, place) < radius + other for place, other in others):
         return False
     reach = math.dist(near, spot)
     way = set_off(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
     for wall in walls:
-        gaps = [side.gap(*spot, radius) for side in wall.sides]
-        if wall.is_pocket and gaps[0] < 0.0:
-            return False
-        # A side that turns its back on the spot has a smaller gap than these.
-        if any(-radius <= gap < 0.0 for gap in gaps):
-            return False
-        if not wall.is_pocket and wall.length_along(way, 0.0) < reach:
+        if wall.is_pocket:
+            if wall.sides[0].gap(*spot, radius) < 0.0:
+                return False
+        elif overlaps(wall, spot, radius) or wall.length_along(way, 0.0) < reach:
             return False
     return True
+
+
+def overlaps(wall: Wall, spot: Vector, radius: float, slack: float = 0.0) -> bool:
+    """Tell whether a disc at a spot overlaps a wall that bounces balls off, by more than ``slack``.
+
+    A side that turns its back on the spot has a gap of less than -``radius``, and does not count.
+    """
+    if wall.is_pocket:
+        return False
+    gaps = [side.gap(*spot, radius) for side in wall.sides]
+    return any(-radius <= gap < -slack for gap in gaps)
