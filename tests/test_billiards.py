@@ -190,6 +190,33 @@ def test_forces_act_on_a_body_that_was_in_the_space_before() -> None:
     assert mover.path.vx == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("varies", [False, True])
+@pytest.mark.parametrize("friction", ["joint", "callback"])
+def test_a_spring_pulls_a_ball_against_friction_and_a_wall(friction: str, varies: bool) -> None:
+    def end(dt: float) -> tuple[float, float]:
+        space, table = plane(friction=friction, max_dt=0.03)
+        bob = ball(table, 0.3)
+        table.add_wall(pymunk.Segment(space.static_body, (-0.1, -1), (-0.1, 1), 0), 0.9, 0.1)
+        space.add(pymunk.DampedSpring(space.static_body, bob.body, (0, 0.05), (0, 0), 0, 2.0, 0.02))
+        k = 0
+        while table.time < 3.0 - 1e-12:
+            k += 1
+            space.step(min(dt * (1.0 + 0.5 * (-1) ** k) if varies else dt, 3.0 - table.time))
+        return places([bob])[0]
+
+    exact = end(5e-4)
+    assert math.dist(end(0.02), exact) < 0.01
+    assert math.dist(end(0.002), exact) < 0.002
+
+
+def test_a_spring_that_is_weaker_than_friction_moves_nothing() -> None:
+    space, table = plane()
+    bob = ball(table, 0.02)
+    space.add(pymunk.DampedSpring(space.static_body, bob.body, (0, 0), (0, 0), 0, 2.0, 0))
+    steps(space, 2.0)
+    assert places([bob]) == [(0.02, 0.0)]
+
+
 def test_damping_of_the_space_acts_on_balls() -> None:
     space, table = plane(deceleration=0.0)
     space.damping = 0.5

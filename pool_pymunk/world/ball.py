@@ -17,8 +17,8 @@ class Ball:
     ``is_on_table`` says whether it has not been pocketed or removed.
     """
 
-    __slots__ = ("_engine", "body", "circle", "is_on_table", "joint", "number", "radius", "sensor",
-                 "shapes")  # fmt: skip
+    __slots__ = ("_engine", "body", "circle", "id", "is_on_table", "joint", "number", "radius",
+                 "sensor", "shapes")  # fmt: skip
 
     def __init__(
         self, number: int, circle: pymunk.Circle, sensor: pymunk.Circle, engine: ContactEngine
@@ -29,6 +29,7 @@ class Ball:
         self.circle = circle
         self.sensor = sensor
         self.body = circle.body
+        self.id = circle.body.id
         self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
         self.is_on_table = True
         # what leaves the space with the ball, and comes back with it

@@ -30,10 +30,11 @@ from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.motion import EPSILON, slid
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Nothing, Side, Wall, pocket
 from pool_pymunk.world.ball import Ball, ContactEvent, TableState
+from pool_pymunk.world.bodies import Bodies, Moves
 from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase, EndOfStep
 from pool_pymunk.world.checks import (
     LONGEST,
@@ -41,6 +42,7 @@ from pool_pymunk.world.checks import (
     check_circle,
     check_place,
     check_space,
+    check_unchanged,
     check_wall,
     read_from_zero,
     read_law,
@@ -148,12 +150,17 @@ class Billiards:
         self._moved_by_others: list[int] = []
         self._error: Exception | None = None
         self._this_step = self.dt  # s; that of the step which pymunk makes now
-        self._felt: dict[Ball, tuple[Vector, Vector]] = {}  # velocity (m/s), force (N) in this step
+        self._moves: dict[int, Moves] = {}  # how all bodies moved as this step began, by their ids
         self._kicks: dict[Ball, Vector] = {}  # m/s^2, at the end of this step
+        # what springs, joints and collisions with others have added to velocities in this step; m/s
+        self._pushes: dict[Ball, Vector] = {}
+        self._damped_to: dict[pymunk.Body, Vector] = {}  # m/s, by damping callbacks in this step
         self._damped = 1.0  # the share of a velocity that the space's damping leaves in this step
         self._lost: list[Ball] = []  # These balls were taken out of the space by others.
         self._is_refused = False
         self._is_other = False  # The step is of another length than the one before.
+        self._has_new_joints = False  # No joint keeps an impulse from the step before,
+        self._knows_pull = True  # so it is known how each of them pulls in this step.
         self._inside = False  # It plays the instants of a step.
         self._plays = False  # It is in the middle of an instant, and changes have to wait.
         self._later: list[Callable[[], object]] = []
@@ -179,9 +186,9 @@ class Billiards:
             self.space.on_collision(BALL, BALL, pre_solve=_no_response)
             self.space.on_collision(BALL, WALL, pre_solve=_no_response)
             clock = pymunk.Body(body_type=pymunk.Body.KINEMATIC)  # It never falls asleep.
-            clock.position_func = self._on_positions
-            clock.velocity_func = self._on_velocities
+            clock.position_func = self._on_step
             self.space.add(clock)
+            self._bodies = Bodies(self.space, clock)
 
     def _pair(self, i: int, j: int) -> Pair:
         """Return the pair that the user gives, with the masses of the bodies."""
@@ -352,6 +359,7 @@ class Billiards:
         """Give a ball a velocity (m/s) now."""
         self._check_ball(ball)
         velocity = read_vector("velocity", velocity)
+        check_unchanged(ball, self.engine.masses[ball.number])
         self._do(lambda: self._send(ball, None, velocity))
 
     def place(self, ball: Ball, position: Vector) -> None:
@@ -369,6 +377,7 @@ class Billiards:
         if not ball.is_on_table:
             return
         now = self._now
+        self._pushes[ball] = (0.0, 0.0)  # This word is the last one in this step.
         place = ball.path.at(now)[0] if position is None else position
         path = set_off(now, place, velocity, self.deceleration)
         self.engine.now = now
@@ -594,38 +603,38 @@ class Billiards:
             self._plays = self._inside = False
             self._later.clear()
 
-    def _on_positions(self, _clock: pymunk.Body, dt: float) -> None:
-        """Note, before pymunk changes velocities, what the balls have and which forces act."""
+    def _on_step(self, _clock: pymunk.Body, dt: float) -> None:
+        """Notice, as a step begins, which balls others have moved, and what acts on them."""
         try:
+            self.space.add_post_step_callback(self._after_shared_step, self)
             self._this_step = dt
-            self._felt.clear()
-            for ball in self._ball_of.values():
-                if ball.body.space is None or ball.circle.space is None:
-                    self._lost.append(ball)
-                else:
-                    self._felt[ball] = (ball.body.velocity, ball.body.force)
+            self._is_refused = not 0.0 < dt <= LONGEST * self.max_dt
+            self._moves = self._bodies.read(dt)
+            self._pushes.clear()
+            self._damped_to.clear()
+            if not self._is_refused:
+                self._look_at_balls(dt)
         except Exception as error:
             self._note(error)
 
-    def _on_velocities(
-        self, _clock: pymunk.Body, gravity: Vector, damped: float, dt: float
-    ) -> None:  # fmt: skip
-        """Notice moved balls in each step, when positions are new, and what forces will do."""
-        try:
-            self.space.add_post_step_callback(self._after_shared_step, self)
-            self._is_refused = not 0.0 < dt <= LONGEST * self.max_dt
-            if self._is_refused:
-                return
-            gx, gy = gravity
-            self._damped = damped
-            falls = gx != 0.0 or gy != 0.0 or damped != 1.0
-            for ball, (velocity, (fx, fy)) in self._felt.items():
-                self._notice(ball, velocity, dt)
-                if falls or fx != 0.0 or fy != 0.0:
-                    mass = self.engine.masses[ball.number]
-                    self._kicks[ball] = (gx + fx / mass, gy + fy / mass)
-        except Exception as error:
-            self._note(error)
+    def _look_at_balls(self, dt: float) -> None:
+        """Follow the balls that others have moved, and note what forces will do in this step."""
+        space, moves, engine = self.space, self._moves, self.engine
+        (gx, gy), shapes = space.gravity, space.shapes
+        self._damped = space.damping**dt
+        falls = gx != 0.0 or gy != 0.0 or self._damped != 1.0
+        for ball in self._ball_of.values():
+            if ball.id not in moves or ball.circle not in shapes:
+                self._lost.append(ball)
+                continue
+            x, y, vx, vy, fx, fy = moves[ball.id]
+            path = engine.paths[ball.number]
+            rests = x == path.rest_x and y == path.rest_y and vx == vy == 0.0
+            if not rests or ball.number in self.moving:
+                self._follow(ball, path, (x, y), (vx, vy))
+            if falls or fx != 0.0 or fy != 0.0:
+                mass = engine.masses[ball.number]
+                self._kicks[ball] = (gx + fx / mass, gy + fy / mass)
 
     def _after_shared_step(self, *_: object) -> None:
         """Answer what happened in a step of a shared space."""
@@ -637,68 +646,106 @@ class Billiards:
         for ball in lost:
             self._remove(ball)
         is_other, self._is_other = self._is_other or self._this_step != self.dt, False
+        self._knows_pull = self._has_new_joints or not is_other
         if self._this_step != self.dt:
             self._since, self._count, self.dt = self.time, 0, self._this_step
+        joints = sum(ball.joint is not None for ball in self.moving.values())
+        if len(self.space.constraints) > joints:
+            for ball in self._ball_of.values():
+                self._feel_push(ball)
         self._after_step()
-        kicks, self._kicks = self._kicks, {}
-        for ball, acceleration in kicks.items():
-            self._kick(ball, acceleration)
-        if self.space.sleep_time_threshold < math.inf:
-            is_other = True
+        kicks, pushes = self._kicks, self._pushes
+        self._moves.clear()  # From now on velocities are what this table makes of them.
+        for ball in dict.fromkeys((*kicks, *pushes)):
+            self._kick(ball, kicks.get(ball, (0.0, 0.0)), pushes.get(ball, (0.0, 0.0)))
+        kicks.clear()
+        pushes.clear()
+        may_sleep = self.space.sleep_time_threshold < math.inf
+        if may_sleep:
             for ball in self.moving.values():
                 ball.body.activate()
-        if is_other:
+        if is_other or may_sleep:
             self._carry_all()
+        if is_other:
+            self._renew_joints()
+        self._has_new_joints = is_other
 
     def _undo_step(self) -> None:
         """Put the balls back to where they were before a step that cannot be."""
         self._kicks.clear()
+        self._pushes.clear()
         self._lost.clear()
         self._is_other = True
-        back = self._this_step
-        for ball, (velocity, _) in self._felt.items():
-            (x, y), (vx, vy), on_path = ball.body.position, velocity, ball.path.at(self.time)[0]
-            place = (x - vx * back, y - vy * back)
-            is_there = math.dist(place, on_path) <= 1e-9 * (ball.radius + abs(x) + abs(y))
-            ball.body.position = on_path if is_there else place
-            ball.body.velocity = velocity
+        for ball in self._ball_of.values():
+            if ball.id in self._moves:
+                x, y, vx, vy, *_ = self._moves[ball.id]
+                ball.body.position, ball.body.velocity = (x, y), (vx, vy)
 
-    def _kick(self, ball: Ball, acceleration: Vector) -> None:
-        """Let gravity, forces and damping act for this step, at its end.
+    def _feel_push(self, ball: Ball) -> None:
+        """Note what others than friction and forces have added to a velocity in this step."""
+        is_pulled = ball.joint is not None and ball.number in self.moving
+        if ball in self._pushes or (is_pulled and not self._knows_pull):
+            return
+        vx, vy = self._damped_to.get(ball.body) or self._velocity_without_others(ball)
+        wx, wy = ball.body.velocity
+        if abs(wx - vx) + abs(wy - vy) > 1e-9 * (abs(vx) + abs(vy) + abs(wx) + abs(wy)):
+            self._pushes[ball] = (wx - vx, wy - vy)
 
-        Surface friction holds a ball at rest against an acceleration (m/s^2) up to its own.
+    def _velocity_without_others(self, ball: Ball) -> Vector:
+        """Return the velocity (m/s) that pymunk gives a body by forces and the friction joint."""
+        _, _, vx, vy, _, _ = self._moves[ball.id]
+        ax, ay = self._kicks.get(ball, (0.0, 0.0))
+        dt = self._this_step
+        vx, vy = vx * self._damped + ax * dt, vy * self._damped + ay * dt
+        if ball.joint is None or ball.number not in self.moving:
+            return vx, vy
+        _, left = slid(math.sqrt(vx * vx + vy * vy), self.deceleration, dt)
+        return vx * left, vy * left
+
+    def _kick(self, ball: Ball, acceleration: Vector, push: Vector) -> None:
+        """Let forces (m/s^2) and pushes (m/s) act for this step, at its end.
+
+        Surface friction holds a ball at rest against as much as its own deceleration.
         """
         if not ball.is_on_table:
             return
-        (ax, ay), dt = acceleration, self.dt
+        dt = self.dt
+        gain_x, gain_y = acceleration[0] * dt + push[0], acceleration[1] * dt + push[1]
         x, y, vx, vy = motion_at(ball.path, self.time)
-        if vx == vy == 0.0 and math.sqrt(ax * ax + ay * ay) <= self.deceleration:
+        gain = math.sqrt(gain_x * gain_x + gain_y * gain_y)
+        if vx == vy == 0.0 and gain <= self.deceleration * dt:
             ball.body.velocity = (0.0, 0.0)
             return
-        kicked = (vx * self._damped + ax * dt, vy * self._damped + ay * dt)
+        kicked = (vx * self._damped + gain_x, vy * self._damped + gain_y)
         self.engine.now = self.time
         path = set_off(self.time, (x, y), kicked, self.deceleration)
         self.engine.set_off(ball.number, path)
         self.engine.predict([ball.number])
         self._carry(ball)
 
-    def _notice(self, ball: Ball, velocity: Vector, dt: float) -> None:
-        """Follow a ball that somebody else moved: its path begins anew at the step's start."""
-        (x, y), (vx, vy) = ball.body.position, velocity
-        (x0, y0), (ex, ey) = ball.path.at(self.time)[0], (0.0, 0.0)
-        if ball.number in self.moving:
-            ex, ey = self._mean_velocity(ball.path, self.time)
-        scale = abs(vx) + abs(vy) + abs(ex) + abs(ey)
+    def _follow(self, ball: Ball, path: Path, place: Vector, velocity: Vector) -> None:
+        """Give a ball a new path if it is not on its own: somebody else has moved it."""
+        (x, y), (vx, vy), number = place, velocity, ball.number
+        x0, y0, ex, ey = self._expected(path)
+        scale = 1e-9 * (abs(vx) + abs(vy) + abs(ex) + abs(ey))
         slack = 1e-9 * (ball.radius + abs(x) + abs(y))
-        expected = (x0 + ex * dt, y0 + ey * dt)
-        if abs(vx - ex) + abs(vy - ey) <= 1e-9 * scale and math.dist((x, y), expected) <= slack:
+        is_on_path = abs(x - x0) + abs(y - y0) <= slack
+        if is_on_path and abs(vx - ex) + abs(vy - ey) <= scale:
             return
-        begin = (x - vx * dt, y - vy * dt)
-        path = set_off(self.time, begin, (vx, vy), self.deceleration)
-        self.engine.set_off(ball.number, path)
+        path = set_off(self.time, place, velocity, self.deceleration)
+        self.engine.set_off(number, path)
         if path.speed == 0.0:
-            self.engine.rested[ball.number] = self.time
-        self._moved_by_others.append(ball.number)
+            self.engine.rested[number] = self.time
+        self._moved_by_others.append(number)
+
+    def _expected(self, path: Path) -> Motion:
+        """Return where a body on this path is now (m), and its velocity (m/s) in this step."""
+        if path.stop <= self.time + self.dt:
+            x, y, _, _ = motion_at(path, self.time)
+            return x, y, *self._mean_velocity(path, self.time)
+        time, left = slid(path.speed, path.deceleration, self.time - path.t)
+        mean = left - path.deceleration * self.dt / (2.0 * path.speed)
+        return path.x + path.vx * time, path.y + path.vy * time, path.vx * mean, path.vy * mean
 
     def _feels(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         """Handle a collision: note that these two shapes may have met during this step."""
@@ -719,8 +766,14 @@ class Billiards:
         """Damp a body: it carries its path's mean velocity over the coming step."""
         try:
             now = self._since + (self._count + 1) * self.dt
+            ball = self._ball_of[body]
+            damped = self._mean_velocity(ball.path, now)
+            if not self.alone:  # A spring has pulled before.
+                (x, y), (_, _, vx, vy, _, _) = body.velocity, self._moves[ball.id]
+                self._damped_to[body] = damped
+                damped = (damped[0] + x - vx, damped[1] + y - vy)
             body.force = (0.0, 0.0)
-            body.velocity = self._mean_velocity(self._ball_of[body].path, now)
+            body.velocity = damped
         except Exception as error:
             self._note(error)
 
@@ -734,6 +787,8 @@ class Billiards:
 
     def _carry(self, ball: Ball) -> None:
         """Put a ball's body on its path at the end of this step, or to rest."""
+        if not self.alone and ball.id in self._moves:
+            self._feel_push(ball)
         path = ball.path
         x, y, vx, vy = motion_at(path, self.time)
         ball.body.position = x, y
@@ -749,6 +804,7 @@ class Billiards:
         rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
         ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
         if ball.number not in self.moving:
+            check_unchanged(ball, self.engine.masses[ball.number])
             self.moving[ball.number] = ball
             self._slow_down(ball)
         self._next_stop = min(self._next_stop, path.stop)
@@ -763,6 +819,14 @@ class Billiards:
         else:
             ball.body.velocity_func = self._damp
 
+    def _renew_joints(self) -> None:
+        """Give all moving balls new joints, which keep no impulse from a step of other length."""
+        for ball in self.moving.values():
+            if ball.joint is not None:
+                self.space.remove(ball.joint)
+                ball.joint = None
+                self._slow_down(ball)
+
     def _rest(self, ball: Ball) -> None:
         """Put a ball to rest; from now on it costs nothing."""
         ball.body.velocity = (0.0, 0.0)
@@ -771,6 +835,7 @@ class Billiards:
             return
         if ball.joint is not None:
             self.space.remove(ball.joint)
+            ball.joint = ball.joint if self.alone else None
         elif self.deceleration > 0.0:
             ball.body.velocity_func = pymunk.Body.update_velocity
 

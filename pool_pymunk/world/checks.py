@@ -21,6 +21,7 @@ from pool_pymunk.model.problems import (
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.sides import Wall
+from pool_pymunk.world.ball import Ball
 from pool_pymunk.world.outlook import overlaps
 
 LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step so much longer
@@ -94,6 +95,20 @@ def check_circle(circle: Any) -> None:
     read_vector("circle.body.position", body.position)
     read_vector("circle.body.velocity", body.velocity)
     _check_type("circle", circle)
+
+
+def check_unchanged(ball: Ball, mass: float) -> None:
+    """Refuse a ball whose mass (kg) or radius is not what it was when it came to the table."""
+    said = [("mass", ball.body.mass, mass)]
+    if ball.circle is not ball.sensor:
+        said.append(("radius", ball.circle.radius, ball.radius))
+    for key, now, was in said:
+        if now != was:
+            message = (
+                f"it was {was:g} when the ball came to the table; to change it, remove the ball "
+                "and add it again"
+            )
+            raise setting_error(f"ball {ball.number}: {key}", now, message)
 
 
 def check_wall(shape: Any) -> None:

@@ -1,0 +1,292 @@
+"""What else may live in a space with Billiards: every line of the table in docs/in-pymunk.md."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+import re
+from pathlib import Path
+from typing import Any
+
+import pymunk
+import pytest
+
+from pool_pymunk import Billiards, same_balls
+from pool_pymunk.world import Ball
+
+R, M, A = 0.03, 0.2, 0.3
+STEP = 1 / 120
+MINE = 7
+PAGE = Path(__file__).parents[1] / "docs" / "in-pymunk.md"
+
+
+def plane(**settings: Any) -> tuple[pymunk.Space, Billiards]:
+    """Return an open plane with friction."""
+    space = pymunk.Space()
+    pair = same_balls(0.95, 0.05)
+    return space, Billiards(space, **{"max_dt": STEP, "pair": pair, "deceleration": A, **settings})
+
+
+def ball(table: Billiards, x: float, y: float = 0.0) -> Ball:
+    body = pymunk.Body(M, 1e-4)
+    body.position = x, y
+    return table.add_ball(pymunk.Circle(body, R))
+
+
+def steps(space: pymunk.Space, seconds: float, dt: float = STEP) -> None:
+    for _ in range(round(seconds / dt)):
+        space.step(dt)
+
+
+def box(space: pymunk.Space, x: float, y: float = 0.0, kind: int = pymunk.Body.DYNAMIC) -> Any:
+    """Put a box of one's own into the space, and return its shape."""
+    body = pymunk.Body(1.0, 1.0, kind)
+    body.position = x, y
+    shape = pymunk.Poly.create_box(body, (0.1, 0.4))
+    shape.collision_type = MINE
+    space.add(body, shape)
+    return shape
+
+
+def test_every_line_of_the_table_has_its_test_and_every_test_its_line() -> None:
+    named = re.findall(r"\| `(test_\w+)` \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    mine = [name for name in globals() if name.startswith("test_") and "every_line" not in name]
+    assert sorted(named) == sorted(mine)
+
+
+def test_a_box_and_a_ball_push_each_other() -> None:
+    space, table = plane()
+    shape, striker = box(space, 0.3), ball(table, 0.0)
+    shape.elasticity = striker.circle.elasticity = 1.0
+    table.strike(striker, (2.0, 0.0))
+    steps(space, 0.5)
+    assert shape.body.velocity.x > 0.5
+    assert striker.body.velocity.x < -0.5
+    at, left = striker.body.position.x, striker.body.velocity.x
+    steps(space, 8.0)
+    assert striker.body.position.x == pytest.approx(at - left**2 / (2 * A), abs=1e-2)
+
+
+def test_a_kinematic_flipper_shoots_a_ball() -> None:
+    space, table = plane()
+    shape, target = box(space, -0.3, kind=pymunk.Body.KINEMATIC), ball(table, 0.0)
+    shape.body.velocity = (2.0, 0.0)
+    steps(space, 0.3)
+    assert target.body.velocity.x > 1.5
+
+
+def test_handlers_of_ones_own_types_are_called() -> None:
+    space, table = plane()
+    box(space, 0.3)
+    seen: list[bool] = []
+    space.on_collision(MINE, None, begin=lambda arbiter, *_: seen.append(arbiter.shapes[1].sensor))
+    table.strike(ball(table, 0.0), (2.0, 0.0))
+    steps(space, 0.5)
+    assert sorted(seen) == [False, True]
+
+
+def test_wildcard_handlers_see_balls_and_their_sensors() -> None:
+    space, table = plane()
+    seen: list[tuple[bool, ...]] = []
+    heard: list[object] = []
+    table.on_contact = heard.append
+
+    def begin(arbiter: pymunk.Arbiter, *_: object) -> None:
+        seen.append(tuple(shape.sensor for shape in arbiter.shapes))
+
+    space.on_collision(None, None, begin=begin)
+    box(space, 0.1, 0.5)
+    table.strike(ball(table, 0.0), (2.0, 0.0))
+    table.strike(ball(table, 0.0, 0.5), (2.0, 0.0))
+    ball(table, 0.3)
+    steps(space, 0.5)
+    assert len(heard) == 1
+    assert any(all(pair) for pair in seen) or any(any(pair) for pair in seen)
+
+
+def test_sensors_of_ones_own_feel_balls() -> None:
+    space, table = plane()
+    gate = pymunk.Segment(space.static_body, (0.3, -1.0), (0.3, 1.0), 0.0)
+    gate.sensor, gate.collision_type = True, MINE
+    space.add(gate)
+    came: list[bool] = []
+    space.on_collision(MINE, None, begin=lambda arbiter, *_: came.append(arbiter.shapes[1].sensor))
+    table.strike(one := ball(table, 0.0), (1.0, 0.0))
+    steps(space, 8.0)
+    assert sorted(came) == [False, True]
+    assert one.body.position.x == pytest.approx(1 / (2 * A), abs=1e-12)
+
+
+def test_filters_hold_for_balls_and_walls() -> None:
+    space, table = plane()
+    wall = pymunk.Segment(space.static_body, (0.3, -1), (0.3, 1), 0)
+    wall.filter = pymunk.ShapeFilter(categories=2)
+    table.add_wall(wall, 0.8)
+    ghost = pymunk.Circle(pymunk.Body(M, 1e-4), R)
+    ghost.filter = pymunk.ShapeFilter(mask=1)
+    passes, bounces = table.add_ball(ghost), ball(table, 0.0, 0.5)
+    table.strike(passes, (2.0, 0.0))
+    table.strike(bounces, (2.0, 0.0))
+    steps(space, 1.0)
+    assert passes.body.position.x > 0.5
+    assert bounces.body.position.x < 0.3
+
+
+@pytest.mark.parametrize("varies", [False, True])
+@pytest.mark.parametrize("dt", [1 / 240, 1 / 960])
+def test_a_spring_pulls_a_ball(dt: float, varies: bool) -> None:
+    space, table = plane(deceleration=0.0)
+    bob = ball(table, 0.5)
+    stiffness = 5.0
+    spring = pymunk.DampedSpring(
+        space.static_body, bob.body, (0, 0), (0, 0), rest_length=0.0, stiffness=stiffness, damping=0
+    )
+    space.add(spring)
+    period = math.tau / math.sqrt(stiffness / M)
+    for k in range(round(0.4 * period / dt)):
+        space.step(dt * (1.0 + 0.5 * (-1) ** k) if varies else dt)
+    exact = 0.5 * math.cos(math.tau * table.time / period)
+    assert bob.body.position.x == pytest.approx(exact, abs=3.0 * dt)
+
+
+def test_a_joint_holds_a_ball() -> None:
+    space, table = plane(deceleration=0.0)
+    held = ball(table, 0.5)
+    space.add(pymunk.PinJoint(space.static_body, held.body, (0, 0), (0, 0)))
+    held.body.velocity = (0.0, 1.0)
+    steps(space, 2.0)
+    assert math.hypot(*held.body.position) == pytest.approx(0.5, abs=0.01)
+    assert math.hypot(*held.body.velocity) == pytest.approx(1.0, abs=0.02)
+
+
+def test_gravity_and_forces_act_once_a_step() -> None:
+    space, table = plane()
+    space.gravity = (0.0, -1.0)
+    pushed, falling = ball(table, 0.0), ball(table, 1.0)
+    for _ in range(120):
+        pushed.body.apply_force_at_world_point((0.2, 0.2), pushed.body.position)
+        space.step(STEP)
+    assert falling.body.velocity.y == pytest.approx(-1.0 + A, abs=0.01)
+    assert pushed.body.velocity.x == pytest.approx(1.0 - A, abs=0.01)
+
+
+def test_damping_of_the_space_acts_on_balls() -> None:
+    space, table = plane(deceleration=0.0)
+    space.damping = 0.5
+    one = ball(table, 0.0)
+    table.strike(one, (1.0, 0.0))
+    steps(space, 1.0)
+    assert table.save_state().motions[one][2] == pytest.approx(0.5, abs=1e-9)
+
+
+def test_a_velocity_or_place_set_by_hand_counts_from_the_next_step() -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+    one.body.velocity = (1.0, 0.0)
+    steps(space, 8.0)
+    assert one.body.position.x == pytest.approx(1 / (2 * A), abs=1e-12)
+    one.body.position = (-1.0, 0.5)
+    one.body.apply_impulse_at_local_point((0.0, M))
+    steps(space, 8.0)
+    assert tuple(one.body.position) == pytest.approx((-1.0, 0.5 + 1 / (2 * A)), abs=1e-9)
+
+
+def test_a_velocity_function_of_ones_own_acts_at_each_step() -> None:
+    space, table = plane(deceleration=0.0)
+    one = ball(table, 0.0)
+
+    def drift(body: pymunk.Body, gravity: Any, damping: float, dt: float) -> None:
+        body.velocity = (body.velocity.x + 1.0 * dt, 0.0)
+
+    one.body.velocity_func = drift
+    steps(space, 1.0)
+    assert one.body.velocity.x == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_body_may_turn() -> None:
+    space, table = plane()
+    one, other = ball(table, 0.0), ball(table, 0.4)
+    one.body.angular_velocity = 3.0
+    table.strike(one, (2.0, 0.0))
+    steps(space, 1.0)
+    assert one.body.angle == pytest.approx(3.0)
+    assert other.body.velocity.y == 0.0
+
+
+@pytest.mark.parametrize("what", ["mass", "radius"])
+def test_a_mass_or_radius_that_changes_later_is_refused(what: str) -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+    if what == "mass":
+        one.body.mass = 2.0 * M
+    else:
+        one.circle.unsafe_set_radius(2.0 * R)
+    with pytest.raises(ValueError, match=rf"{what} = .*: it was .* when the ball came"):
+        table.strike(one, (1.0, 0.0))
+
+
+def test_bodies_may_fall_asleep() -> None:
+    space, table = plane()
+    space.sleep_time_threshold = 0.1
+    one, other = ball(table, 0.0), ball(table, 0.5)
+    steps(space, 1.0)
+    table.strike(one, (2.0, 0.0))
+    steps(space, 8.0)
+    assert other.body.position.x > 1.0
+
+
+def test_a_ball_taken_out_behind_its_back_is_gone() -> None:
+    space, table = plane()
+    one, other = ball(table, 0.0), ball(table, 0.3)
+    table.strike(one, (1.0, 0.0))
+    space.remove(other.circle, other.body)
+    steps(space, 8.0)
+    assert not other.is_on_table
+    assert one.body.position.x == pytest.approx(1 / (2 * A), abs=1e-12)
+
+
+def test_queries_find_balls_and_their_sensors() -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+    found = [info.shape for info in space.point_query((0.0, 0.0), 0.0, pymunk.ShapeFilter())]
+    assert {shape.sensor for shape in found if shape} == {False, True}
+    assert one.circle in found
+
+
+def test_drawing_shows_balls_once() -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+    assert one.sensor.color is not None
+    assert one.sensor.color[3] == 0
+
+
+def test_a_second_billiards_is_refused() -> None:
+    space, _ = plane()
+    with pytest.raises(ValueError, match="space = taken"):
+        Billiards(space, STEP, pair=same_balls(0.9, 0.0))
+
+
+def test_two_spaces_have_a_billiards_each() -> None:
+    (space, table), (other_space, other_table) = plane(), plane()
+    one, other = ball(table, 0.0), ball(other_table, 0.0)
+    table.strike(one, (1.0, 0.0))
+    for _ in range(960):
+        space.step(STEP)
+        other_space.step(STEP)
+    assert one.body.position.x == pytest.approx(1 / (2 * A), abs=1e-12)
+    assert tuple(other.body.position) == (0.0, 0.0)
+
+
+def test_a_space_with_threads_is_refused() -> None:
+    space = pymunk.Space(threaded=True)
+    if space.threaded:  # pymunk has no threads on Windows.
+        with pytest.raises(ValueError, match="without threads"):
+            Billiards(space, STEP, pair=same_balls(0.9, 0.0))
+
+
+def test_a_copy_of_the_space_is_refused() -> None:
+    space, _ = plane()
+    for attempt in (pickle.dumps, copy.deepcopy, pymunk.Space.copy):
+        with pytest.raises(TypeError, match="use save_state and restore_state"):
+            attempt(space)
