@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import pickle
 import random
@@ -412,7 +413,7 @@ def test_the_aiming_line_to_a_wall_or_a_pocket(
     cue = ball(table, 0.0)
     seen = table.predict(cue, velocity)
     assert (seen.met, seen.wall, seen.pocket) == (None, wall, pocket)
-    assert table.save_state().motions[cue] == (0.0, 0.0, 0.0, 0.0)
+    assert table.save_state().motions[cue.number] == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_nothing_is_met_on_an_empty_plane() -> None:
@@ -599,10 +600,242 @@ def test_calls_that_make_no_sense() -> None:
     stranger: Any = "cue"
     assert said(lambda: table.strike(stranger, (1.0, 0.0))).startswith('ball = "cue": must be what')
     table.remove_ball(one)
-    assert said(lambda: table.strike(one, (1.0, 0.0))) == "ball = 0: the ball is off the table"
+    assert said(lambda: table.strike(one, (1.0, 0.0))) == (
+        "ball = 0: the ball is off the table: add_ball(ball.circle) makes a new one of it"
+    )
     assert said(lambda: same_balls(2.0, 0.0)) == "restitution = 2.0: must be between 0 and 1"
 
 
 def test_the_same_balls_can_be_pickled() -> None:
     pair = same_balls(0.9, 0.05, mass=0.2)
     assert pickle.loads(pickle.dumps(pair))(0, 1) == pair(0, 1)
+
+
+# -- others in the space ---------------------------------------------------------------------------
+
+ACTS: dict[str, Callable[[pymunk.Space, pymunk.Body], object]] = {
+    "nothing": lambda space, body: None,
+    "gravity": lambda space, body: setattr(space, "gravity", (0.0, -0.5)),
+    "damping": lambda space, body: setattr(space, "damping", 0.9),
+    "force": lambda space, body: body.apply_force_at_world_point((0.1, 0.0), body.position),
+}
+
+
+def with_company(company: str, acts: str, is_ball: bool) -> tuple[float, float]:
+    """Return where a ball ends that meets others; or a disc of stock pymunk does instead of it."""
+    space = pymunk.Space()
+    space.collision_slop = 0.0
+    body = pymunk.Body(M, math.inf)
+    disc = pymunk.Circle(body, R)
+    body.velocity, disc.elasticity = (1.0, 0.0), 0.5
+    if is_ball:
+        Billiards(space, 1 / 240, pair=PAIR).add_ball(disc)
+    else:
+        space.add(body, disc)
+    other = pymunk.Body(M, math.inf)
+    other.position = 0.4, 0.0
+    box = pymunk.Poly.create_box(other, (0.1, 0.4))
+    floor = pymunk.Segment(space.static_body, (-9.0, -0.2), (9.0, -0.2), 0.01)
+    box.elasticity = floor.elasticity = 0.5
+    if company == "box":
+        space.add(other, box)
+    elif company == "floor":
+        space.add(floor)
+    elif company == "pivot":
+        body.position = 0.1, 0.0
+        space.add(pymunk.PinJoint(space.static_body, body))
+    for _ in range(480):
+        ACTS[acts](space, body)
+        space.step(1 / 240)
+    x, y = body.position
+    return x, y
+
+
+@pytest.mark.parametrize("acts", ACTS)
+@pytest.mark.parametrize("company", ["nobody", "box", "floor", "pivot"])
+def test_others_and_forces_act_on_a_ball_as_on_any_disc(company: str, acts: str) -> None:
+    ours, stock = (with_company(company, acts, is_ball) for is_ball in (True, False))
+    assert math.dist(ours, stock) < 0.02
+
+
+def test_a_ball_that_is_put_elsewhere_by_hand_starts_there() -> None:
+    space, table = plane()
+    one, other = ball(table, 0.0), ball(table, 0.0, 1.0)
+    one.body.position = 0.0, 0.5
+    assert table.predict(one, (0.0, 1.0)).met is other
+    assert table.save_state().motions[0] == (0.0, 0.5, 0.0, 0.0)
+    table.strike(one, (1.0, 0.0))
+    steps(space, 8.0)
+    assert tuple(one.body.position) == pytest.approx((1 / (2 * A), 0.5), abs=1e-12)
+
+
+@pytest.mark.parametrize("how", ["body", "strike"])
+def test_a_callback_has_the_last_word_on_a_velocity(how: str) -> None:
+    space, table = plane()
+    one, other = ball(table, 0.0), ball(table, 0.2)
+
+    def send_back(contact: ContactEvent) -> None:
+        if how == "body":
+            one.body.velocity = (-1.0, 0.0)
+        else:
+            table.strike(one, (-1.0, 0.0))
+
+    table.on_contact = send_back
+    table.strike(one, (1.0, 0.0))
+    while other.body.velocity.x == 0.0:
+        space.step(STEP)
+    assert tuple(one.path.at(one.path.t)[1]) == (-1.0, 0.0)
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_an_error_in_a_callback_comes_out_and_the_contact_counts(alone: bool) -> None:
+    space, table = plane(alone=alone)
+    one, other = ball(table, 0.0), ball(table, 0.2)
+
+    def fail(contact: ContactEvent) -> None:
+        raise RuntimeError("mine")
+
+    table.on_contact = fail
+    table.strike(one, (1.0, 0.0))
+    with pytest.raises(RuntimeError, match="mine"):
+        for _ in range(100):
+            table.step() if alone else space.step(STEP)
+    table.on_contact = None
+    for _ in range(600):
+        table.step() if alone else space.step(STEP)
+    assert other.body.position.x > 0.5
+    assert one.body.position.x < 0.2
+
+
+def test_a_contact_event_says_where_and_how_fast() -> None:
+    space, table = plane()
+    one, other = ball(table, 0.0), ball(table, 0.2)
+    heard: list[ContactEvent] = []
+    table.on_contact = heard.append
+    table.strike(one, (1.0, 0.0))
+    steps(space, 1.0)
+    [event] = heard
+    assert event.balls == (one, other)
+    assert event.point == pytest.approx((0.2 - R, 0.0))
+    assert event.normal == pytest.approx((1.0, 0.0))
+    assert event.closing == pytest.approx(math.sqrt(1.0 - 2 * A * (0.2 - 2 * R)))
+
+
+def test_a_removed_ball_may_come_back() -> None:
+    _, table = plane()
+    one = ball(table, 0.0)
+    table.remove_ball(one)
+    one.body.position = 0.0, 0.5
+    again = table.add_ball(one.circle)
+    assert again.number == 1
+    assert again.is_on_table
+    assert "add_ball(ball.circle)" in said(lambda: table.place(one, (1.0, 1.0)))
+
+
+def test_a_state_can_be_pickled() -> None:
+    space, table = hexagon()
+    one = ball(table, 0.0)
+    table.strike(one, (1.0, 0.3))
+    steps(space, 0.3)
+    kept, before = pickle.dumps(table.save_state()), places([one])
+    steps(space, 1.0)
+    table.restore_state(pickle.loads(kept))
+    assert apart(places([one]), before) < 1e-15
+
+
+def test_a_table_of_its_own_is_stepped_as_a_table() -> None:
+    space, _ = plane(alone=True)
+    assert said(lambda: space.step(STEP)) == (
+        "alone = true: the space is the table's own: call table.step(dt)"
+    )
+
+
+def test_a_space_that_was_emptied_can_be_filled_again() -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+    space.remove(*space.shapes, *space.bodies)
+    two = ball(table, 0.0)
+    assert not one.is_on_table
+    table.strike(two, (1.0, 0.0))
+    steps(space, 8.0)
+    assert two.body.position.x == pytest.approx(1 / (2 * A), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("key", "change"),
+    [
+        ("collision_type", lambda circle: setattr(circle, "collision_type", 3)),
+        ("offset", lambda circle: circle.unsafe_set_offset((0.01, 0.0))),
+        ("filter", lambda circle: setattr(circle, "filter", pymunk.ShapeFilter(group=1))),
+        ("body_type", lambda circle: setattr(circle.body, "body_type", pymunk.Body.KINEMATIC)),
+    ],
+)
+def test_what_changes_later_is_refused(key: str, change: Callable[[pymunk.Circle], object]) -> None:
+    _, table = plane()
+    one = ball(table, 0.0)
+    change(one.circle)
+    assert said(lambda: table.strike(one, (1.0, 0.0))).startswith(f"ball 0: {key} = ")
+
+
+def test_a_step_that_is_no_number_leaves_the_balls_where_they_were() -> None:
+    space, table = hexagon()
+    one = ball(table, 0.0)
+    table.strike(one, (1.0, 0.0))
+    steps(space, 0.1)
+    before = places([one])
+    with pytest.raises(ValueError, match=r"^dt = nan: a step must be"):
+        space.step(math.nan)
+    assert places([one]) == before
+
+
+def test_the_nearest_free_spot_is_the_nearest() -> None:
+    space, table = plane()
+    table.add_wall(pymunk.Segment(space.static_body, (1, -1), (1, 1), 0.0), 0.8)
+    table.add_wall(pymunk.Circle(space.static_body, 0.2, (0.0, 0.8)), 0.8)
+    balls = [ball(table, 0.055 * k, 0.035 * (k % 2)) for k in range(4)]
+    rnd = random.Random(3)
+
+    def is_free(spot: tuple[float, float]) -> bool:
+        return (
+            all(math.dist(spot, each.body.position) >= 2 * R for each in balls)
+            and math.dist(spot, (0.0, 0.8)) >= 0.2 + R
+            and abs(spot[0] - 1.0) >= R
+        )
+
+    for near in ((0.08, 0.02), (1.0, 0.0), (0.99, 0.2), (0.0, 0.8), (0.1, 0.1)):
+        spot = table.free_spot(near)
+        assert is_free(spot)
+        for _ in range(3000 if spot != near else 0):
+            turn, far = rnd.uniform(0.0, math.tau), 0.999 * rnd.uniform(0.0, math.dist(near, spot))
+            assert not is_free((near[0] + far * math.cos(turn), near[1] + far * math.sin(turn)))
+    assert table.free_spot((0.0, 0.0), ball=balls[0]) == (0.0, 0.0)
+    assert table.pockets == {}
+
+
+def test_there_is_no_room_within_a_wall() -> None:
+    space, table = plane()
+    table.add_wall(pymunk.Poly.create_box(space.static_body, (1.0, 1.0)), 0.8)
+    assert said(lambda: ball(table, 0.1)) == "position = [0.1, 0.0]: the ball overlaps wall 0"
+    assert table.free_spot((0.1, 0.0), R) == pytest.approx((0.53, 0.0))
+
+
+@pytest.mark.parametrize("balls", [1, 2])
+def test_a_heavy_box_pushes_no_ball_into_a_wall_or_another_ball(balls: int) -> None:
+    space, table = plane(max_dt=1 / 240)
+    table.add_wall(pymunk.Segment(space.static_body, (0, -1), (0, 1), 0), 0.75, 0.1)
+    row = [ball(table, -0.1 - 0.07 * k) for k in range(balls)]
+    body = pymunk.Body(5.0, math.inf)
+    body.position, body.velocity = (-0.5, 0.0), (1.0, 0.0)
+    space.add(body, pymunk.Poly.create_box(body, (0.1, 0.4)))
+    for _ in range(480):
+        space.step(1 / 240)
+        assert all(each.body.position.x < -0.9 * R for each in row)
+        gaps = [math.dist(p, q) for p, q in itertools.pairwise(places(row))]
+        assert all(gap > 1.9 * R for gap in gaps)
+
+
+def test_a_shape_tells_its_ball() -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+    assert table.ball_of(one.circle) is table.ball_of(one.sensor) is one
+    assert table.ball_of(pymunk.Circle(space.static_body, 1.0)) is None

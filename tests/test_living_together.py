@@ -177,7 +177,7 @@ def test_damping_of_the_space_acts_on_balls() -> None:
     one = ball(table, 0.0)
     table.strike(one, (1.0, 0.0))
     steps(space, 1.0)
-    assert table.save_state().motions[one][2] == pytest.approx(0.5, abs=1e-9)
+    assert table.save_state().motions[one.number][2] == pytest.approx(0.5, abs=1e-9)
 
 
 def test_a_velocity_or_place_set_by_hand_counts_from_the_next_step() -> None:
@@ -204,6 +204,28 @@ def test_a_velocity_function_of_ones_own_acts_at_each_step() -> None:
     assert one.body.velocity.x == pytest.approx(1.0, abs=0.02)
 
 
+def test_a_position_function_of_ones_own_is_followed() -> None:
+    space, table = plane()
+    one = ball(table, 0.0)
+
+    def wrap(body: pymunk.Body, dt: float) -> None:
+        pymunk.Body.update_position(body, dt)
+        body.position = body.position.x % 1.0, body.position.y
+
+    one.body.position_func = wrap
+    table.strike(one, (1.0, 0.0))
+    steps(space, 8.0)
+    assert one.body.position.x == pytest.approx(1 / (2 * A) - 1.0, abs=1e-3)
+
+
+def test_a_wall_that_moves_is_refused() -> None:
+    space, table = plane()
+    table.add_wall(pymunk.Segment(space.static_body, (1, -1), (1, 1), 0), 0.8)
+    space.static_body.position = 0.0, 0.1
+    with pytest.raises(ValueError, match=r"position = \[0.0, 0.1\]: a wall's body stands still"):
+        space.step(STEP)
+
+
 def test_a_body_may_turn() -> None:
     space, table = plane()
     one, other = ball(table, 0.0), ball(table, 0.4)
@@ -216,7 +238,7 @@ def test_a_body_may_turn() -> None:
 
 @pytest.mark.parametrize("what", ["mass", "radius"])
 def test_a_mass_or_radius_that_changes_later_is_refused(what: str) -> None:
-    space, table = plane()
+    _, table = plane()
     one = ball(table, 0.0)
     if what == "mass":
         one.body.mass = 2.0 * M
@@ -255,7 +277,7 @@ def test_queries_find_balls_and_their_sensors() -> None:
 
 
 def test_drawing_shows_balls_once() -> None:
-    space, table = plane()
+    _, table = plane()
     one = ball(table, 0.0)
     assert one.sensor.color is not None
     assert one.sensor.color[3] == 0

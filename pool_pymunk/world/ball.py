@@ -8,6 +8,7 @@ import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion
 from pool_pymunk.engine.resolver import History
+from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path
 
 
@@ -18,7 +19,7 @@ class Ball:
     """
 
     __slots__ = ("_engine", "body", "circle", "id", "is_on_table", "joint", "number", "radius",
-                 "sensor", "shapes")  # fmt: skip
+                 "sensor", "shapes", "type")  # fmt: skip
 
     def __init__(
         self, number: int, circle: pymunk.Circle, sensor: pymunk.Circle, engine: ContactEngine
@@ -32,6 +33,7 @@ class Ball:
         self.id = circle.body.id
         self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
         self.is_on_table = True
+        self.type = circle.collision_type
         # what leaves the space with the ball, and comes back with it
         self.shapes: tuple[pymunk.Shape, ...] = ()
         self._engine = engine
@@ -49,17 +51,26 @@ class Ball:
 class ContactEvent(NamedTuple):
     """A contact event tells when (s) a contact was answered, and whose it was.
 
-    ``balls`` are two balls, or one ball that met the wall of number ``wall``.
+    ``balls`` are two balls, or one ball that met the wall of number ``wall``. They touched at
+    ``point`` (m). ``normal`` is the unit vector from the first ball to the second, or from the wall
+    to the ball, and ``closing`` (m/s) is how fast they came together. ``ball.path.at(event.t)`` has
+    a ball's place and velocity before the contact; its body is still where the step took it.
     """
 
     t: float
     balls: tuple[Ball, ...]
     wall: int | None
+    point: Vector
+    normal: Vector
+    closing: float
 
 
 class TableState(NamedTuple):
-    """A table's state has the time (s), each ball's motion (m, m/s), and which contacts last."""
+    """A table's state has the time (s), each ball's motion (m, m/s), and which contacts last.
+
+    Balls are numbers, so a state can be pickled.
+    """
 
     time: float
-    motions: dict[Ball, Motion]
+    motions: dict[int, Motion]
     history: dict[tuple[int, int], History]

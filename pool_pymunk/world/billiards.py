@@ -21,20 +21,20 @@ from __future__ import annotations
 import itertools
 import math
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Literal, get_args
 
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.physics.contact import Contact, Pair, Vector
+from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON, slid
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Nothing, Side, Wall, pocket
 from pool_pymunk.world.ball import Ball, ContactEvent, TableState
-from pool_pymunk.world.bodies import Bodies, Moves
 from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase, EndOfStep
 from pool_pymunk.world.checks import (
     LONGEST,
@@ -51,6 +51,7 @@ from pool_pymunk.world.checks import (
     read_vector,
     step_error,
 )
+from pool_pymunk.world.others import Others
 from pool_pymunk.world.outlook import Outlook, Prediction, free_spot
 from pool_pymunk.world.pairs import check_pair
 from pool_pymunk.world.shapes import sides_of
@@ -136,6 +137,8 @@ class Billiards:
         self.on_stop: Callable[[Ball, float], object] | None = None
         self.on_stop_revoked: Callable[[Ball, float], object] | None = None
         self.on_pocket: Callable[[Ball, int, float], object] | None = None
+        self._wall_count = 0
+        self._carriers: set[pymunk.Shape] = set()  # shapes of walls whose sides are others
         self.balls: list[Ball] = []
         self.moving: dict[int, Ball] = {}
         self.time = 0.0
@@ -147,24 +150,17 @@ class Billiards:
         # the time (s) when something is to be done; steps that end before it are bare
         self._wake = -math.inf
         self._ball_of: dict[pymunk.Body, Ball] = {}
-        self._moved_by_others: list[int] = []
+        self.moved_by_others: list[int] = []  # in this step
         self._error: Exception | None = None
-        self._this_step = self.dt  # s; that of the step which pymunk makes now
-        self._moves: dict[int, Moves] = {}  # how all bodies moved as this step began, by their ids
-        self._kicks: dict[Ball, Vector] = {}  # m/s^2, at the end of this step
-        # what springs, joints and collisions with others have added to velocities in this step; m/s
-        self._pushes: dict[Ball, Vector] = {}
-        self._damped_to: dict[pymunk.Body, Vector] = {}  # m/s, by damping callbacks in this step
-        self._damped = 1.0  # the share of a velocity that the space's damping leaves in this step
-        self._lost: list[Ball] = []  # These balls were taken out of the space by others.
-        self._is_refused = False
         self._is_other = False  # The step is of another length than the one before.
-        self._has_new_joints = False  # No joint keeps an impulse from the step before,
-        self._knows_pull = True  # so it is known how each of them pulls in this step.
         self._inside = False  # It plays the instants of a step.
         self._plays = False  # It is in the middle of an instant, and changes have to wait.
         self._later: list[Callable[[], object]] = []
         self._install()
+        self._others = None if alone else Others(self)
+        self._step = space.step  # This is how a table steps a space of its own.
+        if alone:
+            vars(space)["step"] = _refuse_step
         _tables[space] = weakref.ref(self)
 
     def __reduce__(self) -> str | tuple[Any, ...]:
@@ -185,10 +181,6 @@ class Billiards:
         if not self.alone:
             self.space.on_collision(BALL, BALL, pre_solve=_no_response)
             self.space.on_collision(BALL, WALL, pre_solve=_no_response)
-            clock = pymunk.Body(body_type=pymunk.Body.KINEMATIC)  # It never falls asleep.
-            clock.position_func = self._on_step
-            self.space.add(clock)
-            self._bodies = Bodies(self.space, clock)
 
     def _pair(self, i: int, j: int) -> Pair:
         """Return the pair that the user gives, with the masses of the bodies."""
@@ -207,12 +199,13 @@ class Billiards:
         pocket.
         """
         check_circle(circle)
+        self._catch_up()
         body = circle.body
         assert body is not None
         if body in self._ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
         place = read_vector("position", body.position)
-        check_place(place, circle.radius, self._discs(), self.engine.walls)
+        check_place(place, circle.radius, self._discs(), self._obstacles())
         number = len(self.balls)
         for other in itertools.islice(self._ball_of.values(), 1):
             masses = (other.body.mass, body.mass)
@@ -252,9 +245,17 @@ class Billiards:
             ball.sensor.filter = ball.circle.filter
             self._join(ball.sensor)
         ball.sensor.collision_type = SENSOR
+        ball.type = ball.circle.collision_type
         self.near.numbers[ball.sensor] = ball.number
         self._ball_of[ball.body] = ball
         ball.is_on_table = True
+
+    def _obstacles(self) -> list[tuple[pymunk.Shape | None, Wall]]:
+        """Return the walls and pockets, each with its shape if the sides are those of the shape."""
+        walls = [(shape, -1 - k) for shape, k in self.near.numbers.items() if k < 0]
+        return [
+            (None if shape in self._carriers else shape, self.engine.walls[k]) for shape, k in walls
+        ]
 
     def _discs(self, without: Ball | None = None) -> list[tuple[Vector, float]]:
         """Return places and radii (m) of the balls on the table, perhaps ``without`` one."""
@@ -270,9 +271,10 @@ class Billiards:
         Its body and shapes leave the space. You may do this from within a callback.
         """
         self._check_ball(ball)
-        self._do(lambda: self._remove(ball))
+        self._do(lambda: self.drop(ball))
 
-    def _remove(self, ball: Ball) -> None:
+    def drop(self, ball: Ball) -> None:
+        """Take a ball off the table now, unless it is off it already."""
         if ball.is_on_table:
             self.engine.now = self._now
             self.engine.remove(ball.number)
@@ -280,14 +282,29 @@ class Billiards:
 
     def clear(self) -> None:
         """Take all balls off the table."""
-        for ball in list(self._ball_of.values()):
+        for ball in self.on_table():
             self.remove_ball(ball)
 
     def _check_ball(self, ball: Ball) -> None:
         if not isinstance(ball, Ball) or ball not in self.balls:
             raise setting_error("ball", shown(ball), "must be what add_ball of this table returned")
         if not ball.is_on_table:
-            raise setting_error("ball", ball.number, "the ball is off the table")
+            message = "the ball is off the table: add_ball(ball.circle) makes a new one of it"
+            raise setting_error("ball", ball.number, message)
+        self._catch_up()
+
+    def ball_of(self, shape: pymunk.Shape) -> Ball | None:
+        """Return the ball on the table to which a shape belongs, or None."""
+        return None if shape.body is None else self._ball_of.get(shape.body)
+
+    def _catch_up(self) -> None:
+        """Follow what others have done to the balls since the last step."""
+        if self._others is not None and not self._inside:
+            self._others.catch_up()
+
+    def on_table(self) -> list[Ball]:
+        """Return the balls that are on the table."""
+        return list(self._ball_of.values())
 
     def _do(self, change: Callable[[], object]) -> None:
         """Make a change now, or if an instant is being played as soon as that is over."""
@@ -305,8 +322,10 @@ class Billiards:
     ) -> int:
         """Make a static segment, circle or polygon a wall that balls bounce off (Eq. 9).
 
-        ``sides`` are the sides of it that a ball can meet (default: all of them). Returns its
-        number. Raises ValueError for what cannot be a wall.
+        ``sides`` are the sides of it that a ball can meet (default: all of them). You may give it
+        sides of your own (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc; the
+        shape then only says where they are, and may be a sensor. Returns the wall's number. Raises
+        ValueError for what cannot be a wall.
         """
         check_wall(shape)
         if shape in self.near.numbers:
@@ -314,11 +333,15 @@ class Billiards:
         restitution = read_share("restitution", restitution)
         friction = read_from_zero("friction", friction)
         self._join(shape)
+        if self._others is not None and shape.body is not None:
+            self._others.stand(shape.body)
         shape.collision_type = WALL
         self.near.filters = self.near.filters or shape.filter != EVERYTHING
-        walls = self.engine.walls
-        number = sum(not wall.is_pocket for wall in walls)
+        walls, number = self.engine.walls, self._wall_count
+        self._wall_count += 1
         self.near.numbers[shape] = -1 - len(walls)
+        if sides:
+            self._carriers.add(shape)
         walls.append(Wall(sides or sides_of(shape), restitution, friction, number))
         return number
 
@@ -369,7 +392,7 @@ class Billiards:
         """
         self._check_ball(ball)
         position = read_vector("position", position)
-        check_place(position, ball.radius, self._discs(without=ball), self.engine.walls)
+        check_place(position, ball.radius, self._discs(without=ball), self._obstacles())
         self._do(lambda: self._send(ball, position, (0.0, 0.0)))
 
     def _send(self, ball: Ball, position: Vector | None, velocity: Vector) -> None:
@@ -377,7 +400,9 @@ class Billiards:
         if not ball.is_on_table:
             return
         now = self._now
-        self._pushes[ball] = (0.0, 0.0)  # This word is the last one in this step.
+        if self._others is not None and self._others.is_stepping:
+            self._others.last_word(ball)
+            self.moved_by_others.append(ball.number)
         place = ball.path.at(now)[0] if position is None else position
         path = set_off(now, place, velocity, self.deceleration)
         self.engine.now = now
@@ -399,7 +424,8 @@ class Billiards:
 
     def save_state(self) -> TableState:
         """Return where the balls are and how they move, for :meth:`restore_state`."""
-        motions = {ball: motion_at(ball.path, self.time) for ball in self._ball_of.values()}
+        self._catch_up()
+        motions = {ball.number: motion_at(ball.path, self.time) for ball in self.on_table()}
         return TableState(self.time, motions, dict(self.engine.resolver.history))
 
     def restore_state(self, state: TableState) -> None:
@@ -408,14 +434,15 @@ class Billiards:
         Balls that have left the table since come back, those that have come since leave it. The
         velocities are the exact ones, so the table goes on as it did. Do this between two steps.
         """
-        for ball in list(self._ball_of.values()):
-            if ball not in state.motions:
-                self._remove(ball)
+        for ball in self.on_table():
+            if ball.number not in state.motions:
+                self.drop(ball)
         self.time = self._since = state.time
         self._count = 0
         self.engine.turn_back(self.time)
-        self._moved_by_others.clear()
-        for ball, (x, y, vx, vy) in state.motions.items():
+        self.moved_by_others.clear()
+        for number, (x, y, vx, vy) in state.motions.items():
+            ball = self.balls[number]
             if not ball.is_on_table:
                 self._join(ball.body, *ball.shapes)
                 self._enter(ball)
@@ -437,19 +464,32 @@ class Billiards:
         met = None if found.met is None else self.balls[found.met]
         return Prediction(met, *found[1:])
 
-    def free_spot(self, near: Vector, radius: float | None = None) -> Vector:
+    def free_spot(
+        self, near: Vector, radius: float | None = None, ball: Ball | None = None
+    ) -> Vector:
         """Return the place (m) nearest to ``near`` where a ball overlaps nothing: ball in hand.
 
-        ``radius`` (m) is by default that of the first ball. Raises ValueError if there is no room.
+        It is for ``ball``, which is not in its own way; or for a new ball of this ``radius`` (m),
+        by default that of the first ball. The way from ``near`` crosses no wall; outside of the
+        table there is room, too. Raises ValueError if there is none.
         """
+        self._catch_up()
         near = read_vector("near", near)
-        if radius is None and not self.balls:
+        if ball is not None:
+            radius = ball.radius
+        elif radius is None and not self.balls:
             raise setting_error("radius", None, "is wanted where there is no ball")
         size = self.balls[0].radius if radius is None else read_size("radius", radius)
-        found = free_spot(near, size, self._discs(), self.engine.walls)
+        found = free_spot(near, size, self._discs(without=ball), self._obstacles())
         if found is None:
             raise setting_error("near", list(near), "there is no room for a ball near this place")
         return found
+
+    @property
+    def pockets(self) -> dict[int, tuple[Vector, float]]:
+        """The centre and the radius (m) of each pocket, by its number."""
+        walls = [wall for wall in self.engine.walls if wall.center is not None]
+        return {wall.number: wall.sides[0][:2] for wall in walls}  # type: ignore[index]
 
     def _outlook(self) -> Outlook:
         engine = self.engine
@@ -491,16 +531,17 @@ class Billiards:
             dt = float(dt)
             if not 0.0 < dt <= LONGEST * self.max_dt:
                 raise step_error(dt, self.max_dt)
-            self._since, self._count, self.dt = self.time, 0, dt
+            self.take_steps_of(dt)
             self._is_other = True
-            self._carry_all()
-        self.space.step(self.dt)
-        self._after_step()
+            self.carry_all()
+        self._step(self.dt)
+        self.answer_step()
         if self._is_other:
-            self._carry_all()
+            self.carry_all()
             self._is_other = False
+        self.raise_noted()
 
-    def _carry_all(self) -> None:
+    def carry_all(self) -> None:
         """Put all moving bodies on their paths.
 
         This is needed after a step of another length than the one before: pymunk's joints keep
@@ -509,6 +550,11 @@ class Billiards:
         for ball in list(self.moving.values()):
             self._carry(ball)
 
+    def take_steps_of(self, dt: float) -> None:
+        """Count steps of this length (s) from now on."""
+        if dt != self.dt:
+            self._since, self._count, self.dt = self.time, 0, dt
+
     def play(self, on_time: Callable[[float], object] | None = None) -> None:
         """Step until everything rests, until ``latest``, or until nothing more may happen.
 
@@ -516,7 +562,8 @@ class Billiards:
         """
         while self.moving and self.time < self.latest:
             self._make_steps(self._steps_until_due())
-            self._after_step()
+            self.answer_step()
+            self.raise_noted()
             if on_time is not None:
                 on_time(self.time)
             if self.engine.is_over or not self.engine.is_finite:
@@ -529,7 +576,7 @@ class Billiards:
 
         The last step is not counted yet: the caller finishes it.
         """
-        step, dt, pairs = self.space.step, self.dt, self.near.pairs
+        step, dt, pairs = self._step, self.dt, self.near.pairs
         quiet = 0
         step(dt)
         while quiet < count - 1 and not pairs and self._error is None:
@@ -546,16 +593,19 @@ class Billiards:
         steps = (self._wake - self.time) / self.dt * (1.0 - HAIR)  # rather a step too early
         return int(max(0.0, min(steps, MOST_QUIET))) + 1
 
-    def _after_step(self, *_: object) -> None:
-        """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
+    def raise_noted(self) -> None:
+        """Raise the first error of this step, if there was one: now that all is in order."""
         if self._error is not None:
             error, self._error = self._error, None
             raise error
+
+    def answer_step(self) -> None:
+        """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
         since = self.time
         self.steps += 1
         self._count += 1
         self.time = min(self._since + self._count * self.dt, self.latest)
-        if self.near.pairs or self._moved_by_others or self.engine.upcoming() <= self.time:
+        if self.near.pairs or self.moved_by_others or self.engine.upcoming() <= self.time:
             self._answer_contacts(since)
         ahead = 0.0 if self.alone else self.max_dt  # in a shared space others see how a ball stops
         if self.time + ahead >= self._next_stop:
@@ -567,7 +617,7 @@ class Billiards:
         engine, near = self.engine, self.near
         engine.now, near.until = since, self.time
         near.foresee()
-        moved, self._moved_by_others = self._moved_by_others, []
+        moved, self.moved_by_others = self.moved_by_others, []
         engine.predict(moved)
         self._advance()
         for i in near.changed:
@@ -582,6 +632,7 @@ class Billiards:
             self._rest(ball)
             ball.is_on_table = False
             ball.body.position = ball.path.x, ball.path.y
+            ball.circle.collision_type = 0
             del self._ball_of[ball.body]
             ball.shapes = tuple(ball.body.shapes)
             things: list[pymunk.Body | pymunk.Shape] = [ball.body, *ball.shapes]
@@ -603,142 +654,7 @@ class Billiards:
             self._plays = self._inside = False
             self._later.clear()
 
-    def _on_step(self, _clock: pymunk.Body, dt: float) -> None:
-        """Notice, as a step begins, which balls others have moved, and what acts on them."""
-        try:
-            self.space.add_post_step_callback(self._after_shared_step, self)
-            self._this_step = dt
-            self._is_refused = not 0.0 < dt <= LONGEST * self.max_dt
-            self._moves = self._bodies.read(dt)
-            self._pushes.clear()
-            self._damped_to.clear()
-            if not self._is_refused:
-                self._look_at_balls(dt)
-        except Exception as error:
-            self._note(error)
-
-    def _look_at_balls(self, dt: float) -> None:
-        """Follow the balls that others have moved, and note what forces will do in this step."""
-        space, moves, engine = self.space, self._moves, self.engine
-        (gx, gy), shapes = space.gravity, space.shapes
-        self._damped = space.damping**dt
-        falls = gx != 0.0 or gy != 0.0 or self._damped != 1.0
-        for ball in self._ball_of.values():
-            if ball.id not in moves or ball.circle not in shapes:
-                self._lost.append(ball)
-                continue
-            x, y, vx, vy, fx, fy = moves[ball.id]
-            path = engine.paths[ball.number]
-            rests = x == path.rest_x and y == path.rest_y and vx == vy == 0.0
-            if not rests or ball.number in self.moving:
-                self._follow(ball, path, (x, y), (vx, vy))
-            if falls or fx != 0.0 or fy != 0.0:
-                mass = engine.masses[ball.number]
-                self._kicks[ball] = (gx + fx / mass, gy + fy / mass)
-
-    def _after_shared_step(self, *_: object) -> None:
-        """Answer what happened in a step of a shared space."""
-        if self._is_refused:
-            if math.isfinite(self._this_step):  # Else no place is left to go back to.
-                self._undo_step()
-            raise step_error(self._this_step, self.max_dt)
-        lost, self._lost = self._lost, []
-        for ball in lost:
-            self._remove(ball)
-        is_other, self._is_other = self._is_other or self._this_step != self.dt, False
-        self._knows_pull = self._has_new_joints or not is_other
-        if self._this_step != self.dt:
-            self._since, self._count, self.dt = self.time, 0, self._this_step
-        joints = sum(ball.joint is not None for ball in self.moving.values())
-        if len(self.space.constraints) > joints:
-            for ball in self._ball_of.values():
-                self._feel_push(ball)
-        self._after_step()
-        kicks, pushes = self._kicks, self._pushes
-        self._moves.clear()  # From now on velocities are what this table makes of them.
-        for ball in dict.fromkeys((*kicks, *pushes)):
-            self._kick(ball, kicks.get(ball, (0.0, 0.0)), pushes.get(ball, (0.0, 0.0)))
-        kicks.clear()
-        pushes.clear()
-        may_sleep = self.space.sleep_time_threshold < math.inf
-        if may_sleep:
-            for ball in self.moving.values():
-                ball.body.activate()
-        if is_other or may_sleep:
-            self._carry_all()
-        if is_other:
-            self._renew_joints()
-        self._has_new_joints = is_other
-
-    def _undo_step(self) -> None:
-        """Put the balls back to where they were before a step that cannot be."""
-        self._kicks.clear()
-        self._pushes.clear()
-        self._lost.clear()
-        self._is_other = True
-        for ball in self._ball_of.values():
-            if ball.id in self._moves:
-                x, y, vx, vy, *_ = self._moves[ball.id]
-                ball.body.position, ball.body.velocity = (x, y), (vx, vy)
-
-    def _feel_push(self, ball: Ball) -> None:
-        """Note what others than friction and forces have added to a velocity in this step."""
-        is_pulled = ball.joint is not None and ball.number in self.moving
-        if ball in self._pushes or (is_pulled and not self._knows_pull):
-            return
-        vx, vy = self._damped_to.get(ball.body) or self._velocity_without_others(ball)
-        wx, wy = ball.body.velocity
-        if abs(wx - vx) + abs(wy - vy) > 1e-9 * (abs(vx) + abs(vy) + abs(wx) + abs(wy)):
-            self._pushes[ball] = (wx - vx, wy - vy)
-
-    def _velocity_without_others(self, ball: Ball) -> Vector:
-        """Return the velocity (m/s) that pymunk gives a body by forces and the friction joint."""
-        _, _, vx, vy, _, _ = self._moves[ball.id]
-        ax, ay = self._kicks.get(ball, (0.0, 0.0))
-        dt = self._this_step
-        vx, vy = vx * self._damped + ax * dt, vy * self._damped + ay * dt
-        if ball.joint is None or ball.number not in self.moving:
-            return vx, vy
-        _, left = slid(math.sqrt(vx * vx + vy * vy), self.deceleration, dt)
-        return vx * left, vy * left
-
-    def _kick(self, ball: Ball, acceleration: Vector, push: Vector) -> None:
-        """Let forces (m/s^2) and pushes (m/s) act for this step, at its end.
-
-        Surface friction holds a ball at rest against as much as its own deceleration.
-        """
-        if not ball.is_on_table:
-            return
-        dt = self.dt
-        gain_x, gain_y = acceleration[0] * dt + push[0], acceleration[1] * dt + push[1]
-        x, y, vx, vy = motion_at(ball.path, self.time)
-        gain = math.sqrt(gain_x * gain_x + gain_y * gain_y)
-        if vx == vy == 0.0 and gain <= self.deceleration * dt:
-            ball.body.velocity = (0.0, 0.0)
-            return
-        kicked = (vx * self._damped + gain_x, vy * self._damped + gain_y)
-        self.engine.now = self.time
-        path = set_off(self.time, (x, y), kicked, self.deceleration)
-        self.engine.set_off(ball.number, path)
-        self.engine.predict([ball.number])
-        self._carry(ball)
-
-    def _follow(self, ball: Ball, path: Path, place: Vector, velocity: Vector) -> None:
-        """Give a ball a new path if it is not on its own: somebody else has moved it."""
-        (x, y), (vx, vy), number = place, velocity, ball.number
-        x0, y0, ex, ey = self._expected(path)
-        scale = 1e-9 * (abs(vx) + abs(vy) + abs(ex) + abs(ey))
-        slack = 1e-9 * (ball.radius + abs(x) + abs(y))
-        is_on_path = abs(x - x0) + abs(y - y0) <= slack
-        if is_on_path and abs(vx - ex) + abs(vy - ey) <= scale:
-            return
-        path = set_off(self.time, place, velocity, self.deceleration)
-        self.engine.set_off(number, path)
-        if path.speed == 0.0:
-            self.engine.rested[number] = self.time
-        self._moved_by_others.append(number)
-
-    def _expected(self, path: Path) -> Motion:
+    def expected(self, path: Path) -> Motion:
         """Return where a body on this path is now (m), and its velocity (m/s) in this step."""
         if path.stop <= self.time + self.dt:
             x, y, _, _ = motion_at(path, self.time)
@@ -747,15 +663,36 @@ class Billiards:
         mean = left - path.deceleration * self.dt / (2.0 * path.speed)
         return path.x + path.vx * time, path.y + path.vy * time, path.vx * mean, path.vy * mean
 
+    def set_out(self, balls: Sequence[Ball]) -> None:
+        """Predict what balls on new paths meet, and put their bodies on them."""
+        self.engine.predict([ball.number for ball in balls])
+        for ball in balls:
+            self._carry(ball)
+
     def _feels(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         """Handle a collision: note that these two shapes may have met during this step."""
         try:
             arbiter.process_collision = False
             self.near.touched(*arbiter.shapes)
         except Exception as error:
-            self._note(error)
+            self.note(error)
 
-    def _note(self, error: Exception) -> None:
+    def call(self, callback: Callable[..., object] | None, *happened: object) -> None:
+        """Call a callback, and do what it has done to bodies; keep an error to the step's end."""
+        if callback is None:
+            return
+        before = [(ball, ball.body.position, ball.body.velocity) for ball in self.on_table()]
+        try:
+            callback(*happened)
+        except Exception as error:
+            self.note(error)
+        for ball, place, velocity in before:
+            now, goes = ball.body.position, ball.body.velocity
+            if ball.is_on_table and (now != place or goes != velocity):
+                there = None if now == place else (now.x, now.y)
+                self._do(partial(self._send, ball, there, (goes.x, goes.y)))
+
+    def note(self, error: Exception) -> None:
         """Keep an error until the step's end, because pymunk only prints what a callback raises."""
         self._error = self._error or error
         self._wake = -math.inf
@@ -767,15 +704,11 @@ class Billiards:
         try:
             now = self._since + (self._count + 1) * self.dt
             ball = self._ball_of[body]
-            damped = self._mean_velocity(ball.path, now)
-            if not self.alone:  # A spring has pulled before.
-                (x, y), (_, _, vx, vy, _, _) = body.velocity, self._moves[ball.id]
-                self._damped_to[body] = damped
-                damped = (damped[0] + x - vx, damped[1] + y - vy)
+            velocity = self._mean_velocity(ball.path, now)
             body.force = (0.0, 0.0)
-            body.velocity = damped
+            body.velocity = velocity if self._others is None else self._others.damp(ball, velocity)
         except Exception as error:
-            self._note(error)
+            self.note(error)
 
     def _mean_velocity(self, path: Path, t: float) -> Vector:
         """Return the velocity (m/s) that takes a body along its path from ``t`` to ``t + dt``."""
@@ -787,8 +720,8 @@ class Billiards:
 
     def _carry(self, ball: Ball) -> None:
         """Put a ball's body on its path at the end of this step, or to rest."""
-        if not self.alone and ball.id in self._moves:
-            self._feel_push(ball)
+        if self._others is not None:
+            self._others.feel_push(ball)
         path = ball.path
         x, y, vx, vy = motion_at(path, self.time)
         ball.body.position = x, y
@@ -819,7 +752,7 @@ class Billiards:
         else:
             ball.body.velocity_func = self._damp
 
-    def _renew_joints(self) -> None:
+    def renew_joints(self) -> None:
         """Give all moving balls new joints, which keep no impulse from a step of other length."""
         for ball in self.moving.values():
             if ball.joint is not None:
@@ -858,23 +791,23 @@ class Callbacks(Recorder):
     def contact(self, contact: Contact, t: float) -> None:
         """Call ``on_contact``."""
         if self.table.on_contact is not None:
+            velocity = {i: self.table.balls[i].path.at(t)[1] for i in contact.balls}
+            closing = closing_speed(contact, velocity)
             balls = tuple(self.table.balls[i] for i in contact.balls)
-            self.table.on_contact(ContactEvent(t, balls, contact.cushion))
+            event = ContactEvent(t, balls, contact.cushion, contact.point, contact.normal, closing)
+            self.table.call(self.table.on_contact, event)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Call ``on_stop``."""
-        if self.table.on_stop is not None:
-            self.table.on_stop(self.table.balls[i], t)
+        self.table.call(self.table.on_stop, self.table.balls[i], t)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         """Call ``on_pocket`` with the ball, the number of the pocket, and the time (s)."""
-        if self.table.on_pocket is not None:
-            self.table.on_pocket(self.table.balls[i], pocket, t)
+        self.table.call(self.table.on_pocket, self.table.balls[i], pocket, t)
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Call ``on_stop_revoked``, because the ball had not come to rest."""
-        if self.table.on_stop_revoked is not None:
-            self.table.on_stop_revoked(self.table.balls[i], t)
+        self.table.call(self.table.on_stop_revoked, self.table.balls[i], t)
 
 
 def _friction_joint(
@@ -888,6 +821,10 @@ def _friction_joint(
     joint.max_bias = 0.0
     joint.max_force = body.mass * deceleration
     return joint
+
+
+def _refuse_step(dt: float) -> None:
+    raise setting_error("alone", True, "the space is the table's own: call table.step(dt)")
 
 
 def _no_response(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:

@@ -22,7 +22,7 @@ from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.sides import Wall
 from pool_pymunk.world.ball import Ball
-from pool_pymunk.world.outlook import overlaps
+from pool_pymunk.world.outlook import room
 
 LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step so much longer
 
@@ -91,6 +91,9 @@ def check_circle(circle: Any) -> None:
         message = "a ball's circle must lie in the middle of its body"
         raise setting_error("circle.offset", list(circle.offset), message)
     read_size("circle.radius", circle.radius)
+    if body.mass == 0.0 and circle.mass > 0.0:
+        message = "must be greater than 0: the circle's own mass counts once it is in a space"
+        raise setting_error("circle.body.mass", 0.0, message)
     read_size("circle.body.mass", body.mass)
     read_vector("circle.body.position", body.position)
     read_vector("circle.body.velocity", body.velocity)
@@ -98,15 +101,22 @@ def check_circle(circle: Any) -> None:
 
 
 def check_unchanged(ball: Ball, mass: float) -> None:
-    """Refuse a ball whose mass (kg) or radius is not what it was when it came to the table."""
-    said = [("mass", ball.body.mass, mass)]
-    if ball.circle is not ball.sensor:
-        said.append(("radius", ball.circle.radius, ball.radius))
+    """Refuse a ball of which something is not what it was when it came to the table."""
+    circle, body = ball.circle, ball.body
+    said: list[tuple[str, Any, Any]] = [
+        ("body_type", body.body_type, pymunk.Body.DYNAMIC),
+        ("mass", body.mass, mass),
+        ("collision_type", circle.collision_type, ball.type),
+        ("offset", tuple(circle.offset), (0.0, 0.0)),
+    ]
+    if circle is not ball.sensor:
+        said.append(("radius", circle.radius, ball.radius))
+        said.append(("filter", circle.filter, ball.sensor.filter))
     for key, now, was in said:
         if now != was:
             message = (
-                f"it was {was:g} when the ball came to the table; to change it, remove the ball "
-                "and add it again"
+                f"it was {was} when the ball came to the table; to change it, remove the ball "
+                "and add its circle again"
             )
             raise setting_error(f"ball {ball.number}: {key}", now, message)
 
@@ -131,20 +141,20 @@ def _check_type(key: str, shape: pymunk.Shape) -> None:
 
 
 def check_place(
-    center: Vector, radius: float, others: Sequence[tuple[Vector, float]], walls: Sequence[Wall]
+    center: Vector,
+    radius: float,
+    discs: Sequence[tuple[Vector, float]],
+    obstacles: Sequence[tuple[pymunk.Shape | None, Wall]],
 ) -> None:
     """Refuse a ball that overlaps another ball or a wall by more than counts as touching.
 
     Refuse one within a pocket, too.
     """
-    for wall in walls:
-        if wall.is_pocket and wall.sides[0].gap(*center, radius) < 0.0:
-            message = f"the ball is within pocket {wall.number}"
-            raise setting_error("position", list(center), message)
-        if overlaps(wall, center, radius, TOUCHING * radius):
-            message = f"the ball overlaps wall {wall.number}"
-            raise setting_error("position", list(center), message)
-    for place, other in others:
+    for shape, wall in obstacles:
+        if room(center, radius, shape, wall) < -TOUCHING * radius:
+            where = "is within pocket" if wall.is_pocket else "overlaps wall"
+            raise setting_error("position", list(center), f"the ball {where} {wall.number}")
+    for place, other in discs:
         overlap = radius + other - math.dist(center, place)
         smaller = min(radius, other)
         if overlap > TOUCHING * smaller:

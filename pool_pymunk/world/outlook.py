@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import combinations
 from typing import Generic, NamedTuple, TypeVar
+
+import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
@@ -12,10 +15,9 @@ from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Wall
+from pool_pymunk.world.edges import Edge, Round, crossings, edges_of
 
-RINGS = 400  # Room is looked for on so many rings around the place that is wanted,
-FINE = 0.25  # radii apart,
-AROUND = 24  # in so many directions on each.
+HAIR = 1e-9  # radii; a ball is put so far off what it would touch
 MOST = 2_000  # So many instants are played at most.
 
 
@@ -141,18 +143,28 @@ class Outlook(NamedTuple):
 
 
 def free_spot(
-    near: Vector, radius: float, others: Sequence[tuple[Vector, float]], walls: Sequence[Wall]
+    near: Vector,
+    radius: float,
+    discs: Sequence[tuple[Vector, float]],
+    obstacles: Sequence[tuple[pymunk.Shape | None, Wall]],
 ) -> Vector | None:
     """Return the place nearest to ``near`` (m) at which a disc overlaps nothing, or None.
 
-    It lies on the same side of all walls as ``near``. Places are looked for on rings.
+    The straight way there crosses no wall. The nearest place is ``near`` itself, or the nearest
+    one at the edge of an obstacle, or one at which the edges of two obstacles cross.
     """
-    for ring in range(RINGS):
-        for k in range(AROUND if ring else 1):
-            turn = math.tau * k / AROUND
-            far = FINE * radius * ring
-            spot = (near[0] + far * math.cos(turn), near[1] + far * math.sin(turn))
-            if _is_free(near, spot, radius, others, walls):
+    size = (1.0 + HAIR) * radius
+    edges: list[Edge] = [Round(place, size + other) for place, other in discs]
+    edges += [edge for _, wall in obstacles for side in wall.sides for edge in edges_of(side, size)]
+    away = [math.dist(near, edge.nearest(near)) for edge in edges]
+    farthest, reach = max(away, default=0.0), 0.0
+    while reach <= 2.0 * farthest:
+        reach = max(2.0 * reach, radius)
+        about = [edge for edge, far in zip(edges, away, strict=True) if far <= reach]
+        spots = [near, *(edge.nearest(near) for edge in about)]
+        spots += [spot for one, other in combinations(about, 2) for spot in crossings(one, other)]
+        for spot in sorted(spots, key=lambda spot: math.dist(near, spot)):
+            if math.dist(near, spot) <= reach and _is_free(near, spot, radius, discs, obstacles):
                 return spot
     return None
 
@@ -161,29 +173,35 @@ def _is_free(
     near: Vector,
     spot: Vector,
     radius: float,
-    others: Sequence[tuple[Vector, float]],
-    walls: Sequence[Wall],
+    discs: Sequence[tuple[Vector, float]],
+    obstacles: Sequence[tuple[pymunk.Shape | None, Wall]],
 ) -> bool:
-    """Tell whether a disc overlaps nothing at a spot, and no wall lies between it and ``near``."""
-    if any(math.dist(spot, place) < radius + other for place, other in others):
+    """Tell whether a disc overlaps nothing at a spot, and no wall lies between it and ``near``.
+
+    A wall in which ``near`` lies is not between them.
+    """
+    if any(math.dist(spot, place) < radius + other for place, other in discs):
+        return False
+    if any(room(spot, radius, shape, wall) < 0.0 for shape, wall in obstacles):
         return False
     reach = math.dist(near, spot)
     way = set_off(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
-    for wall in walls:
-        if wall.is_pocket:
-            if wall.sides[0].gap(*spot, radius) < 0.0:
-                return False
-        elif overlaps(wall, spot, radius) or wall.length_along(way, 0.0) < reach:
-            return False
-    return True
+    return all(
+        wall.is_pocket or room(near, 0.0, shape, wall) <= 0.0 or wall.length_along(way, 0.0) > reach
+        for shape, wall in obstacles
+    )
 
 
-def overlaps(wall: Wall, spot: Vector, radius: float, slack: float = 0.0) -> bool:
-    """Tell whether a disc at a spot overlaps a wall that bounces balls off, by more than ``slack``.
+def room(center: Vector, radius: float, shape: pymunk.Shape | None, wall: Wall) -> float:
+    """Return how much room (m) is left between a ball and a wall; it is negative if they overlap.
 
-    A side that turns its back on the spot has a gap of less than -``radius``, and does not count.
+    For a pocket it is the room between the ball's centre and the rim. Without a shape the wall's
+    sides are asked; a side that turns its back on the ball has a gap of less than -``radius``, and
+    does not count.
     """
     if wall.is_pocket:
-        return False
-    gaps = [side.gap(*spot, radius) for side in wall.sides]
-    return any(-radius <= gap < -slack for gap in gaps)
+        return wall.sides[0].gap(*center, radius)
+    if shape is not None:
+        return shape.point_query(center).distance - radius
+    gaps = [side.gap(*center, radius) for side in wall.sides]
+    return min([gap for gap in gaps if gap >= -radius], default=math.inf)

@@ -1,0 +1,279 @@
+"""This module follows what others in a shared space do to the balls.
+
+Between two steps somebody may set a velocity or a place: that is found when the next step begins,
+and the ball's path begins anew. In a step, gravity, damping and forces change velocities, and so do
+springs, joints, and collisions with shapes that are not the table's. All of this acts once, as a
+kick at the step's end, so it is right to first order in the step.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pymunk
+
+from pool_pymunk.model.problems import setting_error
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.motion import slid
+from pool_pymunk.physics.path import motion_at, set_off
+from pool_pymunk.physics.sides import unit
+from pool_pymunk.world.ball import Ball
+from pool_pymunk.world.bodies import Bodies, Moves
+from pool_pymunk.world.checks import LONGEST, step_error
+
+if TYPE_CHECKING:
+    from pool_pymunk.world.billiards import Billiards
+
+NOTHING = (0.0, 0.0)
+SAME = 1e-9  # A body is on its path if its place and velocity are right to this share.
+
+
+class Others:
+    """The others are all that moves balls in a shared space, but for the table itself.
+
+    A kinematic body is their clock: pymunk asks it to move as every step begins, and it never falls
+    asleep.
+    """
+
+    def __init__(self, table: Billiards) -> None:
+        self.table = table
+        self.space = table.space
+        self.is_stepping = False
+        self._dt = table.dt  # s; the length of this step
+        self._is_refused = False
+        self._moves: dict[int, Moves] = {}  # how all bodies moved as this step began, by their ids
+        self._kicks: dict[Ball, Vector] = {}  # m/s^2, by gravity and forces
+        self._damping = 1.0  # the share of a velocity that the space's damping leaves in this step
+        # m/s, what springs, joints and collisions have added to velocities in this step
+        self._pushes: dict[Ball, Vector] = {}
+        self._damped_to: dict[Ball, Vector] = {}  # m/s, by the damping callback in this step
+        self._lost: list[Ball] = []  # These balls were taken out of the space.
+        self._walls: dict[pymunk.Body, tuple[Vector, float]] = {}  # their places (m) and angles
+        self._is_other = False  # This step is of another length than the one before.
+        self._has_new_joints = False  # No joint keeps an impulse from the step before,
+        self._knows_pull = True  # so it is known how each of them pulls in this step.
+        self.clock = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        self.clock.position_func = self._on_step
+        self.space.add(self.clock)
+        self._bodies = Bodies(self.space, self.clock)
+
+    def stand(self, body: pymunk.Body) -> None:
+        """Note where a wall's body stands."""
+        self._walls[body] = (body.position, body.angle)
+
+    # -- between two steps -----------------------------------------------------------------------
+
+    def catch_up(self) -> None:
+        """Follow what has happened to the balls since the last step."""
+        if self.is_stepping:
+            return
+        if self.clock.space is None:  # Somebody has emptied the space.
+            self.space.add(self.clock)
+        moved = []
+        for ball in self.table.on_table():
+            body = ball.body
+            if body.space is None or ball.circle.space is None:
+                self.table.drop(ball)
+            elif self._follow(ball, (*body.position, *body.velocity, *body.force)):
+                moved.append(ball)
+        self.table.set_out(moved)
+
+    # -- as a step begins ------------------------------------------------------------------------
+
+    def _on_step(self, _clock: pymunk.Body, dt: float) -> None:
+        """Notice which balls others have moved, and what acts on them."""
+        try:
+            self.is_stepping = True
+            self.space.add_post_step_callback(self._after_step, self)
+            self._dt = dt
+            self._is_refused = not 0.0 < dt <= LONGEST * self.table.max_dt
+            self._moves = self._bodies.read(dt)
+            for each in (self._kicks, self._pushes, self._damped_to):
+                each.clear()
+            if not self._is_refused:
+                self._look_at_balls()
+                self._look_at_walls()
+        except Exception as error:
+            self.table.note(error)
+
+    def _look_at_balls(self) -> None:
+        """Follow the balls that others have moved, and note which forces act in this step."""
+        table, space, moves, moving = self.table, self.space, self._moves, self.table.moving
+        (gx, gy), shapes = space.gravity, space.shapes
+        paths, masses = table.engine.paths, table.engine.masses
+        self._damping = space.damping**self._dt
+        falls = gx != 0.0 or gy != 0.0 or self._damping != 1.0
+        for ball in table.on_table():
+            move = moves.get(ball.id)
+            if move is None or ball.circle not in shapes:
+                self._lost.append(ball)
+                continue
+            x, y, vx, vy, fx, fy = move
+            path = paths[ball.number]
+            rests = x == path.rest_x and y == path.rest_y and vx == vy == 0.0
+            if (not rests or ball.number in moving) and self._follow(ball, move):
+                table.moved_by_others.append(ball.number)
+            if falls or fx != 0.0 or fy != 0.0:
+                mass = masses[ball.number]
+                self._kicks[ball] = (gx + fx / mass, gy + fy / mass)
+
+    def _look_at_walls(self) -> None:
+        """Refuse walls that have moved."""
+        for body, (place, angle) in self._walls.items():
+            if body.position != place or body.angle != angle:
+                message = "a wall's body stands still: to move a wall, remove it and add it again"
+                raise setting_error("position", list(body.position), message)
+
+    def _follow(self, ball: Ball, move: Moves) -> bool:
+        """Give a ball a new path if it is not on its own, and tell so: somebody has moved it."""
+        x, y, vx, vy, _, _ = move
+        table = self.table
+        x0, y0, ex, ey = table.expected(ball.path)
+        scale = SAME * (abs(vx) + abs(vy) + abs(ex) + abs(ey))
+        slack = SAME * (ball.radius + abs(x) + abs(y))
+        if abs(x - x0) + abs(y - y0) <= slack and abs(vx - ex) + abs(vy - ey) <= scale:
+            return False
+        if abs(vx - ex) + abs(vy - ey) <= scale:  # Only its place is new.
+            _, _, vx, vy = motion_at(ball.path, table.time)
+        place = (x, y) if abs(x - x0) + abs(y - y0) <= slack else self._beside(ball, x, y)
+        path = set_off(table.time, place, (vx, vy), table.deceleration)
+        table.engine.set_off(ball.number, path)
+        if path.speed == 0.0:
+            table.engine.rested[ball.number] = table.time
+        return True
+
+    def _beside(self, ball: Ball, x: float, y: float) -> Vector:
+        """Return where a ball lies that was pushed into balls and walls: it touches them."""
+        radius, now = ball.radius, self.table.time
+        for other in self.table.on_table():
+            (u, v), reach = other.path.at(now)[0], radius + other.radius
+            if other is not ball and math.dist((x, y), (u, v)) < reach:
+                nx, ny = unit(x - u, y - v)
+                x, y = u + reach * nx, v + reach * ny
+        for wall in self.table.engine.walls:
+            for side in () if wall.is_pocket else wall.sides:
+                gap = side.gap(x, y, radius)
+                if -radius <= gap < 0.0:
+                    nx, ny = side.normal(x, y)
+                    x, y = x - gap * nx, y - gap * ny
+        return x, y
+
+    # -- in a step -------------------------------------------------------------------------------
+
+    def damp(self, ball: Ball, velocity: Vector) -> Vector:
+        """Return what a ball carries that the damping callback gives this velocity (m/s).
+
+        What springs and joints have given it before in this step is added.
+        """
+        (x, y), (_, _, vx, vy, _, _) = ball.body.velocity, self._moves[ball.id]
+        self._damped_to[ball] = velocity
+        return velocity[0] + x - vx, velocity[1] + y - vy
+
+    def last_word(self, ball: Ball) -> None:
+        """Let nothing that others have done in this step act on a ball that was sent off."""
+        if self.is_stepping:
+            self._pushes[ball] = NOTHING
+            self._kicks.pop(ball, None)
+
+    def feel_push(self, ball: Ball) -> None:
+        """Note what others than friction and forces have added to a velocity in this step."""
+        is_pulled = ball.joint is not None and ball.number in self.table.moving
+        known = ball in self._pushes or ball.id not in self._moves
+        if known or (is_pulled and not self._knows_pull):
+            return
+        vx, vy = self._damped_to.get(ball) or self._velocity_without_others(ball)
+        wx, wy = ball.body.velocity
+        if abs(wx - vx) + abs(wy - vy) > SAME * (abs(vx) + abs(vy) + abs(wx) + abs(wy)):
+            self._pushes[ball] = (wx - vx, wy - vy)
+
+    def _velocity_without_others(self, ball: Ball) -> Vector:
+        """Return the velocity (m/s) that pymunk gives a body by forces and the friction joint."""
+        _, _, vx, vy, _, _ = self._moves[ball.id]
+        (ax, ay), dt = self._kicks.get(ball, NOTHING), self._dt
+        vx, vy = vx * self._damping + ax * dt, vy * self._damping + ay * dt
+        if ball.joint is None or ball.number not in self.table.moving:
+            return vx, vy
+        _, left = slid(math.sqrt(vx * vx + vy * vy), self.table.deceleration, dt)
+        return vx * left, vy * left
+
+    # -- as a step ends --------------------------------------------------------------------------
+
+    def _after_step(self, *_: object) -> None:
+        """Let the table answer this step, and let then act what others did in it."""
+        table = self.table
+        if self._is_refused:
+            self._undo()
+            raise step_error(self._dt, table.max_dt)
+        for ball in self._lost:
+            table.drop(ball)
+        self._lost.clear()
+        is_other, self._is_other = self._is_other or self._dt != table.dt, False
+        self._knows_pull = self._has_new_joints or not is_other
+        table.take_steps_of(self._dt)
+        joints = sum(ball.joint is not None for ball in table.moving.values())
+        for ball in table.on_table() if len(self.space.constraints) > joints else self._kicks:
+            self.feel_push(ball)
+        table.answer_step()
+        self._let_act()
+        self._put_right(is_other)
+        self.is_stepping = False
+        table.raise_noted()
+
+    def _let_act(self) -> None:
+        """Let forces and pushes act, each once."""
+        self._moves.clear()  # From now on velocities are what the table makes of them.
+        for ball in dict.fromkeys((*self._kicks, *self._pushes)):
+            acceleration, push = self._kicks.get(ball), self._pushes.get(ball, NOTHING)
+            if ball.is_on_table and (acceleration or push != NOTHING):
+                self._kick(ball, acceleration, push)
+
+    def _kick(self, ball: Ball, acceleration: Vector | None, push: Vector) -> None:
+        """Change a velocity by a force (m/s^2) and a push (m/s).
+
+        Surface friction holds a ball at rest against as much as its own deceleration.
+        """
+        table, dt = self.table, self._dt
+        (ax, ay), damping = acceleration or NOTHING, self._damping if acceleration else 1.0
+        gain_x, gain_y = ax * dt + push[0], ay * dt + push[1]
+        x, y, vx, vy = motion_at(ball.path, table.time)
+        gain = math.sqrt(gain_x * gain_x + gain_y * gain_y)
+        if vx == vy == 0.0 and gain <= table.deceleration * dt:
+            ball.body.velocity = NOTHING
+            return
+        kicked = (vx * damping + gain_x, vy * damping + gain_y)
+        table.engine.now = table.time
+        path = set_off(table.time, (x, y), kicked, table.deceleration)
+        table.engine.set_off(ball.number, path)
+        table.set_out([ball])
+
+    def _put_right(self, is_other: bool) -> None:
+        """Put bodies on their paths where pymunk does not keep them there.
+
+        Joints keep impulses from step to step, and take it that steps are equally long; new ones
+        have nothing to keep. A ball that moves must not fall asleep.
+        """
+        table = self.table
+        may_sleep = self.space.sleep_time_threshold < math.inf
+        if may_sleep:
+            for ball in table.moving.values():
+                ball.body.activate()
+        if is_other or may_sleep:
+            table.carry_all()
+        if is_other:
+            table.renew_joints()
+        self._has_new_joints = is_other
+
+    def _undo(self) -> None:
+        """Put the balls back to where they were before a step that cannot be."""
+        self._lost.clear()
+        self._is_other = True
+        for ball in self.table.on_table():
+            move = self._moves.get(ball.id)
+            if not math.isfinite(ball.body.angle):  # Else its place could not be set.
+                ball.body.angle = ball.body.angular_velocity = 0.0
+            if move is not None and math.isfinite(sum(move)):
+                ball.body.position, ball.body.velocity = move[:2], move[2:4]
+                self.space.reindex_shapes_for_body(ball.body)
+        self._moves.clear()
+        self.is_stepping = False

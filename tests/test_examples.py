@@ -1,0 +1,202 @@
+"""The examples run, and what they show is so."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymunk
+import pytest
+
+from pool_pymunk.physics.path import set_off
+
+pytestmark = pytest.mark.heavy
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def example(name: str) -> Any:
+    """Import an example by its path."""
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def shown(module: Any, folder: Path) -> Any:
+    """Run an example, and return what it returns, once it has drawn its picture."""
+    out = folder / "picture.png"
+    result = module.main(["--out", str(out)])
+    assert out.read_bytes().startswith(b"\x89PNG")
+    return result
+
+
+tutorial, flipper, stadium = map(
+    example, ("tutorial_beside_ours", "obstacles_and_flipper", "round_ends")
+)
+
+# -- the tutorial, and ours beside it --------------------------------------------------------------
+
+
+def test_ours_is_exact_at_all_frame_rates_and_the_tutorial_at_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = shown(tutorial, tmp_path)
+    assert [row.rate for row in rows["Billiards"]] == [30, 60, 120, 240]
+    assert [row.rate for row in rows["the tutorial"]] == [30, 60, 120, 240]
+    for row in rows["Billiards"]:
+        assert row.off < 1e-9
+        assert row.deepest < 1e-9
+        assert row.lost == 0
+    for row in rows["the tutorial"]:
+        assert row.off > tutorial.RADIUS
+        assert row.deepest > 1.0
+    assert rows["the tutorial"][0].lost > 0
+    assert len(capsys.readouterr().out.splitlines()) == 10
+
+
+def test_the_tutorials_ends_differ_with_the_frame_rate_and_ours_do_not() -> None:
+    for play, differ in ((tutorial.tutorial, True), (tutorial.ours, False)):
+        ends = [play(tutorial.rack(), tutorial.BREAK, rate)[-1] for rate in tutorial.COLORS]
+        for other in ends[1:]:
+            assert (tutorial.farthest(ends[0], other) > tutorial.RADIUS) is differ
+            assert differ or tutorial.farthest(ends[0], other) < 1e-9
+
+
+def test_the_tutorial_tends_to_the_exact_ends() -> None:
+    """It plays the same physics, so the comparison is fair."""
+    start = tutorial.rack()
+    exact = tutorial.exact_ends(start, tutorial.BREAK)
+    off = [
+        tutorial.farthest(tutorial.tutorial(start, tutorial.BREAK, rate)[-1], exact)
+        for rate in (1_000, 10_000)
+    ]
+    assert 10.0 < off[0] < 30.0
+    assert 0.5 < off[1] < 1.5
+
+
+def test_the_tutorial_hardly_minds_the_order_of_a_loose_rack() -> None:
+    start, order = tutorial.rack(), [0, *range(15, 0, -1)]
+    for play, most in ((tutorial.tutorial, 0.02), (tutorial.ours, 1e-9)):
+        for rate in tutorial.COLORS:
+            ends = play(start, tutorial.BREAK, rate)[-1]
+            again = play(start[order], tutorial.BREAK, rate)[-1]
+            assert tutorial.farthest(ends[order], again) < most
+
+
+@pytest.mark.parametrize("rate", [30, 120])
+def test_a_free_ball_of_the_tutorial_goes_half_a_step_too_far(rate: int) -> None:
+    start, speed = np.array([(100.0, 262.0)]), 400.0
+    way = speed * speed / (2.0 * tutorial.DECELERATION)
+    too_far = speed / rate / 2.0
+    for play, off in ((tutorial.tutorial, too_far), (tutorial.ours, 0.0)):
+        assert play(start, (speed, 0.0), rate)[-1, 0, 0] - 100.0 == pytest.approx(way + off)
+
+
+# -- obstacles, a flipper and a box ----------------------------------------------------------------
+
+
+def test_the_flipper_hits_balls_and_they_go_faster(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world = shown(flipper, tmp_path)
+    blows = [blow for blow in world.blows if blow.by == "flipper"]
+    assert blows[0].ball == 0
+    assert blows[0].after > 1.5 * blows[0].before > 0.0
+    before, after = speeds_around(world, blows[0])
+    assert before == pytest.approx(blows[0].before, rel=1e-2)
+    assert after == pytest.approx(blows[0].after, rel=1e-2)
+    assert any(blow.by == "box" for blow in world.blows)
+    assert math.dist(world.box.position, flipper.BOX_START) > 0.01
+    assert "the flipper hits ball 0" in capsys.readouterr().out
+
+
+def speeds_around(world: Any, blow: Any) -> tuple[float, float]:
+    """Return the speeds (m/s) of a ball in the steps before and after a blow, from its track."""
+    track, k = world.tracks[blow.ball], round(blow.t / flipper.STEP)
+    before, after = math.dist(track[k - 1], track[k]), math.dist(track[k], track[k + 1])
+    return before / flipper.STEP, after / flipper.STEP
+
+
+def test_the_flipper_and_the_box_push_no_ball_off_the_table() -> None:
+    world = flipper.World()
+    world.play()
+    assert len(world.contacts) > 5
+    x, y = np.array(world.tracks).T
+    r = flipper.RADIUS - 1e-9
+    assert r <= x.min() and x.max() <= flipper.LENGTH - r
+    assert r <= y.min() and y.max() <= flipper.WIDTH - r
+
+
+def test_every_obstacle_is_a_wall() -> None:
+    world = flipper.World()
+    for wall, (x, y) in enumerate(((1.63, 0.5), *flipper.POSTS), start=4):
+        world.table.place(world.balls[0], (x, y - 0.25))
+        assert world.table.predict(world.balls[0], (0.0, 1.0)).wall == wall
+
+
+# -- round ends ------------------------------------------------------------------------------------
+
+
+def outermost(frames: Any) -> float:
+    """Return how far (m) balls came from the table's middle line at most."""
+    x, y = frames[..., 0], frames[..., 1]
+    beyond = np.maximum(np.abs(x) - stadium.HALF, 0.0)
+    return float(np.hypot(beyond, y).max())
+
+
+def test_the_ends_converge_with_the_number_of_segments(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    errors, frames = shown(stadium, tmp_path)
+    gentle, hard = errors.values()
+    assert sorted(gentle, reverse=True) == gentle
+    slope = np.polyfit(np.log(stadium.SEGMENTS), np.log(gentle), 1)[0]
+    assert slope == pytest.approx(-1.0, abs=0.25)
+    assert hard[-1] > 10.0 * gentle[-1]
+    assert outermost(frames) <= stadium.ROUND - stadium.RADIUS + 1e-9
+    assert "1024 segments" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("segments", [None, 16, 256])
+def test_no_ball_leaves_the_stadium(segments: int | None) -> None:
+    table = stadium.set_up(segments)
+    start = table.save_state()
+    for k in range(12):
+        table.restore_state(start)
+        angle = math.tau * k / 12
+        frames = stadium.play(table, (20.0 * math.cos(angle), 20.0 * math.sin(angle)))
+        assert outermost(frames) <= stadium.ROUND - stadium.RADIUS + 1e-9
+
+
+def test_a_round_end_of_ones_own_does_not_depend_on_the_step() -> None:
+    ends = [stadium.play(stadium.set_up(None), (0.8, 0.1), 1 / rate)[-1] for rate in (60, 144, 240)]
+    for other in ends[1:]:
+        assert np.abs(ends[0] - other).max() < 1e-9
+
+
+def test_a_ball_meets_a_round_end_from_inside() -> None:
+    side = stadium.Inside((0.5, 0.0), 1.0, 1.0)
+    path = set_off(0.0, (0.0, 0.3), (2.0, 0.0), 0.0)
+    length = side.length_along(path, 0.1)
+    x, y = length, 0.3
+    assert math.dist((x, y), side.center) == pytest.approx(0.9)
+    assert side.gap(x, y, 0.1) == pytest.approx(0.0, abs=1e-12)
+    assert side.normal(x, y) == pytest.approx(((0.5 - x) / 0.9, -y / 0.9))
+    assert side.length_along(set_off(0.0, (0.0, 0.3), (-2.0, 0.0), 0.0), 0.1) == math.inf
+    assert side.gap(0.0, 0.0, 0.1) == math.inf
+
+
+def test_the_ends_stay_open_to_others() -> None:
+    """The disc that carries a round end is a sensor: something else moves through it."""
+    table = stadium.set_up(None)
+    body = pymunk.Body(1.0, 1.0)
+    body.position, body.velocity = (-2.0, 0.3), (1.0, 0.0)
+    table.space.add(body, pymunk.Poly.create_box(body, (0.02, 0.02)))
+    for _ in range(60):
+        table.space.step(stadium.STEP)
+    assert body.position.x == pytest.approx(-1.0)
