@@ -34,7 +34,7 @@ from pool_pymunk.physics.collapse import Collapse, Order
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import Path, motion_at, pair_time, set_off
+from pool_pymunk.physics.path import Path, arrival, motion_at, pair_time, set_off
 from pool_pymunk.physics.sides import Wall, unit
 
 # This is two balls, lower number first; or a ball and -1 - a wall; or a ball twice, for its stop or
@@ -244,13 +244,9 @@ class ContactEngine:
         It is never before now, and infinite if the ball does not meet the wall.
         """
         path = self.paths[i]
-        length = self.walls[wall].length_along(path, self.radii[i])
-        if length >= path.reach:
-            return math.inf
-        t = path.time_at(length)
-        if t < self.now:
-            t = self.now
-        self.push(t, (i, -1 - wall))
+        t = arrival(path, self.walls[wall].length_along(path, self.radii[i]), self.now)
+        if t < math.inf:
+            self.push(t, (i, -1 - wall))
         return t
 
     def push(self, t: float, key: Key) -> None:

@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import BARELY
+from pool_pymunk.physics.path import BARELY, NOISE, Path, least_bounce
 
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
 NEARLY_CLOSED = 16.0  # A gap is so many times wider than a closed one if it closes in a moment.
@@ -100,6 +100,24 @@ def sinks(least: float, contact_time: float, x: float, y: float, radius: float) 
     nearer, they hit each other now.
     """
     return least * contact_time > 64.0 * EPSILON * (abs(x) + abs(y) + radius)
+
+
+def least_parting(a: Path, b: Path, now: float, contact_time: float, radius: float) -> float:
+    """Return the least bounce (m/s) of two balls that have met, the first of this radius (m).
+
+    It is 0 if they would not get nearer by more than rounding in a contact time (s).
+    """
+    least = least_bounce(a, b, now, contact_time)
+    return least if sinks(least, contact_time, a.x, a.y, radius) else 0.0
+
+
+def noise_after(fastest: float, noise: float) -> float:
+    """Return how much of the velocities after a contact may be rounding (m/s).
+
+    ``fastest`` is the square of the fastest velocity before and after it, and ``noise`` (m/s) is
+    that of the velocities before.
+    """
+    return max(NOISE * math.sqrt(fastest), noise)
 
 
 def lasts(since_last: float, contact_time: float) -> bool:

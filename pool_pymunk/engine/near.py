@@ -62,6 +62,18 @@ def box(path: Path, radius: float, since: float, end: float) -> Box:
     return x0 - r, y0 - r, x1 + r, y1 + r
 
 
+def piece(balls: int, width: float, height: float) -> float:
+    """Return how far (m) a path is looked at at once, for balls that cover so much (m)."""
+    if balls < FEW or width * height == 0.0:
+        return math.inf
+    return AHEAD * math.sqrt(width * height / balls)
+
+
+def horizon(path: Path, now: float, ahead: float) -> float:
+    """Return the time (s) at which a ball has travelled ``ahead`` (m), were it not slowed down."""
+    return now + ahead / path.speed if path.speed > 0.0 else math.inf
+
+
 class Boxes:
     """There is a box around each ball's path; these few boxes are looked through one by one."""
 
@@ -79,14 +91,12 @@ class Boxes:
 
         For few balls one look at the whole path is cheapest.
         """
-        return now + self.ahead / path.speed if path.speed > 0.0 else math.inf
+        return horizon(path, now, self.ahead)
 
     def measure(self, paths: Sequence[Path]) -> None:
         """Take note of how far the balls lie apart, so that paths are looked at in good pieces."""
-        if len(paths) >= FEW:
-            x, y = [path.x for path in paths], [path.y for path in paths]
-            area = (max(x) - min(x)) * (max(y) - min(y))
-            self.ahead = AHEAD * math.sqrt(area / len(paths)) or math.inf
+        x, y = [path.x for path in paths], [path.y for path in paths]
+        self.ahead = piece(len(paths), max(x) - min(x), max(y) - min(y)) if paths else math.inf
 
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
         """Put a box around this part of ball ``i``'s path."""

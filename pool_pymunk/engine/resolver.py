@@ -38,7 +38,7 @@ from pool_pymunk.physics.contact import (
 )
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import NOISE, NOT_MET, Lasting, Path, least_bounce
+from pool_pymunk.physics.path import NOISE, NOT_MET, Lasting, Path
 from pool_pymunk.physics.together import in_turn, push_apart, spread_over_orders
 
 SAME_NORMAL = 1e-12
@@ -265,7 +265,7 @@ class Resolver:
             vx, vy = velocity[i]
             fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
             noise = max(noise, self.paths[i].noise)
-        resolution.noise = noise = max(NOISE * math.sqrt(fastest), noise)
+        resolution.noise = noise = decisions.noise_after(fastest, noise)
         pressed = {i for contact, _ in resolution.micro for i in contact.balls}
         for i in sorted(moved):
             vx, vy = velocity[i]
@@ -308,9 +308,7 @@ class Resolver:
         if past is None:
             return 0.0, 0.0, False, None
         time, faint = self.lasting(i, j, now)
-        least = least_bounce(self.paths[i], self.paths[j], now, time)
-        if not decisions.sinks(least, time, self.paths[i].x, self.paths[i].y, self.radii[i]):
-            least = 0.0
+        least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
         if not decisions.lasts(now - past.last, time):
             return least, faint, False, None
         return least, faint, decisions.is_micro(closing, time, self.deceleration), past

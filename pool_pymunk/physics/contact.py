@@ -78,14 +78,22 @@ def changed(v: Vector, before: NT, after: NT, normal: Vector) -> Vector:
     return (v[0] + dn * nx - dt * ny, v[1] + dn * ny + dt * nx)
 
 
+def approach(a: Vector, b: Vector, normal: Vector) -> float:
+    """Return the speed (m/s) at which ball A nears ball B, along the normal from A to B."""
+    nx, ny = normal
+    return (a[0] - b[0]) * nx + (a[1] - b[1]) * ny
+
+
+def wall_approach(v: Vector, normal: Vector) -> float:
+    """Return the speed (m/s) at which a ball nears a wall; the normal points into the table."""
+    return -(v[0] * normal[0] + v[1] * normal[1])
+
+
 def closing_speed(contact: Contact, velocity: Velocities) -> float:
     """Return the speed (m/s) at which the two sides approach; it is negative if they part."""
-    nx, ny = contact.normal
-    ax, ay = velocity[contact.a]
     if contact.b == NO_BALL:
-        return -(ax * nx + ay * ny)
-    bx, by = velocity[contact.b]
-    return (ax - bx) * nx + (ay - by) * ny
+        return wall_approach(velocity[contact.a], contact.normal)
+    return approach(velocity[contact.a], velocity[contact.b], contact.normal)
 
 
 def groups(contacts: Sequence[Contact]) -> Iterator[list[Contact]]:

@@ -23,6 +23,7 @@ from pool_pymunk.physics.contact import (
     NT,
     Contact,
     Pair,
+    Vector,
     Velocities,
     changed,
     closing_speed,
@@ -30,6 +31,9 @@ from pool_pymunk.physics.contact import (
     split,
 )
 from pool_pymunk.physics.together import at_once, mean_over_orders
+
+BallBall = Callable[[NT, NT, Pair], tuple[NT, NT]]
+Cushion = Callable[[NT, float, float], NT]
 
 # A slip below this share of the closing speed is rounding, and `published` jumps at zero slip.
 ZERO_SLIP = 1e-9
@@ -92,6 +96,11 @@ def cushion(v: NT, restitution: float, friction: float) -> NT:
 def slips_by_rounding(a: NT, b: NT) -> bool:
     """Tell whether the slip is rounding: less than ``ZERO_SLIP`` of the closing speed."""
     return abs(a.t - b.t) < ZERO_SLIP * (a.n - b.n)
+
+
+def published_jumps(a: NT, b: NT, pair: Pair) -> bool:
+    """Tell whether Listing 3 jumps at this hit, because its slip is rounding."""
+    return pair.friction > 0.0 and slips_by_rounding(a, b)
 
 
 class Law:
@@ -191,7 +200,7 @@ class Published(Law):
 
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
         """Tell whether the slip is zero to rounding: there the listing jumps."""
-        return pair.friction > 0.0 and slips_by_rounding(a, b)
+        return published_jumps(a, b, pair)
 
 
 LAWS: Mapping[str, Law] = {law.name: law for law in (Coulomb(), Published())}
@@ -225,19 +234,29 @@ def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False
     Where the law jumps, leave friction out, unless it shall ``jump``, and return True.
     """
     i, j, normal, pair = contact[:4]
-    a = split(velocity[i], normal)
     if j == NO_BALL:
-        after = law.cushion(a, pair.restitution, pair.friction)
-        velocity[i] = changed(velocity[i], a, after, normal)
+        velocity[i] = off_cushion(law.cushion, velocity[i], normal, pair)
         return False
-    b = split(velocity[j], normal)
-    jumps = law.jumps(a, b, pair)
+    jumps = law.jumps(split(velocity[i], normal), split(velocity[j], normal), pair)
     if jumps and not jump:
         pair = pair._replace(friction=0.0)
-    new_a, new_b = law.ball_ball(a, b, pair)
-    velocity[i] = changed(velocity[i], a, new_a, normal)
-    velocity[j] = changed(velocity[j], b, new_b, normal)
+    velocity[i], velocity[j] = off_ball(law.ball_ball, velocity[i], velocity[j], normal, pair)
     return jumps
+
+
+def off_ball(
+    ball_ball: BallBall, a: Vector, b: Vector, normal: Vector, pair: Pair
+) -> tuple[Vector, Vector]:
+    """Return the velocities (m/s) of A and B after a hit that this function answers."""
+    before_a, before_b = split(a, normal), split(b, normal)
+    after_a, after_b = ball_ball(before_a, before_b, pair)
+    return changed(a, before_a, after_a, normal), changed(b, before_b, after_b, normal)
+
+
+def off_cushion(answer: Cushion, v: Vector, normal: Vector, pair: Pair) -> Vector:
+    """Return the velocity (m/s) of a ball after a hit on a cushion that this function answers."""
+    before = split(v, normal)
+    return changed(v, before, answer(before, pair.restitution, pair.friction), normal)
 
 
 def _as_listed(contact: Contact) -> tuple[bool, int, int, bool]:

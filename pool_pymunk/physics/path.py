@@ -74,12 +74,6 @@ class Path(NamedTuple):
         x, y, vx, vy = motion_at(self, t)
         return (x, y), (vx, vy)
 
-    def time_at(self, length: float) -> float:
-        """Return the time (s) at which the ball has travelled ``length`` (m); infinite if never."""
-        if length > self.reach or length == math.inf:
-            return math.inf
-        return self.t + time_to_slide(length, self.speed, self.deceleration)
-
     def is_lost(self, radius: float) -> bool:
         """Tell whether the ball is so fast, or so far off, that its contacts mean nothing.
 
@@ -119,6 +113,17 @@ def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
         return path.rest_x, path.rest_y, 0.0, 0.0
     time, left = slid(path.speed, path.deceleration, t - path.t)
     return path.x + path.vx * time, path.y + path.vy * time, path.vx * left, path.vy * left
+
+
+def arrival(path: Path, length: float, now: float) -> float:
+    """Return the time (s), not before now, at which a ball has travelled ``length`` (m).
+
+    It is infinite if the path is not so long.
+    """
+    if length >= path.reach:
+        return math.inf
+    t = path.t + time_to_slide(length, path.speed, path.deceleration)
+    return t if t > now else now
 
 
 def pair_time(
