@@ -131,10 +131,13 @@ class Table:
         """Whether a point is on the table (even-odd rule)."""
         inside = False
         for edge in self.edges:
-            (ax, ay), (bx, by) = edge.start, edge.end
-            if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
-                inside = not inside
+            inside ^= crosses(*edge.start, *edge.end, x, y)
         return inside
+
+
+def crosses(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> bool:
+    """Tell whether a ray from (x, y) along +x crosses the line from a to b."""
+    return (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)
 
 
 def _cross(a: Point, b: Point) -> float:

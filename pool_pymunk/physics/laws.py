@@ -23,7 +23,6 @@ from pool_pymunk.physics.contact import (
     NT,
     Contact,
     Pair,
-    Vector,
     Velocities,
     changed,
     closing_speed,
@@ -31,9 +30,6 @@ from pool_pymunk.physics.contact import (
     split,
 )
 from pool_pymunk.physics.together import at_once, mean_over_orders
-
-BallBall = Callable[[NT, NT, Pair], tuple[NT, NT]]
-Cushion = Callable[[NT, float, float], NT]
 
 # A slip below this share of the closing speed is rounding, and `published` jumps at zero slip.
 ZERO_SLIP = 1e-9
@@ -234,29 +230,19 @@ def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False
     Where the law jumps, leave friction out, unless it shall ``jump``, and return True.
     """
     i, j, normal, pair = contact[:4]
+    a = split(velocity[i], normal)
     if j == NO_BALL:
-        velocity[i] = off_cushion(law.cushion, velocity[i], normal, pair)
+        after = law.cushion(a, pair.restitution, pair.friction)
+        velocity[i] = changed(velocity[i], a, after, normal)
         return False
-    jumps = law.jumps(split(velocity[i], normal), split(velocity[j], normal), pair)
+    b = split(velocity[j], normal)
+    jumps = law.jumps(a, b, pair)
     if jumps and not jump:
         pair = pair._replace(friction=0.0)
-    velocity[i], velocity[j] = off_ball(law.ball_ball, velocity[i], velocity[j], normal, pair)
+    new_a, new_b = law.ball_ball(a, b, pair)
+    velocity[i] = changed(velocity[i], a, new_a, normal)
+    velocity[j] = changed(velocity[j], b, new_b, normal)
     return jumps
-
-
-def off_ball(
-    ball_ball: BallBall, a: Vector, b: Vector, normal: Vector, pair: Pair
-) -> tuple[Vector, Vector]:
-    """Return the velocities (m/s) of A and B after a hit that this function answers."""
-    before_a, before_b = split(a, normal), split(b, normal)
-    after_a, after_b = ball_ball(before_a, before_b, pair)
-    return changed(a, before_a, after_a, normal), changed(b, before_b, after_b, normal)
-
-
-def off_cushion(answer: Cushion, v: Vector, normal: Vector, pair: Pair) -> Vector:
-    """Return the velocity (m/s) of a ball after a hit on a cushion that this function answers."""
-    before = split(v, normal)
-    return changed(v, before, answer(before, pair.restitution, pair.friction), normal)
 
 
 def _as_listed(contact: Contact) -> tuple[bool, int, int, bool]:
@@ -269,7 +255,9 @@ def _as_listed(contact: Contact) -> tuple[bool, int, int, bool]:
 
 
 def _sign(x: float) -> float:
-    return float(x > 0.0) - float(x < 0.0)
+    if x > 0.0:
+        return 1.0
+    return -1.0 if x < 0.0 else 0.0
 
 
 def _not_reversed(before: float, after: float) -> float:

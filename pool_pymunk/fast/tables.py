@@ -1,0 +1,83 @@
+"""This module makes the arrays that compiled shots take of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.fast.loop import (
+    COULOMB,
+    FACE,
+    NOTHING,
+    POST,
+    PUBLISHED,
+    RIM,
+    SIDE,
+    WALL,
+    WORK,
+    Table,
+)
+from pool_pymunk.model import Scene
+from pool_pymunk.physics.sides import Face, Post, Rim, Side, Wall
+from pool_pymunk.solvers.exact import pockets, walls
+
+LAWS = {"coulomb": COULOMB, "published": PUBLISHED}
+
+
+def table_of(scene: Scene) -> Table:
+    """Return the scene's walls and pockets in arrays."""
+    found = [*walls(scene), *pockets(scene)]
+    sides = [_side(side) for wall in found for side in wall.sides]
+    corners = np.array(scene.table.outline if scene.table else np.empty((0, 2)))
+    return Table(
+        walls=np.array(list(_walls(found)), dtype=WALL).view(np.recarray),
+        sides=np.array(sides, dtype=SIDE).view(np.recarray),
+        corners=corners,
+    )
+
+
+def _walls(found: Sequence[Wall]) -> list[tuple[Any, ...]]:
+    rows, first = [], 0
+    for wall in found:
+        count = len(wall.sides)
+        pocket = wall.number if wall.is_pocket else NOTHING
+        rows.append((first, count, pocket, wall.center or (0.0, 0.0)))
+        first += count
+    return rows
+
+
+def _side(side: Side) -> tuple[Any, ...]:
+    nowhere = (0.0, 0.0)
+    if isinstance(side, Face):
+        return FACE, side.start, side.tangent, side.outward, side.length, side.radius
+    if isinstance(side, Post):
+        return POST, side.center, nowhere, nowhere, 0.0, side.radius
+    assert isinstance(side, Rim), "a scene has no other sides"
+    return RIM, side.center, nowhere, nowhere, 0.0, side.radius
+
+
+def work_of(scene: Scene, cue: int, latest: float) -> Any:
+    """Return a record in which the scene's shots can be played, until ``latest`` (s) at most."""
+    work = np.zeros(1, dtype=WORK).view(np.recarray)[0]
+    count = len(scene.balls)
+    work.balls, work.cue, work.latest = count, cue, latest
+    work.law = LAWS[scene.physics.law]
+    work.radius[:count] = [ball.radius for ball in scene.balls]
+    return work
+
+
+def cue_of(scene: Scene) -> int:
+    """Return the number of the cue ball, or -1."""
+    return next((i for i, ball in enumerate(scene.balls) if ball.cue), NOTHING)
+
+
+def coefficients_of(scene: Scene) -> NDArray[np.float64]:
+    """Return the scene's coefficients (6,) as the shots take them."""
+    r, f = scene.restitution, scene.friction
+    ball = r.ball_ball if r.ball_ball is not None else np.nan
+    cue = r.cue_ball if r.cue_ball is not None else ball
+    cushion = r.cushion if r.cushion is not None else np.nan
+    return np.array([ball, cue, cushion, scene.deceleration, f.cushion, f.ball_ball])
