@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pool_pymunk.fast import Batch, simulate_many
     from pool_pymunk.model import (
         Ball,
         Friction,
@@ -42,6 +43,7 @@ __all__ = [
     "NT",
     "SOLVERS",
     "Ball",
+    "Batch",
     "Billiards",
     "Choice",
     "Collision",
@@ -75,12 +77,14 @@ __all__ = [
     "sensitivity",
     "simulate",
     "simulate_all",
+    "simulate_many",
     "simulate_within",
     "written_uncertainty",
 ]
 
 # The library is loaded when a name of it is asked for, so that --help need not wait for it.
 _HOMES = {
+    "fast": "Batch simulate_many",
     "model": "Ball Friction Physics Pocket Restitution Scene SceneError Shot State Table Units",
     "model.racks": "rack",
     "model.scenario": "load loads",

@@ -1,7 +1,7 @@
 """This module compiles the shots: the loop, and the project's own functions that it calls.
 
-numba compiles them once a machine. The compiled code is kept in a folder of the user's cache that
-is named by a hash of all sources from which it is made, because numba itself looks at one file only.
+numba compiles them once a machine. The compiled code is kept in a folder of the user's cache, which
+is named by a hash of all sources from which it is made, because numba itself looks at one of them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from types import FunctionType, ModuleType
-from typing import Any
+from typing import Any, cast
 
 from pool_pymunk.engine import decisions, near
 from pool_pymunk.fast import loop
@@ -42,7 +42,7 @@ SHARED: tuple[Any, ...] = (
     laws.slips_by_rounding, laws.published_jumps,
     decisions.nearly_now, decisions.is_closed, decisions.is_hit, decisions.contact_time,
     decisions.sinks, decisions.least_parting, decisions.noise_after, decisions.lasts,
-    decisions.instant,
+    decisions.is_micro,    decisions.instant,
     near.box, near.piece, near.horizon,
     outline.crosses,
 )  # fmt: skip
@@ -66,16 +66,17 @@ def play_shots() -> Callable[..., int]:
     for function in (*SHARED, *_helpers()):
         register_jitable(function)
     folder = cache_folder()
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    config: Any = numba.config
+    before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
     try:
         compiled = numba.njit(nogil=True, cache=True, error_model="numpy")(loop.play_shots)
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before
     if not any(folder.rglob("*.nbi")):
         print(
             "Compiling the shots for this machine: this takes some seconds, once.", file=sys.stderr
         )
-    return compiled  # type: ignore[no-any-return]
+    return cast("Callable[..., int]", compiled)
 
 
 def _helpers() -> Iterator[FunctionType]:

@@ -44,6 +44,7 @@ face_gap, face_normal, face_length = Face.gap, Face.normal, Face.length_along
 post_gap, post_normal, post_length = Post.gap, Post.normal, Post.length_along
 rim_gap, rim_normal, rim_length = Rim.gap, Rim.normal, Rim.length_along
 
+
 class Table(NamedTuple):
     """A table has the walls, their sides, and the corners (C, 2) of the outline, in arrays."""
 
@@ -90,12 +91,13 @@ KNOT = 6
 WORK = np.dtype(
     [
         # the shot
-        ("balls", I), ("cue", I), ("law", I), ("latest", F), ("deceleration", F), ("ahead", F),
+        ("balls", I), ("cue", I), ("watched", I), ("law", I), ("latest", F),
+        ("deceleration", F), ("ahead", F),
         ("ball_ball", F), ("cue_ball", F), ("ball_friction", F), ("cushion", F),
         ("cushion_friction", F), ("radius", F, N), ("mass", F, N), ("is_off", I, N),
         # what happens
         ("now", F), ("instant", F), ("rounds", I), ("path", F, (N, 14)), ("rested", F, N),
-        ("last", F, (N, N)), ("box", F, (N, 4)),
+        ("met", F, (N, N)), ("last", F, (N, N)), ("box", F, (N, 4)),
         # what is due: a wall's, the second wall's, a stop's, a look's time; until when it is known
         ("wall", I, N), ("wall_t", F, N), ("second_t", F, N), ("stop_t", F, N), ("look_t", F, N),
         ("path_end", F, N), ("end", F, N), ("due", F, (N, N)), ("best", I, N), ("best_t", F, N),
@@ -372,7 +374,7 @@ def contact_time(w: Work, i: int, j: int, now: float) -> float:
         return 0.0
     left = max(path_of(w, i).stop, path_of(w, j).stop) - now
     radius = min(w.radius[i], w.radius[j])
-    return decisions.contact_time(now - w.last[i, j], left, radius, w.deceleration, False)
+    return decisions.contact_time(now - w.met[i, j], left, radius, w.deceleration, False)
 
 
 def rescan(w: Work, i: int) -> None:
@@ -462,11 +464,13 @@ def answer_hit(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
     u, v, bx, by = motion_at(b, w.now)
     normal = unit(u - x, v - y)
     closing = approach((ax, ay), (bx, by), normal)
-    least, noise = 0.0, max(a.noise, b.noise)
+    least, noise, met = 0.0, max(a.noise, b.noise), w.now
     if w.last[i, j] > -math.inf:
         time = contact_time(w, i, j, w.now)
         if decisions.lasts(w.now - w.last[i, j], time):
-            return False
+            if decisions.is_micro(closing, time, w.deceleration):
+                return False
+            met = w.met[i, j]
         least = decisions.least_parting(a, b, w.now, time, w.radius[i])
     e = w.cue_ball if w.cue in (i, j) else w.ball_ball
     if closing < 0.0 or not decisions.is_hit(closing, noise, least) or e * closing < least:
@@ -482,11 +486,11 @@ def answer_hit(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
     after_a = changed((ax, ay), before_a, parts_a, normal)
     after_b = changed((bx, by), before_b, parts_b, normal)
     if w.deceleration > 0.0:
-        w.last[i, j] = w.now
+        w.met[i, j], w.last[i, j] = met, w.now
     w.events += 1
     w.hits += 1
-    if w.first_hit == NOTHING and w.cue in (i, j):
-        w.first_hit = j if i == w.cue else i
+    if w.first_hit == NOTHING and w.watched in (i, j):
+        w.first_hit = j if i == w.watched else i
     keep_contact(w, i, j)
     fastest = max(squared((ax, ay)), squared((bx, by)), squared(after_a), squared(after_b))
     noise = decisions.noise_after(fastest, noise)

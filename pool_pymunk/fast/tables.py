@@ -59,11 +59,14 @@ def _side(side: Side) -> tuple[Any, ...]:
     return RIM, side.center, nowhere, nowhere, 0.0, side.radius
 
 
-def work_of(scene: Scene, cue: int, latest: float) -> Any:
-    """Return a record in which the scene's shots can be played, until ``latest`` (s) at most."""
+def work_of(scene: Scene, watched: int, latest: float) -> Any:
+    """Return a record in which the scene's shots can be played, until ``latest`` (s) at most.
+
+    The first hit of the ``watched`` ball is written down.
+    """
     work = np.zeros(1, dtype=WORK).view(np.recarray)[0]
     count = len(scene.balls)
-    work.balls, work.cue, work.latest = count, cue, latest
+    work.balls, work.cue, work.watched, work.latest = count, cue_of(scene), watched, latest
     work.law = LAWS[scene.physics.law]
     work.radius[:count] = [ball.radius for ball in scene.balls]
     return work

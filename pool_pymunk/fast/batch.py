@@ -1,0 +1,76 @@
+"""This module has what comes of many shots, in arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.model.problems import setting_error
+
+if TYPE_CHECKING:
+    from pool_pymunk.fast.shots import Source
+    from pool_pymunk.model import Scene
+    from pool_pymunk.results.run import Run
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+STATUSES = ("settled", "max_time", "max_events", "non_finite", "cannot_start")
+CANNOT_START = STATUSES.index("cannot_start")
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """A batch holds what came of many shots (S) of a scene's balls (N), in SI.
+
+    - ``final`` (S, N, 2): where each ball ended (m); NaN for a ball that was off the table before.
+      A pocketed ball lies at its pocket's position.
+    - ``duration`` (S,): when the last ball came to rest, or the time at which the shot was cut (s).
+    - ``hits``, ``cushions`` and ``events`` (S,): how many hits of two balls there were, how many
+      hits on cushions, and how many events in all, stops and pockets included.
+    - ``first_hit`` (S,): the number of the ball that the cue ball met first, -1 if it met none.
+      Where the scene has no cue ball, it is that of the first ball that moves.
+    - ``pocketed`` (S, N): the number of the pocket that took each ball in, -1 for none.
+    - ``status`` (S,): 0 settled, 1 max_time, 2 max_events, 3 non_finite, 4 cannot_start: balls
+      overlap, or one is off the table or within a pocket. ``statuses`` has the names. What a shot
+      with one of the last two has in the other arrays means nothing.
+
+    ``by_reference`` counts the shots that the exact solver played in Python, because they are
+    hard: contacts come at one instant, or last, or have no end. ``wall_time`` is in s.
+    """
+
+    scene: Scene
+    law: str
+    final: Floats
+    duration: Floats
+    hits: Ints
+    cushions: Ints
+    events: Ints
+    first_hit: Ints
+    pocketed: Ints
+    status: NDArray[np.int8]
+    by_reference: int
+    wall_time: float
+    source: Source = field(repr=False)
+
+    statuses = STATUSES
+
+    def __len__(self) -> int:
+        return len(self.status)
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.status, minlength=len(STATUSES))
+        ends = ", ".join(f"{n} {name}" for n, name in zip(counts, STATUSES, strict=True) if n)
+        return f"<Batch of {len(self):,} shots: {ends or 'none'}; {self.by_reference} by reference>"
+
+    def run(self, k: int) -> Run:
+        """Play shot ``k`` again, as a full :class:`~pool_pymunk.Run` of the exact solver.
+
+        Raises SceneError for a shot that cannot start, and SettingError if there is no such shot.
+        """
+        if not 0 <= k < len(self):
+            raise setting_error("k", k, f"the shots have the numbers 0 to {len(self) - 1}")
+        return self.source.run(k)

@@ -1,0 +1,210 @@
+"""This module plays many exact shots at once, on all cores."""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from typing import Any
+
+import numpy as np
+
+from pool_pymunk.fast import compiled
+from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
+from pool_pymunk.fast.loop import DOUBTFUL, HARD, MOST_BALLS, NOTHING, Out, Table
+from pool_pymunk.fast.shots import Source, read_source
+from pool_pymunk.fast.tables import table_of, work_of
+from pool_pymunk.model import Scene, SceneError
+from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.problems import number_problems, setting_error
+from pool_pymunk.physics.laws import LAWS, Law
+from pool_pymunk.results.run import Run
+
+CHUNK = 4_096  # A thread plays so many shots before it takes the next ones.
+PATIENCE = 0.1  # s; so often an interrupt is looked for
+SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
+    "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
+
+
+def simulate_many(
+    scene: Scene,
+    position: Any = None,
+    velocity: Any = None,
+    *,
+    law: str | Law | None = None,
+    vary: Mapping[str, Any] | None = None,
+    max_time: float | None = None,
+    threads: int | None = None,
+    on_done: Callable[[int], object] | None = None,
+) -> Batch:
+    """Play many shots exactly, and return where the balls end.
+
+    ``position`` (m) and ``velocity`` (m/s) are arrays (S, N, 2), for S shots and the scene's N
+    balls, or (N, 2) for all shots; by default they are the scene's own. NaN as a ball's position
+    means that it is off the table. ``law`` is that of every contact (default: the scene's).
+    ``vary`` has what else differs from shot to shot, by its key: arrays (S,) of
+    ``restitution.ball_ball``, ``restitution.cue_ball``, ``restitution.cushion``,
+    ``friction.surface``, ``friction.cushion``, ``friction.ball_ball`` and ``mass`` (kg), which may
+    be (S, N) too. ``max_time`` (s) ends each shot (default: the scene's). ``threads`` (default: one
+    a core) share the work; the results do not depend on them. ``on_done(n)`` is called whenever
+    ``n`` more shots are done.
+
+    Every bit is that of ``simulate(..., solver="event-driven")``. With numba installed (``pip
+    install 'pool-pymunk[fast]'``) ordinary shots are compiled; without it, with a law of your own
+    and with more than 64 balls, all shots take the Python solver. A shot takes 36 + 20 N bytes of
+    the result. Raises SettingError, in one line that names the argument.
+
+    >>> import numpy as np
+    >>> from pool_pymunk import load
+    >>> scene = load("two-balls")
+    >>> velocity = np.zeros((3, 2, 2))
+    >>> velocity[:, 0, 0] = [0.5, 1.0, 1.5]
+    >>> batch = simulate_many(scene, velocity=velocity, max_time=2.0)
+    >>> batch.hits.tolist(), bool((batch.final[1] == batch.run(1).end.position).all())
+    ([1, 1, 1], True)
+    """
+    began = time.perf_counter()
+    source = read_source(scene, position, velocity, vary, law, max_time)
+    count, balls = source.position.shape[:2]
+    out = empty(count, balls)
+    done = on_done or _nothing
+    if _compiles(source):
+        _play_compiled(source, out, _threads(threads), done)
+    else:
+        _threads(threads)
+        out.status[:] = HARD
+    hard = np.flatnonzero(out.status < 0).tolist()
+    for k in hard:
+        out.status[k] = play_in_python(source, out, k)
+        if not _compiles(source):
+            done(1)
+    return Batch(
+        scene=source.scene,
+        law=source.asked.law,
+        **{key: values for key, values in out._asdict().items() if key != "halt"},
+        by_reference=len(hard),
+        wall_time=time.perf_counter() - began,
+        source=source,
+    )
+
+
+def empty(count: int, balls: int) -> Out:
+    """Return arrays for what comes of so many shots."""
+    return Out(
+        final=np.full((count, balls, 2), np.nan),
+        duration=np.zeros(count),
+        hits=np.zeros(count, np.int32),
+        cushions=np.zeros(count, np.int32),
+        first_hit=np.full(count, NOTHING, np.int32),
+        pocketed=np.full((count, balls), NOTHING, np.int32),
+        events=np.zeros(count, np.int32),
+        status=np.full(count, HARD, np.int8),
+        halt=np.zeros(1, np.int64),
+    )
+
+
+def _compiles(source: Source) -> bool:
+    """Tell whether ordinary shots can be compiled."""
+    own = source.asked.settings.law
+    known = own is None or LAWS.get(own.name) is own
+    if not known or len(source.scene.balls) > MOST_BALLS:
+        return False
+    if not compiled.is_there():
+        warnings.warn(SLOW, stacklevel=3)
+        return False
+    return True
+
+
+def _threads(asked: int | None) -> int:
+    if asked is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else _cores()
+    problems = number_problems
+    count = read_number("threads", asked, lambda key, value: problems(key, value, 1.0))
+    if not count.is_integer():
+        raise setting_error("threads", asked, "must be a whole number")
+    return int(count)
+
+
+def _cores() -> int:
+    return os.cpu_count() or 1
+
+
+def _nothing(count: int) -> None:
+    """Take no note that shots are done."""
+
+
+def _play_compiled(
+    source: Source, out: Out, threads: int, done: Callable[[int], object]
+) -> None:  # fmt: skip
+    """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark."""
+    play, table = compiled.play_shots(), table_of(source.scene)
+    if not len(out.status):
+        return
+
+    def work(part: slice) -> int:
+        return play_chunk(play, source, table, out, part)
+
+    work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for finished in _in_turn(pool, work, list(_chunks(len(out.status))), threads):
+                done(finished)
+        except BaseException:
+            out.halt[0] = 1
+            raise
+
+
+def _in_turn(
+    pool: ThreadPoolExecutor, work: Callable[[slice], int], parts: list[slice], threads: int
+) -> Iterator[int]:
+    """Let the threads work, each with one part waiting, and yield what they have done."""
+    waiting, running = parts[::-1], set[Future[int]]()
+    while waiting or running:
+        while waiting and len(running) < 2 * threads:
+            running.add(pool.submit(work, waiting.pop()))
+        finished, running = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED)
+        yield from (each.result() for each in finished)
+
+
+def _chunks(count: int) -> Iterator[slice]:
+    return (slice(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK))
+
+
+def play_chunk(
+    play: Callable[..., int], source: Source, table: Table, out: Out, part: slice
+) -> int:
+    """Play some shots by the compiled loop, and return how many."""
+    latest = source.asked.settings.max_time
+    work = work_of(source.scene, source.watched, np.inf if latest is None else latest)
+    own = Out(*(each if each is out.halt else each[part] for each in out))
+    return play(work, table, source.shots(part), own, 0, len(own.status))
+
+
+def play_in_python(source: Source, out: Out, k: int) -> int:
+    """Play shot ``k`` by the exact solver, write down what came of it, and return its status."""
+    try:
+        run = source.run(k, measures_policies=False)
+    except SceneError:
+        if out.status[k] not in (HARD, DOUBTFUL):
+            raise
+        return CANNOT_START
+    _write(source, out, k, run)
+    return STATUSES.index(run.status)
+
+
+def _write(source: Source, out: Out, k: int, run: Run) -> None:
+    """Write down what came of a run."""
+    scene, watched = source.scene, source.watched
+    is_off = np.isnan(source.position[k]).any(axis=-1)
+    out.final[k] = np.where(is_off[:, np.newaxis], np.nan, run.end.position)
+    out.duration[k], out.events[k] = run.duration, len(run.events)
+    hits = [event for event in run.events if event.kind == "ball-ball"]
+    out.hits[k] = len(hits)
+    out.cushions[k] = sum(event.kind == "ball-cushion" for event in run.events)
+    met = [{scene.index[id_] for id_ in event.balls} - {watched} for event in hits]
+    out.first_hit[k] = next((others.pop() for others in met if len(others) == 1), NOTHING)
+    pockets = {hole.id: number for number, hole in enumerate(scene.pockets)}
+    for id_, hole in run.pocketed.items():
+        out.pocketed[k, scene.index[id_]] = pockets[hole]

@@ -1,0 +1,428 @@
+"""Many shots at once are bit for bit those of the exact solver."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import math
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import BASE_SEED, TABLES, frozen_rack, random_scene, seeds
+
+from pool_pymunk import (
+    Ball,
+    Batch,
+    Friction,
+    Law,
+    Physics,
+    Pocket,
+    Restitution,
+    Scene,
+    SettingError,
+    State,
+    load,
+    rack,
+    simulate,
+    simulate_many,
+)
+from pool_pymunk.fast import compiled, loop, many
+from pool_pymunk.fast.shots import read_source
+from pool_pymunk.fast.tables import table_of
+
+HAS_NUMBA = compiled.is_there()
+needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
+KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd"]
+
+
+def some_scene(kind: str, seed: int) -> Scene:
+    """Return a random scene of a kind, with balls of different sizes and masses."""
+    rnd = random.Random(seed)
+    law = rnd.choice(("coulomb", "published"))
+    if kind == "rack":
+        return many_balls(rnd, law, rows=5)
+    if kind == "crowd":
+        return many_balls(rnd, law, rows=9)
+    scene = random_scene(seed, kind if kind in TABLES else "rectangle", law)
+    balls = [replace(ball, mass=ball.mass * 10 ** rnd.uniform(-1, 2)) for ball in scene.balls]
+    if rnd.random() < 0.5:
+        balls[-1] = replace(balls[-1], cue=True)
+    cue = rnd.choice((None, rnd.uniform(0.3, 1)))
+    scene = replace(scene, balls=tuple(balls), restitution=replace(scene.restitution, cue_ball=cue))
+    if kind == "pockets":
+        holes = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0))
+        pockets = (Pocket(str(k), place, 0.075) for k, place in enumerate(holes))
+        kept = [ball for ball in balls if all(math.dist(ball.position, h) > 0.08 for h in holes)]
+        return replace(scene, pockets=tuple(pockets), balls=tuple(kept or balls[:1]))
+    if kind == "no friction":
+        friction = replace(scene.friction, surface=0.0)
+        return replace(scene, friction=friction, physics=replace(scene.physics, max_time=3.0))
+    return scene
+
+
+def many_balls(rnd: random.Random, law: str, rows: int) -> Scene:
+    """Return a rack with small gaps, and a ball that breaks it."""
+    balls = rack((0.3, 0.0), radius=0.03, mass=0.17, rows=rows, gap=10 ** rnd.uniform(-4, -2))
+    cue = Ball("C", (-0.3, rnd.uniform(-0.02, 0.02)), 0.03, 0.2, cue=True, velocity=(4.0, 0.1))
+    friction = Friction(0.2, 0.1, 0.05)
+    return Scene((cue, *balls), None, Restitution(0.9), friction, Physics(law=law))
+
+
+def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any], ...]:
+    """Return positions and velocities of some shots: every velocity is turned and scaled."""
+    rng = np.random.default_rng(seed)
+    position = np.tile([ball.position for ball in scene.balls], (count, 1, 1)).astype(float)
+    velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1)).astype(float)
+    turn, scale = rng.uniform(0, math.tau, (count, 1)), rng.uniform(0.2, 1.5, (count, 1))
+    x, y = velocity[..., 0].copy(), velocity[..., 1].copy()
+    velocity[..., 0] = scale * (x * np.cos(turn) - y * np.sin(turn))
+    velocity[..., 1] = scale * (x * np.sin(turn) + y * np.cos(turn))
+    gone = rng.random((count, len(scene.balls))) < 0.1
+    gone[:, 0] = False
+    position[gone] = np.nan
+    return position, velocity
+
+
+def check_bits(batch: Batch, numbers: range) -> None:
+    """Check that these shots are bit for bit those of the exact solver."""
+    scene, position = batch.scene, batch.source.position
+    cue = next((k for k, ball in enumerate(scene.balls) if ball.cue), batch.source.watched)
+    for k in numbers:
+        run = batch.run(k)
+        off = np.isnan(position[k]).any(axis=-1)
+        ends = np.where(off[:, None], np.nan, run.end.position)
+        np.testing.assert_array_equal(batch.final[k], ends)
+        assert batch.statuses[batch.status[k]] == run.status
+        assert batch.duration[k] == run.duration
+        assert batch.events[k] == len(run.events)
+        pairs = [event.balls for event in run.events if event.kind == "ball-ball"]
+        assert batch.hits[k] == len(pairs)
+        assert batch.cushions[k] == sum(event.kind == "ball-cushion" for event in run.events)
+        name = scene.balls[cue].id
+        met = [b if a == name else a for a, b in pairs if name in (a, b)]
+        assert batch.first_hit[k] == (scene.index[met[0]] if met else -1)
+        holes = {pocket.id: number for number, pocket in enumerate(scene.pockets)}
+        taken = [holes[run.pocketed[b.id]] if b.id in run.pocketed else -1 for b in scene.balls]
+        assert batch.pocketed[k].tolist() == taken
+
+
+def compare(kind: str, seed: int, count: int) -> Batch:
+    scene = some_scene(kind, seed)
+    batch = simulate_many(scene, *shots_of(scene, count, seed))
+    check_bits(batch, range(count))
+    return batch
+
+
+@needs_numba
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_thousand_random_shots_are_those_of_the_exact_solver_bit_for_bit(kind: str) -> None:
+    count = 2 if kind == "crowd" else 10
+    hard = sum(compare(kind, seed, count).by_reference for seed in range(13))
+    assert hard <= 13 * count * (0.5 if kind in ("rack", "crowd") else 0.05)
+
+
+@needs_numba
+@pytest.mark.slow
+@pytest.mark.seeded
+@pytest.mark.parametrize("kind", KINDS)
+def test_twenty_thousand_random_shots(kind: str) -> None:
+    for seed in seeds(20 if kind == "crowd" else 250):
+        compare(kind, seed, 11)
+
+
+def simulation_1(count: int) -> tuple[Scene, np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Return shot 1 of the report with its starts varied."""
+    scene = load("report")
+    state = scene.start(scene.shots[0])
+    rng = np.random.default_rng(1)
+    position = np.array(state.position) + rng.uniform(-1.27e-4, 1.27e-4, (count, 11, 2))
+    return scene, position, np.array(state.velocity)
+
+
+@needs_numba
+@pytest.mark.parametrize("law", ["coulomb", "published"])
+def test_the_reports_first_shot(law: str) -> None:
+    scene, position, velocity = simulation_1(300)
+    batch = simulate_many(scene, position, velocity, law=law)
+    assert batch.law == law
+    assert batch.by_reference == 0
+    check_bits(batch, range(0, 300, 10))
+
+
+@needs_numba
+def test_results_do_not_depend_on_threads_or_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, position, velocity = simulation_1(1000)
+    usual = simulate_many(scene, position, velocity)
+    monkeypatch.setattr(many, "CHUNK", 37)
+    done: list[int] = []
+    for threads in (1, 2, 5):
+        other = simulate_many(scene, position, velocity, threads=threads, on_done=done.append)
+        for name in ("final", "duration", "hits", "cushions", "events", "first_hit", "pocketed"):
+            np.testing.assert_array_equal(getattr(usual, name), getattr(other, name))
+    assert sum(done) == 3000
+
+
+VARY = {
+    "restitution.ball_ball": [0.5, 0.9, 1.0],
+    "restitution.cue_ball": [0.6, 0.8, 1.0],
+    "restitution.cushion": [0.3, 0.7, 0.99],
+    "friction.surface": [0.05, 0.1, 0.3],
+    "friction.cushion": [0.0, 0.2, 1.0],
+    "friction.ball_ball": [0.0, 0.1, 0.5],
+    "mass": [0.1, 0.2, 0.3],
+}
+
+
+@pytest.mark.parametrize("key", [*VARY, "mass of each"])
+def test_what_differs_from_shot_to_shot(key: str) -> None:
+    scene = load("report")
+    velocity = np.array(scene.start(scene.shots[0]).velocity)
+    if key == "mass of each":
+        vary = {"mass": np.random.default_rng(0).uniform(0.1, 1.0, (3, 11))}
+    else:
+        vary = {key: np.array(VARY[key])}
+    batch = simulate_many(scene, velocity=velocity, vary=vary)
+    if key != "mass":  # Equal masses do not matter.
+        assert len({tuple(end.ravel()) for end in batch.final}) == 3
+    check_bits(batch, range(3))
+
+
+def test_the_cue_balls_restitution_is_that_of_the_others_if_it_has_none() -> None:
+    scene = load("report")
+    scene = replace(scene, restitution=replace(scene.restitution, cue_ball=None))
+    velocity = np.array(scene.start(scene.shots[0]).velocity)
+    batch = simulate_many(scene, velocity=velocity, vary={"restitution.ball_ball": [0.4, 0.8]})
+    check_bits(batch, range(2))
+
+
+def test_what_cannot_start_has_a_status() -> None:
+    scene = load("eight-ball")
+    start = np.array([ball.position for ball in scene.balls])
+    position = np.tile(start, (5, 1, 1))
+    position[1, 0] = position[1, 1]  # one in the other
+    position[2, 0] = -1.0, -1.0  # off the table
+    position[3, 0] = scene.pockets[0].position
+    position[4, 0, 1] = 0.001  # in a cushion
+    batch = simulate_many(scene, position, np.zeros_like(start))
+    assert [batch.statuses[status] for status in batch.status] == ["settled"] + 4 * ["cannot_start"]
+    assert "4 cannot_start" in repr(batch)
+    with pytest.raises(ValueError, match="overlaps"):
+        batch.run(1)
+
+
+def test_a_ball_that_is_off_the_table_meets_nothing() -> None:
+    scene = load("two-balls")
+    position = np.array([ball.position for ball in scene.balls])
+    position[1] = np.nan
+    batch = simulate_many(scene, position, [[1.0, 0.0], [np.nan, np.nan]], max_time=3.0)
+    assert batch.hits.tolist() == [0]
+    assert np.isnan(batch.final[0, 1]).all()
+    assert batch.run(0).off == {scene.balls[1].id}
+
+
+def test_hard_shots_take_the_exact_solver() -> None:
+    scene = frozen_rack(0.0)
+    batch = simulate_many(scene)
+    assert batch.by_reference == 1
+    check_bits(batch, range(1))
+
+
+def test_a_law_of_ones_own_takes_the_exact_solver() -> None:
+    class Plastic(Law):
+        def ball_ball(self, a: Any, b: Any, pair: Any) -> Any:
+            return super().ball_ball(a, b, pair._replace(restitution=0.0))
+
+    scene = load("two-balls")
+    batch = simulate_many(scene, velocity=[[1.0, 0.0], [0.0, 0.0]], law=Plastic(), max_time=2.0)
+    assert (batch.law, batch.by_reference) == ("Plastic", 1)
+    check_bits(batch, range(1))
+
+
+def test_without_numba_the_bits_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, position, velocity = simulation_1(3)
+    usual = simulate_many(scene, position, velocity)
+    monkeypatch.setattr(compiled, "is_there", lambda: False)
+    with pytest.warns(UserWarning, match=r"pip install 'pool-pymunk\[fast\]'"):
+        slow = simulate_many(scene, position, velocity)
+    assert slow.by_reference == 3
+    np.testing.assert_array_equal(usual.final, slow.final)
+
+
+def test_the_loop_is_the_same_uncompiled() -> None:
+    """What numba compiles is plain Python, and gives the same bits as such."""
+    scene, position, velocity = simulation_1(5)
+    source = read_source(scene, position, velocity, None, None, None)
+    out = many.empty(5, 11)
+    assert many.play_chunk(loop.play_shots, source, table_of(scene), out, slice(0, 5)) == 5
+    assert out.status.tolist() == 5 * [0]
+    np.testing.assert_array_equal(out.final, simulate_many(scene, position, velocity).final)
+
+
+def test_no_shots_and_resting_ones() -> None:
+    scene = load("report")
+    assert len(simulate_many(scene, np.empty((0, 11, 2)))) == 0
+    still = simulate_many(replace(scene, shots=()))
+    assert (still.duration.tolist(), still.events.tolist()) == ([0.0], [0])
+
+
+def test_a_shot_ends_at_its_latest_time() -> None:
+    scene, position, velocity = simulation_1(4)
+    batch = simulate_many(scene, position, velocity, max_time=0.7)
+    assert {batch.statuses[status] for status in batch.status} == {"max_time"}
+    check_bits(batch, range(4))
+    one = simulate(
+        replace(scene, shots=()), solver="event-driven", max_time=0.7,
+        start=State(tuple(map(tuple, position[2].tolist())), tuple(map(tuple, velocity.tolist()))),
+    )  # fmt: skip
+    assert batch.final[2].tolist() == [list(place) for place in one.end.position]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "line"),
+    [
+        ({"position": np.zeros((3, 2))}, "position = shape (3, 2): must have the shape (S, 11, 2), "
+         "or (11, 2) for all shots"),
+        ({"velocity": "fast"}, "velocity = str: must be numbers in an array"),
+        ({"velocity": np.full((11, 2), np.nan)},
+         "velocity[0, 0] = no number: must be two finite numbers"),
+        ({"position": np.full((11, 2), np.inf)},
+         "position[0, 0] = inf: must be two finite numbers"),
+        ({"vary": {"restitution.cushion": [0.5, 1.2]}},
+         "vary['restitution.cushion'][1] = 1.2: must be between 0 and 1"),
+        ({"vary": {"mass": [[1.0, 2.0]]}},
+         "vary['mass'] = shape (1, 2): must have the shape (S,) or (S, 11)"),
+        ({"vary": {"friction.surfase": [1.0]}}, "vary = friction.surfase: there is no such key "
+         "(there are: restitution.ball_ball, restitution.cue_ball, restitution.cushion, "
+         "friction.surface, friction.cushion, friction.ball_ball, mass); did you mean "
+         '"friction.surface"?'),
+        ({"vary": {"mass": [1.0, 2.0]}, "velocity": np.zeros((3, 11, 2))},
+         "vary['mass'] = 2 shots: must be for 1 shot or for 3"),
+        ({"vary": {"friction.surface": [0.0]}, "velocity": np.ones((11, 2))},
+         "max_time = None: is wanted: without surface friction the balls of these shots never come "
+         "to rest"),
+        ({"threads": 0}, "threads = 0: must be 1 or more"),
+        ({"law": "newton"}, 'law = newton: must be one of coulomb, published'),
+    ],
+)  # fmt: skip
+def test_bad_arguments_are_one_line(wrong: dict[str, Any], line: str) -> None:
+    with pytest.raises(SettingError) as caught:
+        simulate_many(load("report"), **wrong)
+    assert str(caught.value).startswith(line)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_shot_that_is_not_there() -> None:
+    with pytest.raises(SettingError, match="k = 1: the shots have the numbers 0 to 0"):
+        simulate_many(load("report")).run(1)
+
+
+# -- processes -------------------------------------------------------------------------------------
+
+SCRIPT = """
+import json, sys, time
+import numpy as np
+from pool_pymunk import load, simulate_many
+scene = load("report")
+velocity = np.zeros((int(sys.argv[1]), 11, 2))
+velocity[:, scene.index["C"], 0] = np.linspace(-4.0, -3.0, len(velocity))
+print("ready", flush=True)
+began = time.perf_counter()
+batch = simulate_many(scene, velocity=velocity)
+print(json.dumps([batch.final.sum(), time.perf_counter() - began]))
+"""
+
+
+def script(cache: Path, shots: int = 10) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", SCRIPT, str(shots)]
+    environment = os.environ | {compiled.CACHE: str(cache)}
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=environment)
+
+
+def finished(process: subprocess.Popen[str]) -> tuple[float, float, str]:
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    total, seconds = json.loads(out.splitlines()[-1])
+    return total, seconds, err
+
+
+@needs_numba
+@pytest.mark.slow
+def test_processes_that_start_together_share_one_cache(tmp_path: Path) -> None:
+    together = [finished(process) for process in [script(tmp_path) for _ in range(3)]]
+    assert any("Compiling" in err for _, _, err in together)
+    later = finished(script(tmp_path))
+    assert later[2] == ""
+    assert {total for total, _, _ in together} == {later[0]}
+    assert later[1] < 0.5 * min(seconds for _, seconds, _ in together)
+
+
+@needs_numba
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")
+def test_an_interrupt_ends_it_at_once(tmp_path: Path) -> None:
+    finished(script(tmp_path))
+    process = script(tmp_path, 3_000_000)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    began = time.perf_counter()
+    process.communicate(timeout=60)
+    assert process.returncode != 0
+    assert time.perf_counter() - began < 2.0
+
+
+def test_a_cache_that_cannot_be_written_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(compiled.CACHE, os.devnull)
+    folder = compiled.cache_folder()
+    assert folder.is_dir()
+    assert not str(folder).startswith(os.devnull)
+
+
+def test_the_cache_goes_by_the_sources(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:  # fmt: skip
+    monkeypatch.setenv(compiled.CACHE, str(tmp_path))
+    before = compiled.cache_folder()
+    source: Callable[[Any], str] = inspect.getsource
+    monkeypatch.setattr(inspect, "getsource", lambda m: source(m).replace("BARELY", "HARDLY"))
+    assert compiled.cache_folder() != before
+
+
+@needs_numba
+def test_every_function_that_is_compiled_has_its_source_in_the_cache_key() -> None:
+    modules = {module.__name__ for module in compiled.SOURCES}
+    assert {function.__module__ for function in compiled.SHARED} <= modules
+
+
+@needs_numba
+def test_it_is_free_of_the_interpreters_lock() -> None:
+    """Another thread goes on while shots are played."""
+    scene, position, velocity = simulation_1(20_000)
+    simulate_many(scene, position[:1], velocity)
+    ticks: list[float] = []
+    stop = threading.Event()
+
+    def tick() -> None:
+        while not stop.wait(0.001):
+            ticks.append(time.perf_counter())
+
+    other = threading.Thread(target=tick)
+    other.start()
+    simulate_many(scene, position, velocity, threads=1)
+    stop.set()
+    other.join()
+    assert len(ticks) > 5
+    assert BASE_SEED >= 0
