@@ -31,15 +31,19 @@ from pool_pymunk import (
     Restitution,
     Scene,
     SettingError,
+    Shot,
     State,
+    Uncertainty,
     load,
     rack,
+    sensitivity,
     simulate,
     simulate_many,
 )
 from pool_pymunk.fast import compiled, loop, many
 from pool_pymunk.fast.shots import read_source
 from pool_pymunk.fast.tables import table_of
+from pool_pymunk.studies import sensitivity as study
 
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
@@ -325,6 +329,44 @@ def test_bad_arguments_are_one_line(wrong: dict[str, Any], line: str) -> None:
 def test_a_shot_that_is_not_there() -> None:
     with pytest.raises(SettingError, match="k = 1: the shots have the numbers 0 to 0"):
         simulate_many(load("report")).run(1)
+
+
+# -- sensitivity -----------------------------------------------------------------------------------
+
+
+def two_in_a_row() -> Scene:
+    """Return the report's table, with a shot that goes on from the one before."""
+    scene = load("eight-ball")
+    after = Shot("after", scene.shots[0].ball, velocity=(2.0, 0.3), from_previous=True)
+    return replace(scene, shots=(scene.shots[0], after))
+
+
+@needs_numba
+@pytest.mark.parametrize(
+    ("scene", "shot", "errors"),
+    [
+        (load("report"), 1, {}),
+        (load("report"), 4, {"speed": 0.1, "angle": 0.01}),
+        (load("eight-ball"), 1, {"speed": 0.02, "angle": 0.002}),
+        (load("hexagon"), None, {}),
+        (two_in_a_row(), 2, {}),
+    ],
+    ids=["aimed", "with errors", "pockets", "polygon", "in a row"],
+)
+def test_sensitivity_is_the_same_compiled(
+    monkeypatch: pytest.MonkeyPatch, scene: Scene, shot: int | None, errors: dict[str, float]
+) -> None:
+    found = []
+    for few in (10, 1000):
+        monkeypatch.setattr(study, "FEW", few)
+        samples = 40 if scene.pockets else 150
+        found.append(
+            sensitivity(scene, shot, Uncertainty(1e-4, **errors), samples, seed=3, processes=1)
+        )
+    one, other = found
+    for name in ("starts", "ends", "left", "same_contacts", "pocketed"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    assert one.balls == other.balls
 
 
 # -- processes -------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
 # These are the functions of other modules that the loop calls, and those that they call.
 SHARED: tuple[Any, ...] = (
     contact.split, contact.changed, contact.approach, contact.wall_approach,
-    motion.stopping_time, motion.slid, motion.time_to_slide, motion.path_to_disc,
+    motion.stopping_time, motion.slid, motion.slide, motion.time_to_slide, motion.path_to_disc,
     motion.time_of_impact, motion.pressing,
     path.set_off, path.motion_at, path.arrival, path._braking_distance, path._one_moves,
     path._relative, path._allowed_penetration, path._both_move, path.pair_time, path.least_bounce,

@@ -22,6 +22,7 @@ from pool_pymunk.model.outline import crosses
 from pool_pymunk.model.problems import TOUCHING
 from pool_pymunk.physics import laws
 from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
+from pool_pymunk.physics.motion import slide
 from pool_pymunk.physics.path import Lasting, Path, arrival, motion_at, pair_time, set_off
 from pool_pymunk.physics.sides import Face, Post, Rim, unit
 
@@ -68,8 +69,29 @@ class Shots(NamedTuple):
     coefficients: Any
 
 
+class Model(NamedTuple):
+    """A model is a run with which others are compared.
+
+    Its balls are at ``path`` (T, N, 2) at the ``times`` (T,). A ball has left it that is more than
+    ``agree`` (m) off. Contact c of ball i is with ``other[i, c]``, a ball or as -1 - its number a
+    wall; it is contact number ``place[i, c]`` of the other ball, and ``contacts[i]`` is how many
+    there are.
+    """
+
+    times: Any
+    path: Any
+    agree: float
+    other: Any
+    place: Any
+    contacts: Any
+
+
 class Out(NamedTuple):
-    """This is what comes of the shots, in arrays as in a Batch. A shot with ``halt`` ends them."""
+    """This is what comes of the shots, in arrays as in a Batch.
+
+    If a model is given, ``left`` (S, N) is when (s; inf: never) each ball left it, and ``same``
+    (S,) whether every ball met the same others in the same order. Not zero, ``halt`` ends the work.
+    """
 
     final: Any
     duration: Any
@@ -79,6 +101,8 @@ class Out(NamedTuple):
     pocketed: Any
     events: Any
     status: Any
+    left: Any
+    same: Any
     halt: Any
 
 
@@ -104,15 +128,18 @@ WORK = np.dtype(
         # what came of it
         ("events", I), ("hits", I), ("cushions", I), ("first_hit", I), ("duration", F),
         ("pocketed", I, N), ("keeps", I), ("knots", I), ("knot", F, (MOST_KNOTS, KNOT)),
-        ("contacts", I), ("contact", I, (MOST_KNOTS, 2)),
+        ("contacts", I), ("contact", I, (MOST_KNOTS, 2)), ("count", I, N),
     ]
 )  # fmt: skip
 
 
-def play_shots(w: Work, table: Table, shots: Shots, out: Out, first: int, last: int) -> int:
+def play_shots(
+    w: Work, table: Table, shots: Shots, out: Out, model: Model, first: int, last: int
+) -> int:
     """Play the shots from ``first`` up to ``last``, and return how many were played.
 
-    They are fewer if ``out.halt`` is set meanwhile.
+    They are fewer if ``out.halt`` is set meanwhile. If ``w`` keeps tracks, they are compared with
+    the ``model``.
     """
     for s in range(first, last):
         if out.halt[0] != 0:
@@ -126,6 +153,8 @@ def play_shots(w: Work, table: Table, shots: Shots, out: Out, first: int, last: 
         out.status[s] = status
         if status >= 0:
             write_shot(w, out, s)
+            if w.keeps:
+                compare(w, model, out, s)
     return last - first
 
 
@@ -205,10 +234,10 @@ def play(w: Work, walls: Walls, sides: Sides) -> int:
             if what == MEET:
                 is_answered = answer_hit(w, walls, sides, i, j)
             elif walls[what].pocket >= 0:
-                is_answered = take_in(w, i, walls[what])
+                is_answered = take_in(w, i, what, walls[what])
             else:
                 is_answered = answer_cushion(w, walls, sides, i, what)
-            if not is_answered or w.events >= MOST_EVENTS:
+            if not is_answered or w.events >= MOST_EVENTS or w.knots + 8 > MOST_KNOTS:
                 return HARD
 
 
@@ -277,7 +306,7 @@ def keep(w: Work, i: int, path: Path) -> None:
 
 def keep_knot(w: Work, i: int, t: float, x: float, y: float, vx: float, vy: float) -> None:
     """Keep a breakpoint, if tracks are wanted."""
-    if w.keeps and w.knots < MOST_KNOTS:
+    if w.keeps:
         k = w.knots
         w.knot[k, 0], w.knot[k, 1], w.knot[k, 2], w.knot[k, 3] = i, t, x, y
         w.knot[k, 4], w.knot[k, 5] = vx, vy
@@ -286,7 +315,7 @@ def keep_knot(w: Work, i: int, t: float, x: float, y: float, vx: float, vy: floa
 
 def keep_contact(w: Work, i: int, other: int) -> None:
     """Keep who met whom: a ball, or as -1 - its number a cushion."""
-    if w.keeps and w.contacts < MOST_KNOTS:
+    if w.keeps:
         w.contact[w.contacts, 0], w.contact[w.contacts, 1] = i, other
         w.contacts += 1
 
@@ -563,8 +592,9 @@ def stop(w: Work, i: int, t: float) -> None:
     keep_knot(w, i, t, path.rest_x, path.rest_y, 0.0, 0.0)
 
 
-def take_in(w: Work, i: int, hole: Any) -> bool:
+def take_in(w: Work, i: int, wall: int, hole: Any) -> bool:
     """Let a pocket take a ball in, which meets nothing any more."""
+    keep_contact(w, i, -1 - wall)
     x, y, vx, vy = motion_at(path_of(w, i), w.now)
     keep_knot(w, i, w.now, x, y, vx, vy)
     center = (hole.center[0], hole.center[1])
@@ -597,12 +627,70 @@ def drifts(w: Work) -> bool:
 def out_of_time(w: Work) -> int:
     """End the shot at its latest time."""
     w.now = w.duration = w.latest
-    for i in range(w.balls):
-        path = path_of(w, i)
-        if path.stop > w.now:
-            x, y, vx, vy = motion_at(path, w.now)
-            keep_knot(w, i, w.now, x, y, vx, vy)
     return OUT_OF_TIME
+
+
+# -- beside a model --------------------------------------------------------------------------------
+
+
+def compare(w: Work, model: Model, out: Out, s: int) -> None:
+    """Compare the track of shot ``s`` with the model."""
+    for i in range(w.balls):
+        out.left[s, i] = leaves(w, model, i)
+    out.same[s] = has_same_contacts(w, model)
+
+
+def leaves(w: Work, model: Model, i: int) -> float:
+    """Return when (s) ball ``i`` is first seen off the model's path; infinite if never."""
+    knot, last = w.knot, i  # The first breakpoints are those of the start, one a ball.
+    coming = following(w, last, i)
+    for n in range(len(model.times)):
+        t = min(model.times[n], w.duration)
+        while coming < w.knots and knot[coming, 1] <= t:
+            last, coming = coming, following(w, coming, i)
+        x, y, _, _ = slide(
+            knot[last, 2], knot[last, 3], knot[last, 4], knot[last, 5], w.deceleration,
+            t - knot[last, 1],
+        )  # fmt: skip
+        dx, dy = x - model.path[n, i, 0], y - model.path[n, i, 1]
+        if math.sqrt(dx * dx + dy * dy) > model.agree:
+            return float(model.times[n])
+    return math.inf
+
+
+def following(w: Work, last: int, i: int) -> int:
+    """Return the number of the next breakpoint of ball ``i``, or that after all of them."""
+    k = last + 1
+    while k < w.knots and w.knot[k, 0] != i:
+        k += 1
+    return k
+
+
+def has_same_contacts(w: Work, model: Model) -> bool:
+    """Tell whether every ball met the same others in the same order as in the model."""
+    for i in range(w.balls):
+        w.count[i] = 0
+    for c in range(w.contacts):
+        i, j = w.contact[c, 0], w.contact[c, 1]
+        w.count[i] += 1
+        if j >= 0:
+            w.count[j] += 1
+            if not is_as_in(w, model, j, i, w.count[i]) or not is_as_in(w, model, i, j, w.count[j]):
+                return False
+        elif not is_as_in(w, model, i, j, 0):
+            return False
+    for i in range(w.balls):  # noqa: SIM110
+        if w.count[i] != model.contacts[i]:
+            return False
+    return True
+
+
+def is_as_in(w: Work, model: Model, i: int, other: int, place: int) -> bool:
+    """Tell whether the last contact of ball ``i`` is the same in the model."""
+    c = w.count[i] - 1
+    if c >= model.contacts[i]:
+        return False
+    return bool(model.other[i, c] == other and model.place[i, c] == place)
 
 
 # -- walls -----------------------------------------------------------------------------------------

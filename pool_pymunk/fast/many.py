@@ -13,7 +13,7 @@ import numpy as np
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
-from pool_pymunk.fast.loop import DOUBTFUL, HARD, MOST_BALLS, NOTHING, Out, Table
+from pool_pymunk.fast.loop import DOUBTFUL, HARD, MOST_BALLS, NOTHING, Model, Out, Table
 from pool_pymunk.fast.shots import Source, read_source
 from pool_pymunk.fast.tables import table_of, work_of
 from pool_pymunk.model import Scene, SceneError
@@ -22,6 +22,9 @@ from pool_pymunk.model.problems import number_problems, setting_error
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.run import Run
 
+STUDIED = ("left", "same", "halt")  # These are not part of a Batch.
+NUMBERS = np.empty((0, 0), np.int64)
+NO_MODEL = Model(np.empty(0), np.empty((0, 0, 2)), 0.0, NUMBERS, NUMBERS, NUMBERS[0:0].ravel())
 CHUNK = 4_096  # A thread plays so many shots before it takes the next ones.
 PATIENCE = 0.1  # s; so often an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
@@ -71,7 +74,7 @@ def simulate_many(
     out = empty(count, balls)
     done = on_done or _nothing
     if _compiles(source):
-        _play_compiled(source, out, _threads(threads), done)
+        play_compiled(source, out, _threads(threads), done)
     else:
         _threads(threads)
         out.status[:] = HARD
@@ -83,15 +86,16 @@ def simulate_many(
     return Batch(
         scene=source.scene,
         law=source.asked.law,
-        **{key: values for key, values in out._asdict().items() if key != "halt"},
+        **{key: values for key, values in out._asdict().items() if key not in STUDIED},
         by_reference=len(hard),
         wall_time=time.perf_counter() - began,
         source=source,
     )
 
 
-def empty(count: int, balls: int) -> Out:
-    """Return arrays for what comes of so many shots."""
+def empty(count: int, balls: int, beside_model: bool = False) -> Out:
+    """Return arrays for what comes of so many shots, perhaps beside a model."""
+    compared = count if beside_model else 0
     return Out(
         final=np.full((count, balls, 2), np.nan),
         duration=np.zeros(count),
@@ -101,6 +105,8 @@ def empty(count: int, balls: int) -> Out:
         pocketed=np.full((count, balls), NOTHING, np.int32),
         events=np.zeros(count, np.int32),
         status=np.full(count, HARD, np.int8),
+        left=np.empty((compared, balls)),
+        same=np.empty(compared, np.bool_),
         halt=np.zeros(1, np.int64),
     )
 
@@ -135,16 +141,20 @@ def _nothing(count: int) -> None:
     """Take no note that shots are done."""
 
 
-def _play_compiled(
-    source: Source, out: Out, threads: int, done: Callable[[int], object]
-) -> None:  # fmt: skip
+def play_compiled(
+    source: Source,
+    out: Out,
+    threads: int,
+    done: Callable[[int], object],
+    model: Model | None = None,
+) -> None:
     """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark."""
     play, table = compiled.play_shots(), table_of(source.scene)
     if not len(out.status):
         return
 
     def work(part: slice) -> int:
-        return play_chunk(play, source, table, out, part)
+        return play_chunk(play, source, table, out, part, model)
 
     work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
     with ThreadPoolExecutor(threads) as pool:
@@ -173,13 +183,19 @@ def _chunks(count: int) -> Iterator[slice]:
 
 
 def play_chunk(
-    play: Callable[..., int], source: Source, table: Table, out: Out, part: slice
+    play: Callable[..., int],
+    source: Source,
+    table: Table,
+    out: Out,
+    part: slice,
+    model: Model | None = None,
 ) -> int:
     """Play some shots by the compiled loop, and return how many."""
     latest = source.asked.settings.max_time
     work = work_of(source.scene, source.watched, np.inf if latest is None else latest)
+    work.keeps = model is not None
     own = Out(*(each if each is out.halt else each[part] for each in out))
-    return play(work, table, source.shots(part), own, 0, len(own.status))
+    return play(work, table, source.shots(part), own, model or NO_MODEL, 0, len(own.status))
 
 
 def play_in_python(source: Source, out: Out, k: int) -> int:

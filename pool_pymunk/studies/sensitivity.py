@@ -21,15 +21,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.fast import compiled
+from pool_pymunk.fast.loop import MOST_BALLS, Model
+from pool_pymunk.fast.many import empty, play_compiled
+from pool_pymunk.fast.shots import read_source
 from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.results.run import STATUSES, Run
+from pool_pymunk.results.run import STATUSES, Event, Run
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SettingError, find_shot, request, simulate, yardstick
-from pool_pymunk.studies.compare import contact_order
+from pool_pymunk.studies.compare import contact_order, contacts
 from pool_pymunk.studies.uncertainty import Mask, StartSampler, Uncertainty
 
 UNFINISHED = ("max_events", "non_finite")
+FEW = 500  # From so many samples on, they are compiled.
 CHUNK = 25  # A process plays so many samples before it reports.
 INSTANTS = 256  # A run is compared at so many times, besides its start.
 UNKNOWN = "?"
@@ -262,9 +267,11 @@ def sensitivity(
     """Play ``samples`` starts drawn within ``uncertainty``, with the exact solver.
 
     ``shot`` is chosen as in :func:`~pool_pymunk.simulate`. ``processes`` (None: one for each core)
-    share the work. The numbers depend only on ``seed``, not on how many processes there are. Where
-    Python starts processes afresh (Windows, macOS), a script must call this under ``if __name__ ==
-    "__main__"``. ``on_done(n)`` is called whenever ``n`` more samples are done.
+    share the work. The numbers depend only on ``seed``, not on how many processes there are. With
+    numba installed (``pip install 'pool-pymunk[fast]'``) from 500 samples on they are compiled,
+    and give the same numbers. Where Python starts processes afresh (Windows, macOS), a script must
+    call this under ``if __name__ == "__main__"``. ``on_done(n)`` is called whenever ``n`` more
+    samples are done.
 
     Raises SettingError for settings that make no sense, for a ball that leaves no room for another,
     and if the unperturbed run, or every other one, cannot be finished.
@@ -282,12 +289,11 @@ def sensitivity(
     began = time.perf_counter()
     study = _study(scene, find_shot(scene, shot), uncertainty)
     starts, errors, rejected = _draw(study, uncertainty, samples, np.random.default_rng(seed))
-    parts = []
-    for part in _play_all(study, starts, errors, _processes(processes)):
-        parts.append(part)
-        if on_done is not None:
-            on_done(len(part.finished))
-    played = _Played(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    cores, done = _processes(processes), on_done or _nothing
+    if samples >= FEW and study.can_be_compiled:
+        played = _play_compiled(study, starts, errors, cores, done)
+    else:
+        played = _play_in_python(study, starts, errors, cores, done)
     if not played.finished.any():
         raise SettingError(f"shot = {study.reference.name}: none of the samples could be finished")
     finished = played.finished
@@ -317,6 +323,39 @@ class _Study:
     chain: tuple[Shot | None, ...]
     reference: Run
     agree: float
+
+    @property
+    def can_be_compiled(self) -> bool:
+        """Tell whether samples can be played compiled."""
+        return compiled.is_there() and len(self.reference.scene.balls) <= MOST_BALLS
+
+    @cached_property
+    def model(self) -> Model:
+        """Return the unperturbed run as compiled samples are compared with it."""
+        run = self.reference
+        seen: list[list[tuple[int, int]]] = [[] for _ in run.scene.balls]
+        for event in contacts(run):
+            one, *other = (run.scene.index[id_] for id_ in event.balls)
+            for i in other:
+                place = len(seen[one]) + 1, len(seen[i]) + 1
+                seen[one].append((i, place[1]))
+                seen[i].append((one, place[0]))
+            if not other:
+                seen[one].append((-1 - self._wall(event), 0))
+        most = max(map(len, seen))
+        rows = np.zeros((2, len(seen), most), dtype=np.int64)
+        for i, each in enumerate(seen):
+            rows[:, i, : len(each)] = np.array(each, dtype=np.int64).reshape(-1, 2).T
+        counts = np.array([len(each) for each in seen])
+        return Model(self.times, np.array(self.path), self.agree, rows[0], rows[1], counts)
+
+    def _wall(self, event: Event) -> int:
+        """Return the number of a cushion or pocket among all walls: cushions come first."""
+        scene = self.reference.scene
+        if event.cushion is not None:
+            return event.cushion
+        cushions = len(scene.table.edges) if scene.table else 0
+        return cushions + [hole.id for hole in scene.pockets].index(str(event.pocket))
 
     @cached_property
     def times(self) -> Array:
@@ -371,6 +410,84 @@ class _Played(NamedTuple):
     finished: Mask
 
 
+def _nothing(count: int) -> None:
+    """Take no note that samples are done."""
+
+
+def _play_in_python(
+    study: _Study,
+    starts: Array,
+    errors: Array,
+    processes: int,
+    on_done: Callable[[int], object],
+) -> _Played:
+    """Play all samples by the exact solver, in processes."""
+    parts = []
+    for part in _play_all(study, starts, errors, processes):
+        parts.append(part)
+        on_done(len(part.finished))
+    return _Played(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+def _play_compiled(
+    study: _Study,
+    starts: Array,
+    errors: Array,
+    threads: int,
+    on_done: Callable[[int], object],
+) -> _Played:
+    """Play all samples compiled; those that are hard take the exact solver from their start."""
+    scene, count = study.reference.scene, len(starts)
+    position, velocity = starts, np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
+    pocketed = np.full(starts.shape[:2], -1)
+    hard = np.zeros(count, dtype=bool)
+    for k, shot in enumerate(study.chain):
+        is_last = k == len(study.chain) - 1
+        velocity = _struck_all(scene, shot, position, velocity, pocketed, errors[:, k])
+        places = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
+        source = read_source(scene, places, velocity, None, None, None)
+        out = empty(count, len(scene.balls), is_last)
+        play_compiled(
+            source, out, threads, on_done if is_last else _nothing, study.model if is_last else None
+        )
+        hard |= out.status != 0 if not is_last else out.status < 0
+        pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
+        position = np.where(np.isnan(out.final), position, out.final)
+        velocity = np.zeros_like(velocity)
+    played = _Played(position, out.left, out.same, pocketed, np.ones(count, dtype=bool))
+    if hard.any():
+        again = _play_in_python(study, starts[hard], errors[hard], threads, _nothing)
+        for mine, theirs in zip(played, again, strict=True):
+            mine[hard] = theirs
+    return played
+
+
+def _struck_all(
+    scene: Scene,
+    shot: Shot | None,
+    position: Array,
+    velocity: Array,
+    pocketed: NDArray[np.int_],
+    errors: Array,
+) -> Array:
+    """Return the velocities (S, N, 2) of all samples as a shot begins."""
+    if shot is None:
+        return velocity
+    velocity, ball = velocity.copy(), scene.index[shot.ball]
+    there = pocketed[:, ball] < 0
+    if shot.launch is not None and not errors.any():
+        velocity[there, ball] = shot.launch
+        return velocity
+    ids = np.array([each.id for each in scene.balls], dtype=object)
+    speeds = [(0.0, 0.0)] * len(ids)
+    for s in np.flatnonzero(there).tolist():
+        places = tuple((x, y) for x, y in position[s].tolist())
+        state = State(places, tuple(speeds), frozenset(ids[pocketed[s] >= 0]))
+        struck = _struck(scene, shot, state, *errors[s].tolist())
+        velocity[s, ball] = scene.start(struck, state).velocity[ball]
+    return velocity
+
+
 def _processes(asked: int | None) -> int:
     if asked is None:
         return (
@@ -405,13 +522,13 @@ def _play_all(study: _Study, starts: Array, errors: Array, processes: int) -> It
 
 def _play(study: _Study, starts: Array, errors: Array) -> _Played:
     """Play some samples: their starts (S, N, 2) and errors of speed and angle (S, K, 2)."""
-    contacts = contact_order(study.reference)
+    order = contact_order(study.reference)
     ends, left, same, taken, finished = [], [], [], [], []
     for start, error in zip(starts.tolist(), errors.tolist(), strict=True):
         run, pocketed = _run(study, start, error)
         ends.append(run.end.position)
         left.append(_left(study, run))
-        same.append(contact_order(run) == contacts)
+        same.append(contact_order(run) == order)
         taken.append(pocketed)
         finished.append(run.status not in UNFINISHED)
     return _Played(*map(np.array, (ends, left, same, taken, finished)))

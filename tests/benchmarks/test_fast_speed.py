@@ -1,0 +1,151 @@
+"""Compiled shots are measured beside the exact solver: ``make bench``.
+
+``python tests/benchmarks/test_fast_speed.py`` prints the table of the README: shots a second and
+core, those of event-driven in the same run, and what two threads gain. ``--check`` fails if they
+are slower than they shall be, beside the exact solver and with two threads.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Restitution,
+    Scene,
+    Shot,
+    load,
+    rack,
+    simulate_many,
+)
+
+REPEATS = 3
+SLOW = 60  # So many shots are played by the exact solver in Python.
+TIMES, THREADS = 60.0, 1.7  # at least so much faster, on shot 1 of the report
+
+
+class Kind(NamedTuple):
+    """A kind of shots has a scene, and positions and velocities of any number of them."""
+
+    scene: Scene
+    draw: Callable[[int], tuple[Any, Any]]
+
+
+def breaks(scene: Scene, low: float, high: float, turn: float) -> Kind:
+    """Return shots of the cue ball at other speeds (m/s), and turned by up to ``turn`` (rad)."""
+    cue = scene.index[scene.cue.id if scene.cue else scene.balls[0].id]
+    vx, vy = scene.start(scene.shots[0]).velocity[cue]
+
+    def draw(count: int) -> tuple[Any, Any]:
+        rng = np.random.default_rng(2)
+        angle = np.arctan2(vy, vx) + rng.uniform(-turn, turn, count)
+        speed = rng.uniform(low, high, count)
+        velocity = np.zeros((count, len(scene.balls), 2))
+        velocity[:, cue] = np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=-1)
+        return np.array([ball.position for ball in scene.balls]), velocity
+
+    return Kind(scene, draw)
+
+
+def shot_1() -> Kind:
+    """Return shot 1 of the report with its starts varied by half of their last digit."""
+    scene = load("report")
+    start = scene.start(scene.shots[0])
+
+    def draw(count: int) -> tuple[Any, Any]:
+        moves = np.random.default_rng(1).uniform(-1.27e-4, 1.27e-4, (count, 11, 2))
+        return np.array(start.position) + moves, np.array(start.velocity)
+
+    return Kind(scene, draw)
+
+
+def rack_of_fifteen(gap: float) -> Kind:
+    """Return a triangle of fifteen balls on an open plane, and a ball that breaks it."""
+    balls = rack((0.3, 0.0), radius=0.0286, mass=0.17, rows=5, gap=gap)
+    cue = Ball("cue", (-0.5, 0.0), 0.0286, 0.17, cue=True)
+    scene = Scene((cue, *balls), None, Restitution(0.95), Friction(0.1, 0.0, 0.05))
+    scene = replace(scene, shots=(Shot("break", "cue", velocity=(5.0, 0.0)),))
+    return breaks(scene, 2.0, 8.0, 0.03)
+
+
+KINDS: dict[str, Callable[[], Kind]] = {
+    "shot 1 of the report, starts varied": shot_1,
+    "random breaks on the report's table": lambda: breaks(load("report"), 1.0, 6.0, np.pi),
+    "rack of fifteen, gaps of 0.1 mm": lambda: rack_of_fifteen(1e-4),
+    "eight-ball breaks": lambda: breaks(load("eight-ball"), 4.0, 9.0, 0.02),
+}
+
+
+class Speed(NamedTuple):
+    """A speed is in shots a second and core, compiled and in Python; and what two threads gain."""
+
+    compiled: float
+    python: float
+    two_threads: float
+    by_reference: float  # the share of the shots that the exact solver played
+
+
+def measure(kind: Kind, seconds: float = 1.0) -> Speed:
+    """Measure a kind of shots, for about so long each."""
+    play = simulate_many
+    position, velocity = kind.draw(200)
+    play(kind.scene, position, velocity)
+    began = time.perf_counter()
+    play(kind.scene, position, velocity, threads=1)
+    count = int(max(2_000, 200 * seconds / (time.perf_counter() - began)))
+    position, velocity = kind.draw(count)
+    one = min(play(kind.scene, position, velocity, threads=1).wall_time for _ in range(REPEATS))
+    two = min(play(kind.scene, position, velocity, threads=2).wall_time for _ in range(REPEATS))
+    batch = play(kind.scene, position, velocity)
+    began = time.perf_counter()
+    for k in range(SLOW):
+        batch.source.run(k, measures_policies=False)
+    python = SLOW / (time.perf_counter() - began)
+    return Speed(count / one, python, one / two, batch.by_reference / count)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_many_shots(benchmark: Any, name: str) -> None:
+    """The time is that of ten thousand shots on one thread."""
+    pytest.importorskip("numba")
+    kind = KINDS[name]()
+    position, velocity = kind.draw(10_000)
+    benchmark.pedantic(
+        lambda: simulate_many(kind.scene, position, velocity, threads=1), rounds=3, warmup_rounds=1
+    )
+    found = measure(kind, seconds=0.3)
+    benchmark.extra_info["shots_a_second"] = round(found.compiled)
+    benchmark.extra_info["times_event_driven"] = round(found.compiled / found.python)
+    benchmark.extra_info["two_threads"] = round(found.two_threads, 2)
+
+
+def print_table() -> list[Speed]:
+    """Print the table of the README, and return its rows."""
+    print("| shots | compiled, a second and core | event-driven | times | two threads | hard |")
+    print("|---|---:|---:|---:|---:|---:|")
+    rows = []
+    for name, make in KINDS.items():
+        found = measure(make())
+        rows.append(found)
+        times = found.compiled / found.python
+        print(
+            f"| {name} | {found.compiled:,.0f} | {found.python:,.0f} | {times:.0f} | "
+            f"{found.two_threads:.2f} | {100 * found.by_reference:.2g} % |",
+            flush=True,
+        )
+    return rows
+
+
+if __name__ == "__main__":
+    first = print_table()[0]
+    if "--check" in sys.argv:
+        assert first.compiled > TIMES * first.python, "compiled shots have become slow"
+        assert first.two_threads > THREADS, "two threads gain too little"
