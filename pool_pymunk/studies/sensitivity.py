@@ -451,6 +451,9 @@ def _play_compiled(
             source, out, threads, on_done if is_last else _nothing, study.model if is_last else None
         )
         hard |= out.status != 0 if not is_last else out.status < 0
+        if is_last:
+            for s, i in np.argwhere(pocketed >= 0).tolist():  # These balls lie in their pockets.
+                out.left[s, i] = _first_off(study, study.path[:, i : i + 1] - position[s, i])[0]
         pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
         position = np.where(np.isnan(out.final), position, out.final)
         velocity = np.zeros_like(velocity)
@@ -571,6 +574,10 @@ def _struck(
 
 def _left(study: _Study, run: Run) -> Array:
     """Return when (s; inf: never) each ball (N,) first was ``agree`` off the unperturbed run."""
-    off = run.at(study.times)[0] - study.path
+    return _first_off(study, run.at(study.times)[0] - study.path)
+
+
+def _first_off(study: _Study, off: Array) -> Array:
+    """Return when (s; inf: never) each ball (N,) is first ``agree`` away, by offsets (T, N, 2)."""
     apart = np.hypot(off[..., 0], off[..., 1]) > study.agree
     return np.where(apart.any(axis=0), study.times[apart.argmax(axis=0)], math.inf)
