@@ -6,6 +6,9 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
+# the extras that tests need; without `fast` or `examples` their tests are skipped
+EXTRAS ?= test,fast,examples
+
 ELSEWHERE := not browser and not docs
 
 .PHONY: run check test test-slow lint format bench gallery clean
@@ -46,8 +49,8 @@ gallery: $(VENV)/installed
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test,fast,examples]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
 
 clean:
-	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks

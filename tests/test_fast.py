@@ -7,6 +7,7 @@ import json
 import math
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -14,12 +15,13 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from scenes import BASE_SEED, TABLES, frozen_rack, random_scene, seeds
+from scenes import TABLES, frozen_rack, random_scene, seeds
 
 from pool_pymunk import (
     Ball,
@@ -43,6 +45,7 @@ from pool_pymunk import (
 from pool_pymunk.fast import compiled, loop, many
 from pool_pymunk.fast.shots import read_source
 from pool_pymunk.fast.tables import table_of
+from pool_pymunk.physics.motion import path_to_disc
 from pool_pymunk.studies import sensitivity as study
 
 HAS_NUMBA = compiled.is_there()
@@ -450,6 +453,17 @@ def test_every_function_that_is_compiled_has_its_source_in_the_cache_key() -> No
 
 
 @needs_numba
+def test_no_product_and_sum_are_fused() -> None:
+    """A fused one would round once where Python rounds twice, so bits would differ."""
+    numba: Any = import_module("numba")
+    found = numba.njit(path_to_disc)
+    assert found((3.0, 0.4), (1.0, 0.0), 1.0) == path_to_disc((3.0, 0.4), (1.0, 0.0), 1.0)
+    [assembly] = found.inspect_asm().values()
+    assert "mul" in assembly
+    assert not re.search(r"\bv?fn?m(add|sub)\d*[sp]?d?\b|\bfml[as]\b", assembly)
+
+
+@needs_numba
 def test_it_is_free_of_the_interpreters_lock() -> None:
     """Another thread goes on while shots are played."""
     scene, position, velocity = simulation_1(20_000)
@@ -467,4 +481,3 @@ def test_it_is_free_of_the_interpreters_lock() -> None:
     stop.set()
     other.join()
     assert len(ticks) > 5
-    assert BASE_SEED >= 0

@@ -13,6 +13,8 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, cast
@@ -50,23 +52,18 @@ SHARED: tuple[Any, ...] = (
 
 def is_there() -> bool:
     """Tell whether numba is installed."""
-    try:
-        import numba  # noqa: F401
-    except ImportError:
-        return False
-    return True
+    return find_spec("numba") is not None
 
 
 @cache
 def play_shots() -> Callable[..., int]:
     """Return the compiled loop; compile it if this machine has not done so yet."""
-    import numba
-    from numba.extending import register_jitable
-
+    numba: Any = import_module("numba")
+    register_jitable = import_module("numba.extending").register_jitable
     for function in (*SHARED, *_helpers()):
         register_jitable(function)
     folder = cache_folder()
-    config: Any = numba.config
+    config = numba.config
     before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
     try:
         compiled = numba.njit(nogil=True, cache=True, error_model="numpy")(loop.play_shots)

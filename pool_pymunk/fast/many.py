@@ -56,7 +56,7 @@ def simulate_many(
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba installed (``pip
     install 'pool-pymunk[fast]'``) ordinary shots are compiled; without it, with a law of your own
-    and with more than 64 balls, all shots take the Python solver. A shot takes 36 + 20 N bytes of
+    and with more than 64 balls, all shots take the Python solver. A shot takes 25 + 20 N bytes in
     the result. Raises SettingError, in one line that names the argument.
 
     >>> import numpy as np
