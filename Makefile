@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 # the extras that tests need; without `fast` or `examples` their tests are skipped
-EXTRAS ?= test,fast,examples
+EXTRAS ?= test,fast,sweep,cluster,examples
 
 ELSEWHERE := not browser and not docs
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pool_pymunk.results.run import Event, Run
     from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
     from pool_pymunk.studies.sensitivity import Sensitivity, sensitivity
+    from pool_pymunk.studies.sweep import Sweep, sweep
     from pool_pymunk.studies.tolerance import Choice, Outcome, choose_step, simulate_within
     from pool_pymunk.studies.uncertainty import Uncertainty, written_uncertainty
     from pool_pymunk.world import Billiards, same_balls
@@ -64,6 +65,7 @@ __all__ = [
     "SettingError",
     "Shot",
     "State",
+    "Sweep",
     "Table",
     "Uncertainty",
     "Units",
@@ -79,6 +81,7 @@ __all__ = [
     "simulate_all",
     "simulate_many",
     "simulate_within",
+    "sweep",
     "written_uncertainty",
 ]
 
@@ -94,6 +97,7 @@ _HOMES = {
     "results.run": "Event Run",
     "solvers": "SOLVERS SettingError simulate simulate_all",
     "studies.sensitivity": "Sensitivity sensitivity",
+    "studies.sweep": "Sweep sweep",
     "studies.tolerance": "Choice Outcome choose_step simulate_within",
     "studies.uncertainty": "Uncertainty written_uncertainty",
     "world": "Billiards same_balls",

@@ -31,7 +31,7 @@ FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 LATE: set[tuple[str, str]] = {("results/run.py", "render")}
 
 # Only one room may import each of these libraries.
-ONLY_IN = {"matplotlib": "render", "typer": "cli", "pydantic": "model", "numba": "fast"}
+ONLY_IN = {"matplotlib": "render", "typer": "cli", "pydantic": "model"}
 
 
 class Import(NamedTuple):

@@ -257,7 +257,7 @@ def rack(rows: int = 4, gap: float = 0.0) -> Scene:
     )
 
 
-def test_starts_that_overlap_are_moved_apart() -> None:
+def test_starts_that_overlap_areapart() -> None:
     found = played(rack(), Uncertainty(HALF), samples=100)
     assert found.rejected > 100
     gap = found.starts[:, :, None] - found.starts[:, None]
@@ -268,14 +268,14 @@ def test_starts_that_overlap_are_moved_apart() -> None:
     assert found.worst.deviation > 100 * HALF  # The spread of a break is shown.
 
 
-def test_balls_are_moved_apart_as_little_as_possible() -> None:
+def test_balls_areapart_as_little_as_possible() -> None:
     """Each ball of an overlapping pair moves half of the overlap, and free balls do not move."""
     balls = [
         Ball(str(k), (0.1 + x, 0.1), RADIUS, 0.2) for k, x in enumerate((0.0, 2 * RADIUS, 1.0))
     ]
     sampler = StartSampler(Scene(tuple(balls), restitution=Restitution(0.9)), np.full((3, 2), HALF))
     drawn = np.array([[(0.0, 0.0), (2 * RADIUS - 1e-4, 0.0), (1.0, 0.0)]])
-    moved = sampler._moved_apart(drawn)[0, :, 0]
+    moved = sampler.apart(drawn)[0, :, 0]
     assert moved == pytest.approx((-5e-5, 2 * RADIUS - 5e-5, 1.0), abs=1e-12)
 
 

@@ -19,6 +19,7 @@ from pool_pymunk.cli.render import render
 from pool_pymunk.cli.run import run
 from pool_pymunk.cli.sensitivity import sensitivity
 from pool_pymunk.cli.stability import stability
+from pool_pymunk.cli.sweep import sweep
 from pool_pymunk.cli.tradeoff import tradeoff
 
 app = typer.Typer(
@@ -26,7 +27,7 @@ app = typer.Typer(
     help="2D billiards in pymunk, by the report's time slices, and exactly.",
     pretty_exceptions_enable=False,
 )
-for command in (run, collide, compare, tradeoff, sensitivity, stability, render, check):
+for command in (run, collide, compare, tradeoff, sensitivity, sweep, stability, render, check):
     app.command()(command)
 
 # Typer raises this for a command line that it cannot read; it exports only a subclass of it.

@@ -180,7 +180,7 @@ class StartSampler:
             count = int(missing.sum())
             drawn = self.base + self.widths * rng.uniform(-1.0, 1.0, (count, *self.base.shape))
             self.overlapping += int(self._overlaps(drawn).sum())
-            starts[missing] = self._moved_apart(drawn)
+            starts[missing] = self.apart(drawn)
             missing[missing] = self._overlaps(starts[missing]).any(axis=1)
             if not missing.any():
                 return starts
@@ -189,8 +189,8 @@ class StartSampler:
             "which none overlap"
         )
 
-    def _moved_apart(self, starts: Array) -> Array:
-        """Return the nearest starts (S, N, 2) in which nothing overlaps.
+    def apart(self, starts: Array) -> Array:
+        """Return the nearest starts (S, N, 2) in which nothing overlaps; each is found on its own.
 
         Each overlap is taken back along its line of centres, in turn, by a push that later turns
         may lessen but never make a pull (Hildreth, Naval Research Logistics 4, 1957, 79).
@@ -199,22 +199,24 @@ class StartSampler:
         radius = self.radius
         lines = [_unit(starts[:, j] - starts[:, i]) for i, j in self.pairs]
         pushes = np.zeros((len(self.pairs) + len(self.cushions), len(starts)))
+        moves = np.ones(len(starts), dtype=bool)
         for _ in range(SWEEPS):
-            worst = 0.0
+            worst = np.zeros(len(starts))
             for k, (i, j) in enumerate(self.pairs):
                 gap = np.hypot(*(starts[:, j] - starts[:, i]).T) - radius[i] - radius[j]
-                push = np.maximum(pushes[k] - gap / 2.0, 0.0) - pushes[k]
+                push = moves * (np.maximum(pushes[k] - gap / 2.0, 0.0) - pushes[k])
                 pushes[k] += push
                 starts[:, i] -= push[:, None] * lines[k]
                 starts[:, j] += push[:, None] * lines[k]
-                worst = max(worst, float(np.abs(push).max()) / radius[i])
+                worst = np.maximum(worst, np.abs(push) / radius[i])
             for k, (i, edge) in enumerate(self.cushions, start=len(self.pairs)):
                 gap = edge.height(*starts[:, i].T) - radius[i]
-                push = np.maximum(pushes[k] - gap, 0.0) - pushes[k]
+                push = moves * (np.maximum(pushes[k] - gap, 0.0) - pushes[k])
                 pushes[k] += push
                 starts[:, i] += push[:, None] * np.array(edge.normal)
-                worst = max(worst, float(np.abs(push).max()) / radius[i])
-            if worst < APART:
+                worst = np.maximum(worst, np.abs(push) / radius[i])
+            moves &= worst >= APART
+            if not moves.any():
                 break
         return starts
 
