@@ -121,7 +121,7 @@ def _numbers(key: str, text: str, units: Units) -> tuple[float, ...]:
 def _steps(key: str, text: str, units: Units) -> tuple[Any, ...]:
     """Read LOW:HIGH:COUNT, in SI."""
     rest, _, count = text.rpartition(":")
-    if not count.isdecimal() or not rest:
+    if not count.isdecimal() or ":" not in rest:
         raise InputError(f"--grid {key} = {text}: must be LOW:HIGH:COUNT")
     return (*_numbers(key, rest, units), int(count))
 
