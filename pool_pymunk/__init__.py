@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from pool_pymunk.report.collide import Collision, Disc, Material, collide, collide_at
     from pool_pymunk.results.run import Event, Run
     from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
+    from pool_pymunk.studies.atlas import Atlas, atlas
+    from pool_pymunk.studies.find import Found, find
     from pool_pymunk.studies.sensitivity import Sensitivity, sensitivity
     from pool_pymunk.studies.sweep import Sweep, sweep
     from pool_pymunk.studies.tolerance import Choice, Outcome, choose_step, simulate_within
@@ -43,6 +45,7 @@ __version__ = "0.1.0"
 __all__ = [
     "NT",
     "SOLVERS",
+    "Atlas",
     "Ball",
     "Batch",
     "Billiards",
@@ -50,6 +53,7 @@ __all__ = [
     "Collision",
     "Disc",
     "Event",
+    "Found",
     "Friction",
     "Law",
     "Material",
@@ -69,9 +73,11 @@ __all__ = [
     "Table",
     "Uncertainty",
     "Units",
+    "atlas",
     "choose_step",
     "collide",
     "collide_at",
+    "find",
     "load",
     "loads",
     "rack",
@@ -96,6 +102,8 @@ _HOMES = {
     "report.collide": "Collision Disc Material collide collide_at",
     "results.run": "Event Run",
     "solvers": "SOLVERS SettingError simulate simulate_all",
+    "studies.atlas": "Atlas atlas",
+    "studies.find": "Found find",
     "studies.sensitivity": "Sensitivity sensitivity",
     "studies.sweep": "Sweep sweep",
     "studies.tolerance": "Choice Outcome choose_step simulate_within",

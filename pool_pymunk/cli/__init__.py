@@ -12,6 +12,7 @@ from typing import Annotated, cast
 
 import typer
 
+from pool_pymunk.cli.atlas import atlas
 from pool_pymunk.cli.check import check
 from pool_pymunk.cli.collide import collide
 from pool_pymunk.cli.compare import compare
@@ -27,7 +28,18 @@ app = typer.Typer(
     help="2D billiards in pymunk, by the report's time slices, and exactly.",
     pretty_exceptions_enable=False,
 )
-for command in (run, collide, compare, tradeoff, sensitivity, sweep, stability, render, check):
+for command in (
+    run,
+    collide,
+    compare,
+    tradeoff,
+    sensitivity,
+    sweep,
+    atlas,
+    stability,
+    render,
+    check,
+):
     app.command()(command)
 
 # Typer raises this for a command line that it cannot read; it exports only a subclass of it.

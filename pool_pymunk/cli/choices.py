@@ -9,6 +9,7 @@ from __future__ import annotations
 SOLVERS = ("pymunk", "pymunk-discrete", "pymunk-builtin", "event-driven", "time-slice")
 LAWS = ("coulomb", "published")
 FRICTION = ("joint", "callback")
+SHOWS = ("end", "first-hit", "hits", "pocket", "duration")
 UNITS = {"length": ("m", "cm", "mm", "in"), "mass": ("kg", "g"), "speed": ("m/s", "in/s")}
 
 

@@ -1,0 +1,134 @@
+"""This study plays a shot at every angle and speed: a map of what comes of it, one shot a pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.fast import simulate_many
+from pool_pymunk.fast.batch import CANNOT_START
+from pool_pymunk.model import Scene, Shot
+from pool_pymunk.model.parts import NEAREST
+from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.problems import number_problems, setting_error, suggestion
+from pool_pymunk.solvers import find_shot
+from pool_pymunk.studies.sweep.plan import Plan, make_plan
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+Range = tuple[float, float]
+
+AT_ONCE = 100_000  # shots
+SIZE = (1200, 800)
+ANGLES = (-30.0, 30.0)  # degrees
+SPEEDS = (0.25, 1.5)  # of the shot's speed
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """An atlas has what came of a shot at H speeds (m/s) and W angles (degrees, relative to it).
+
+    ``end`` (H, W, 2) is where ball number ``ball`` ended (m), ``pocketed`` (H, W) which pocket has
+    it (-1: none), ``first_hit`` the ball that the struck one met first (-1: none), ``hits`` how
+    many hits of two balls there were, and ``duration`` (s) when all rested. Shots that could not
+    be played are NaN in ``end`` and in ``duration``. ``by_reference`` counts the shots that the
+    exact solver played in Python.
+    """
+
+    plan: Plan
+    ball: int
+    angle: Floats
+    speed: Floats
+    end: Floats
+    pocketed: Ints
+    first_hit: Ints
+    hits: Ints
+    duration: Floats
+    by_reference: int
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that was played."""
+        return self.plan.scene
+
+
+def atlas(
+    scene: Scene,
+    shot: Shot | str | int | None = None,
+    *,
+    angle: Range = ANGLES,
+    speed: Range | None = None,
+    size: tuple[int, int] = SIZE,
+    ball: str | None = None,
+    law: str | None = None,
+    max_time: float | None = None,
+    on_done: Callable[[int], object] | None = None,
+) -> Atlas:
+    """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
+
+    The speeds are by default from a quarter of the shot's to one and a half of it. ``ball`` is the
+    id of the ball whose end is kept; by default that at which the shot aims, or else the nearest.
+    ``on_done(n)`` is called whenever ``n`` more shots are done. Raises SettingError, in one line
+    that names the argument.
+
+    >>> from pool_pymunk import load
+    >>> found = atlas(load("report"), 1, size=(9, 5))
+    >>> found.end.shape, found.first_hit[:, 4].tolist()
+    ((5, 9, 2), [1, 1, 1, 1, 1])
+    """
+    chosen = find_shot(scene, shot)
+    if chosen is None:
+        raise setting_error("shot", None, "is wanted: the scene has none")
+    usual = np.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
+    low, high = speed or (SPEEDS[0] * usual, SPEEDS[1] * usual)
+    width, height = (_count(key, each) for key, each in zip(("width", "height"), size, strict=True))
+    grid = {"speed": (low, high, height), "angle": (*angle, width)}
+    plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time)
+    watched = _ball(scene, chosen, ball)
+    end = np.empty((plan.samples, 2))
+    duration = np.empty(plan.samples)
+    pocketed, first_hit, hits = (np.empty(plan.samples, np.int32) for _ in range(3))
+    by_reference = 0
+    for part in range(plan.parts):
+        shots = plan.shots_of(part)
+        inputs = plan.draw(shots)
+        batch = simulate_many(
+            plan.scene, inputs.position, inputs.velocity, vary=inputs.vary, on_done=on_done
+        )
+        own = slice(shots.start, shots.stop)
+        end[own], duration[own] = batch.final[:, watched], batch.duration
+        pocketed[own], first_hit[own] = batch.pocketed[:, watched], batch.first_hit
+        hits[own] = batch.hits
+        unplayed = np.flatnonzero(batch.status == CANNOT_START) + shots.start
+        end[unplayed] = duration[unplayed] = np.nan
+        by_reference += batch.by_reference
+    shape = (height, width)
+    return Atlas(
+        plan, watched, np.linspace(*grid["angle"]), np.linspace(*grid["speed"]),
+        end.reshape(*shape, 2), pocketed.reshape(shape), first_hit.reshape(shape),
+        hits.reshape(shape), duration.reshape(shape), by_reference,
+    )  # fmt: skip
+
+
+def _ball(scene: Scene, shot: Shot, name: str | None) -> int:
+    """Return the number of the ball whose end is kept."""
+    if name is not None:
+        if name not in scene.index:
+            known = ", ".join(scene.index)
+            message = f"there is no such ball (there are: {known}){suggestion(name, scene.index)}"
+            raise setting_error("ball", name, message)
+        return scene.index[name]
+    struck = scene.index[shot.ball]
+    if shot.aim not in (None, NEAREST):
+        return scene.index[shot.aim or ""]
+    return scene.nearest(struck) if len(scene.balls) > 1 else struck
+
+
+def _count(key: str, value: int) -> int:
+    found = read_number(key, value, lambda key, value: number_problems(key, value, 2.0))
+    if not found.is_integer():
+        raise setting_error(key, value, "must be a whole number")
+    return int(found)

@@ -1,0 +1,215 @@
+"""This study looks for shots that do what is wanted, and ranks them by the error they forgive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.fast import Batch, simulate_many
+from pool_pymunk.model import Scene, Shot
+from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.problems import number_problems, setting_error, size_problems
+from pool_pymunk.results.run import Run
+from pool_pymunk.solvers import find_shot
+from pool_pymunk.studies.sweep.plan import normal, uniforms
+
+Floats = NDArray[np.float64]
+Range = tuple[float, float]
+Wanted = Callable[[Batch], Any]
+
+TALL = 60  # speeds of the first look; the other tries are angles
+CANDIDATES = 12  # So many places are looked at closely, for each shot that is wanted.
+STEPS = 4  # So often a shot is moved to the middle of the tries around it that did what is wanted.
+NARROWER = 0.5  # The tries around it are drawn so much narrower each time.
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A found shot does what is wanted, and so do a ``share`` of its tries by the stated player.
+
+    ``angle`` (degrees) and ``speed`` (m/s) are those of ``shot``; ``run`` is how the exact solver
+    plays it.
+    """
+
+    shot: Shot
+    angle: float
+    speed: float
+    share: float
+    run: Run
+
+    def __repr__(self) -> str:
+        return (
+            f"<Found {self.angle:.4g} degrees, {self.speed:.4g} m/s: "
+            f"{100.0 * self.share:.3g} % of the tries>"
+        )
+
+
+def find(
+    scene: Scene,
+    shot: Shot | str | int | None,
+    wanted: Wanted,
+    *,
+    angle: Range = (-180.0, 180.0),
+    speed: Range | None = None,
+    angle_error: float = 0.5,
+    speed_error: float = 0.05,
+    tries: int = 100_000,
+    samples: int = 2_000,
+    best: int = 5,
+    seed: int = 0,
+) -> list[Found]:
+    """Return the shots that do what is wanted, those that forgive the largest errors first.
+
+    ``wanted(batch)`` takes a :class:`~pool_pymunk.Batch` and returns which of its shots do it, a
+    Boolean array (S,). The ball that ``shot`` strikes is struck at angles (degrees, from +x) within
+    ``angle`` and speeds (m/s) within ``speed``, by default from a quarter of the shot's to one and
+    a half of it. ``tries`` shots on a grid are looked at first. The player's errors are normal,
+    with the standard deviations ``angle_error`` (degrees) and ``speed_error`` (m/s); a shot's
+    share of success is measured by ``samples`` tries. The ``best`` shots are returned, no two of
+    them within three standard deviations of each other; the list is empty if no try did it. All
+    runs are exact, and each found shot was played by the exact solver.
+
+    Raises SettingError, in one line that names the argument.
+
+    >>> from pool_pymunk import load
+    >>> scene = load("report")
+    >>> def eight_moves(batch):
+    ...     start = scene.balls[scene.index["8"]].position
+    ...     return (batch.final[:, scene.index["8"]] != start).any(axis=-1)
+    >>> found = find(scene, 1, eight_moves, tries=3000, samples=200, best=1)
+    >>> len(found), found[0].share > 0.5
+    (1, True)
+    """
+    chosen = find_shot(scene, shot)
+    if chosen is None:
+        raise setting_error("shot", None, "is wanted: the scene has none")
+    search = _Search(scene, chosen, wanted, angle_error, speed_error, seed)
+    usual = math.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
+    low, high = speed or (0.25 * usual, 1.5 * usual)
+    for key, (first, last) in (("angle", angle), ("speed", (low, high))):
+        if not first < last:
+            raise setting_error(key, [first, last], "must be (low, high)")
+    for key, count, least in (
+        ("tries", tries, 10 * TALL),
+        ("samples", samples, 10),
+        ("best", best, 1),
+    ):
+        _check_count(key, count, least)
+    found: list[Found] = []
+    for place in search.look(angle, (low, high), tries)[: CANDIDATES * best]:
+        one = search.closely(place, samples)
+        if one is not None and not any(search.is_near(one, other) for other in found):
+            found.append(one)
+    return sorted(found, key=lambda one: -one.share)[:best]
+
+
+class _Search:
+    """A search knows the scene, what is wanted, and the player."""
+
+    def __init__(
+        self, scene: Scene, shot: Shot, wanted: Wanted, angle: float, speed: float, seed: int
+    ) -> None:
+        self.scene, self.shot, self.wanted, self.seed = scene, shot, wanted, seed
+        self.errors = tuple(
+            read_number(key, value, size_problems)
+            for key, value in (("angle_error", angle), ("speed_error", speed))
+        )
+        self.ball = scene.index[shot.ball]
+        self.position = np.array(scene.start(shot).position)
+
+    def play(self, angle: Floats, speed: Floats) -> Batch:
+        """Play the shot at these angles (degrees) and speeds (m/s)."""
+        velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(angle), 1, 1))
+        turned = np.radians(angle)
+        velocity[:, self.ball, 0] = speed * np.cos(turned)
+        velocity[:, self.ball, 1] = speed * np.sin(turned)
+        return simulate_many(self.scene, self.position, velocity)
+
+    def does(self, angle: Floats, speed: Floats) -> NDArray[np.bool_]:
+        """Tell which of these shots do what is wanted."""
+        answer = np.asarray(self.wanted(self.play(angle, speed)))
+        if answer.shape != angle.shape or answer.dtype != np.bool_:
+            said = f"{answer.dtype} of shape {answer.shape}"
+            message = f"must return a Boolean array of shape ({len(angle)},)"
+            raise setting_error("wanted", said, message)
+        return answer
+
+    def look(self, angles: Range, speeds: Range, tries: int) -> list[Floats]:
+        """Look at a grid, and return the places (angle, speed) at which most around does it."""
+        wide = max(tries // TALL, 1)
+        x, y = np.linspace(*angles, wide), np.linspace(*speeds, TALL)
+        grid_x, grid_y = np.meshgrid(x, y)
+        does = self.does(grid_x.ravel(), grid_y.ravel()).reshape(TALL, wide)
+        share = _smoothed(does.astype(float), x[1] - x[0], self.errors[0], axis=1)
+        share = _smoothed(share, y[1] - y[0], self.errors[1], axis=0)
+        share[~does] = 0.0
+        order = np.argsort(-share, axis=None, kind="stable")
+        order = order[share.ravel()[order] > 0.0]
+        places: list[Floats] = []
+        for k in order.tolist():
+            place = np.array([grid_x.flat[k], grid_y.flat[k]])
+            if not places or self._apart(np.array(places), place).min() > 3.0:
+                places.append(place)
+            if len(places) >= 200:
+                break
+        return places
+
+    def closely(self, place: Floats, samples: int) -> Found | None:
+        """Move a place to where most tries around it do what is wanted, and measure their share."""
+        errors = self._errors(samples)
+        width = 1.0
+        for _ in range(STEPS):
+            tries = place + width * errors
+            does = self.does(tries[:, 0], np.maximum(tries[:, 1], 0.0))
+            if does.any():
+                middle = tries[does].mean(axis=0)
+                if self.does(middle[:1], np.maximum(middle[1:], 0.0))[0]:
+                    place = middle
+            width *= NARROWER
+        tries = place + errors
+        share = float(self.does(tries[:, 0], np.maximum(tries[:, 1], 0.0)).mean())
+        batch = self.play(place[:1], place[1:])
+        if not np.asarray(self.wanted(batch))[0]:
+            return None
+        run = batch.run(0)
+        shot = Shot("found", self.shot.ball, speed=float(place[1]), angle=float(place[0]))
+        scene = replace(self.scene, shots=(shot,))
+        found = replace(run, scene=scene, shot=shot)
+        return Found(shot, float(place[0]), float(place[1]), share, found)
+
+    def is_near(self, one: Found, other: Found) -> bool:
+        """Tell whether two shots are within three standard deviations of each other."""
+        place = np.array([other.angle, other.speed])
+        return bool(self._apart(np.array([[one.angle, one.speed]]), place)[0] <= 3.0)
+
+    def _apart(self, places: Floats, place: Floats) -> Floats:
+        """Return how far places lie apart, in standard deviations of the player's errors."""
+        away = places - place
+        away[:, 0] = (away[:, 0] + 180.0) % 360.0 - 180.0
+        return np.asarray(np.hypot(away[:, 0] / self.errors[0], away[:, 1] / self.errors[1]))
+
+    def _errors(self, samples: int) -> Floats:
+        """Return the errors (S, 2) of so many tries, in degrees and m/s."""
+        numbers = uniforms(self.seed, range(samples), 4)
+        return np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
+
+
+def _smoothed(values: Floats, step: float, width: float, axis: int) -> Floats:
+    """Return values on a grid of this step, each the mean of those around it, by a normal law."""
+    far = min(int(3.0 * width / step), values.shape[axis] // 2)
+    if far == 0:
+        return values
+    kernel = np.exp(-0.5 * (np.arange(-far, far + 1) * step / width) ** 2)
+    kernel /= kernel.sum()
+    return np.apply_along_axis(np.convolve, axis, values, kernel, mode="same")
+
+
+def _check_count(key: str, value: Any, least: int) -> None:
+    found = read_number(key, value, lambda key, value: number_problems(key, value, float(least)))
+    if not found.is_integer():
+        raise setting_error(key, value, "must be a whole number")
