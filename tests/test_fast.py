@@ -119,6 +119,9 @@ def check_bits(batch: Batch, numbers: range) -> None:
         name = scene.balls[cue].id
         met = [b if a == name else a for a, b in pairs if name in (a, b)]
         assert batch.first_hit[k] == (scene.index[met[0]] if met else -1)
+        assert [scene.balls[i].id for i in np.flatnonzero(batch.met[k])] == [
+            ball.id for ball in scene.balls if ball.id in met
+        ]
         holes = {pocket.id: number for number, pocket in enumerate(scene.pockets)}
         taken = [holes[run.pocketed[b.id]] if b.id in run.pocketed else -1 for b in scene.balls]
         assert batch.pocketed[k].tolist() == taken

@@ -33,6 +33,7 @@ class Batch:
       hits on cushions, and how many events in all, stops and pockets included.
     - ``first_hit`` (S,): the number of the ball that the cue ball met first, -1 if it met none.
       Where the scene has no cue ball, it is that of the first ball that moves.
+    - ``met`` (S, N): which balls the cue ball, or that one, met.
     - ``pocketed`` (S, N): the number of the pocket that took each ball in, -1 for none.
     - ``status`` (S,): 0 settled, 1 max_time, 2 max_events, 3 non_finite, 4 cannot_start: balls
       overlap, or one is off the table or within a pocket. ``statuses`` has the names. What a shot
@@ -50,6 +51,7 @@ class Batch:
     cushions: Ints
     events: Ints
     first_hit: Ints
+    met: NDArray[np.bool_]
     pocketed: Ints
     status: NDArray[np.int8]
     by_reference: int

@@ -98,6 +98,7 @@ class Out(NamedTuple):
     hits: Any
     cushions: Any
     first_hit: Any
+    met: Any
     pocketed: Any
     events: Any
     status: Any
@@ -127,7 +128,7 @@ WORK = np.dtype(
         ("path_end", F, N), ("end", F, N), ("due", F, (N, N)), ("best", I, N), ("best_t", F, N),
         # what came of it
         ("events", I), ("hits", I), ("cushions", I), ("first_hit", I), ("duration", F),
-        ("pocketed", I, N), ("keeps", I), ("knots", I), ("knot", F, (MOST_KNOTS, KNOT)),
+        ("pocketed", I, N), ("meets", I, N), ("keeps", I), ("knots", I), ("knot", F, (MOST_KNOTS, KNOT)),
         ("contacts", I), ("contact", I, (MOST_KNOTS, 2)), ("count", I, N),
     ]
 )  # fmt: skip
@@ -206,7 +207,7 @@ def write_shot(w: Work, out: Out, s: int) -> None:
         else:
             x, y, _, _ = motion_at(path_of(w, i), max(w.now, w.duration))
         out.final[s, i, 0], out.final[s, i, 1] = x, y
-        out.pocketed[s, i] = w.pocketed[i]
+        out.pocketed[s, i], out.met[s, i] = w.pocketed[i], w.meets[i] != 0
     out.duration[s], out.events[s] = w.duration, w.events
     out.hits[s], out.cushions[s], out.first_hit[s] = w.hits, w.cushions, w.first_hit
 
@@ -250,7 +251,7 @@ def start(w: Work, walls: Walls, sides: Sides, position: Any, velocity: Any) -> 
     w.events = w.hits = w.cushions = w.knots = w.contacts = 0
     w.first_hit = NOTHING
     for i in range(w.balls):
-        w.pocketed[i] = NOTHING
+        w.pocketed[i], w.meets[i] = NOTHING, 0
         for j in range(w.balls):
             w.due[i, j], w.last[i, j] = math.inf, -math.inf
     is_ordinary = True
@@ -518,8 +519,11 @@ def answer_hit(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
         w.met[i, j], w.last[i, j] = met, w.now
     w.events += 1
     w.hits += 1
-    if w.first_hit == NOTHING and w.watched in (i, j):
-        w.first_hit = j if i == w.watched else i
+    if w.watched in (i, j):
+        other = j if i == w.watched else i
+        w.meets[other] = 1
+        if w.first_hit == NOTHING:
+            w.first_hit = other
     keep_contact(w, i, j)
     fastest = max(squared((ax, ay)), squared((bx, by)), squared(after_a), squared(after_b))
     noise = decisions.noise_after(fastest, noise)

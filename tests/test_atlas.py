@@ -1,0 +1,151 @@
+"""The atlas has one exact shot a pixel, and found shots do what is wanted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pool_pymunk import Batch, Scene, SettingError, Shot, atlas, find, load, simulate
+from pool_pymunk.cli import main
+
+pytestmark = pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
+
+
+def test_every_pixel_is_an_exact_shot() -> None:
+    scene = load("report")
+    found = atlas(scene, 1, angle=(-10, 20), speed=(2, 5), size=(7, 4), ball="8")
+    assert found.angle.tolist() == [-10.0, -5.0, 0.0, 5.0, 10.0, 15.0, 20.0]
+    assert found.speed.tolist() == [2.0, 3.0, 4.0, 5.0]
+    for row, column in ((0, 0), (2, 2), (3, 6), (1, 4)):
+        angle = math.radians(180.0 + found.angle[column])
+        speed = found.speed[row]
+        shot = Shot("one", "C", velocity=(speed * math.cos(angle), speed * math.sin(angle)))
+        run = simulate(replace(scene, shots=(shot,)), solver="event-driven")
+        assert found.end[row, column] == pytest.approx(run.final["8"], abs=1e-9)
+        assert found.duration[row, column] == pytest.approx(run.duration, abs=1e-9)
+        hits = [event.balls for event in run.events if event.kind == "ball-ball"]
+        assert found.hits[row, column] == len(hits)
+        first = [b if a == "C" else a for a, b in hits if "C" in (a, b)]
+        number = scene.index[first[0]] if first else -1
+        assert found.first_hit[row, column] == number
+
+
+def test_the_ball_is_the_aimed_one_or_the_nearest() -> None:
+    assert load("report").balls[atlas(load("report"), 1, size=(2, 2)).ball].id == "1"
+    scene = load("eight-ball")
+    assert scene.balls[atlas(scene, 1, size=(2, 2)).ball].id == "1"
+
+
+@pytest.mark.parametrize("show", ["end", "first-hit", "hits", "duration", "pocket"])
+@pytest.mark.heavy
+def test_the_command_draws_it(
+    show: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from imageio.v3 import imread
+
+    path = tmp_path / "map.png"
+    scenario = "eight-ball" if show == "pocket" else "report"
+    line = f"atlas {scenario} --shot 1 --size 120x80 --angle -8:8 --show {show} --out {path}"
+    with pytest.raises(SystemExit) as caught:
+        main(line.split())
+    assert caught.value.code == 0
+    assert capsys.readouterr().out.startswith("9,600 shots in ")
+    image = imread(path)[..., :3]
+    assert image.shape[0] > 80
+    assert image.shape[1] > 120
+    colors = np.unique(image.reshape(-1, 3), axis=0)
+    assert len(colors) > 5
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("--angle 5:5", "--angle = 5:5: LOW must be less than HIGH"),
+        ("--angle five:6", "--angle = five:6: must be LOW:HIGH"),
+        ("--speed 1:2:3", "--speed = 1:2:3: must be LOW:HIGH"),
+        ("--speed 1kg:2", '--speed = "1kg": must be a speed'),
+        ("--size 1200", "--size = 1200: must be WIDTHxHEIGHT"),
+        ("--ball 88", "ball = 88: there is no such ball"),
+        ("--show ends", "--show = ends: must be one of end, first-hit"),
+        ("--show pocket", "--show = pocket: the scenario has no pockets"),
+        ("--out map.bmp", "--out = map.bmp: must end in .png, .svg or .pdf"),
+    ],
+)
+def test_a_bad_command_is_one_line(
+    line: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["atlas", "report", "--shot", "1", *line.split()])
+    assert caught.value.code == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert len(error.splitlines()) == 1
+
+
+# -- find ------------------------------------------------------------------------------------------
+
+
+def few_balls() -> Scene:
+    """Return an eight-ball table with four balls on it."""
+    scene = load("eight-ball")
+    places = {"cue": (0.6, 0.4), "8": (1.6, 0.9), "1": (1.1, 0.75), "4": (2.0, 0.35)}
+    balls = tuple(replace(b, position=places[b.id]) for b in scene.balls if b.id in places)
+    return replace(scene, balls=balls, shots=(Shot("pot", "cue", speed=3.0, aim="8"),))
+
+
+def test_found_shots_do_what_is_wanted_and_forgive_what_they_say() -> None:
+    scene = few_balls()
+    eight, cue = scene.index["8"], scene.index["cue"]
+
+    def potted(batch: Batch) -> NDArray[np.bool_]:
+        return (batch.pocketed[:, eight] >= 0) & (batch.pocketed[:, cue] < 0)
+
+    found = find(scene, 1, potted, tries=30_000, samples=1000, best=3)
+    assert len(found) == 3
+    assert [one.share for one in found] == sorted((one.share for one in found), reverse=True)
+    assert found[0].share > 0.2
+    for one in found:
+        assert one.run.solver == "event-driven"
+        assert "8" in one.run.pocketed
+        assert "cue" not in one.run.pocketed
+        again = simulate(replace(scene, shots=(one.shot,)), solver="event-driven")
+        assert again.pocketed == one.run.pocketed
+    rng = np.random.default_rng(9)
+    best = found[0]
+    wins = 0
+    for _ in range(200):
+        angle, speed = best.angle + 0.5 * rng.normal(), best.speed + 0.05 * rng.normal()
+        shot = Shot("try", "cue", speed=speed, angle=angle)
+        run = simulate(replace(scene, shots=(shot,)), solver="event-driven")
+        wins += "8" in run.pocketed and "cue" not in run.pocketed
+    assert abs(wins / 200 - best.share) < 4 * math.sqrt(best.share * (1 - best.share) / 200)
+
+
+def test_what_nothing_does_is_an_empty_list() -> None:
+    def never(batch: Batch) -> NDArray[np.bool_]:
+        return np.zeros(len(batch), dtype=bool)
+
+    assert find(few_balls(), 1, never, tries=1000) == []
+
+
+@pytest.mark.parametrize(
+    ("wrong", "line"),
+    [
+        ({"wanted": lambda batch: batch.hits}, "wanted = int32 of shape"),
+        ({"angle": (5, 5)}, "angle = [5, 5]: must be (low, high)"),
+        ({"tries": 10}, "tries = 10: must be 600 or more"),
+        ({"angle_error": 0.0}, "angle_error = 0.0: must be greater than 0"),
+    ],
+)
+def test_bad_arguments_are_one_line(wrong: dict[str, Any], line: str) -> None:
+    how: dict[str, Any] = {"wanted": lambda batch: batch.hits > 0, "tries": 1000}
+    with pytest.raises(SettingError) as caught:
+        find(few_balls(), 1, **(how | wrong))
+    assert str(caught.value).startswith(line)
