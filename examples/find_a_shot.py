@@ -45,7 +45,7 @@ def make_a_carom(tries: int = 100_000) -> list[Found]:
     scene = with_balls(load("report"), CAROM, shot)
 
     def wanted(batch: Batch) -> NDArray[np.bool_]:
-        return (batch.met.sum(axis=1) == 2)
+        return np.asarray(batch.met.sum(axis=1) == 2)
 
     return find(scene, 1, wanted, tries=tries)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import json
 import multiprocessing
 import os
 import random
@@ -21,6 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import pool_pymunk
 from pool_pymunk import Scene, SettingError, load, simulate, sweep
 from pool_pymunk.cli import main
 from pool_pymunk.studies.sweep import parts
@@ -172,11 +172,30 @@ def vars_of(scene: Scene) -> dict[str, Any]:
 def test_all_but_finished_parts_begins_with_a_mark(tmp_path: Path) -> None:
     sweep(load("report"), 1, vary=VARY, samples=50, chunk=20, out=tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
-    assert names == {"_manifest.json", *(f"part-{k:08d}.parquet" for k in range(3))}
-    said = json.loads((tmp_path / "_manifest.json").read_text())
+    assert names == {"_manifest.parquet", *(f"part-{k:08d}.parquet" for k in range(3))}
+    said = parts.read_manifest(tmp_path)
     assert said["samples"] == 50
     assert said["vary"]["angle"] == [-5.0, 5.0]
     assert "[[balls]]" in said["scene"]
+
+
+@pytest.mark.parametrize("reader", ["pandas", "polars", "duckdb", "pyarrow"])
+def test_any_reader_takes_the_folder(tmp_path: Path, reader: str) -> None:
+    library = pytest.importorskip(reader)
+    sweep(load("report"), 1, vary=VARY, samples=50, chunk=20, out=tmp_path)
+    if reader == "pandas" or reader == "polars":
+        count = len(library.read_parquet(tmp_path))
+    elif reader == "duckdb":
+        count = len(library.sql(f"SELECT * FROM '{tmp_path}/*.parquet'").fetchall())
+    else:
+        count = len(read(tmp_path))
+    assert count == 50
+
+
+def test_a_manifest_that_cannot_be_read(tmp_path: Path) -> None:
+    (tmp_path / parts.MANIFEST).write_bytes(b"no Parquet")
+    with pytest.raises(SettingError, match=r"_manifest\.parquet cannot be read: begin anew"):
+        sweep(load("report"), 1, vary=VARY, samples=50, out=tmp_path)
 
 
 def test_chunks_and_executors_do_not_matter(tmp_path: Path) -> None:
@@ -225,10 +244,9 @@ def test_another_sweep_is_refused(tmp_path: Path, change: dict[str, Any], word: 
         sweep(scene, **(how | change), out=tmp_path)
 
 
-def test_another_version_is_refused(tmp_path: Path) -> None:
+def test_another_version_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sweep(load("report"), 1, vary=VARY, samples=10, out=tmp_path)
-    path = tmp_path / "_manifest.json"
-    path.write_text(path.read_text().replace('"version": "', '"version": "9.'))
+    monkeypatch.setattr(pool_pymunk, "__version__", "99.0")
     with pytest.raises(SettingError, match="has a sweep with another version"):
         sweep(load("report"), 1, vary=VARY, samples=10, out=tmp_path)
 

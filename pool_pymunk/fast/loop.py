@@ -128,7 +128,8 @@ WORK = np.dtype(
         ("path_end", F, N), ("end", F, N), ("due", F, (N, N)), ("best", I, N), ("best_t", F, N),
         # what came of it
         ("events", I), ("hits", I), ("cushions", I), ("first_hit", I), ("duration", F),
-        ("pocketed", I, N), ("meets", I, N), ("keeps", I), ("knots", I), ("knot", F, (MOST_KNOTS, KNOT)),
+        ("pocketed", I, N), ("meets", I, N), ("keeps", I), ("knots", I),
+        ("knot", F, (MOST_KNOTS, KNOT)),
         ("contacts", I), ("contact", I, (MOST_KNOTS, 2)), ("count", I, N),
     ]
 )  # fmt: skip

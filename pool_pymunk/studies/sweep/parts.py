@@ -1,7 +1,7 @@
 """This module writes and checks the files of a sweep: a manifest, and one Parquet file a part.
 
-A file gets its name only when it is complete. All else in the folder begins with ``_`` or ``.``, so
-that any reader of Parquet takes the folder as it is.
+A file gets its name only when it is complete. All else in the folder begins with ``_`` or ``.``.
+The manifest is a Parquet file, too, of no rows, because some readers take every file of a folder.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pool_pymunk.fast import Batch
+from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.safety.files import whole
 from pool_pymunk.studies.sweep.plan import UNITS, Inputs, Plan
@@ -22,8 +22,9 @@ from pool_pymunk.studies.sweep.plan import UNITS, Inputs, Plan
 if TYPE_CHECKING:
     import pyarrow
 
-MANIFEST = "_manifest.json"
-HASH = b"pool_pymunk"  # A part's metadata has the plan's hash under this key.
+MANIFEST = "_manifest.parquet"
+HASH = b"pool_pymunk"  # A file's metadata has the plan's hash under this key,
+PLAN = b"pool_pymunk.sweep"  # and the manifest's has all of it under this one, as JSON.
 FAST = 1  # the level of zstd's compression
 
 
@@ -52,16 +53,31 @@ def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
         if strangers:
             message = f"has files that are no sweep's, such as {min(strangers)}"
             raise setting_error("out", str(folder), message)
-        with whole(manifest) as path:
-            path.write_text(json.dumps(plan.manifest, indent=1), encoding="utf-8")
+        _write_manifest(manifest, plan)
     return list(missing(folder, plan))
+
+
+def _write_manifest(path: Path, plan: Plan) -> None:
+    """Write a dataset of no rows, which says what the sweep is."""
+    from pyarrow import parquet
+
+    inputs = plan.draw(range(1))
+    batch = simulate_many(plan.scene, inputs.position, 0.0 * inputs.velocity)
+    table = table_of(plan, range(1), inputs, batch).slice(0, 0)
+    said = {**(table.schema.metadata or {}), PLAN: json.dumps(plan.manifest).encode()}
+    with whole(path) as part:
+        parquet.write_table(table.replace_schema_metadata(said), part)
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
     """Return what a folder says of its sweep."""
+    import pyarrow
+    from pyarrow import parquet
+
     try:
-        found = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    except ValueError:
+        schema = parquet.read_schema(folder / MANIFEST)
+        found = json.loads((schema.metadata or {})[PLAN])
+    except (ValueError, KeyError, pyarrow.ArrowException):
         message = f"{MANIFEST} cannot be read: begin anew with --restart (resume=False)"
         raise setting_error("out", str(folder), message) from None
     return found if isinstance(found, dict) else {}
