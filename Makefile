@@ -46,6 +46,10 @@ gallery: $(VENV)/installed
 	$(BIN)/pool-pymunk tradeoff report --out renders/gallery
 	$(BIN)/pool-pymunk sensitivity report --shot 1 --out renders/gallery
 	$(BIN)/pool-pymunk stability --out renders/gallery
+	$(BIN)/pool-pymunk atlas report --shot 1 --ball C --out renders/gallery/atlas-report.png
+	$(BIN)/pool-pymunk atlas eight-ball --ball cue --angle -8:8 --speed 2:10 --size 660x440 \
+		--out renders/gallery/atlas-eight-ball.png
+	$(BIN)/python examples/find_a_shot.py --out renders/gallery
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -61,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> dict[str, list[Found]]:
         print(name)
         for one in shots:
             print(f"  {one.angle:8.3f} degrees, {one.speed:.3f} m/s: {100 * one.share:.0f} %")
-        shots[0].run.plot(path=options.out / f"{name}.png")
+        shots[0].run.plot(path=options.out / f"found-{name}.png", dpi=120)
     return found
 
 
