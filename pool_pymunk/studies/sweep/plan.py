@@ -80,7 +80,7 @@ class Plan:
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
-        """What makes the dataset what it is; ``hash`` is that of all the rest."""
+        """The manifest says what makes the dataset what it is; ``hash`` is that of all the rest."""
         from pool_pymunk import __version__
 
         said = {
