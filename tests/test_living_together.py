@@ -222,8 +222,10 @@ def test_a_wall_that_moves_is_refused() -> None:
     space, table = plane()
     table.add_wall(pymunk.Segment(space.static_body, (1, -1), (1, 1), 0), 0.8)
     space.static_body.position = 0.0, 0.1
+    table.strike(ball(table, 0.0), (3.0, 0.0))
+    steps(space, 0.2)
     with pytest.raises(ValueError, match=r"position = \[0.0, 0.1\]: a wall's body stands still"):
-        space.step(STEP)
+        steps(space, 0.3)
 
 
 def test_a_body_may_turn() -> None:

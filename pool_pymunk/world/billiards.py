@@ -616,6 +616,8 @@ class Billiards:
         """Answer the contacts of the step that began at ``since`` (s), in their order."""
         engine, near = self.engine, self.near
         engine.now, near.until = since, self.time
+        if self._others is not None:
+            self._others.look_at_walls()
         near.foresee()
         moved, self.moved_by_others = self.moved_by_others, []
         engine.predict(moved)
@@ -662,6 +664,12 @@ class Billiards:
         time, left = slid(path.speed, path.deceleration, self.time - path.t)
         mean = left - path.deceleration * self.dt / (2.0 * path.speed)
         return path.x + path.vx * time, path.y + path.vy * time, path.vx * mean, path.vy * mean
+
+    @property
+    def joints(self) -> int:
+        """The number of friction joints that are in the space now."""
+        has = self.friction == "joint" and self.deceleration > 0.0
+        return len(self.moving) if has else 0
 
     def set_out(self, balls: Sequence[Ball]) -> None:
         """Predict what balls on new paths meet, and put their bodies on them."""

@@ -93,7 +93,6 @@ class Others:
                 each.clear()
             if not self._is_refused:
                 self._look_at_balls()
-                self._look_at_walls()
         except Exception as error:
             self.table.note(error)
 
@@ -104,21 +103,24 @@ class Others:
         paths, masses = table.engine.paths, table.engine.masses
         self._damping = space.damping**self._dt
         falls = gx != 0.0 or gy != 0.0 or self._damping != 1.0
-        for ball in table.on_table():
+        for ball in table.balls:
+            if not ball.is_on_table:
+                continue
             move = moves.get(ball.id)
             if move is None or ball.circle not in shapes:
                 self._lost.append(ball)
                 continue
             x, y, vx, vy, fx, fy = move
-            path = paths[ball.number]
-            rests = x == path.rest_x and y == path.rest_y and vx == vy == 0.0
-            if (not rests or ball.number in moving) and self._follow(ball, move):
-                table.moved_by_others.append(ball.number)
+            number = ball.number
+            path = paths[number]
+            rests = vx == vy == 0.0 and x == path.rest_x and y == path.rest_y
+            if (not rests or number in moving) and self._follow(ball, move):
+                table.moved_by_others.append(number)
             if falls or fx != 0.0 or fy != 0.0:
-                mass = masses[ball.number]
+                mass = masses[number]
                 self._kicks[ball] = (gx + fx / mass, gy + fy / mass)
 
-    def _look_at_walls(self) -> None:
+    def look_at_walls(self) -> None:
         """Refuse walls that have moved."""
         for body, (place, angle) in self._walls.items():
             if body.position != place or body.angle != angle:
@@ -211,8 +213,8 @@ class Others:
         is_other, self._is_other = self._is_other or self._dt != table.dt, False
         self._knows_pull = self._has_new_joints or not is_other
         table.take_steps_of(self._dt)
-        joints = sum(ball.joint is not None for ball in table.moving.values())
-        for ball in table.on_table() if len(self.space.constraints) > joints else self._kicks:
+        has_others = len(self.space.constraints) > table.joints
+        for ball in table.on_table() if has_others else self._kicks:
             self.feel_push(ball)
         table.answer_step()
         self._let_act()
