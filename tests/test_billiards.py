@@ -732,6 +732,21 @@ def test_a_removed_ball_may_come_back() -> None:
     assert "add_ball(ball.circle)" in said(lambda: table.place(one, (1.0, 1.0)))
 
 
+def test_undo_after_a_ball_came_back() -> None:
+    """The sensor of the ball that a circle was before stays out."""
+    space, table = hexagon()
+    first = ball(table, 0.0)
+    table.remove_ball(first)
+    second = table.add_ball(first.circle)
+    saved = table.save_state()
+    table.remove_ball(second)
+    table.restore_state(saved)
+    table.strike(second, (3.0, 0.0))
+    steps(space, 1.0)
+    assert second.is_on_table
+    assert first.sensor.space is None
+
+
 def test_a_state_can_be_pickled() -> None:
     space, table = hexagon()
     one = ball(table, 0.0)

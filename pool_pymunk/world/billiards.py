@@ -636,7 +636,7 @@ class Billiards:
             ball.body.position = ball.path.x, ball.path.y
             ball.circle.collision_type = 0
             del self._ball_of[ball.body]
-            ball.shapes = tuple(ball.body.shapes)
+            ball.shapes = tuple(each for each in ball.body.shapes if each.space is not None)
             things: list[pymunk.Body | pymunk.Shape] = [ball.body, *ball.shapes]
             self.space.remove(*[thing for thing in things if thing.space is not None])
         gone.clear()
