@@ -191,8 +191,15 @@ def test_the_time_slice_solver_reports_44_of_44(tmp_path: Path) -> None:
     options = ("--solver", "time-slice", "--dt", "1e-6", "--no-pictures", "--out", tmp_path)
     result = typed("run", "report", *options, "--json", file)
     assert "Published ends: 44 of 44 agree to 0.01 (11 + 11 + 11 + 11)" in result.stdout
+    assert "no fault" not in result.stdout
     walls = [shot["wall_time"] for shot in json.loads(file.read_text())["shots"]]
     assert 0 < sum(walls) <= time.perf_counter() - began
+
+
+def test_an_exact_run_says_why_published_ends_lie_elsewhere(tmp_path: Path) -> None:
+    options = ("--solver", "event-driven", "--no-pictures", "--out", tmp_path)
+    result = typed("run", "report", *options)
+    assert "This is no fault of the run: its ends are exact" in result.stdout
 
 
 def test_a_run_cut_off_by_max_time_is_a_result(tmp_path: Path) -> None:

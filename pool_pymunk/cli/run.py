@@ -39,6 +39,10 @@ if TYPE_CHECKING:
 
 LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
+EXACT_DIFFERS = (
+    "This is no fault of the run: its ends are exact, and the published ones are those of slices of "
+    "time, which err by more than their last digit where small errors grow."
+)
 PACE = 0.1  # s between two moves of the progress bar
 
 
@@ -231,8 +235,22 @@ def _close(done: Sequence[Played], folder: Path, pictures: bool) -> None:
 
     for line in closing([one.run for one in done]):
         typer.echo(line)
+    if any(_differs_exactly(one.run) for one in done):
+        typer.echo(EXACT_DIFFERS)
     what = "pictures and data" if pictures else "data"
     typer.echo(f"{what.capitalize()} of {counted(len(done), 'shot')}: {folder}")
+
+
+def _differs_exactly(run: Run) -> bool:
+    """Tell whether a run is exact, and ends elsewhere than published."""
+    from pool_pymunk.report.listing import Agreement
+    from pool_pymunk.solvers import find_solver
+
+    published = run.shot is not None and bool(run.shot.published)
+    if not published or not find_solver(run.solver).exact:
+        return False
+    agreement = Agreement.of(run)
+    return len(agreement.agreeing) < agreement.count
 
 
 def _write_json(path: Path, scenario: str, scene: Scene, done: Sequence[Played]) -> None:

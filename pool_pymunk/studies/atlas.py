@@ -77,7 +77,7 @@ def atlas(
     >>> from pool_pymunk import load
     >>> found = atlas(load("report"), 1, size=(9, 5))
     >>> found.end.shape, found.first_hit[:, 4].tolist()
-    ((5, 9, 2), [1, 1, 1, 1, 1])
+    ((5, 9, 2), [-1, 1, 1, 1, 1])
     """
     chosen = find_shot(scene, shot)
     if chosen is None:
