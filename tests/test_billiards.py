@@ -732,6 +732,37 @@ def test_a_removed_ball_may_come_back() -> None:
     assert "add_ball(ball.circle)" in said(lambda: table.place(one, (1.0, 1.0)))
 
 
+@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("how", ["restore_state", "place"])
+@pytest.mark.parametrize("obstacle", ["wall", "pocket", "ball"])
+def test_what_was_near_before_an_undo_is_met_after_it(how: str, obstacle: str, alone: bool) -> None:
+    space, table = plane(alone=alone)
+    one = ball(table, 0.4)
+    if obstacle == "wall":
+        table.add_wall(pymunk.Segment(space.static_body, (0.5, -1), (0.5, 1), 0), 0.8, 0.1)
+    elif obstacle == "pocket":
+        table.add_pocket((0.5, 0.0), 0.05)
+    else:
+        ball(table, 0.5)
+    start = table.save_state()
+    table.strike(one, (2.0, 0.0))
+    table.step(STEP) if alone else space.step(STEP)
+    if how == "restore_state" or not one.is_on_table:
+        table.restore_state(start)
+    else:
+        if obstacle == "ball":
+            table.place(table.balls[1], (0.5, 0.0))
+        table.place(one, (0.4, 0.0))
+    met: list[object] = []
+    table.on_contact = met.append
+    table.on_pocket = lambda *said: met.append(said)
+    table.strike(one, (2.0, 0.0))
+    for _ in range(100):
+        table.step(STEP) if alone else space.step(STEP)
+    assert met
+    assert one.body.position.x < 0.6
+
+
 def test_undo_after_a_ball_came_back() -> None:
     """The sensor of the ball that a circle was before stays out."""
     space, table = hexagon()

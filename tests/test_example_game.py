@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from pool_pymunk import Run, Shot, load, simulate
 from pool_pymunk.world import ContactEvent
 
+pytestmark = pytest.mark.heavy
+
 GAME = Path(__file__).parent.parent / "examples" / "pool_game.py"
 BREAK = (1.905, 0.64)  # m; aiming there hits the apex ball nearly full
 Point = tuple[float, float]

@@ -411,7 +411,7 @@ class Billiards:
             self.engine.rested[ball.number] = now
         self._carry(ball)
         if position is not None:
-            self.space.reindex_shapes_for_body(ball.body)
+            self._move_sensor(ball)
         self.engine.predict([ball.number])
         self._carry(ball)
 
@@ -514,8 +514,17 @@ class Billiards:
                 path = set_off(self.time, (x, y), (vx, vy), self.deceleration)
                 self.engine.set_off(ball.number, path)
             self._carry(ball)
-            self.space.reindex_shapes_for_body(ball.body)
+            self._move_sensor(ball)
         self.engine.predict([ball.number for ball in self._ball_of.values()])
+
+    def _move_sensor(self, ball: Ball) -> None:
+        """Let pymunk find anew what a ball's sensor touches, because the ball was put elsewhere.
+
+        pymunk reports a touch only once until the two part.
+        """
+        self.space.remove(ball.sensor)
+        self.space.add(ball.sensor)
+        self.space.reindex_shapes_for_body(ball.body)
 
     # -- stepping --------------------------------------------------------------------------------
 
