@@ -4,14 +4,14 @@
 # PROFILE=fixed those of hypothesis.
 PYTHON ?= python3
 VENV := .venv
-BIN := $(VENV)/bin
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
 # the extras that tests need; without `fast` or `examples` their tests are skipped
 EXTRAS ?= test,fast,sweep,cluster,examples
 
 ELSEWHERE := not browser and not docs
 
-.PHONY: run check test test-slow lint format bench gallery clean
+.PHONY: run check test test-slow lint format bench gallery dist clean
 
 run: $(VENV)/installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -55,6 +55,16 @@ $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
+
+# a wheel and a source distribution; the wheel is tried in an environment of its own
+dist: $(VENV)/installed
+	rm -rf dist build/.venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check build
+	$(BIN)/python -m build --outdir dist .
+	$(PYTHON) -m venv build/.venv
+	build/.venv/$(notdir $(BIN))/python -m pip install --quiet --disable-pip-version-check dist/*.whl
+	cd build && .venv/$(notdir $(BIN))/pool-pymunk run two-balls --out two-balls
+	cd build && .venv/$(notdir $(BIN))/python -c "import pool_pymunk; print(pool_pymunk.__version__)"
 
 clean:
 	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks

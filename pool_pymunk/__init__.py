@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.uncertainty import Uncertainty, written_uncertainty
     from pool_pymunk.world import Billiards, same_balls
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "NT",
