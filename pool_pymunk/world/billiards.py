@@ -675,6 +675,11 @@ class Billiards:
         return path.x + path.vx * time, path.y + path.vy * time, path.vx * mean, path.vy * mean
 
     @property
+    def count(self) -> int:
+        """The number of balls on the table."""
+        return len(self._ball_of)
+
+    @property
     def joints(self) -> int:
         """The number of friction joints that are in the space now."""
         has = self.friction == "joint" and self.deceleration > 0.0

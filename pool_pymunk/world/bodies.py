@@ -26,21 +26,23 @@ class Bodies:
         self._space = space
         self._clock = clock.id
         self._buffer = Buffer()
-        self._order = b""  # the ids of the bodies, in pymunk's order
-        self._ids: list[int] = []
+        self._order = b""
+        self.ids: list[int] = []  # of the bodies, in pymunk's order
+        self.has_new_order = False  # Some body has come or gone, fallen asleep or woken up.
 
-    def read(self, dt: float) -> dict[int, Moves]:
-        """Return how the bodies move as this step of ``dt`` (s) begins, by their ids."""
+    def read(self, dt: float) -> list[Moves]:
+        """Return how the bodies move as this step of ``dt`` (s) begins, in the order of ``ids``."""
         buffer = self._buffer
         buffer.clear()
         get_space_bodies(self._space, self._fields, buffer)
         order = bytes(buffer.int_buf())
-        if order != self._order:
-            self._order, self._ids = order, memoryview(order).cast("P").tolist()
-        moves = dict(zip(self._ids, iter_unpack("6d", buffer.float_buf()), strict=True))
-        for body in self._ids:
+        self.has_new_order = order != self._order
+        if self.has_new_order:
+            self._order, self.ids = order, memoryview(order).cast("P").tolist()
+        moves: list[Moves] = list(iter_unpack("6d", buffer.float_buf()))  # type: ignore[arg-type]
+        for k, body in enumerate(self.ids):
             if body == self._clock:
                 break
-            x, y, vx, vy, fx, fy = moves[body]
-            moves[body] = (x - vx * dt, y - vy * dt, vx, vy, fx, fy)
+            x, y, vx, vy, fx, fy = moves[k]
+            moves[k] = (x - vx * dt, y - vy * dt, vx, vy, fx, fy)
         return moves

@@ -16,7 +16,7 @@ import pymunk
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import slid
-from pool_pymunk.physics.path import motion_at, set_off
+from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.world.ball import Ball
 from pool_pymunk.world.bodies import Bodies, Moves
@@ -42,7 +42,10 @@ class Others:
         self.is_stepping = False
         self._dt = table.dt  # s; the length of this step
         self._is_refused = False
-        self._moves: dict[int, Moves] = {}  # how all bodies moved as this step began, by their ids
+        # how all bodies moved as this step began; the balls on the table, each with its place there
+        self._moves: list[Moves] = []
+        self._rows: list[tuple[Ball, int]] = []
+        self._circles: set[pymunk.Shape] = set()
         self._kicks: dict[Ball, Vector] = {}  # m/s^2, by gravity and forces
         self._damping = 1.0  # the share of a velocity that the space's damping leaves in this step
         # m/s, what springs, joints and collisions have added to velocities in this step
@@ -75,7 +78,7 @@ class Others:
             body = ball.body
             if body.space is None or ball.circle.space is None:
                 self.table.drop(ball)
-            elif self._follow(ball, (*body.position, *body.velocity, *body.force)):
+            elif self._follow(ball, ball.path, (*body.position, *body.velocity, *body.force)):
                 moved.append(ball)
         self.table.set_out(moved)
 
@@ -96,25 +99,34 @@ class Others:
         except Exception as error:
             self.table.note(error)
 
+    def _find_balls(self) -> None:
+        """Find the balls among the bodies, and note those that were taken out of the space."""
+        place = {body: k for k, body in enumerate(self._bodies.ids)}
+        there, shapes = self.table.on_table(), self.space.shapes
+        self._lost = [b for b in there if b.id not in place or b.circle not in shapes]
+        kept = [ball for ball in there if ball not in self._lost]
+        self._rows = [(ball, place[ball.id]) for ball in kept]
+        self._circles = {ball.circle for ball in kept}
+
     def _look_at_balls(self) -> None:
         """Follow the balls that others have moved, and note which forces act in this step."""
         table, space, moves, moving = self.table, self.space, self._moves, self.table.moving
-        (gx, gy), shapes = space.gravity, space.shapes
         paths, masses = table.engine.paths, table.engine.masses
-        self._damping = space.damping**self._dt
-        falls = gx != 0.0 or gy != 0.0 or self._damping != 1.0
-        for ball in table.balls:
-            if not ball.is_on_table:
-                continue
-            move = moves.get(ball.id)
-            if move is None or ball.circle not in shapes:
-                self._lost.append(ball)
-                continue
-            x, y, vx, vy, fx, fy = move
+        if (
+            self._bodies.has_new_order
+            or len(self._rows) != table.count
+            or not self._circles <= space.shapes
+        ):
+            self._find_balls()
+        (gx, gy), damping = space.gravity, space.damping
+        self._damping = damping**self._dt
+        falls = gx != 0.0 or gy != 0.0 or damping != 1.0
+        for ball, row in self._rows:
+            x, y, vx, vy, fx, fy = move = moves[row]
             number = ball.number
             path = paths[number]
             rests = vx == vy == 0.0 and x == path.rest_x and y == path.rest_y
-            if (not rests or number in moving) and self._follow(ball, move):
+            if (not rests or number in moving) and self._follow(ball, path, move):
                 table.moved_by_others.append(number)
             if falls or fx != 0.0 or fy != 0.0:
                 mass = masses[number]
@@ -127,18 +139,20 @@ class Others:
                 message = "a wall's body stands still: to move a wall, remove it and add it again"
                 raise setting_error("position", list(body.position), message)
 
-    def _follow(self, ball: Ball, move: Moves) -> bool:
+    def _follow(self, ball: Ball, path: Path, move: Moves) -> bool:
         """Give a ball a new path if it is not on its own, and tell so: somebody has moved it."""
         x, y, vx, vy, _, _ = move
         table = self.table
-        x0, y0, ex, ey = table.expected(ball.path)
-        scale = SAME * (abs(vx) + abs(vy) + abs(ex) + abs(ey))
+        x0, y0, ex, ey = table.expected(path)
+        size = abs(vx) + abs(vy) + abs(ex) + abs(ey)
         slack = SAME * (ball.radius + abs(x) + abs(y))
-        if abs(x - x0) + abs(y - y0) <= slack and abs(vx - ex) + abs(vy - ey) <= scale:
+        is_there = abs(x - x0) + abs(y - y0) <= slack
+        is_as_fast = abs(vx - ex) + abs(vy - ey) <= SAME * size
+        if is_there and is_as_fast:
             return False
-        if abs(vx - ex) + abs(vy - ey) <= scale:  # Only its place is new.
-            _, _, vx, vy = motion_at(ball.path, table.time)
-        place = (x, y) if abs(x - x0) + abs(y - y0) <= slack else self._beside(ball, x, y)
+        if is_as_fast:  # Only its place is new.
+            _, _, vx, vy = motion_at(path, table.time)
+        place = (x, y) if is_there else self._beside(ball, x, y)
         path = set_off(table.time, place, (vx, vy), table.deceleration)
         table.engine.set_off(ball.number, path)
         if path.speed == 0.0:
@@ -168,7 +182,7 @@ class Others:
 
         What springs and joints have given it before in this step is added.
         """
-        (x, y), (_, _, vx, vy, _, _) = ball.body.velocity, self._moves[ball.id]
+        (x, y), (_, _, vx, vy, _, _) = ball.body.velocity, self._began(ball)
         self._damped_to[ball] = velocity
         return velocity[0] + x - vx, velocity[1] + y - vy
 
@@ -181,7 +195,7 @@ class Others:
     def feel_push(self, ball: Ball) -> None:
         """Note what others than friction and forces have added to a velocity in this step."""
         is_pulled = ball.joint is not None and ball.number in self.table.moving
-        known = ball in self._pushes or ball.id not in self._moves
+        known = ball in self._pushes or not self._moves
         if known or (is_pulled and not self._knows_pull):
             return
         vx, vy = self._damped_to.get(ball) or self._velocity_without_others(ball)
@@ -189,9 +203,13 @@ class Others:
         if abs(wx - vx) + abs(wy - vy) > SAME * (abs(vx) + abs(vy) + abs(wx) + abs(wy)):
             self._pushes[ball] = (wx - vx, wy - vy)
 
+    def _began(self, ball: Ball) -> Moves:
+        """Return how a ball moved as this step began."""
+        return self._moves[self._bodies.ids.index(ball.id)]
+
     def _velocity_without_others(self, ball: Ball) -> Vector:
         """Return the velocity (m/s) that pymunk gives a body by forces and the friction joint."""
-        _, _, vx, vy, _, _ = self._moves[ball.id]
+        _, _, vx, vy, _, _ = self._began(ball)
         (ax, ay), dt = self._kicks.get(ball, NOTHING), self._dt
         vx, vy = vx * self._damping + ax * dt, vy * self._damping + ay * dt
         if ball.joint is None or ball.number not in self.table.moving:
@@ -217,14 +235,15 @@ class Others:
         for ball in table.on_table() if has_others else self._kicks:
             self.feel_push(ball)
         table.answer_step()
-        self._let_act()
+        self._moves = []  # From now on velocities are what the table makes of them.
+        if self._kicks or self._pushes:
+            self._let_act()
         self._put_right(is_other)
         self.is_stepping = False
         table.raise_noted()
 
     def _let_act(self) -> None:
         """Let forces and pushes act, each once."""
-        self._moves.clear()  # From now on velocities are what the table makes of them.
         for ball in dict.fromkeys((*self._kicks, *self._pushes)):
             acceleration, push = self._kicks.get(ball), self._pushes.get(ball, NOTHING)
             if ball.is_on_table and (acceleration or push != NOTHING):
@@ -270,12 +289,13 @@ class Others:
         """Put the balls back to where they were before a step that cannot be."""
         self._lost.clear()
         self._is_other = True
+        at = {body: k for k, body in enumerate(self._bodies.ids)}
         for ball in self.table.on_table():
-            move = self._moves.get(ball.id)
+            move = self._moves[at[ball.id]] if ball.id in at else None
             if not math.isfinite(ball.body.angle):  # Else its place could not be set.
                 ball.body.angle = ball.body.angular_velocity = 0.0
             if move is not None and math.isfinite(sum(move)):
                 ball.body.position, ball.body.velocity = move[:2], move[2:4]
                 self.space.reindex_shapes_for_body(ball.body)
-        self._moves.clear()
+        self._moves = []
         self.is_stepping = False
