@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
 EXACT_DIFFERS = (
-    "This is no fault of the run: its ends are exact, and the published ones are those of slices of "
-    "time, which err by more than their last digit where small errors grow."
+    "This is no fault of the run: its ends are exact, and the published ones are those of slices "
+    "of time, which err by more than their last digit where small errors grow."
 )
 PACE = 0.1  # s between two moves of the progress bar
 
