@@ -100,6 +100,5 @@ def cache_folder() -> Path:
 
 
 def _user_cache() -> Path:
-    from platformdirs import user_cache_path
-
-    return user_cache_path("pool_pymunk") / "compiled"
+    user_cache_path = import_module("platformdirs").user_cache_path
+    return Path(user_cache_path("pool_pymunk")) / "compiled"

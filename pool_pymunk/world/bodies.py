@@ -6,6 +6,7 @@ Three calls a body would cost more than a step of pymunk does.
 from __future__ import annotations
 
 from struct import iter_unpack
+from typing import Any
 
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies
@@ -39,7 +40,8 @@ class Bodies:
         self.has_new_order = order != self._order
         if self.has_new_order:
             self._order, self.ids = order, memoryview(order).cast("P").tolist()
-        moves: list[Moves] = list(iter_unpack("6d", buffer.float_buf()))  # type: ignore[arg-type]
+        numbers: Any = buffer.float_buf()
+        moves: list[Any] = list(iter_unpack("6d", numbers))
         for k, body in enumerate(self.ids):
             if body == self._clock:
                 break
