@@ -11,7 +11,7 @@ EXTRAS ?= test,fast,sweep,cluster,examples
 
 ELSEWHERE := not browser and not docs
 
-.PHONY: run check test test-slow lint format bench gallery dist clean
+.PHONY: run check test test-slow lint format bench gallery docs linkcheck dist clean
 
 run: $(VENV)/installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -51,6 +51,19 @@ gallery: $(VENV)/installed
 		--out renders/gallery/atlas-eight-ball.png
 	$(BIN)/python examples/find_a_shot.py --out renders/gallery
 
+# a warning is an error
+docs: $(VENV)/docs-installed
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build
+
+# links to other pages and to files; other hosts may be out of reach
+linkcheck: $(VENV)/docs-installed
+	$(BIN)/sphinx-build -W --keep-going -b linkcheck docs docs/_build/linkcheck
+
+$(VENV)/docs-installed: pyproject.toml
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	touch $@
+
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
@@ -67,4 +80,5 @@ dist: $(VENV)/installed
 	cd build && .venv/$(notdir $(BIN))/python -c "import pool_pymunk; print(pool_pymunk.__version__)"
 
 clean:
-	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
+		docs/_build docs/figures/made

@@ -9,8 +9,10 @@ that says so.
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from typing import Any
 
+import pytest
 from hypothesis import HealthCheck, settings
 from scenes import BASE_SEED
 
@@ -30,6 +32,24 @@ settings.register_profile(
     max_examples=1000,
 )
 settings.load_profile("fixed")
+
+
+# The examples in these modules need an optional library.
+NEEDED = {
+    "pool_pymunk.fast.many": "numba",
+    "pool_pymunk.studies.atlas": "numba",
+    "pool_pymunk.studies.find": "numba",
+    "pool_pymunk.studies.sweep": "pyarrow",
+}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip examples in docstrings that need a library which is not installed."""
+    for item in items:
+        if isinstance(item, pytest.DoctestItem):
+            for module, library in NEEDED.items():
+                if item.name.startswith(module) and find_spec(library) is None:
+                    item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:

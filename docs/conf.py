@@ -1,0 +1,74 @@
+"""Sphinx builds the documentation with this: ``make docs``."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+import pool_pymunk
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE / "extensions"), str(HERE / "figures")]
+
+project = "pool_pymunk"
+author = "the authors of pool_pymunk"
+release = version = pool_pymunk.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.viewcode",
+    "commands",
+]
+exclude_patterns = ["_build", "figures", "extensions"]
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True
+smartquotes = False
+add_module_names = False
+toc_object_entries_show_parents = "hide"
+
+# A ball of a scene and a ball of a space are both called Ball; the first of them is linked to.
+suppress_warnings = ["ref.python"]
+
+html_theme = "furo"
+html_title = f"pool_pymunk {release}"
+html_copy_source = False
+html_show_copyright = False
+
+# Only links within the documentation are looked at: other hosts may be out of reach.
+linkcheck_ignore = [r"https?://.*"]
+
+
+def draw_figures(app: Sphinx) -> None:
+    """Draw the pictures that are made with the documentation."""
+    import draw
+
+    draw.draw_all()
+
+
+# This is how a type of array is written in full, with any type of its elements.
+ARRAY = re.compile(r"ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[~?numpy\.\w+\]\]")
+
+
+def plain_signature(_app: Sphinx, *about: Any) -> tuple[str | None, str | None]:
+    """Return arguments and answer of a function, with short names of arrays.
+
+    A default that a class makes anew each time is shown as three dots.
+    """
+    arguments, answer = (text and ARRAY.sub("ndarray", text) for text in about[-2:])
+    return arguments and arguments.replace("<factory>", "..."), answer
+
+
+def setup(app: Sphinx) -> None:
+    """Have the pictures drawn before the pages are read, and signatures kept short."""
+    app.connect("autodoc-process-signature", plain_signature)
+    app.connect("builder-inited", draw_figures)

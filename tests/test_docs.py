@@ -1,0 +1,110 @@
+"""The documentation builds without a warning; its code runs, and its links lead somewhere."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import pool_pymunk
+from pool_pymunk.cli import app
+
+HOME = Path(__file__).parent.parent
+DOCS = HOME / "docs"
+PAGES = [HOME / "README.md", *sorted(DOCS.glob("*.md"))]
+NAMES = [page.name for page in PAGES]
+
+# This page plays a million shots into a folder that other blocks read.
+TOO_LONG = ("many-shots.md",)
+NEEDS = {"notebooks.md": "pandas", "simulate-many.md": "numba"}
+
+
+def text_of(page: Path) -> str:
+    """Return what a page says."""
+    return page.read_text(encoding="utf-8")
+
+
+def python_blocks(page: Path) -> list[str]:
+    """Return the blocks of Python on a page."""
+    return re.findall(r"^```python\n(.*?)^```", text_of(page), flags=re.DOTALL | re.MULTILINE)
+
+
+def links(page: Path) -> Iterator[str]:
+    """Yield where the links and the pictures of a page lead, but for other hosts and anchors."""
+    prose = re.sub(r"^```.*?^```", "", text_of(page), flags=re.DOTALL | re.MULTILINE)
+    prose = re.sub(r"`[^`\n]+`", "code", prose)
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose):
+        if not re.match(r"[a-z]+:", target) and not target.startswith("#"):
+            yield target.partition("#")[0]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_python_parses(page: Path) -> None:
+    for code in python_blocks(page):
+        ast.parse(code)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_relative_links_lead_to_files(page: Path) -> None:
+    drawn = text_of(DOCS / "figures" / "draw.py")
+    for target in links(page):
+        if target.startswith("figures/made/"):
+            assert f'"{Path(target).name}"' in drawn, target
+        else:
+            assert (page.parent / target).exists(), target
+
+
+def test_code_and_links_are_found() -> None:
+    assert sum(len(python_blocks(page)) for page in PAGES) > 20
+    assert sum(len(list(links(page))) for page in PAGES) > 50
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    pages = "".join(text_of(page) for page in DOCS.glob("api-*.md"))
+    documented = re.findall(r"^\.\. [\w:]+:: pool_pymunk\.(\w+)$", pages, flags=re.MULTILINE)
+    assert sorted(documented) == sorted(pool_pymunk.__all__)
+
+
+def test_every_command_is_in_the_reference() -> None:
+    named = re.findall(r"^```\{command\} (\w+)$", text_of(DOCS / "commands.md"), re.MULTILINE)
+    functions = [command.callback for command in app.registered_commands]
+    assert named == [function.__name__ for function in functions if function is not None]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES[1:] if python_blocks(page) and page.name not in TOO_LONG],
+    ids=lambda page: page.name,
+)  # fmt: skip
+def test_python_runs(page: Path, tmp_path: Path) -> None:
+    """The blocks of a page run one after the other, beside the scenario of the tutorial."""
+    if page.name in NEEDS:
+        pytest.importorskip(NEEDS[page.name])
+    shutil.copy(DOCS / "figures" / "mine.toml", tmp_path)
+    code = "\n".join(python_blocks(page))
+    result = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.docs
+def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
+    if any(importlib.util.find_spec(name) is None for name in ("sphinx", "furo", "myst_parser")):
+        pytest.skip("the documentation needs pip install '.[docs]'")
+    result = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", DOCS, tmp_path],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    assert (tmp_path / "index.html").exists()
