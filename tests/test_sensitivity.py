@@ -32,6 +32,9 @@ from pool_pymunk import (
 from pool_pymunk.cli import main
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.balls import Disc
+from pool_pymunk.render.canvas import canvas
+from pool_pymunk.render.clouds import _cloud
 from pool_pymunk.studies.sensitivity import digits_that_hold
 from pool_pymunk.studies.uncertainty import StartSampler, uncertainty_of
 
@@ -491,3 +494,13 @@ def test_a_break_has_its_chances(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert pocketed.shape == (30, 16)
     assert set(np.unique(pocketed)) <= set(range(-1, 6))
     assert (pocketed >= 0).any()
+
+
+def test_a_cloud_is_of_dots_without_rims() -> None:
+    _, axes = canvas(100.0, 100.0)
+    ball = Disc(50.0, 50.0, 10.0, "#ff0000", "1", 7.0)
+    _cloud(axes, ball, np.array([[20.0, 20.0], [30.0, 20.0], [40.0, 25.0]]))
+    (dots,) = axes.collections
+    assert np.asarray(dots.get_offsets()).shape == (3, 2)
+    assert np.asarray(dots.get_edgecolor()).size == 0
+    assert tuple(np.asarray(dots.get_facecolor())[0][:3]) == (1.0, 0.0, 0.0)

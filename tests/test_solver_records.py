@@ -30,8 +30,9 @@ from pool_pymunk.cli import main
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.render import heatmap
-from pool_pymunk.render.diagram import draw
+from pool_pymunk.render.diagram import draw, figure_of
 from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import Settings, Solver, find_solver, yardstick
 from pool_pymunk.studies.compare import Comparison
 from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite, table
@@ -145,7 +146,9 @@ def test_its_work_and_precision_are_measured_and_drawn(added: Solver, tmp_path: 
     diagram = tmp_path / "diagram.svg"
     draw(result, [diagram])
     drawn = diagram.read_text(encoding="utf-8")
-    assert f"<!-- {added.name}: order " in drawn
+    texts = [text.get_text() for text in figure_of(result).axes[0].texts]
+    end = f"{added.name}, {step_text(added.ladder[-1])}\norder "
+    assert any(text.startswith(end) for text in texts)
     assert f"stroke: {added.color}" in drawn
 
 

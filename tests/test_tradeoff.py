@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
+from pool_pymunk.render.diagram import Cut, figure_of
 from pool_pymunk.studies.tradeoff import (
     Setting,
     cheapest,
@@ -147,3 +148,25 @@ def test_slices_of_the_reports_own_step_are_compared_with() -> None:
     assert sentences(replace(result, settings=tuple(timed)))[0] == (
         "Within 1 in: pymunk at 1/60 s does, in 2 ms, 1,500 times faster than slices of 1e-06 s."
     )
+
+
+def test_the_diagram_cuts_empty_decades_and_its_labels_do_not_overlap() -> None:
+    steps = {"pymunk": (1 / 60, 1e-3), "pymunk-discrete": (1 / 60, 1e-4), "event-driven": (None,)}
+    figure = figure_of(tradeoff(load("report"), steps, budget=0, spread=0.04))
+    (axes,) = figure.axes
+    assert axes.get_legend() is None
+    assert [text.get_text() for text in axes.texts if text.get_gid() == "cut"] == ["//"]
+    assert axes.get_xlim()[1] < 9  # All of the decades would be fourteen.
+    boxes = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
+    assert len(boxes) == 1 + 5
+    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+
+
+def test_a_cut_axis_keeps_the_order_of_values() -> None:
+    values = [3e-13, 2e-12, 1e-11, 1e-6, 0.02, 0.5, 30.0]
+    cut = Cut.of([value for value in values if value != 1e-6])
+    places = [cut.place(value) for value in values]
+    assert places == sorted(places)
+    assert cut.runs == ((-13, -11), (-2, 2)) or cut.runs == ((-13, -10), (-2, 2))
+    assert len(cut.strips) == 1
+    assert cut.place(0.5) - cut.place(0.05) == pytest.approx(1.0)

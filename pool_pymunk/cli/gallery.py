@@ -8,47 +8,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from pool_pymunk import load, loads, simulate
+from pool_pymunk import load, simulate
 from pool_pymunk.render import FilmSettings, Show, film, picture
 from pool_pymunk.solvers import yardstick
 
 DPI = 120.0
 GIF = FilmSettings(size=(720, 406), fps=25.0)
-
-HEXAGON = """
-title = "A table with six sides"
-
-[table]
-outline = [[0.6, 0.0], [1.8, 0.0], [2.4, 1.039], [1.8, 2.078], [0.6, 2.078], [0.0, 1.039]]
-
-[restitution]
-ball_ball = 0.95
-cushion = 0.80
-
-[friction]
-surface = 0.06
-cushion = 0.15
-ball_ball = 0.05
-
-[ball]
-radius = 0.055
-mass = 0.17
-
-[[balls]]
-id = "C"
-cue = true
-position = [0.65, 1.039]
-
-[[racks]]
-rows = 5
-apex = [1.35, 1.039]
-gap = 0.001
-
-[[shots]]
-name = "Break"
-speed = 7.0
-angle = 0.6
-"""
 
 
 def draw_gallery(folder: Path) -> None:
@@ -65,7 +30,7 @@ def draw_gallery(folder: Path) -> None:
     picture(overlay, folder / "overlay.png", when="end", dpi=DPI)
     film(overlay, folder / "overlay.gif", GIF)
 
-    six_sides = simulate(loads(HEXAGON), solver=yardstick().name)
+    six_sides = simulate(load("hexagon"), "Break", solver=yardstick().name)
     picture(six_sides, folder / "hexagon-start.png", when="start", dpi=DPI)
     picture(six_sides, folder / "hexagon-end.png", when="end", dpi=DPI)
     film(six_sides, folder / "hexagon.gif", GIF)

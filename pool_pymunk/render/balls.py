@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from matplotlib.transforms import Affine2D
 
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.style import IVORY, Style, ball_colors, striped
+from pool_pymunk.render.style import IVORY, Style, ball_colors, blend, halo_color, striped
 from pool_pymunk.render.view import View
 
 Color = tuple[float, float, float, float]
@@ -30,6 +31,11 @@ LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands besid
 TRACK = 0.24  # half the width of a ball's track, in the ball's radius
 STRIPE = 0.62  # half the height of a stripe, in the ball's radius
 SOFT = 14  # A soft shadow or light consists of so many circles.
+FEW = 8  # More balls than these have thinner tracks.
+OLDEST = 0.3  # The oldest end of a track is as strong as this, the newest end 1.
+PIECES = 48  # A track that fades consists of about so many pieces.
+ARROW = 0.08  # s; an arrow is as long as the way that a ball travels in this time, if that shows
+HALO = 0.45  # the strength of the halo around tracks, rings and balls
 
 
 class Disc(NamedTuple):
@@ -79,12 +85,13 @@ def draw_balls(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
     """Draw balls, each with shadow, dark outline, soft light, white spot and label."""
     for k in range(SOFT):  # This is the shadow, down to the right.
         _circles(axes, balls, (0.10, -0.14), 1.18 - 0.025 * k, (0.0, 0.0, 0.0, 0.026), 2.0)
+    _circles(axes, balls, (0.0, 0.0), 1.07, (1.0, 1.0, 1.0, HALO), 2.05)
     _bodies(axes, balls, style)
     for k in range(SOFT):  # This is light from the upper left.
         offset = (-0.022 * k, 0.027 * k)
         _circles(axes, balls, offset, 0.90 - 0.04 * k, (1.0, 1.0, 1.0, 0.024), 2.2)
     for ball in balls:
-        _name(axes, ball, style)
+        _name(axes, ball, balls, style)
 
 
 def draw_ghosts(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
@@ -149,18 +156,43 @@ def _band() -> Outline:
     return Outline(np.stack([np.cos(angles), np.sin(angles)], axis=1), closed=False)
 
 
-def _name(axes: Axes, ball: Disc, style: Style) -> None:
-    """Draw the white spot with the label in it, or the label beside the ball if it is too small."""
+def _name(axes: Axes, ball: Disc, balls: Sequence[Disc], style: Style) -> None:
+    """Draw the white spot with the label in it, or the label beside the ball if it is too small.
+
+    A label beside a ball stands at a corner where it covers no other ball, if there is one.
+    """
     if ball.is_labelled_inside:
         spot = Circle((ball.x, ball.y), ball.spot, facecolor="#ffffff", zorder=2.3)
         spot.set(edgecolor=style.outline, linewidth=min(0.025 * ball.radius, 0.6))
         axes.add_artist(spot)
         axes.add_artist(_label(ball, style.outline, zorder=2.4))
         return
-    corner = (ball.x + 0.8 * ball.radius, ball.y + 0.8 * ball.radius)
+    right, up = _free_corner(ball, [other for other in balls if other is not ball])
+    corner = (ball.x + 0.8 * right * ball.radius, ball.y + 0.8 * up * ball.radius)
     text = axes.text(*corner, ball.label, fontsize=ball.letter, parse_math=False, zorder=2.4)
-    text.set(color="#ffffff")
+    text.set(color="#ffffff", ha="left" if right > 0 else "right")
+    text.set(va="baseline" if up > 0 else "top")
     text.set_path_effects([withStroke(linewidth=0.3 * ball.letter, foreground=style.outline)])
+
+
+def _free_corner(ball: Disc, others: Sequence[Disc]) -> tuple[int, int]:
+    """Return the corner where a label comes least near to other balls: right or left, up or down.
+
+    Corners that are free are alike, and the upper right one is the first.
+    """
+    if not others:
+        return (1, 1)
+    box = TextPath((0.0, 0.0), ball.label.replace("$", r"\$"), size=ball.letter).get_extents()
+    half = np.array([max(box.width, 1.0), CAPITAL * ball.letter]) / 2
+    middles = np.array([(other.x, other.y) for other in others])
+    radii = np.array([other.radius for other in others])
+
+    def room(corner: tuple[int, int]) -> float:
+        middle = (ball.x, ball.y) + np.array(corner) * (0.8 * ball.radius + half)
+        out = np.maximum(np.abs(middles - middle) - half, 0.0)
+        return min(float((np.hypot(*out.T) - radii).min()), 0.0)
+
+    return max(((1, 1), (1, -1), (-1, 1), (-1, -1)), key=room)
 
 
 def _label(ball: Disc, color: str, **looks: Any) -> PathPatch:
@@ -186,25 +218,68 @@ def _lettering(text: str) -> Outline:
 # -- where balls come from and go to -----------------------------------------------------------
 
 
+def track_width(count: int) -> float:
+    """Return half the width of tracks, in the ball's radius: many balls have thin ones.
+
+    >>> track_width(8), track_width(32)
+    (0.24, 0.12)
+    """
+    return TRACK * math.sqrt(FEW / max(count, FEW))
+
+
 def draw_tracks(
-    axes: Axes, paths: Sequence[Sequence[Point]], balls: Sequence[Disc], *, solid: bool
+    axes: Axes, paths: Sequence[Sequence[Point]], balls: Sequence[Disc], ground: str, *, solid: bool
 ) -> None:
-    """Draw the paths (points) of the balls as soft lines in their colours, thin for ghosts."""
-    share = 1.0 if solid else 0.4
-    for width, alpha in ((2.0, 0.10), (1.7, 0.12), (1.4, 0.14), (1.1, 0.16)):
-        lines = LineCollection(
-            list(paths), colors=[ball.color for ball in balls], alpha=alpha, zorder=1.5,
-            linewidths=[width * share * TRACK * ball.radius for ball in balls],
-        )  # fmt: skip
-        lines.set(capstyle="round", joinstyle="round")
-        axes.add_collection(lines, autolim=False)
+    """Draw the paths (points) of the balls in their colours, thin for ghosts, with halos.
+
+    They fade into the colour of the ``ground`` towards where they begin.
+    """
+    width = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
+    lines, colors, widths = [], [], []
+    for path, ball in zip(paths, balls, strict=True):
+        pieces = _pieces(path)
+        halo = blend(ground, halo_color(ball.color), HALO)
+        core = max(width * ball.radius, 0.9)
+        for color, line in ((halo, core + max(0.5 * core, 0.8)), (ball.color, core)):
+            lines += [piece for piece, _ in pieces]
+            colors += [blend(ground, color, strength) for _, strength in pieces]
+            widths += [line] * len(pieces)
+    tracks = LineCollection(lines, colors=colors, linewidths=widths, zorder=1.5)
+    tracks.set(capstyle="round")
+    axes.add_collection(tracks, autolim=False)
 
 
-def draw_arrow(axes: Axes, ball: Disc, way: Point, style: Style) -> None:
-    """Draw an arrow from the ball's edge along ``way`` (points), long enough to be seen."""
-    length = math.hypot(*way)
-    ahead = (way[0] / length, way[1] / length)
-    reach = max(length, 1.2 * ball.radius)
+def _pieces(path: Sequence[Point]) -> list[tuple[tuple[Point, Point], float]]:
+    """Return the path in pieces, the oldest first, each with its strength."""
+    corners = np.array([point for point in path if all(map(math.isfinite, point))])
+    if len(corners) < 2:
+        return []
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+    if way[-1] == 0.0:
+        return []
+    at = np.union1d(way, np.linspace(0.0, way[-1], PIECES))
+    points = [(float(np.interp(s, way, corners[:, 0])), float(np.interp(s, way, corners[:, 1])))
+              for s in at]  # fmt: skip
+    age = (at[:-1] + at[1:]) / (2.0 * way[-1])
+    pairs = pairwise(points)
+    return [(p, OLDEST + (1.0 - OLDEST) * float(s)) for p, s in zip(pairs, age, strict=True)]
+
+
+def draw_rings(axes: Axes, balls: Sequence[Disc]) -> None:
+    """Draw a thin ring in the ball's colour where each ball started."""
+    for ball in balls:
+        line = min(max(0.07 * ball.radius, 0.9), 2.0)
+        for color, width, alpha in ((halo_color(ball.color), 2.0, HALO), (ball.color, 1.0, 1.0)):
+            ring = Circle((ball.x, ball.y), ball.radius - line, facecolor="none", zorder=1.45)
+            ring.set(edgecolor=color, linewidth=width * line, alpha=alpha)
+            axes.add_artist(ring)
+
+
+def draw_arrow(axes: Axes, ball: Disc, velocity: Point, style: Style) -> None:
+    """Draw an arrow from the ball's edge along its ``velocity`` (points/s), long enough to see."""
+    speed = math.hypot(*velocity)
+    ahead = (velocity[0] / speed, velocity[1] / speed)
+    reach = max(ARROW * speed, 1.2 * ball.radius)
     near, far = 1.25 * ball.radius, 1.25 * ball.radius + reach
     arrow = FancyArrowPatch(
         (ball.x + near * ahead[0], ball.y + near * ahead[1]),

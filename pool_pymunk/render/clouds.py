@@ -9,18 +9,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import CircleCollection
 from matplotlib.colors import to_rgb
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, PathPatch
+from matplotlib.path import Path as Outline
 
-from pool_pymunk.render.balls import Disc, discs, draw_balls, draw_ghosts
+from pool_pymunk.render.balls import HALO, Disc, discs, draw_balls, draw_rings
 from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet, picture_layout
-from pool_pymunk.render.style import PRINT, Style
+from pool_pymunk.render.style import PRINT, Style, halo_color
 from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
     from pool_pymunk.physics.motion import Array
     from pool_pymunk.studies.sensitivity import Sensitivity
 
-DOTS = 1.1  # the radius of a point, in points
+DOTS = 0.9  # the radius of a point, in points
+CLEAR = 0.75  # the strength of a point; where many lie on each other they are strongest
+HAZE = 2.0  # the radius of the haze around all points together, in points
 TAG = 0.38  # the radius of a label's spot, in that of the ball
 SHOWN = 0.03  # of a radius; a cloud is drawn if its standard deviation is at least this share
 
@@ -49,9 +52,9 @@ def cloud_picture(
 def _draw_clouds(sheet: Sheet, found: Sensitivity, style: Style) -> None:
     scene, view = found.reference.scene, sheet.views[0]
     start, end = (found.reference.at([t])[0][0] for t in (0.0, found.reference.duration))
-    ghosts, balls = discs(scene, start, view), discs(scene, end, view)
+    starts, balls = discs(scene, start, view), discs(scene, end, view)
     moved = np.flatnonzero((start != end).any(axis=1))
-    draw_ghosts(sheet.axes, [ghosts[i] for i in moved], style)
+    draw_rings(sheet.axes, [starts[i] for i in moved])
     spread = np.array([ball.deviation for ball in found.balls])
     clouds = spread >= SHOWN * np.array([ball.radius for ball in scene.balls])
     if not clouds.all():
@@ -59,7 +62,7 @@ def _draw_clouds(sheet: Sheet, found: Sensitivity, style: Style) -> None:
     for i in np.flatnonzero(clouds):
         points = np.array([view.place((x, y)) for x, y in found.ends[:, i].tolist()])
         _faded(sheet.axes, balls[i], style)
-        _cloud(sheet.axes, balls[i], points, style)
+        _cloud(sheet.axes, balls[i], points)
         _tag(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
 
 
@@ -71,15 +74,18 @@ def _faded(axes: Axes, ball: Disc, style: Style) -> None:
     axes.add_patch(disc)
 
 
-def _cloud(axes: Axes, ball: Disc, points: Array, style: Style) -> None:
-    """Draw the points in the ball's colour; together they have a light and a dark outline."""
-    looks = ((DOTS + 1.0, style.outline), (DOTS + 0.6, "#ffffff"), (DOTS, ball.color))
-    for layer, (radius, color) in enumerate(looks):
-        dots = CircleCollection(
-            [np.pi * radius**2], offsets=points, offset_transform=axes.transData, facecolor=color,
-            edgecolor="none", zorder=2.5 + 0.01 * layer,
-        )  # fmt: skip
-        axes.add_collection(dots, autolim=False)
+def _cloud(axes: Axes, ball: Disc, points: Array) -> None:
+    """Draw the points in the ball's colour, without rims, in a faint common haze."""
+    circle = Outline.unit_circle()
+    around = points[:, None] + HAZE * np.asarray(circle.vertices)
+    haze = Outline(around.reshape(-1, 2), np.tile(np.asarray(circle.codes), len(points)))
+    light = halo_color(ball.color)
+    axes.add_artist(PathPatch(haze, facecolor=light, alpha=HALO, linewidth=0, zorder=2.5))
+    dots = CircleCollection(
+        [np.pi * DOTS**2], offsets=points, offset_transform=axes.transData, facecolor=ball.color,
+        alpha=CLEAR, edgecolor="none", zorder=2.51,
+    )  # fmt: skip
+    axes.add_collection(dots, autolim=False)
 
 
 def _tag(axes: Axes, ball: Disc, points: Array, others: list[Disc], style: Style) -> None:

@@ -5,81 +5,219 @@ Each solver has a line.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
+from pool_pymunk.model import Point
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
 from pool_pymunk.studies.tradeoff import SHARED_ENGINE, Setting, Tradeoff, order
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.text import Annotation
+    from matplotlib.transforms import Bbox
+
+    from pool_pymunk.physics.motion import Array
 
 NO_ORDER = 0.3  # If the slope of error over dt is smaller than this, the error does not converge.
 
 
 def draw(result: Tradeoff, paths: Sequence[Path]) -> None:
     """Draw the diagram into each of ``paths``; the suffix (.png, .svg, .pdf) gives the format."""
-    figure = Figure(figsize=(9.5, 6.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = figure_of(result)
+    for path in paths:
+        figure.savefig(path, dpi=200)
+
+
+def figure_of(result: Tradeoff) -> Figure:
+    """Draw what :func:`draw` saves: a line for each solver, with its name at its end."""
+    figure = Figure(figsize=(10.5, 6.5), layout="constrained")
+    canvas = FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     units = result.scene.units
-    for solver in SOLVERS.values():
-        if settings := result.of(solver.name):
-            _line(axes, result, solver, settings)
-    axes.set_xscale("log")
+    measured = [(s, result.of(s.name)) for s in SOLVERS.values() if result.of(s.name)]
+    errors = [s.largest for _, settings in measured for s in settings]
+    cut = Cut.of([units.from_si(error, "length") for error in errors if error > 0.0])
     axes.set_yscale("log")
+    _dress(axes, cut, result)
+    labels = [
+        label
+        for solver, settings in measured
+        for label in _line(axes, cut, result, solver, settings)
+    ]
     if result.spread is not None:
-        _band(axes, units.from_si(result.spread, "length"), units.length)
-    axes.set_xlabel(f"largest error of any ball's end ({units.length}): more precise to the left")
+        _band(axes, cut.place(units.from_si(result.spread, "length")), result.spread, result)
+    if len(result.exact) > 1:
+        figure.supxlabel(SHARED_ENGINE, fontsize=8.5, color="#555555")
+    axes.margins(y=0.08)
+    canvas.draw()  # type: ignore[no-untyped-call]
+    figure.set_layout_engine("none")
+    place_labels(axes, labels)
+    return figure
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A cut axis shows decades, but of a wide range in which nothing lies only a strip.
+
+    ``runs`` are the first and last decade of every range that is shown, from low to high.
+    """
+
+    runs: tuple[tuple[int, int], ...]
+
+    STRIP: ClassVar[float] = 1.6  # decades; the width of what stands for an empty range
+    WIDE: ClassVar[int] = 3  # Only an empty range of so many decades is cut out.
+
+    @staticmethod
+    def of(values: Sequence[float]) -> Cut:
+        """Return the axis that shows these values (above 0), with a decade or so around them.
+
+        >>> Cut.of([2e-12, 0.03, 5.0]).runs
+        ((-12, -11), (-2, 1))
+        """
+        runs: list[tuple[int, int]] = []
+        for low in sorted({math.floor(math.log10(value)) for value in values} or {0}):
+            if runs and low - runs[-1][1] < Cut.WIDE:
+                runs[-1] = (runs[-1][0], low + 1)
+            else:
+                runs.append((low, low + 1))
+        return Cut(tuple(runs))
+
+    @property
+    def ticks(self) -> list[int]:
+        """Return the decades that are shown."""
+        return [decade for low, high in self.runs for decade in range(low, high + 1)]
+
+    @property
+    def strips(self) -> list[float]:
+        """Return the middles of the strips that stand for empty ranges."""
+        return [self.place(10.0**high) + self.STRIP / 2 for _, high in self.runs[:-1]]
+
+    def place(self, value: float) -> float:
+        """Return where a value lies, in decades from the left end; values beyond lie there."""
+        decade, left = math.log10(value) if value > 0.0 else -math.inf, 0.0
+        for low, high in self.runs:
+            if decade <= high:
+                return left + max(decade - low, 0.0)
+            left += high - low + self.STRIP
+        return left - self.STRIP
+
+
+def _dress(axes: Axes, cut: Cut, result: Tradeoff) -> None:
+    """Give the diagram its axes, with marks where empty decades are cut out, and its words."""
+    places = [cut.place(10.0**decade) for decade in cut.ticks]
+    axes.set_xticks(places, [f"$10^{{{decade}}}$" for decade in cut.ticks])
+    axes.set_xlim(places[0] - 0.4, places[-1] + 0.4)
+    for x in cut.strips:
+        axes.axvspan(x - 0.05, x + 0.05, color="#ffffff", linewidth=0, zorder=1.9)
+        axes.text(
+            x, 0.0, "//", transform=axes.get_xaxis_transform(), ha="center", va="center",
+            weight="bold", gid="cut",
+            bbox={"facecolor": "#ffffff", "edgecolor": "none", "pad": 1.0},
+        )  # fmt: skip
+    length = result.scene.units.length
+    axes.set_xlabel(f"largest error of any ball's end ({length}): more precise to the left")
     axes.set_ylabel("time for all shots (ms): faster below")
     axes.set_title(f"Work and precision: {result.scene.title}", loc="left", fontsize=12)
     axes.grid(which="major", color="#dddddd", linewidth=0.8)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=True, framealpha=0.9, fontsize=9, loc="center", bbox_to_anchor=(0.42, 0.55))
-    if len(result.exact) > 1:
-        figure.supxlabel(SHARED_ENGINE, fontsize=8.5, color="#555555")
-    for path in paths:
-        figure.savefig(path, dpi=200)
 
 
-def _line(axes: Axes, result: Tradeoff, solver: Solver, settings: list[Setting]) -> None:
+def _line(
+    axes: Axes, cut: Cut, result: Tradeoff, solver: Solver, settings: list[Setting]
+) -> list[Label]:
+    """Draw the solver's line, and return the labels of its ends."""
     units = result.scene.units
-    errors = [units.from_si(s.largest, "length") for s in settings]
-    times = [s.time * 1e3 for s in settings]
-    color, marker = solver.color, solver.marker
-    size = 14 if marker == "*" else 7
-    label = _label(result, solver, settings)
-    axes.plot(errors, times, color=color, marker=marker, markersize=size, label=label)
-    if settings[0].dt is not None:
-        shown = {0: settings[0], len(settings) - 1: settings[-1]}
-        for k, s in shown.items():
-            assert s.dt is not None
-            axes.annotate(
-                step_text(s.dt),
-                (errors[k], times[k]),
-                xytext=(8, -3 if k == 0 else 4),
-                textcoords="offset points",
-                fontsize=8,
-                color=color,
+    points = [(cut.place(units.from_si(s.largest, "length")), s.time * 1e3) for s in settings]
+    size = 14 if solver.marker == "*" else 7
+    xs, ys = zip(*points, strict=True)
+    axes.plot(xs, ys, color=solver.color, marker=solver.marker, markersize=size, zorder=3)
+    first, last = settings[0].dt, settings[-1].dt
+    name = solver.name if last is None else f"{solver.name}, {step_text(last)}"
+    about = _about(result, solver, settings)
+    end = Label(f"{name}\n{about}" if about else name, points[-1], solver.color)
+    if first is None or len(settings) == 1:
+        return [end]
+    return [end, Label(step_text(first), points[0], solver.color)]
+
+
+class Label(NamedTuple):
+    """A label is text that belongs to a point of the diagram."""
+
+    text: str
+    at: Point
+    color: str
+
+
+# These are the sides of a point on which its label may stand, the best first, in points.
+SIDES: tuple[tuple[float, float, str, str], ...] = (
+    (10, 0, "left", "center"), (-10, 0, "right", "center"), (0, 9, "center", "bottom"),
+    (0, -9, "center", "top"), (9, 9, "left", "bottom"), (9, -9, "left", "top"),
+    (-9, 9, "right", "bottom"), (-9, -9, "right", "top"), (26, -14, "left", "top"),
+    (26, 14, "left", "bottom"), (-26, -14, "right", "top"), (0, -26, "center", "top"),
+)  # fmt: skip
+
+
+def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
+    """Write each label beside its point, where it covers no marker, line or other label.
+
+    If every side is taken, the label goes to the side where it covers least.
+    """
+    taken = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
+    lines = [axes.transData.transform(_dense(line.get_xydata(), axes)) for line in axes.lines]
+    drawn = np.concatenate(lines) if lines else np.empty((0, 2))
+    room = axes.get_window_extent()
+    halo = [withStroke(linewidth=2, foreground="#ffffff")]
+    for text, at, color in labels:
+        note = axes.annotate(
+            text, at, xytext=(0, 0), textcoords="offset points", fontsize=8.5, color=color,
+            linespacing=1.25, zorder=4, path_effects=halo,
+        )  # fmt: skip
+
+        def put(side: tuple[float, float, str, str], note: Annotation = note) -> Bbox:
+            note.xyann = side[:2]
+            note.set(ha=side[2], va=side[3])
+            return note.get_window_extent()
+
+        def covered(side: tuple[float, float, str, str]) -> float:
+            box = put(side)
+            inside = int(((drawn > box.min) & (drawn < box.max)).all(axis=1).sum())
+            out = box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0
+            return (
+                inside + 1e3 * sum(bool(box.overlaps(other)) for other in taken) + 1e4 * bool(out)
             )
 
+        taken.append(put(min(SIDES, key=covered)))
 
-def _label(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
-    """Return the solver's name, and how its error shrinks with the step."""
+
+def _dense(corners: Any, axes: Axes) -> Array:
+    """Return points along a line, dense enough that text cannot lie between them."""
+    corners = np.asarray(corners, dtype=float)
+    steps = np.linspace(0.0, len(corners) - 1, 40 * len(corners))
+    xs, ys = (np.interp(steps, np.arange(len(corners)), part) for part in corners.T)
+    return np.column_stack([xs, ys])
+
+
+def _about(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
+    """Say how the solver's error shrinks with the step, or nothing where that is not known."""
     slope = order(settings, result.rounding, 0.5 * _size(result))
     if solver.is_yardstick:
-        return f"{solver.name}: exact to rounding, no step"
+        return "exact to rounding, no step"
     if max(s.largest for s in settings) < 100 * result.rounding:
-        return f"{solver.name}: exact to rounding at every step"
+        return "exact to rounding at every step"
     if slope is not None and slope < NO_ORDER:
-        return f"{solver.name}: does not converge to this contact law"
-    return solver.name if slope is None else f"{solver.name}: order {slope:.1f}"
+        return "does not converge to this contact law"
+    return "" if slope is None else f"order {slope:.1f}"
 
 
 def _size(result: Tradeoff) -> float:
@@ -92,14 +230,16 @@ def _size(result: Tradeoff) -> float:
     return max(max(xs) - min(xs), max(ys) - min(ys), 1e-9)
 
 
-def _band(axes: Axes, spread: float, unit: str) -> None:
-    """Shade the errors that the input's uncertainty hides."""
+def _band(axes: Axes, edge: float, spread: float, result: Tradeoff) -> None:
+    """Shade the errors that the input's uncertainty hides, up to the ``edge``."""
     left, right = axes.get_xlim()
-    axes.axvspan(left, spread, color="#f0e442", alpha=0.25, linewidth=0)
+    axes.axvspan(left, edge, color="#f0e442", alpha=0.25, linewidth=0)
     axes.set_xlim(left, right)
+    units = result.scene.units
+    known = f"{units.from_si(spread, 'length'):.2g} {units.length}"
     axes.text(
         0.012, 0.985,
         f"In the shaded region errors are smaller than what the\nuncertainty of the start "
-        f"positions does to the ends ({spread:.2g} {unit}):\nmore precision buys nothing",
+        f"positions does to the ends ({known}):\nmore precision buys nothing",
         transform=axes.transAxes, fontsize=8.5, color="#6b6200", va="top",
     )  # fmt: skip

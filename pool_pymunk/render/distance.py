@@ -51,7 +51,7 @@ def plot_distances(
     apart = apart / scene.units.to_si(1.0, "length")
     for k, color in enumerate(ball_colors(scene)):
         if (apart[:, k] > 0.0).any():
-            axes.plot(t, apart[:, k], color=color)
+            axes.plot(t, apart[:, k], color=color, label=scene.balls[k].id)
     _scale(axes, apart)
     axes.set_xlim(t[0], max(t[-1], t[0] + 1e-9))
     axes.set_ylabel(f"apart ({scene.units.length})")
@@ -72,6 +72,23 @@ def dress_plot(axes: Axes, style: Style, letter: float) -> None:
     axes.grid(visible=True, color=style.faint, alpha=0.25, linewidth=0.06 * letter)
     for side, spine in axes.spines.items():
         spine.set(visible=side in ("left", "bottom"), color=style.faint, linewidth=0.08 * letter)
+
+
+def key_columns(count: int) -> int:
+    """Return how many columns a key of so many balls has: six stand below each other."""
+    return -(-count // 6)
+
+
+def draw_key(axes: Axes, style: Style, letter: float) -> None:
+    """Say to the right of the plot which colour is which ball, in columns."""
+    if not axes.lines:
+        return
+    key = axes.legend(
+        loc="upper left", bbox_to_anchor=(1.0, 1.08), ncols=key_columns(len(axes.lines)),
+        fontsize=0.85 * letter, labelcolor=style.ink, frameon=False, borderpad=0.2,
+        handlelength=1.0, handletextpad=0.4, columnspacing=0.8, labelspacing=0.25,
+    )  # fmt: skip
+    key.set_gid("key")
 
 
 def _scale(axes: Axes, apart: Array) -> None:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pool_pymunk.render.encode import PALETTE, Recipe, encoder, gif, join, mp4
+from pool_pymunk.render.encode import Recipe, Write, encoder, gif, mp4
 from pool_pymunk.render.output import RenderError, written
 from pool_pymunk.render.sheet import Show
 from pool_pymunk.render.stage import DROP, Stage, Timing
@@ -92,15 +90,13 @@ def film(
     if path.suffix.lower() == ".gif" and settings.fps > FASTEST_GIF:
         raise RenderError(f"fps = {settings.fps:g}: a gif can have {FASTEST_GIF:g} at most")
     shows = [_show(one) for one in (what if isinstance(what, Sequence) else [what])]
-    with written(path) as part, _recipe(path, shows, settings) as recipe:
-        if len(shows) == 1:
-            _film(shows[0], part, settings, recipe, progress)
-            return
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem}-") as folder:
-            parts = [Path(folder) / f"{k}{path.suffix}" for k in range(len(shows))]
-            for show, one in zip(shows, parts, strict=True):
-                _film(show, one, settings, recipe, progress)
-            join(parts, part)
+    if not shows:
+        raise RenderError(f"{path}: there is no shot to film")
+    with written(path) as part:
+        recipe = _recipe(path, shows, settings)
+        with encoder(part, settings.size, settings.fps, recipe) as write:
+            for show in shows:
+                _film(show, settings, write, progress)
 
 
 def frame_count(what: Run | Show, settings: FilmSettings) -> int:
@@ -108,34 +104,25 @@ def frame_count(what: Run | Show, settings: FilmSettings) -> int:
     return settings.timing(_show(what)).frames
 
 
-def _film(
-    show: Show, path: Path, settings: FilmSettings, recipe: Recipe, progress: Progress | None
-) -> None:
-    """Draw the frames of one shot while ffmpeg encodes those before."""
-    with encoder(path, settings.size, settings.fps, recipe) as write:
-        for frame in _stage(show, settings).frames():
-            write(frame)
-            if progress is not None:
-                progress(1)
+def _film(show: Show, settings: FilmSettings, write: Write, progress: Progress | None) -> None:
+    """Draw the frames of one shot while those before are encoded; the last one stays."""
+    for frame in _stage(show, settings).frames():
+        write(frame)
+        if progress is not None:
+            progress(1)
+    write(frame, settings.held)
 
 
 def _stage(show: Show, settings: FilmSettings) -> Stage:
     return Stage(show, settings.size, settings.timing(show), settings.style)
 
 
-@contextmanager
-def _recipe(path: Path, shows: Sequence[Show], settings: FilmSettings) -> Iterator[Recipe]:
-    """Give the recipe to encode for the suffix; a gif's colours are chosen from a few frames."""
+def _recipe(path: Path, shows: Sequence[Show], settings: FilmSettings) -> Recipe:
+    """Return the recipe to encode for the suffix; a gif's colours are chosen from a few frames."""
     if path.suffix.lower() == ".mp4":
-        yield mp4(settings.held)
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        palette = Path(folder) / "palette.png"
-        with encoder(palette, settings.size, settings.fps, PALETTE) as write:
-            for show in shows:
-                for frame in _stage(show, settings).samples():
-                    write(frame)
-        yield gif(settings.held, palette)
+        return mp4()
+    samples = (frame for show in shows for frame in _stage(show, settings).samples())
+    return gif(samples, settings.size)
 
 
 def _show(what: Run | Show) -> Show:

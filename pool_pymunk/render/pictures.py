@@ -11,10 +11,12 @@ from matplotlib.figure import Figure
 
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.render.balls import (
+    Disc,
     discs,
     draw_arrow,
     draw_balls,
     draw_ghosts,
+    draw_rings,
     draw_tracks,
 )
 from pool_pymunk.render.output import RenderError, written
@@ -22,10 +24,10 @@ from pool_pymunk.render.sheet import Show, draw_caption, draw_sheet, in_tray, pi
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Run
+from pool_pymunk.results.words import seconds
 
 When = Literal["start", "end"]
 FORMATS = (".png", ".svg", ".pdf")
-ARROW = 0.08  # s; an arrow is as long as the way that a ball travels in this time, if that shows
 
 
 def picture(
@@ -39,11 +41,12 @@ def picture(
 ) -> None:
     """Draw a run's ``start`` or ``end``, or a scene as it is set up; the suffix gives the format.
 
-    The start has an arrow at every ball that moves, and the end has the balls' tracks. A Show of
-    two runs compares them, with their distances in a plot below. PNG, SVG and PDF are known.
-    ``dpi`` matters for PNG (10 in wide: 2000 pixels at 200 dpi). ``caption`` replaces the line that
-    names scenario, shot, solver and time step. Raises RenderError for what cannot be drawn, and
-    OSError if the file cannot be written.
+    The start has an arrow at every ball that moves. The end has the balls' tracks, which fade
+    towards rings where the balls started, and says the duration in its caption. A Show of two runs
+    compares them, with their distances in a plot below. PNG, SVG and PDF are known. ``dpi`` matters
+    for PNG (10 in wide: 2000 pixels at 200 dpi). ``caption`` replaces the line that names scenario,
+    shot, solver and time step. Raises RenderError for what cannot be drawn, and OSError if the file
+    cannot be written.
     """
     check_name(path)
     save_figure(figure_of(what, when, caption=caption, style=style), path, dpi)
@@ -79,8 +82,9 @@ def figure_of(
             _draw_run(sheet.axes, shown, when, view, style, solid=shown is runs[0])
     if out:
         draw_balls(sheet.axes, in_tray(show.runs[0], out, layout, sheet.views[0]), style)
-    text = show.caption("" if isinstance(what, Scene) else when) if caption is None else caption
-    draw_caption(sheet, layout, text, style)
+    if caption is None:
+        caption = show.caption("" if isinstance(what, Scene) else _moment(show, when))
+    draw_caption(sheet, layout, caption, style)
     return sheet.figure
 
 
@@ -107,7 +111,11 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
     gone = run.off if when == "end" else run.off - run.pocketed.keys()
     there = [ball for ball in balls if ball.label not in gone]
     if when == "end":
-        draw_tracks(axes, [_path(run, i, view) for i in range(len(balls))], balls, solid=solid)
+        if solid:
+            draw_rings(axes, _started(run, view))
+        ground = style.plane if run.scene.table is None else style.cloth
+        paths = [_path(run, i, view) for i in range(len(balls))]
+        draw_tracks(axes, paths, balls, ground, solid=solid)
     if not solid:
         draw_ghosts(axes, there, style)
         return
@@ -115,7 +123,18 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
         draw_balls(axes, there, style)
     for ball, v in zip(balls, velocity[0], strict=True):
         if when == "start" and v.any():
-            draw_arrow(axes, ball, tuple(ARROW * view.scale * v), style)
+            draw_arrow(axes, ball, tuple(view.scale * v), style)
+
+
+def _started(run: Run, view: View) -> list[Disc]:
+    """Return the balls that moved, where they started."""
+    balls = discs(run.scene, run.at([0.0])[0][0], view)
+    return [b for b, knots in zip(balls, run.knots, strict=True) if knots[:, 3:5].any()]
+
+
+def _moment(show: Show, when: When) -> str:
+    """Return "start", or "end after 2.57 s" with the duration of the longest run."""
+    return when if when == "start" else f"end after {seconds(show.duration)}"
 
 
 def _path(run: Run, i: int, view: View) -> list[Point]:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from pool_pymunk.model import Point
 from pool_pymunk.render.balls import Disc, discs
 from pool_pymunk.render.canvas import canvas, draw_text
-from pool_pymunk.render.distance import dress_plot, plot_distances
+from pool_pymunk.render.distance import draw_key, dress_plot, key_columns, plot_distances
 from pool_pymunk.render.output import RenderError
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.table import draw_plane, draw_pockets, draw_table
@@ -21,6 +21,7 @@ from pool_pymunk.render.view import Box, View, extent, fit
 from pool_pymunk.results.run import Run
 
 DOT = "  \N{MIDDLE DOT}  "
+SMALL = 0.7  # the size of labels beside balls, in that of the caption's letters
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,8 @@ class Layout(NamedTuple):
     """A layout has the canvas (points), and a room for each panel, for the plot and the caption.
 
     The tray is for balls that are off the table, if there are any. ``letter`` is the height of the
-    caption's letters; a film's point is a pixel.
+    caption's letters; a film's point is a pixel. With a ``key`` there is room beside the plot to
+    say which colour is which ball.
     """
 
     width: float
@@ -123,6 +125,7 @@ class Layout(NamedTuple):
     tray: Box | None
     caption: Box
     letter: float
+    key: bool = False
 
     def places(self, count: int) -> tuple[float, list[Point]]:
         """Return the radius of balls in the tray, and where so many of them lie there."""
@@ -132,6 +135,18 @@ class Layout(NamedTuple):
         first, radius = x0 + 6.5 * self.letter, 0.42 * (y1 - y0)
         pitch = min(2.3 * radius, (x1 - first) / max(count, 1))
         return radius, [(first + pitch * (k + 0.5), (y0 + y1) / 2) for k in range(count)]
+
+
+def _with_key(show: Show, layout: Layout) -> Layout:
+    """Return the layout with room for a key if there is a plot, and a label that does not fit."""
+    run = show.runs[0]
+    view = fit(show.seen, layout.rooms[0], SMALL * layout.letter)
+    balls = discs(run.scene, run.at([0.0])[0][0], view)
+    if layout.plot is None or all(ball.is_labelled_inside for ball in balls):
+        return layout
+    longest = max(len(ball.label) for ball in balls)
+    width = key_columns(len(balls)) * (2.0 + 0.55 * longest) * layout.letter
+    return layout._replace(plot=layout.plot._replace(x1=layout.plot.x1 - width), key=True)
 
 
 def picture_layout(show: Show, tray: bool = False) -> Layout:
@@ -149,7 +164,7 @@ def picture_layout(show: Show, tray: bool = False) -> Layout:
     inner = (width - (panels + 1) * margin) / panels
     height = inner * seen.height / seen.width
     left = [margin + k * (inner + margin) for k in range(panels)]
-    return Layout(
+    layout = Layout(
         width=width,
         height=foot + height + head + margin,
         rooms=tuple(Box(x, foot, x + inner, foot + height) for x in left),
@@ -158,6 +173,7 @@ def picture_layout(show: Show, tray: bool = False) -> Layout:
         caption=Box(margin, margin, width - margin, strip),
         letter=letter,
     )
+    return _with_key(show, layout)
 
 
 def film_layout(show: Show, size: tuple[int, int]) -> Layout:
@@ -175,7 +191,7 @@ def film_layout(show: Show, size: tuple[int, int]) -> Layout:
     left = [margin + k * (inner + margin) for k in range(panels)]
     low = head - tall - shelf
     plot = Box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit, low - 1.5 * margin)
-    return Layout(
+    layout = Layout(
         width=width,
         height=height,
         rooms=tuple(Box(x, head - tall, x + inner, head) for x in left),
@@ -184,6 +200,7 @@ def film_layout(show: Show, size: tuple[int, int]) -> Layout:
         caption=Box(2 * margin, margin, width - 2 * margin, strip),
         letter=2.6 * unit,
     )
+    return _with_key(show, layout)
 
 
 # -- what stands still -------------------------------------------------------------------------
@@ -202,12 +219,12 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
     """Draw the page, a table or plane in each room, headings, and the plot over ``times``."""
     figure, axes = canvas(layout.width, layout.height, style.page)
     scene = show.runs[0].scene
-    views = tuple(fit(show.seen, room, 0.7 * layout.letter) for room in layout.rooms)
+    views = tuple(fit(show.seen, room, SMALL * layout.letter) for room in layout.rooms)
     for room, view in zip(layout.rooms, views, strict=True):
         if scene.table is not None:
             draw_table(axes, scene.table, scene.pockets, view, style)
         else:
-            draw_plane(axes, room, view, style)
+            draw_plane(axes, room, view, scene.units, style)
         draw_pockets(axes, scene.pockets, view, style)
     if layout.tray is not None:
         at = (layout.tray.x0, (layout.tray.y0 + layout.tray.y1) / 2)
@@ -220,6 +237,8 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
         a, b = show.runs
         plot = plot_distances(figure, layout.plot, (a, b), times)
         dress_plot(plot, style, letter=0.85 * layout.letter)
+        if layout.key:
+            draw_key(plot, style, letter=0.85 * layout.letter)
     return Sheet(figure, axes, views, plot)
 
 

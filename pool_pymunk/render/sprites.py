@@ -18,6 +18,7 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Pixels, canvas, pixels
 
+HALO = 0.2  # the strength of the halo around a track
 FINE = 4  # Sprites are drawn this many times finer than the frame, and placed as finely.
 
 
@@ -109,7 +110,7 @@ def _window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | No
     return slice(r0, r1), slice(c0, c1), x, y
 
 
-def _blend(frame: Pixels, rows: slice, columns: slice, share: Array, color: Array) -> None:
+def mix(frame: Pixels, rows: slice, columns: slice, share: Array, color: Array) -> None:
     """Mix ``color`` into the frame, by ``share`` (r, c) in [0, 1]."""
     under = frame[rows, columns]
     frame[rows, columns] = np.rint(under + share[..., None] * (color - under)).astype(np.uint8)
@@ -126,17 +127,23 @@ def glow(
     rows, columns, x, y = window
     distance = np.sqrt((x - at[0]) ** 2 + (y - at[1]) ** 2)
     share = strength * np.exp(-(((distance - radius) / soft) ** 2))
-    _blend(frame, rows, columns, share, color)
+    mix(frame, rows, columns, share, color)
 
 
 class Track:
     """A track is the soft line a ball leaves behind, drawn piece by piece, nowhere twice.
 
-    ``corners`` (K, 3) are the times and places (pixels) where its straight path bends.
+    ``corners`` (K, 3) are the times and places (pixels) where its straight path bends. A ``halo``
+    is a colour that shines out under the line.
     """
 
-    def __init__(self, corners: Array, width: float, color: Array, strength: float) -> None:
+    def __init__(
+        self, corners: Array, width: float, color: Array, strength: float, halo: Array | None = None
+    ) -> None:
         self.corners, self.width, self.color, self.strength = corners, width, color, strength
+        self.halo = color if halo is None else halo
+        self.glow = 0.0 if halo is None else HALO
+        self.outer = width if halo is None else 1.35 * width + 0.5
         self.points = [corners[0, 1:]]
         self.passed = 1
 
@@ -154,15 +161,15 @@ class Track:
         if (start == end).all():
             return
         box = np.concatenate([np.minimum(start, end), np.maximum(start, end)])
-        box += np.array([-1.0, -1.0, 1.0, 1.0]) * self.width
+        box += np.array([-1.0, -1.0, 1.0, 1.0]) * self.outer
         window = _window(frame, box)
         if window is not None:
             rows, columns, x, y = window
-            old = np.zeros((y.size, x.size))
+            old = np.full((y.size, x.size), np.inf)
             for a, b in self._near(box):
-                old = np.maximum(old, self._cover(x, y, a, b))
-            new = np.maximum(old, self._cover(x, y, start, end))
-            _blend(frame, rows, columns, 1.0 - (1.0 - new) / (1.0 - old), self.color)
+                old = np.minimum(old, _distance(x, y, a, b))
+            new = np.minimum(old, _distance(x, y, start, end))
+            self._raise(frame[rows, columns], old, new)
         self._append(start, end)
 
     def _append(self, start: Array, end: Array) -> None:
@@ -178,16 +185,35 @@ class Track:
     def _near(self, box: Array) -> list[tuple[Array, Array]]:
         """Return the pieces drawn so far that may show in the box."""
         points = np.array(self.points)
-        low = np.minimum(points[:-1], points[1:]) - self.width
-        high = np.maximum(points[:-1], points[1:]) + self.width
+        low = np.minimum(points[:-1], points[1:]) - self.outer
+        high = np.maximum(points[:-1], points[1:]) + self.outer
         meets = (low <= box[2:]).all(axis=1) & (high >= box[:2]).all(axis=1)
         return [(points[k], points[k + 1]) for k in np.flatnonzero(meets)]
 
-    def _cover(self, x: Array, y: Array, a: Array, b: Array) -> Array:
-        """Return how much of each pixel the piece from a to b covers, soft towards the sides."""
-        along = b - a
-        share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / float(along @ along)
-        share = np.clip(share, 0.0, 1.0)
-        distance = np.hypot(x - a[0] - share * along[0], y - a[1] - share * along[1])
-        depth: Array = np.clip(1.6 * (1.0 - distance / self.width), 0.0, 1.0)
-        return self.strength * depth * depth * (3.0 - 2.0 * depth)
+    def _raise(self, part: Pixels, old: Array, new: Array) -> None:
+        """Draw the line as far as pixels have come nearer to it: from ``old`` to ``new`` away."""
+        clear_before, light_before = self._look(old)
+        clear, light = self._look(new)
+        under = (part - light_before) / clear_before
+        part[:] = np.rint(np.clip(under * clear + light, 0.0, 255.0))
+
+    def _look(self, distance: Array) -> tuple[Array, Array]:
+        """Return how much shows through at a distance (r, c) from the line, and its own light."""
+        core = self.strength * _soft(distance / self.width)[..., None]
+        halo = self.glow * _soft(distance / self.outer)[..., None] * (1.0 - core)
+        return 1.0 - core - halo, core * self.color + halo * self.halo
+
+
+def _distance(x: Array, y: Array, a: Array, b: Array) -> Array:
+    """Return how far pixels are from the straight line between a and b."""
+    along = b - a
+    share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / float(along @ along)
+    share = np.clip(share, 0.0, 1.0)
+    distance: Array = np.hypot(x - a[0] - share * along[0], y - a[1] - share * along[1])
+    return distance
+
+
+def _soft(share: Array) -> Array:
+    """Return 1 in the middle of a line and 0 beyond its sides, where ``share`` is 1."""
+    depth: Array = np.clip(1.6 * (1.0 - share), 0.0, 1.0)
+    return depth * depth * (3.0 - 2.0 * depth)

@@ -13,8 +13,8 @@ from matplotlib.colors import to_rgb
 
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.balls import TRACK, Disc, discs, draw_balls, draw_ghosts
-from pool_pymunk.render.canvas import Pixels, draw_text, pixels
+from pool_pymunk.render.balls import Disc, discs, draw_arrow, draw_balls, draw_ghosts, track_width
+from pool_pymunk.render.canvas import Pixels, canvas, draw_text, pixels
 from pool_pymunk.render.sheet import (
     Layout,
     Sheet,
@@ -24,12 +24,14 @@ from pool_pymunk.render.sheet import (
     film_layout,
     in_tray,
 )
-from pool_pymunk.render.sprites import Sprite, Track, glow, sprites
-from pool_pymunk.render.style import Style
+from pool_pymunk.render.sprites import Sprite, Track, glow, mix, sprites
+from pool_pymunk.render.style import Style, halo_color
 from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Event, Run
 
 FLASH = 0.22  # s of film; a flash lasts as long
+CUSHION_FLASH = 0.5  # the size of a flash at a cushion, in that of a flash between balls
+SHOT = 0.5  # s of film; the arrow of the shot fades in this time
 TRACK_STRENGTH = 0.5
 DROP = 0.35  # s of film; so long does a ball take to fall into a pocket
 CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
@@ -53,11 +55,13 @@ class Cast:
         self.taken = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
 
     def _track(self, i: int) -> Track:
+        """Return a ball's track; a ghost's is thin and has no halo."""
         disc, knots = self.discs[i], self.run.knots[i]
         places = self.view.scale * knots[:, 1:3] + (self.view.x, self.view.y)
-        width = (1.0 if self.solid else 0.5) * max(1.2 * TRACK * disc.radius, 1.5)
+        wide = max(1.2 * track_width(len(self.discs)) * disc.radius, 1.5)
         corners = np.column_stack([knots[:, 0], places])
-        return Track(corners, width, _rgb(disc.color), TRACK_STRENGTH)
+        width, halo = (wide, _rgb(halo_color(disc.color))) if self.solid else (0.5 * wide, None)
+        return Track(corners, width, _rgb(disc.color), TRACK_STRENGTH, halo)
 
     def leave_tracks(self, ground: Pixels, t: float, position: Array) -> None:
         """Draw the tracks on the ground up to where the balls are."""
@@ -97,6 +101,29 @@ class Cast:
             glow(frame, at, radius, 0.16 * radius, self.light, 0.5 * float(strength))
 
 
+class Arrows:
+    """Arrows show the shot as a film begins, one at every ball that moves then."""
+
+    def __init__(self, run: Run, balls: list[Disc], size: tuple[int, int], style: Style) -> None:
+        self.color = _rgb(style.arrow)
+        figure, axes = canvas(*size)
+        scale = balls[0].radius / run.scene.balls[0].radius
+        for ball, knots in zip(balls, run.knots, strict=True):
+            if knots[0, 3:5].any():
+                draw_arrow(axes, ball, tuple(scale * knots[0, 3:5]), style)
+        cover = pixels(figure)[..., 3] / 255.0
+        rows, columns = (np.flatnonzero(cover.any(axis=k)) for k in (1, 0))
+        self.rows, self.columns = (
+            slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0) for at in (rows, columns)
+        )
+        self.cover = cover[self.rows, self.columns]
+
+    def appear(self, frame: Pixels, strength: float) -> None:
+        """Put the arrows on the frame; they are not seen unless the ``strength`` is above 0."""
+        if strength > 0.0 and self.cover.size:
+            mix(frame, self.rows, self.columns, strength * self.cover, self.color)
+
+
 class Flashes:
     """Flashes light up where contacts happen, and fade at once."""
 
@@ -133,6 +160,7 @@ class Flashes:
             edge = scene.table.edges[event.cushion]
             s = min(max(edge.along(x, y), 0.0), edge.length)
             x, y = edge.start[0] + s * edge.tangent[0], edge.start[1] + s * edge.tangent[1]
+            radius *= CUSHION_FLASH
         return self.view.place((x, y)), radius * self.view.scale
 
 
@@ -243,6 +271,10 @@ class Stage:
             for runs, view in zip(show.panels, sheet.views, strict=True)
             for run in reversed(runs)
         ]
+        at_start = timing.start == 0.0
+        self.arrows = [
+            Arrows(c.run, c.discs, size, style) for c in self.casts if at_start and c.solid
+        ]
 
     def frames(self) -> Iterator[Pixels]:
         """Yield the frames in order, (height, width, 3) of uint8 each; ask for them once only."""
@@ -263,6 +295,8 @@ class Stage:
         for cast, (position, _) in zip(self.casts, states, strict=True):
             cast.leave_tracks(self.ground, t, position)
         frame = self.ground.copy()
+        for arrows in self.arrows:
+            arrows.appear(frame, 1.0 - t * self.timing.slow / SHOT)
         for cast, (position, velocity) in zip(self.casts, states, strict=True):
             cast.appear(frame, t, position, velocity)
         if self.curves is not None:

@@ -16,7 +16,7 @@ IVORY = "#f6f1e3"
 POOL_IDS = frozenset(map(str, range(1, 16)))
 STRIPES = frozenset(map(str, range(9, 16)))
 # These are further rounds through the palette, darker and lighter.
-SHADES = ((0.0, 0.45), (1.0, 0.55))
+SHADES = (("#000000", 0.45), ("#ffffff", 0.55))
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +80,29 @@ def default_color(place: int) -> str:
     if place < len(PALETTE):
         return PALETTE[place]
     again, hue = divmod(place - len(PALETTE), len(PALETTE) - 1)  # Black has no shades.
-    return _mixed(PALETTE[hue], *SHADES[again % len(SHADES)])
+    return blend(PALETTE[hue], *SHADES[again % len(SHADES)])
 
 
-def _mixed(color: str, other: float, share: float) -> str:
-    """Return a colour mixed with a grey: 0 is black, 1 is white."""
-    parts = (int(color[k : k + 2], 16) for k in (1, 3, 5))
-    return "#" + "".join(f"{round(part + (255 * other - part) * share):02x}" for part in parts)
+def halo_color(color: str) -> str:
+    """Return white or black, whichever is farther from a colour: a halo of it sets lines off.
+
+    >>> halo_color("#000080"), halo_color("#ff0000"), halo_color("#ffffff")
+    ('#ffffff', '#ffffff', '#000000')
+    """
+    red, green, blue = ((part / 255) ** 2.2 for part in _parts(color))
+    return "#ffffff" if 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.4 else "#000000"
+
+
+def blend(color: str, other: str, share: float) -> str:
+    """Return a colour with a ``share`` of another in it.
+
+    >>> blend("#000000", "#ffffff", 0.5)
+    '#808080'
+    """
+    pairs = zip(_parts(color), _parts(other), strict=True)
+    return "#" + "".join(f"{round(a + (b - a) * share):02x}" for a, b in pairs)
+
+
+def _parts(color: str) -> tuple[int, int, int]:
+    red, green, blue = (int(color[k : k + 2], 16) for k in (1, 3, 5))
+    return red, green, blue

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import CircleCollection, LineCollection
 from matplotlib.patches import Circle, Polygon
 
-from pool_pymunk.model import Pocket, Point, Table
+from pool_pymunk.model import Pocket, Point, Table, Units
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import CUSHION, RAIL, Box, View
 
@@ -103,17 +103,47 @@ def _dots(axes: Axes, points: list[Point], radius: float, color: str) -> None:
     axes.add_collection(dots, autolim=False)
 
 
-def draw_plane(axes: Axes, room: Box, view: View, style: Style) -> None:
-    """Draw an open plane: a calm sheet with a faint grid, its pitch a power of ten in metres."""
+def draw_plane(axes: Axes, room: Box, view: View, units: Units, style: Style) -> None:
+    """Draw an open plane: a calm sheet with a faint grid, and a bar that shows its pitch.
+
+    The pitch is a round number in the scenario's ``units``.
+    """
     corners = [(room.x0, room.y0), (room.x1, room.y0), (room.x1, room.y1), (room.x0, room.y1)]
     axes.add_artist(Polygon(corners, facecolor=style.plane, edgecolor="none", zorder=1.0))
-    pitch = view.scale * 10.0 ** round(math.log10(0.08 * room.width / view.scale))
+    unit = view.scale * units.to_si(1.0, "length")
+    count = round_number(0.16 * room.width / unit)
+    pitch = count * unit
     xs = _grid(view.x, pitch, room.x0, room.x1)
     ys = _grid(view.y, pitch, room.y0, room.y1)
     upright = [[(x, room.y0), (x, room.y1)] for x in xs]
     level = [[(room.x0, y), (room.x1, y)] for y in ys]
     grid = LineCollection(upright + level, colors=style.grid, linewidths=0.8, zorder=1.1)
     axes.add_collection(grid, autolim=False)
+    _scale_bar(axes, room, pitch, f"{count:g} {units.length}", view.letter, style)
+
+
+def round_number(most: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is not more than ``most``.
+
+    >>> round_number(7.3), round_number(0.049), round_number(100.0)
+    (5.0, 0.02, 100.0)
+    """
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(k * power for k in (5.0, 2.0, 1.0) if k * power <= most)
+
+
+def _scale_bar(
+    axes: Axes, room: Box, length: float, text: str, letter: float, style: Style
+) -> None:
+    """Draw a bar of so many points in the lower left corner, with ``text`` over it."""
+    x, y, tick = room.x0 + 1.2 * letter, room.y0 + 1.2 * letter, 0.35 * letter
+    bar = [[(x, y + tick), (x, y), (x + length, y), (x + length, y + tick)]]
+    lines = LineCollection(bar, colors=style.ink, linewidths=0.2 * letter, zorder=1.3)
+    axes.add_collection(lines, autolim=False)
+    axes.text(
+        x + length / 2, y + 0.5 * letter, text, fontsize=1.2 * letter, color=style.ink,
+        ha="center", va="bottom", parse_math=False, zorder=1.3,
+    )  # fmt: skip
 
 
 def _grid(origin: float, pitch: float, low: float, high: float) -> list[float]:

@@ -15,6 +15,15 @@ def step_text(dt: float) -> str:
     return f"{dt:g} s"
 
 
+def seconds(duration: float) -> str:
+    """A duration to hundredths of a second, or to three figures where these would be rough.
+
+    >>> seconds(2.5749), seconds(0.5), seconds(0.01234)
+    ('2.57 s', '0.50 s', '0.0123 s')
+    """
+    return f"{duration:.2f} s" if duration >= 0.1 or duration == 0.0 else f"{duration:.3g} s"
+
+
 def counted(number: int, noun: str) -> str:
     """``counted(1, "ball")`` is "1 ball", ``counted(2, "ball")`` "2 balls".
 

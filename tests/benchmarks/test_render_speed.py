@@ -1,8 +1,7 @@
 """The command ``render report`` takes less time than its films last: ``make bench``.
 
 ``extra_info`` has the wall time over the length of the combined film alone, and of all five films.
-It also has the processor time of drawing (this side of the pipe) and of encoding, and where drawing
-spends it.
+It also has the processor time of drawing and of encoding together.
 """
 
 from __future__ import annotations
