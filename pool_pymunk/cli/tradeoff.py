@@ -46,7 +46,7 @@ def tradeoff(
     ] = 60.0,
     samples: Annotated[
         int, typer.Option(metavar="N", help="Perturbed starts, to see what the input is worth.")
-    ] = 200,
+    ] = 1000,
     seed: Annotated[int, typer.Option(help="Of the perturbed starts.")] = 0,
     out: OutDir = None,
 ) -> int:
