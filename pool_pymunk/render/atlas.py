@@ -107,7 +107,8 @@ def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Image:
     extent = tuple(units.from_si(float(each), "length") for each in (x0, x1, y0, y1))
     legend.imshow(_two_ways(u, v), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
     legend.tick_params(labelsize=SMALL * size, colors=style.ink)
-    legend.set_xlabel(f"end ({units.length})", fontsize=SMALL * size, color=style.ink)
+    legend.set_xlabel(f"x of the end ({units.length})", fontsize=SMALL * size, color=style.ink)
+    legend.set_ylabel("y", fontsize=SMALL * size, color=style.ink, rotation=0.0)
     return image
 
 
