@@ -69,7 +69,8 @@ $(VENV)/installed: pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
 
-# a wheel and a source distribution; the wheel is tried in an environment of its own
+# a wheel and a source distribution; in an environment of its own the wheel runs the program, and passes
+# the quick tests that the source distribution has
 dist: $(VENV)/installed
 	rm -rf dist build/.venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check build
@@ -77,7 +78,11 @@ dist: $(VENV)/installed
 	$(PYTHON) -m venv build/.venv
 	build/.venv/$(notdir $(BIN))/python -m pip install --quiet --disable-pip-version-check dist/*.whl
 	cd build && .venv/$(notdir $(BIN))/pool-pymunk run two-balls --out two-balls
-	cd build && .venv/$(notdir $(BIN))/python -c "import pool_pymunk; print(pool_pymunk.__version__)"
+	wheel=$$(echo dist/*.whl) && build/.venv/$(notdir $(BIN))/python -m pip install --quiet \
+		--disable-pip-version-check "$$wheel[test]"
+	rm -rf build/source && mkdir build/source && tar xzf dist/*.tar.gz -C build/source --strip-components 1
+	cd build/source && ../.venv/$(notdir $(BIN))/pytest -q -n auto tests \
+		-m "not heavy and not slow and $(ELSEWHERE)"
 
 clean:
 	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
