@@ -507,40 +507,58 @@ def answer_hit(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
     if closing < 0.0 or not decisions.is_hit(closing, noise, least) or e * closing < least:
         return False
     pair = Pair(w.mass[i], w.mass[j], e, w.ball_friction)
-    before_a, before_b = split((ax, ay), normal), split((bx, by), normal)
-    if w.law == PUBLISHED:
-        if laws.published_jumps(before_a, before_b, pair):
-            return False
+    if w.law == PUBLISHED and laws.published_jumps(
+        split((ax, ay), normal), split((bx, by), normal), pair
+    ):
+        return False
+    after_a, after_b = after_hit(w.law, (ax, ay), (bx, by), normal, pair)
+    if w.deceleration > 0.0:
+        w.met[i, j], w.last[i, j] = met, w.now
+    note_hit(w, i, j)
+    fastest = max(squared((ax, ay)), squared((bx, by)), squared(after_a), squared(after_b))
+    noise = decisions.noise_after(fastest, noise)
+    is_sound = begin(w, i, (x, y), after_a, noise)
+    is_sound &= begin(w, j, (u, v), after_b, noise)
+    predict_two(w, walls, sides, i, j)
+    return is_sound
+
+
+def after_hit(
+    law: int, a: Vector, b: Vector, normal: Vector, pair: Pair
+) -> tuple[Vector, Vector]:  # fmt: skip
+    """Return the velocities (m/s) of A and B after their hit, by the law."""
+    before_a, before_b = split(a, normal), split(b, normal)
+    if law == PUBLISHED:
         parts_a, parts_b = laws.published(before_a, before_b, pair)
     else:
         parts_a, parts_b = laws.coulomb(before_a, before_b, pair)
-    after_a = changed((ax, ay), before_a, parts_a, normal)
-    after_b = changed((bx, by), before_b, parts_b, normal)
-    if w.deceleration > 0.0:
-        w.met[i, j], w.last[i, j] = met, w.now
+    return changed(a, before_a, parts_a, normal), changed(b, before_b, parts_b, normal)
+
+
+def note_hit(w: Work, i: int, j: int) -> None:
+    """Count a hit, and note whom the watched ball met."""
     w.events += 1
     w.hits += 1
+    keep_contact(w, i, j)
     if w.watched in (i, j):
         other = j if i == w.watched else i
         w.meets[other] = 1
         if w.first_hit == NOTHING:
             w.first_hit = other
-    keep_contact(w, i, j)
-    fastest = max(squared((ax, ay)), squared((bx, by)), squared(after_a), squared(after_b))
-    noise = decisions.noise_after(fastest, noise)
-    is_sound = begin(w, i, (x, y), after_a, noise)
-    is_sound &= begin(w, j, (u, v), after_b, noise)
-    forget(w, i)
-    forget(w, j)
-    look_for_walls(w, walls, sides, i)
-    look_for_walls(w, walls, sides, j)
-    look_ahead(w, i)
-    look_ahead(w, j)
+
+
+def predict_two(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> None:
+    """Predict what two balls meet that have new paths."""
+    for k in (i, j):
+        forget(w, k)
+    for k in (i, j):
+        look_for_walls(w, walls, sides, k)
+    for k in (i, j):
+        look_ahead(w, k)
     meet_others(w, i, i)
     meet_others(w, j, i)
-    refresh(w, i)
-    refresh(w, j)
-    return is_sound
+    for k in (i, j):
+        refresh(w, k)
 
 
 def answer_cushion(w: Work, walls: Walls, sides: Sides, i: int, wall: int) -> bool:

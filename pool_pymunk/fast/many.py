@@ -13,7 +13,7 @@ import numpy as np
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
-from pool_pymunk.fast.loop import DOUBTFUL, HARD, MOST_BALLS, NOTHING, Model, Out, Table
+from pool_pymunk.fast.loop import HARD, MOST_BALLS, NOTHING, Model, Out, Table
 from pool_pymunk.fast.shots import Source, read_source
 from pool_pymunk.fast.tables import table_of, work_of
 from pool_pymunk.model import Scene, SceneError
@@ -204,8 +204,6 @@ def play_in_python(source: Source, out: Out, k: int) -> int:
     try:
         run = source.run(k, measures_policies=False)
     except SceneError:
-        if out.status[k] not in (HARD, DOUBTFUL):
-            raise
         return CANNOT_START
     _write(source, out, k, run)
     return STATUSES.index(run.status)
