@@ -89,6 +89,21 @@ def test_a_bad_command_is_one_line(
     assert len(error.splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("wrong", "line"),
+    [
+        ({"size": 3}, "size = 3: must be two numbers"),
+        ({"size": (1, 5)}, "width = 1.0: must be 2 or more"),
+        ({"angle": 5}, "angle = 5: must be two numbers"),
+        ({"speed": "fast"}, 'speed = "fast": must be two numbers'),
+    ],
+)
+def test_an_atlas_of_what_makes_no_sense(wrong: dict[str, Any], line: str) -> None:
+    with pytest.raises(SettingError) as caught:
+        atlas(load("report"), 1, **wrong)
+    assert str(caught.value) == line
+
+
 # -- find ------------------------------------------------------------------------------------------
 
 
@@ -139,7 +154,8 @@ def test_what_nothing_does_is_an_empty_list() -> None:
     ("wrong", "line"),
     [
         ({"wanted": lambda batch: batch.hits}, "wanted = int32 of shape"),
-        ({"angle": (5, 5)}, "angle = [5, 5]: must be (low, high)"),
+        ({"angle": (5, 5)}, "angle = [5.0, 5.0]: must be (low, high)"),
+        ({"angle": 5}, "angle = 5: must be two numbers"),
         ({"tries": 10}, "tries = 10: must be 600 or more"),
         ({"angle_error": 0.0}, "angle_error = 0.0: must be greater than 0"),
     ],

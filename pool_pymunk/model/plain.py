@@ -143,6 +143,14 @@ def read(key: str, value: Any, reader: Reader[Value]) -> Value:
         raise SceneError([Problem(key, value, str(unfit))]) from None
 
 
+def read_pair(key: str, value: Any) -> tuple[float, float]:
+    """Read two numbers; raises SettingError, which names ``key``, for anything else."""
+    try:
+        return point(value)
+    except Unfit:
+        raise setting_error(key, shown(value), "must be two numbers") from None
+
+
 def read_number(
     key: str, value: Any, problems: Callable[[str, float], Iterable[Problem]]
 ) -> float:  # fmt: skip

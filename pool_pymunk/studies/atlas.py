@@ -12,7 +12,7 @@ from pool_pymunk.fast import simulate_many
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.parts import NEAREST
-from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.plain import read_number, read_pair
 from pool_pymunk.model.problems import number_problems, setting_error, suggestion
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
@@ -83,9 +83,12 @@ def atlas(
     if chosen is None:
         raise setting_error("shot", None, "is wanted: the scene has none")
     usual = np.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
-    low, high = speed or (SPEEDS[0] * usual, SPEEDS[1] * usual)
-    width, height = (_count(key, each) for key, each in zip(("width", "height"), size, strict=True))
-    grid = {"speed": (low, high, height), "angle": (*angle, width)}
+    low, high = read_pair("speed", speed or (SPEEDS[0] * usual, SPEEDS[1] * usual))
+    width, height = (
+        _count(key, each)
+        for key, each in zip(("width", "height"), read_pair("size", size), strict=True)
+    )
+    grid = {"speed": (low, high, height), "angle": (*read_pair("angle", angle), width)}
     plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time)
     watched = _ball(scene, chosen, ball)
     end = np.empty((plan.samples, 2))
@@ -127,7 +130,7 @@ def _ball(scene: Scene, shot: Shot, name: str | None) -> int:
     return scene.nearest(struck) if len(scene.balls) > 1 else struck
 
 
-def _count(key: str, value: int) -> int:
+def _count(key: str, value: float) -> int:
     found = read_number(key, value, lambda key, value: number_problems(key, value, 2.0))
     if not found.is_integer():
         raise setting_error(key, value, "must be a whole number")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Scene, Shot
-from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.plain import read_number, read_pair
 from pool_pymunk.model.problems import number_problems, setting_error, size_problems
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
@@ -90,7 +90,8 @@ def find(
         raise setting_error("shot", None, "is wanted: the scene has none")
     search = _Search(scene, chosen, wanted, angle_error, speed_error, seed)
     usual = math.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
-    low, high = speed or (0.25 * usual, 1.5 * usual)
+    angle = read_pair("angle", angle)
+    low, high = read_pair("speed", speed or (0.25 * usual, 1.5 * usual))
     for key, (first, last) in (("angle", angle), ("speed", (low, high))):
         if not first < last:
             raise setting_error(key, [first, last], "must be (low, high)")
