@@ -11,7 +11,7 @@ EXTRAS ?= test,fast,sweep,cluster,examples
 
 ELSEWHERE := not browser and not docs
 
-.PHONY: run check test test-slow lint format bench gallery docs linkcheck dist clean
+.PHONY: run check test test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
 run: $(VENV)/installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -28,6 +28,11 @@ test-slow: PROFILE ?= random
 test-slow: $(VENV)/installed
 	$(BIN)/pytest -n auto -q -m "(slow or hypothesis or seeded) and $(ELSEWHERE)" \
 		--hypothesis-profile $(PROFILE)
+
+# needs Chromium, of Debian (apt-get install chromium) or another; what the page is made of is linted, too
+test-browser: $(VENV)/browser-installed
+	$(BIN)/biome check .
+	$(BIN)/pytest -n auto -q -m browser
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
@@ -51,6 +56,10 @@ gallery: $(VENV)/installed
 		--out renders/gallery/atlas-eight-ball.png
 	$(BIN)/python examples/find_a_shot.py --out renders/gallery
 
+# pictures of the page in a browser, for the gallery
+screenshots: $(VENV)/browser-installed
+	$(BIN)/python docs/figures/screenshots.py
+
 # a warning is an error
 docs: $(VENV)/docs-installed
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build
@@ -58,6 +67,10 @@ docs: $(VENV)/docs-installed
 # links to other pages and to files; other hosts may be out of reach
 linkcheck: $(VENV)/docs-installed
 	$(BIN)/sphinx-build -W --keep-going -b linkcheck docs docs/_build/linkcheck
+
+$(VENV)/browser-installed: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]'
+	touch $@
 
 $(VENV)/docs-installed: pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -86,4 +99,4 @@ dist: $(VENV)/installed
 
 clean:
 	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
-		docs/_build docs/figures/made
+		docs/_build docs/examples docs/figures/made

@@ -16,6 +16,7 @@ from pool_pymunk.cli.atlas import atlas
 from pool_pymunk.cli.check import check
 from pool_pymunk.cli.collide import collide
 from pool_pymunk.cli.compare import compare
+from pool_pymunk.cli.page import page
 from pool_pymunk.cli.render import render
 from pool_pymunk.cli.run import run
 from pool_pymunk.cli.sensitivity import sensitivity
@@ -38,6 +39,7 @@ for command in (
     atlas,
     stability,
     render,
+    page,
     check,
 ):
     app.command()(command)

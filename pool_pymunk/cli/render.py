@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from pool_pymunk.cli.beside import Setting, read_setting, simulate_beside
 from pool_pymunk.cli.common import (
     FrictionBy,
     How,
@@ -29,19 +28,10 @@ from pool_pymunk.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from pool_pymunk.model import Scene, Shot
     from pool_pymunk.render import FilmSettings, Show
+    from pool_pymunk.results.run import Run
 
 FILM_FORMATS = ("mp4", "gif")
-
-
-class Setting(NamedTuple):
-    """A setting is a solver, its step (s; None: its own), its law (None: the scene's), options."""
-
-    solver: str
-    dt: float | None = None
-    law: str | None = None
-    options: Mapping[str, Any] = MappingProxyType({})
 
 
 def render(
@@ -93,7 +83,7 @@ def render(
     check_pictures(picture_format, dpi)
     runs = [Setting(solver, read_step(dt), options=how.options)]
     runs += [read_setting(overlay)] if overlay else []
-    shows = simulate_shows(scene, shots, runs, side_by_side)
+    shows = _shows(simulate_beside(scene, shots, runs), side_by_side)
     if films:
         check_start(shows, start)
     folder = out or Path("renders") / Path(scenario).stem
@@ -158,46 +148,14 @@ def read_size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def read_setting(text: str) -> Setting:
-    """Return a solver, and in any order a step and a contact law, as typed.
-
-    >>> read_setting("pymunk:1/64:published")[:3]
-    ('pymunk', 0.015625, 'published')
-    """
-    from pool_pymunk.physics.laws import LAWS
-    from pool_pymunk.solvers import find_solver
-
-    solver, *more = (part.strip() for part in text.split(":"))
-    with input_errors():
-        method = find_solver(solver)
-    laws = [part for part in more if part in LAWS]
-    steps = [part for part in more if part not in LAWS]
-    if len(laws) > 1 or len(steps) > 1:
-        raise InputError(f"--overlay = {text}: must be a solver, or with :DT and :LAW behind it")
-    if steps and method.dt is None:
-        raise InputError(f"--overlay = {text}: {solver} has no time step")
-    return Setting(solver, *(map(read_step, steps) if steps else [None]), *laws)
-
-
 # -- what is done ------------------------------------------------------------------------------
 
 
-def simulate_shows(
-    scene: Scene, shots: Sequence[Shot | None], settings: Sequence[Setting], side_by_side: bool
-) -> list[Show]:
-    """Simulate every shot by one setting, or by two to compare."""
+def _shows(played: Sequence[tuple[Run, ...]], side_by_side: bool) -> list[Show]:
     from pool_pymunk.render import Show
-    from pool_pymunk.solvers import simulate_all
 
-    asked = [shot for shot in shots if shot is not None] or None
-    columns = []
-    with progress("simulating", len(settings)) as bar, input_errors():
-        for solver, dt, law, options in settings:
-            physics = replace(scene.physics, law=law or scene.physics.law)
-            variant = replace(scene, physics=physics)
-            columns.append(list(simulate_all(variant, asked, solver=solver, dt=dt, **options)))
-            bar.update(bar.task_ids[0], advance=1)
-    return [Show(runs, side_by_side) for runs in zip(*columns, strict=True)]
+    with input_errors():
+        return [Show(runs, side_by_side) for runs in played]
 
 
 def save_films(

@@ -68,6 +68,17 @@ class Batch:
         ends = ", ".join(f"{n} {name}" for n, name in zip(counts, STATUSES, strict=True) if n)
         return f"<Batch of {len(self):,} shots: {ends or 'none'}; {self.by_reference} by reference>"
 
+    @property
+    def ended(self) -> NDArray[np.bool_]:
+        """Tell which shots (S,) started, and ended with finite numbers."""
+        return self.status < STATUSES.index("non_finite")
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the clouds of ends."""
+        from pool_pymunk.page import batch_in_notebook
+
+        return batch_in_notebook(self)
+
     def run(self, k: int) -> Run:
         """Play shot ``k`` again, as a full :class:`~pool_pymunk.Run` of the exact solver.
 

@@ -76,6 +76,12 @@ class Scene:
             f"law {self.physics.law}; shots {listed([shot.name for shot in self.shots]) or 'none'}>"
         )
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a picture of the table as it is set up."""
+        from pool_pymunk.page import scene_in_notebook
+
+        return scene_in_notebook(self)
+
     def _ground(self) -> str:
         count = len(self.pockets)
         holes = f" and {count} pocket{'s' * (count > 1)}" if count else ""

@@ -13,11 +13,16 @@ from matplotlib.patches import Circle, PathPatch
 from matplotlib.path import Path as Outline
 
 from pool_pymunk.render.balls import HALO, Disc, discs, draw_balls, draw_rings
+from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import PRINT, Style, halo_color
 from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pool_pymunk.fast import Batch
+    from pool_pymunk.model import Scene
     from pool_pymunk.physics.motion import Array
     from pool_pymunk.studies.sensitivity import Sensitivity
 
@@ -25,6 +30,7 @@ DOTS = 0.9  # the radius of a point, in points
 CLEAR = 0.75  # the strength of a point; where many lie on each other they are strongest
 HAZE = 2.0  # the radius of the haze around all points together, in points
 TAG = 0.38  # the radius of a label's spot, in that of the ball
+MOST_ENDS = 20_000  # So many ends of a ball are drawn at most.
 SHOWN = 0.03  # of a radius; a cloud is drawn if its standard deviation is at least this share
 
 
@@ -47,6 +53,40 @@ def cloud_picture(
     draw_caption(sheet, layout, text, style)
     with whole(path) as part:
         sheet.figure.savefig(part, dpi=dpi)
+
+
+def batch_figure(batch: Batch, style: Style = PRINT) -> Figure:
+    """Draw where the balls of many shots end: points, around discs at the medians.
+
+    Balls that end at one place are drawn there. Of more than ``MOST_ENDS`` shots evenly many are
+    shown, and the caption says so.
+    """
+    scene = batch.scene
+    show = Show((as_set_up(scene),))
+    layout = picture_layout(show)
+    sheet = draw_sheet(show, layout, style, (0.0, 1.0))
+    played = batch.final[batch.ended]
+    ends = played[:: max(1, -(-len(played) // MOST_ENDS))]
+    if len(ends):
+        _draw_ends(sheet, scene, ends, style)
+    shown = f"{len(ends):,} ends" + f" of {len(played):,}" * (len(ends) < len(played))
+    draw_caption(sheet, layout, DOT.join(part for part in (scene.title, shown) if part), style)
+    return sheet.figure
+
+
+def _draw_ends(sheet: Sheet, scene: Scene, ends: Array, style: Style) -> None:
+    """Draw the ends (S, N, 2); a ball that was off the table has none."""
+    there = np.flatnonzero(np.isfinite(ends).all(axis=(0, 2)))
+    balls = discs(scene, np.nan_to_num(np.median(ends, axis=0)), sheet.views[0])
+    spread = ends.std(axis=0).max(axis=1)
+    still = [i for i in there if spread[i] < SHOWN * scene.balls[i].radius]
+    if still:
+        draw_balls(sheet.axes, [balls[i] for i in still], style)
+    for i in sorted(set(there) - set(still)):
+        points = np.array([sheet.views[0].place((x, y)) for x, y in ends[:, i].tolist()])
+        _faded(sheet.axes, balls[i], style)
+        _cloud(sheet.axes, balls[i], points)
+        _tag(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
 
 
 def _draw_clouds(sheet: Sheet, found: Sensitivity, style: Style) -> None:

@@ -91,10 +91,10 @@ def figure_of(
 def _show(what: Run | Scene | Show) -> Show:
     if isinstance(what, Show):
         return what
-    return Show((what if isinstance(what, Run) else _as_set_up(what),))
+    return Show((what if isinstance(what, Run) else as_set_up(what),))
 
 
-def _as_set_up(scene: Scene) -> Run:
+def as_set_up(scene: Scene) -> Run:
     """Return a run in which nothing happens."""
     start = scene.start(None)
     knots = [np.array([[0.0, *p, *v]]) for p, v in zip(start.position, start.velocity, strict=True)]

@@ -28,7 +28,7 @@ def draw_table(
     short = min(x1 - x0, y1 - y0) * view.scale
     cushion, rail, thin = CUSHION * short, (CUSHION + RAIL) * short, 0.006 * short
     corners = [view.place(corner) for corner in table.outline]
-    mitre: Join = "miter" if _sharpest(table) > SHARPEST_MITRE else "round"
+    mitre: Join = "round" if is_sharp(table) else "miter"
     _stroke(axes, corners, style.rail_edge, rail, "round")
     _stroke(axes, corners, style.rail, rail - thin, "round")
     _stroke(axes, corners, style.inlay, cushion + thin, mitre)
@@ -40,13 +40,8 @@ def draw_table(
         shade = _stroke(axes, corners, "#000000", 0.12 * k * cushion, "round")
         shade.set(alpha=0.05, zorder=1.2)
         shade.set_clip_path(cloth)
-    out = (cushion + rail) / 2 / view.scale
-    sights = [
-        view.place(point)
-        for point in _sights(table, out)
-        if all(math.dist(point, hole.position) > 2.0 * hole.radius for hole in pockets)
-    ]
-    _dots(axes, sights, 0.007 * short, style.sight)
+    places = [view.place(point) for point in sights(table, pockets)]
+    _dots(axes, places, 0.007 * short, style.sight)
 
 
 def draw_pockets(axes: Axes, pockets: Sequence[Pocket], view: View, style: Style) -> None:
@@ -69,14 +64,23 @@ def _stroke(axes: Axes, corners: list[Point], color: str, width: float, join: Jo
     return line
 
 
-def _sharpest(table: Table) -> float:
-    """Return the smallest angle (rad) between cushions that meet."""
+def is_sharp(table: Table) -> bool:
+    """Tell whether the table has a corner that is too sharp for a mitre."""
     headings = [math.atan2(edge.tangent[1], edge.tangent[0]) for edge in table.edges]
     turns = [b - a for a, b in zip(headings, headings[1:] + headings[:1], strict=True)]
-    return min(math.pi - math.remainder(turn, math.tau) for turn in turns)
+    return min(math.pi - math.remainder(turn, math.tau) for turn in turns) <= SHARPEST_MITRE
 
 
-def _sights(table: Table, out: float) -> Iterator[Point]:
+def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
+    """Yield points on the rails (m), but for those near pockets."""
+    x0, y0, x1, y1 = table.bounds
+    out = (CUSHION + RAIL / 2) * min(x1 - x0, y1 - y0)
+    for point in _along_rails(table, out):
+        if all(math.dist(point, hole.position) > 2.0 * hole.radius for hole in pockets):
+            yield point
+
+
+def _along_rails(table: Table, out: float) -> Iterator[Point]:
     """Yield points on the rails, ``out`` (m) from the noses of the cushions.
 
     They are quarters of the shortest side apart. None lie near a corner that sticks out into the

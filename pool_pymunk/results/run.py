@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -327,6 +327,37 @@ class Run:
         from pool_pymunk.render import FilmSettings, film
 
         film(self, path, FilmSettings.of(path, **settings))
+
+    @overload
+    def to_html(self, path: None = None, *, overlay: Sequence[Run] = ...) -> str: ...
+
+    @overload
+    def to_html(self, path: str | Path, *, overlay: Sequence[Run] = ...) -> None: ...
+
+    def to_html(self, path: str | Path | None = None, *, overlay: Sequence[Run] = ()) -> str | None:
+        """Make a page that plays the run exactly: one HTML file that needs nothing else.
+
+        It is written to ``path``, or returned where there is none. ``overlay`` are runs of the same
+        balls to compare with; the page shows them as ghosts. Raises SettingError for runs of other
+        balls or tables.
+
+        >>> from pool_pymunk import load, simulate
+        >>> "window.pool" in simulate(load("report"), 1).to_html()
+        True
+        """
+        from pool_pymunk.page import page, write_page
+
+        shots = [[self, *overlay]]
+        if path is None:
+            return page(shots)
+        write_page(shots, path)
+        return None
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the page, in a frame."""
+        from pool_pymunk.page import run_in_notebook
+
+        return run_in_notebook(self)
 
     def to_frame(self) -> Any:
         """Make a pandas DataFrame, one row a time and ball: t, ball, x, y, vx, vy (SI).

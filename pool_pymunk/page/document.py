@@ -1,0 +1,81 @@
+"""This module puts content, styles and scripts into one HTML file that needs nothing else.
+
+Nothing of a scenario can become markup or script: the content is JSON without a "<", the page's
+scripts show it as text, and the file's content security policy allows the page's own scripts
+alone, by their hashes, and no requests.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from pool_pymunk.page.content import content
+from pool_pymunk.results.run import Run
+from pool_pymunk.safety.files import whole
+
+SCRIPTS = ("motion.js", "table.js", "plot.js", "player.js", "main.js")
+
+
+def page(shots: Sequence[Sequence[Run]]) -> str:
+    """Return a page that plays shots, each with runs to compare it with, as HTML.
+
+    ``shots`` has a row a shot. The first of its runs is played, and the others can be chosen as its
+    ghost. Raises SettingError for runs of different tables or balls.
+
+    >>> from pool_pymunk import load, simulate
+    >>> from pool_pymunk.page import page
+    >>> text = page([[simulate(load("two-balls"), 1)]])
+    >>> text.startswith("<!doctype html>"), "http://" in text, len(text) < 100_000
+    (True, False, True)
+    """
+    return document(content(shots))
+
+
+def write_page(shots: Sequence[Sequence[Run]], path: str | Path) -> None:
+    """Write what :func:`page` returns to a file, whole or not at all."""
+    text = page(shots)
+    with whole(Path(path)) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def document(shown: Mapping[str, Any]) -> str:
+    """Return the page that shows a content."""
+    css, codes = source("page.css"), [source(name) for name in SCRIPTS]
+    policy = (
+        f"default-src 'none'; script-src {' '.join(map(_hash, codes))}; style-src {_hash(css)}; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    return Template(source("page.html")).substitute(
+        policy=policy,
+        title=html.escape(shown["title"]),
+        css=css,
+        content=_json(shown),
+        scripts="\n".join(f"<script>{code}</script>" for code in codes),
+    )
+
+
+@cache
+def source(name: str) -> str:
+    """Return one of the page's own files."""
+    return (files("pool_pymunk.page") / "static" / name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    """Return the name by which a policy knows a script or a style."""
+    digest = hashlib.sha256(text.encode()).digest()
+    return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+
+def _json(value: object) -> str:
+    """Return JSON that stays JSON within HTML: it has no "<"."""
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c")

@@ -1,0 +1,37 @@
+/* The start of the page, and what it offers to other code: window.pool. */
+
+const player = new Player(JSON.parse(byId("content").textContent));
+
+window.pool = {
+  /** How long the run lasts (s). */
+  get duration() {
+    return player.run.duration;
+  },
+  /** The time that is shown (s). */
+  get time() {
+    return player.time;
+  },
+  get playing() {
+    return player.playing;
+  },
+  /** Where every ball of the shot is at the time t (s): {id: [x, y]}, in m. */
+  positions(t) {
+    const balls = statesAt(player.run, t).map(({ x, y }, i) => [
+      player.content.balls[i].id,
+      [x, y],
+    ]);
+    return Object.fromEntries(balls);
+  },
+  seek: (t) => player.jump(t),
+  play: () => player.play(),
+  pause: () => player.pause(),
+  /** Show a shot by its number, from 1. */
+  shot(k) {
+    const count = player.content.shots.length;
+    if (!Number.isInteger(k) || k < 1 || k > count) {
+      throw new RangeError(`shot(${k}): the shots have the numbers 1 to ${count}`);
+    }
+    player.pause();
+    player.choose(k - 1);
+  },
+};

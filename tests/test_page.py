@@ -1,0 +1,209 @@
+"""The page is one file that shows runs and nothing else, whatever stands in a scenario."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_cli_manners import exit_code, refusal
+
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Run,
+    Scene,
+    SettingError,
+    load,
+    simulate,
+    simulate_all,
+    simulate_many,
+)
+from pool_pymunk.page import page
+
+pytestmark = pytest.mark.heavy
+
+HOSTILE = "</script><script>parent.hacked = 1</script><img src=x onerror='parent.hacked = 1'>"
+
+
+@pytest.fixture(scope="module")
+def report() -> list[Run]:
+    return list(simulate_all(load("report"), solver="pymunk"))
+
+
+def hostile_scene() -> Scene:
+    """Return a scene whose every text would be markup if a page took it for that."""
+    scene = load("eight-ball")
+    balls = tuple(replace(ball, id=f"{ball.id}{HOSTILE}") for ball in scene.balls)
+    pockets = tuple(replace(hole, id=f"{hole.id}{HOSTILE}") for hole in scene.pockets)
+    first = scene.shots[0]
+    name, ball, aim = (f"{text}{HOSTILE}" for text in (first.name, first.ball, first.aim))
+    shots = (replace(first, name=name, ball=ball, aim=aim),)
+    return replace(scene, title=f"title {HOSTILE}", balls=balls, pockets=pockets, shots=shots)
+
+
+def content_of(document: str) -> dict[str, Any]:
+    """Return what a page shows."""
+    (found,) = re.findall(r'<script type="application/json" id="content">(.*?)</script>', document)
+    content: dict[str, Any] = json.loads(found)
+    return content
+
+
+def test_the_reports_four_shots_are_small(report: list[Run]) -> None:
+    assert len(page([[run] for run in report]).encode()) < 150_000
+
+
+def test_knots_keep_every_bit(report: list[Run]) -> None:
+    shots = content_of(page([[run] for run in report]))["shots"]
+    for run, shot in zip(report, shots, strict=True):
+        shown = shot["runs"][0]
+        assert shown["duration"] == run.duration
+        for knots, its in zip(run.knots, shown["knots"], strict=True):
+            assert np.array_equal(knots, np.array(its))
+
+
+def test_a_page_needs_no_other_file(report: list[Run]) -> None:
+    document = page([report[:1]])
+    assert not re.search(r"https?:|src=|href=|@import|url\(", document)
+
+
+def test_the_policy_allows_the_pages_own_scripts_alone(report: list[Run]) -> None:
+    document = page([report[:1]])
+    (policy,) = re.findall(r'http-equiv="Content-Security-Policy" content="(.*?)"', document)
+    assert "default-src 'none'" in policy and "unsafe" not in policy
+    blocks = re.findall(r"<(script|style)>(.*?)</\1>", document, re.DOTALL)
+    assert len(blocks) == 6
+    for _, text in blocks:
+        digest = hashlib.sha256(text.encode()).digest()
+        assert base64.b64encode(digest).decode() in policy
+
+
+def test_no_text_of_a_scenario_becomes_markup() -> None:
+    plain, hostile = load("eight-ball"), hostile_scene()
+    documents = [page([[simulate(scene, 1)]]) for scene in (plain, hostile)]
+    tags = [re.findall(r"<[!/a-zA-Z][^>]*>", document) for document in documents]
+    assert len(tags[0]) == len(tags[1])
+    content = content_of(documents[1])
+    assert content["title"] == hostile.title
+    assert [ball["id"] for ball in content["balls"]] == [ball.id for ball in hostile.balls]
+
+
+def test_to_html_returns_and_writes_the_same(report: list[Run], tmp_path: Path) -> None:
+    path = tmp_path / "new" / "one.html"
+    report[0].to_html(path)
+    assert path.read_text(encoding="utf-8") == report[0].to_html()
+
+
+def test_ghosts_say_what_they_are() -> None:
+    scene = load("report")
+    run = simulate(scene, 1, solver="event-driven")
+    others = [simulate(scene, 1, solver="event-driven", law="coulomb"), simulate(scene, 1)]
+    (shot,) = content_of(run.to_html(overlay=others))["shots"]
+    assert [each["label"] for each in shot["runs"]] == [
+        "event-driven, published law",
+        "event-driven, coulomb law",
+        "pymunk, dt = 1/240 s, published law",
+    ]
+
+
+def test_runs_of_other_tables_are_refused(report: list[Run]) -> None:
+    with pytest.raises(SettingError, match="must be on one table, with the same balls"):
+        report[0].to_html(overlay=[simulate(load("two-balls"), 1)])
+    with pytest.raises(SettingError, match="one run or more is wanted"):
+        page([])
+
+
+def test_numbers_out_of_range_become_null(report: list[Run]) -> None:
+    knots = tuple(np.vstack([rows, [[1.0, np.inf, np.nan, 0.0, 0.0]]]) for rows in report[0].knots)
+    document = replace(report[0], knots=knots, status="non_finite").to_html()
+    assert content_of(document)["shots"][0]["runs"][0]["knots"][0][-1][:3] == [1.0, None, None]
+
+
+# -- in notebooks --------------------------------------------------------------------------------
+
+
+def test_a_run_shows_itself_as_its_page(report: list[Run]) -> None:
+    shown = report[0]._repr_html_()
+    (document,) = re.findall(r'srcdoc="(.*?)"', shown, re.DOTALL)
+    assert html.unescape(document) == report[0].to_html()
+    assert 'sandbox="allow-scripts"' in shown
+
+
+def test_a_scene_shows_its_table_and_a_batch_its_cloud() -> None:
+    scene = load("report")
+    start = scene.start(scene.shots[0])
+    many = (
+        np.tile(np.array(start.position), (3, 1, 1)),
+        np.tile(np.array(start.velocity), (3, 1, 1)),
+    )
+    many[1][1:] *= 0.5, 0.7
+    for shown in (scene, simulate_many(scene, *many)):
+        text = shown._repr_html_()
+        image = re.findall(r'<img src="data:image/png;base64,(.*?)"', text)[0]
+        assert base64.b64decode(image).startswith(b"\x89PNG")
+        assert html.escape(repr(shown)) in text
+
+
+def test_a_batch_without_ends_shows_an_empty_table() -> None:
+    scene = load("report")
+    nowhere = np.zeros((2, len(scene.balls), 2))
+    assert "<img" in simulate_many(scene, nowhere, nowhere)._repr_html_()
+
+
+def test_hostile_texts_are_escaped_in_notebooks() -> None:
+    scene = Scene(balls=(Ball("<b>", (0.0, 0.0), 0.1, 1.0),), title="<script>")
+    assert "<script>" not in scene._repr_html_()
+    assert "<script" not in simulate(scene)._repr_html_()
+
+
+# -- the command ---------------------------------------------------------------------------------
+
+
+def test_the_command_writes_every_shot_with_its_ghosts(tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    ghosts = ("--overlay", "pymunk-discrete:1/240:coulomb", "--overlay", "event-driven")
+    assert exit_code("page", "report", *ghosts, "--out", path) == 0
+    shots = content_of(path.read_text(encoding="utf-8"))["shots"]
+    assert [shot["name"] for shot in shots] == [shot.name for shot in load("report").shots]
+    assert all(len(shot["runs"]) == 3 for shot in shots)
+
+
+def test_the_command_shows_one_shot_by_a_solver(tmp_path: Path) -> None:
+    path = tmp_path / "one.html"
+    chosen = ("--shot", "2", "--solver", "pymunk", "--dt", "1/60", "--law", "coulomb")
+    assert exit_code("page", "report", *chosen, "--out", path) == 0
+    (shot,) = content_of(path.read_text(encoding="utf-8"))["shots"]
+    run = simulate(load("report"), 2, dt=1 / 60, law="coulomb")
+    assert shot["runs"][0]["duration"] == run.duration
+    assert shot["runs"][0]["label"] == "pymunk, dt = 1/60 s"
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (("--out", "a.txt"), "error: --out = a.txt: must end in .html"),
+        (("--overlay", "event-driven:1/60"), "event-driven has no time step"),
+        (("--overlay", "pymunk:x"), "must be a number or a fraction"),
+        (("--shot", "9"), "there is no such shot"),
+    ],
+)
+def test_bad_input_gets_one_line(
+    options: tuple[str, ...], line: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert line in refusal(capsys, "page", "report", *options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_scene_without_shots_is_played_as_set_up(tmp_path: Path) -> None:
+    ball = Ball("a", (0.0, 0.0), 0.1, 1.0, velocity=(1.0, 0.0))
+    scene = Scene(balls=(ball,), friction=Friction(surface=0.1))
+    scene.to_toml(tmp_path / "one.toml")
+    assert exit_code("page", tmp_path / "one.toml", "--out", tmp_path / "one.html") == 0
+    assert "as set up" in (tmp_path / "one.html").read_text(encoding="utf-8")

@@ -1,0 +1,375 @@
+"""A real browser plays pages: `make test-browser` runs this, and says how to get a browser."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_page import HOSTILE, hostile_scene
+
+from pool_pymunk import Ball, Friction, Restitution, Run, Scene, load, simulate, simulate_all
+from pool_pymunk.page import write_page
+
+sync_api = pytest.importorskip("playwright.sync_api")
+
+pytestmark = pytest.mark.browser
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+# A browser without a screen, and without asking its maker's hosts for anything.
+SWITCHES = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    path = next(filter(None, map(shutil.which, BROWSERS)), None)
+    assert path, "no Chromium is installed: on Debian, `apt-get install chromium` installs one"
+    with sync_api.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=path, args=list(SWITCHES))
+        yield browser
+        browser.close()
+
+
+class Visit:
+    """A visit has an open page, and what the browser complained of or asked for meanwhile."""
+
+    def __init__(self, browser: Any, path: Path, **settings: Any) -> None:
+        self.context = browser.new_context(**settings)
+        self.page = self.context.new_page()
+        self.said: list[str] = []
+        self.asked: list[str] = []
+        self.page.on("console", lambda message: self.said.append(message.text))
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("dialog", lambda dialog: self.said.append(dialog.message))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.goto(path.as_uri())
+
+    def ask(self, script: str, value: Any = None) -> Any:
+        return self.page.evaluate(script, value)
+
+    def wait(self, script: str) -> None:
+        """Wait until this is so; the page's policy forbids the browser's own way to wait."""
+        for _ in range(500):
+            if self.ask(script):
+                return
+            self.page.wait_for_timeout(20)
+        raise AssertionError(f"{script} did not come true")
+
+    def time(self) -> float:
+        return float(self.ask("pool.time"))
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.page.keyboard.press(key)
+
+    def text(self, name: str) -> str:
+        return str(self.page.locator(f"#{name}").inner_text())
+
+
+@pytest.fixture
+def visit(browser: Any) -> Iterator[Any]:
+    """Open pages; in the end nothing was complained of, and nothing but the files asked for."""
+    visits: list[Visit] = []
+
+    def open_page(path: Path, **settings: Any) -> Visit:
+        visits.append(Visit(browser, path, **settings))
+        return visits[-1]
+
+    yield open_page
+    for each in visits:
+        assert each.said == []
+        assert all(url.startswith("file://") for url in each.asked) and len(each.asked) == 1
+        each.context.close()
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[Run]:
+    return list(simulate_all(load("report"), solver="pymunk"))
+
+
+@pytest.fixture(scope="module")
+def others() -> list[Run]:
+    return list(simulate_all(load("report"), solver="pymunk-discrete", dt=1 / 60))
+
+
+@pytest.fixture(scope="module")
+def report(runs: list[Run], others: list[Run], tmp_path_factory: Any) -> Path:
+    """Return the page of the report's four shots, each with a ghost."""
+    path = Path(tmp_path_factory.mktemp("page")) / "report.html"
+    write_page(list(zip(runs, others, strict=True)), path)
+    return path
+
+
+def assert_plays_exactly(visit: Visit, run: Run) -> None:
+    """The page has the run's positions to the last bit, at a hundred times."""
+    assert visit.ask("pool.duration") == run.duration
+    times = np.linspace(0.0, 1.1 * run.duration, 100).tolist()
+    shown = visit.ask("(times) => times.map((t) => pool.positions(t))", times)
+    ids = [ball.id for ball in run.scene.balls]
+    places = np.array([[moment[id_] for id_ in ids] for moment in shown])
+    assert np.array_equal(places, run.at(times)[0])
+
+
+def contact_times(run: Run) -> list[float]:
+    return sorted({event.t for event in run.events if event.kind != "stop"})
+
+
+def test_the_report_is_played_exactly(visit: Any, report: Path, runs: list[Run]) -> None:
+    seen = visit(report)
+    for k, run in enumerate(runs, start=1):
+        seen.ask("(k) => pool.shot(k)", k)
+        assert_plays_exactly(seen, run)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "solver"),
+    [
+        ("eight-ball", "event-driven"),
+        ("two-balls", "pymunk"),
+        ("hexagon", "pymunk-builtin"),
+        ("l-shaped", "pymunk"),
+    ],
+)
+def test_other_scenes_are_played_exactly(
+    scenario: str, solver: str, visit: Any, tmp_path: Path
+) -> None:
+    run = simulate(load(scenario), 1, solver=solver)
+    run.to_html(tmp_path / "one.html")
+    seen = visit(tmp_path / "one.html")
+    assert_plays_exactly(seen, run)
+    seen.press("End")
+    assert seen.time() == run.duration
+
+
+def test_it_plays_and_pauses(visit: Any, report: Path) -> None:
+    seen = visit(report)
+    seen.press("Space")
+    seen.wait("pool.time > 0.1")
+    seen.press("Space")
+    stopped = seen.time()
+    assert not seen.ask("pool.playing")
+    seen.page.wait_for_timeout(100)
+    assert seen.time() == stopped
+    seen.page.click("#play")
+    seen.wait(f"pool.time > {stopped}")
+    seen.ask("pool.pause()")
+    seen.ask("pool.seek(player.duration - 0.01); pool.play()")
+    seen.wait("!pool.playing")
+    assert seen.time() == seen.ask("player.duration")
+
+
+def test_slower_is_slower(visit: Any, report: Path) -> None:
+    """In the same time on the screen, a hundredth of the way is shown."""
+    seen = visit(report)
+    seen.page.select_option("#speed", "0.01")
+    between = """(pace) => new Promise((done) => {
+        pool.seek(0); pool.play();
+        requestAnimationFrame((first) => requestAnimationFrame(function tick(now) {
+            if (now - first < 400) requestAnimationFrame(tick);
+            else { pool.pause(); done(pool.time / (now - first) * 1000); }
+        }));
+    })"""
+    assert 0.005 < seen.ask(between) < 0.015
+    seen.press("+", "+", "+")
+    assert seen.page.input_value("#speed") == "0.25"
+
+
+def test_steps_go_from_contact_to_contact(
+    visit: Any, report: Path, runs: list[Run], others: list[Run]
+) -> None:
+    seen = visit(report)
+    times = contact_times(runs[0])
+    for t in times[:5]:
+        seen.press("ArrowRight")
+        assert seen.time() == t
+    seen.page.click("#back")
+    assert seen.time() == times[3]
+    seen.press("Home")
+    seen.press("ArrowLeft")
+    assert seen.time() == 0.0
+    seen.press("End", "ArrowLeft")
+    assert seen.time() == times[-1]
+    seen.press("ArrowRight")
+    assert seen.time() == max(runs[0].duration, others[0].duration)
+
+
+def test_the_slider_scrubs(visit: Any, report: Path, runs: list[Run]) -> None:
+    seen = visit(report)
+    box = seen.page.locator("#time").bounding_box()
+    seen.page.mouse.move(box["x"] + 8, box["y"] + box["height"] / 2)
+    seen.page.mouse.down()
+    seen.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, steps=5)
+    seen.page.mouse.up()
+    longest = float(seen.page.get_attribute("#time", "max"))
+    assert abs(seen.time() / longest - 0.5) < 0.02
+
+
+def test_an_event_jumps_there(visit: Any, report: Path, runs: list[Run]) -> None:
+    seen = visit(report)
+    rows = seen.page.locator("#events button")
+    assert rows.count() == len(runs[0].events)
+    rows.nth(3).click()
+    assert seen.time() == runs[0].events[3].t
+    assert seen.page.locator("#events [aria-current]").inner_text() == rows.nth(3).inner_text()
+
+
+def test_the_picker_chooses_a_shot(visit: Any, report: Path, runs: list[Run]) -> None:
+    seen = visit(report)
+    seen.page.select_option("#shot", label=f"3: {runs[2].name}")
+    assert seen.ask("pool.duration") == runs[2].duration
+    seen.press("2")
+    assert seen.ask("pool.duration") == runs[1].duration
+    seen.page.locator("#table").click(position={"x": 5, "y": 5})
+    seen.press("4")
+    assert seen.ask("pool.duration") == runs[3].duration
+
+
+def test_the_ghost_shows_how_far_it_is_apart(
+    visit: Any, report: Path, runs: list[Run], others: list[Run]
+) -> None:
+    seen = visit(report)
+    assert "pymunk-discrete" in seen.text("apart-text")
+    assert float(seen.page.get_attribute("#time", "max")) == max(
+        runs[0].duration, others[0].duration
+    )
+    t = 0.7 * runs[0].duration
+    apart = seen.ask("(t) => apart(player.run, player.ghost, t)", t)
+    gap = runs[0].at(t)[0] - others[0].at(t)[0]
+    assert np.allclose(apart, np.hypot(gap[:, 0], gap[:, 1]), rtol=1e-12, atol=0.0)
+    box = seen.page.locator("#plot").bounding_box()
+    seen.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    assert seen.time() > 0.3
+    with_ghost = picture(seen)
+    seen.page.select_option("#ghost", "0")
+    assert not seen.page.locator("#apart").is_visible()
+    assert picture(seen) != with_ghost
+
+
+def picture(seen: Visit) -> str:
+    return str(seen.ask("document.getElementById('table').toDataURL()"))
+
+
+def test_the_ball_under_the_pointer_says_what_it_does(
+    visit: Any, report: Path, runs: list[Run]
+) -> None:
+    seen = visit(report)
+    run, t = runs[0], 0.05
+    seen.ask("(t) => pool.seek(t)", t)
+    i = run.scene.index["C"]
+    (x, y), (vx, vy) = (part[i].tolist() for part in run.at(t))
+    place = "([x, y]) => player.table.place(x, y).map((p) => p / player.table.ratio)"
+    px, py = seen.ask(place, [x, y])
+    seen.page.locator("#table").hover(position={"x": px, "y": py})
+    told = seen.text("ball")
+    speed, unit = run.scene.units.from_si(math.hypot(vx, vy), "speed"), run.scene.units.speed
+    angle = float(np.degrees(np.arctan2(vy, vx)))
+    assert told.startswith(f"C: {speed:.3f} {unit} at {angle:.1f}°")
+    seen.page.mouse.move(2, 2)
+    assert not seen.page.locator("#ball").is_visible()
+
+
+def test_a_finger_picks_a_ball(visit: Any, report: Path, runs: list[Run]) -> None:
+    seen = visit(report, viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True)
+    x, y = runs[0].at(0.0)[0][runs[0].scene.index["5"]].tolist()
+    place = "([x, y]) => player.table.place(x, y).map((p) => p / player.table.ratio)"
+    px, py = seen.ask(place, [x, y])
+    seen.page.locator("#table").tap(position={"x": px + 8, "y": py})
+    assert seen.text("ball").startswith("5: at rest")
+    seen.page.locator("#on").tap()
+    assert seen.time() == contact_times(runs[0])[0]
+
+
+@pytest.mark.parametrize("width", [360, 768, 1280, 1920])
+def test_nothing_sticks_out_at_the_sides(width: int, visit: Any, report: Path) -> None:
+    seen = visit(report, viewport={"width": width, "height": 800})
+    assert seen.ask("document.documentElement.scrollWidth") <= width
+    assert float(seen.ask("document.getElementById('table').clientWidth")) > 0.6 * min(width, 900)
+
+
+def test_it_is_dark_where_the_reader_likes_it_dark(visit: Any, report: Path) -> None:
+    ground = "getComputedStyle(document.body).backgroundColor"
+    dark, light = (visit(report, color_scheme=scheme) for scheme in ("dark", "light"))
+    assert (dark.ask(ground), light.ask(ground)) == ("rgb(21, 25, 29)", "rgb(255, 255, 255)")
+    light.press("d")
+    assert light.ask(ground) == dark.ask(ground)
+
+
+def test_pockets_take_balls_in(visit: Any, tmp_path: Path) -> None:
+    run = simulate(load("eight-ball"), 1)
+    run.to_html(tmp_path / "one.html")
+    seen = visit(tmp_path / "one.html")
+    assert not seen.page.locator("#pocketed").is_visible()
+    seen.press("End")
+    names = ", ".join(f"{ball} ({pocket})" for ball, pocket in run.pocketed.items())
+    assert seen.text("pocketed") == f"Off the table: {names}"
+
+
+def test_hostile_texts_stay_texts(visit: Any, tmp_path: Path) -> None:
+    scene = hostile_scene()
+    simulate(scene, 1).to_html(tmp_path / "one.html")
+    seen = visit(tmp_path / "one.html")
+    seen.press("End")
+    assert seen.ask("window.hacked") is None
+    assert seen.text("title") == f"title {HOSTILE}"
+    assert seen.ask("document.title") == f"title {HOSTILE}"
+    assert seen.ask("document.images.length") == 0
+    assert HOSTILE in seen.text("pocketed")
+
+
+def test_an_id_may_be_any_name_of_the_language(visit: Any, tmp_path: Path) -> None:
+    scene = load("two-balls")
+    text = scene.to_toml().replace('"A"', '"__proto__"').replace('"B"', '"constructor"')
+    (tmp_path / "odd.toml").write_text(text, encoding="utf-8")
+    simulate(load(str(tmp_path / "odd.toml")), 1).to_html(tmp_path / "one.html")
+    seen = visit(tmp_path / "one.html")
+    assert sorted(seen.ask("Object.keys(pool.positions(0))")) == ["__proto__", "constructor"]
+
+
+def test_other_code_gets_clear_errors(visit: Any, report: Path) -> None:
+    seen = visit(report)
+    for call, message in (
+        ("pool.shot(5)", "shot(5): the shots have the numbers 1 to 4"),
+        ("pool.seek(NaN)", "seek(NaN): the time must be a finite number"),
+    ):
+        caught = f"() => {{ try {{ {call}; }} catch (error) {{ return error.message; }} }}"
+        assert seen.ask(caught) == message
+
+
+def test_a_notebooks_frame_plays(visit: Any, runs: list[Run], tmp_path: Path) -> None:
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!doctype html><body>{runs[0]._repr_html_()}</body>", encoding="utf-8")
+    seen = visit(path)
+    frame = seen.page.frames[1]
+    frame.wait_for_selector("#events button")
+    assert frame.evaluate("pool.duration") == runs[0].duration
+    assert seen.ask("window.pool") is None
+
+
+def many_balls(count: int) -> Scene:
+    """Return so many balls in a square on an open plane; they move in all directions."""
+    side = math.ceil(math.sqrt(count))
+    balls = tuple(
+        Ball(str(k), (0.1 * (k % side), 0.1 * (k // side)), 0.03, 0.2,
+             velocity=(math.cos(k), math.sin(k)))
+        for k in range(count)
+    )  # fmt: skip
+    return Scene(balls, restitution=Restitution(0.9), friction=Friction(surface=0.1))
+
+
+def test_a_scene_of_many_balls_is_drawn(visit: Any, tmp_path: Path) -> None:
+    simulate(many_balls(200), solver="event-driven").to_html(tmp_path / "many.html")
+    seen = visit(tmp_path / "many.html")
+    seen.press("ArrowRight", "End")
+    assert seen.time() == seen.ask("pool.duration")
