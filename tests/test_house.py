@@ -23,7 +23,7 @@ FLOORS = (
     ("fast",),
     ("studies",),
     ("render",),
-    ("page",),
+    ("page", "env"),
     ("cli",),
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
@@ -34,10 +34,11 @@ LATE: set[tuple[str, str]] = {
     ("model/scene.py", "page"),
     ("results/run.py", "page"),
     ("results/run.py", "render"),
+    ("results/run.py", "studies"),
 }
 
 # Only one room may import each of these libraries.
-ONLY_IN = {"matplotlib": "render", "typer": "cli", "pydantic": "model"}
+ONLY_IN = {"matplotlib": "render", "typer": "cli", "pydantic": "model", "gymnasium": "env"}
 
 
 class Import(NamedTuple):

@@ -13,7 +13,6 @@ What you do not override stays Coulomb's.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import final
@@ -38,7 +37,8 @@ ZERO_SLIP = 1e-9
 def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
     """Answer a hit by Eqs. 1-7, with Coulomb friction against the slip.
 
-    J_n = (1 + e) m_eff (a_n - b_n); J_t = min(mu J_n, m_eff |s|) against the slip s = a_t - b_t.
+    J_n = (1 + e) m_eff (a_n - b_n); J_t = m_eff s against the slip s = a_t - b_t, or mu J_n if that
+    is less.
     Momentum is kept, energy never grows, and nothing jumps. Balls that already part keep their
     velocities.
 
@@ -49,7 +49,8 @@ def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
     share_a, share_b = m_b / (m_a + m_b), m_a / (m_a + m_b)  # m_eff / m_a, m_eff / m_b
     slip = a.t - b.t
     j_n = (1.0 + e) * max(a.n - b.n, 0.0)  # impulses over m_eff
-    j_t = math.copysign(min(mu * j_n, abs(slip)), slip)
+    most = mu * j_n
+    j_t = max(-most, min(slip, most))
     return (
         NT(a.n - j_n * share_a, a.t - j_t * share_a),
         NT(b.n + j_n * share_b, b.t + j_t * share_b),

@@ -65,6 +65,10 @@ class Face(NamedTuple):
         """Return the unit vector from the face to a ball."""
         return self.outward
 
+    def curvature(self, x: float, y: float) -> float:
+        """Return 0: the normal is the same all along the face."""
+        return 0.0
+
     def length_along(self, path: Path, r: float) -> float:
         """Return the path length (m) until a ball meets the face.
 
@@ -100,6 +104,11 @@ class Post(NamedTuple):
     def normal(self, x: float, y: float) -> Vector:
         """Return the unit vector from the post's centre to a ball."""
         return unit(x - self.center[0], y - self.center[1])
+
+    def curvature(self, x: float, y: float) -> float:
+        """Return how fast (1/m) the normal turns as a ball moves around the post."""
+        dx, dy = x - self.center[0], y - self.center[1]
+        return 1.0 / math.sqrt(dx * dx + dy * dy)
 
     def length_along(self, path: Path, r: float) -> float:
         """Return the path length (m) until a ball meets the post.

@@ -137,6 +137,7 @@ class Request(NamedTuple):
             policies=frozenset(trace.policies),
             known_shift=shift,
             again=partial(self._again, shot, start) if self.solver.engine else None,
+            law_used=self.settings.law,
         )
 
     def _event(self, t: float, kind: str, balls: tuple[int, ...], where: int | None) -> Event:
