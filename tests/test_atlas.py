@@ -143,6 +143,22 @@ def test_found_shots_do_what_is_wanted_and_forgive_what_they_say() -> None:
     assert abs(wins / 200 - best.share) < 4 * math.sqrt(best.share * (1 - best.share) / 200)
 
 
+def test_a_shot_is_improved_until_a_ball_ends_where_it_shall() -> None:
+    scene, goal = load("report"), (1.0, 0.5)
+
+    def met(batch: Batch) -> NDArray[np.bool_]:
+        return np.asarray(batch.met.any(axis=1))
+
+    how: dict[str, Any] = {"tries": 10_000, "samples": 100, "best": 3}
+    best, *others = find(scene, 1, met, ends={"C": goal}, **how)
+    assert best.off < 1e-12
+    assert math.dist(best.run.final["C"], goal) == pytest.approx(best.off, abs=1e-15)
+    again = simulate(replace(scene, shots=(best.shot,)), solver="event-driven")
+    assert any(event.kind == "ball-ball" and "C" in event.balls for event in again.events)
+    assert [one.off for one in (best, *others)] == sorted(one.off for one in (best, *others))
+    assert find(scene, 1, met, **how)[0].off == 0.0
+
+
 def test_what_nothing_does_is_an_empty_list() -> None:
     def never(batch: Batch) -> NDArray[np.bool_]:
         return np.zeros(len(batch), dtype=bool)
@@ -158,6 +174,8 @@ def test_what_nothing_does_is_an_empty_list() -> None:
         ({"angle": 5}, "angle = 5: must be two numbers"),
         ({"tries": 10}, "tries = 10: must be 600 or more"),
         ({"angle_error": 0.0}, "angle_error = 0.0: must be greater than 0"),
+        ({"ends": {"X": (1.0, 0.5)}}, "ends = X: there is no such ball"),
+        ({"ends": {"8": 1.0}}, "ends.8 = 1.0: must be two numbers"),
     ],
 )
 def test_bad_arguments_are_one_line(wrong: dict[str, Any], line: str) -> None:

@@ -52,7 +52,8 @@ def test_the_worst_grazing_hit_is_off_by_half_the_bound() -> None:
             assert exact is not None
             assert found is not None
             errors.append(abs(found - exact))
-    assert 0.45 * BOUND < max(errors) < 0.51 * BOUND
+    assert math.degrees(max(errors)) == pytest.approx(0.0201, abs=5e-5)
+    assert max(errors) * WAY == pytest.approx(0.70e-3, abs=5e-6)
 
 
 def test_a_hit_with_a_shorter_chord_than_a_slice_may_be_missed() -> None:

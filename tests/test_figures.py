@@ -2,30 +2,134 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import json
+import math
 import re
+import shlex
+import shutil
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import reference
+from hard_reference import Settings
 
-from pool_pymunk import Sensitivity, load, sensitivity, simulate, written_uncertainty
+from pool_pymunk import (
+    Disc,
+    Material,
+    Sensitivity,
+    collide,
+    load,
+    sensitivity,
+    simulate,
+    simulate_many,
+    sweep,
+    written_uncertainty,
+)
+from pool_pymunk.cli import main
+from pool_pymunk.engine import decisions
+from pool_pymunk.physics import collapse
+from pool_pymunk.physics.path import LOST
+from pool_pymunk.solvers.request import PATIENCE
+from pool_pymunk.studies.atlas import SIZE
+from pool_pymunk.studies.tradeoff import tradeoff
 
 pytestmark = pytest.mark.heavy
 
 HOME = Path(__file__).parent.parent
 INCH = 0.0254
+TOLD = "README.md", "docs/solver-and-step.md"  # Both have the table of the solvers.
 
 
 def text(page: str) -> str:
     """Return a page with its line breaks taken out."""
-    return " ".join((HOME / page).read_text(encoding="utf-8").split())
+    return flat((HOME / page).read_text(encoding="utf-8"))
+
+
+def flat(lines: str) -> str:
+    return " ".join(lines.split())
+
+
+def blocks(page: str, language: str = "") -> list[str]:
+    """Return the blocks of a page in one language, or those of commands and what they print."""
+    lines = (HOME / page).read_text(encoding="utf-8")
+    fenced = re.findall(r"^```(\S*).*?\n(.*?)^```$", lines, flags=re.DOTALL | re.MULTILINE)
+    return [block for name, block in fenced if name == language]
+
+
+def printed(command: str) -> str:
+    """Return what a command prints, with its line breaks taken out, and paths as on Linux."""
+    with contextlib.redirect_stdout(io.StringIO()) as out, pytest.raises(SystemExit) as ended:
+        main(shlex.split(command)[1:])
+    assert not ended.value.code
+    return flat(out.getvalue().replace("\\", "/"))
+
+
+def lines_that_stay(block: str) -> list[str]:
+    """Return the lines of a block without the times at their ends, and without what is left out."""
+    lines = [flat(re.sub(r"[\d.]+ s$", "", line)) for line in block.splitlines()]
+    return [line for line in lines if line not in ("", "...")]
 
 
 @cache
-def spread() -> Sensitivity:
+def played(page: str) -> tuple[dict[str, Any], str]:
+    """Run the Python of a page; return its names, and what it prints."""
+    names: dict[str, Any] = {}
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        exec("\n".join(blocks(page, "python")), names)
+    return names, out.getvalue()
+
+
+# -- the solvers -----------------------------------------------------------------------------------
+
+
+@cache
+def error(solver: str, dt: float | None, *shots: int) -> float:
+    """Return the largest error of an end (in), as `pool-pymunk tradeoff report` has it."""
+    scene = load("report")
+    chosen = [scene.shots[k - 1] for k in shots] or None
+    [setting] = tradeoff(scene, {solver: (dt,)}, shots=chosen, budget=0).settings
+    return setting.largest / INCH
+
+
+@pytest.mark.parametrize("page", TOLD)
+def test_what_the_solvers_err(page: str) -> None:
+    for solver in ("pymunk-discrete", "pymunk-builtin"):
+        assert f" {error(solver, 1e-4):.2g} in at 1e-4 s" in text(page)
+    # The first shot is the worst of them, and quick enough.
+    assert f" {error('time-slice', 1e-6, 1):.1g} in at 1e-6 s" in text(page)
+
+
+@pytest.mark.parametrize("page", TOLD)
+def test_what_rounding_leaves(page: str) -> None:
+    found = re.search(r"\| rounding \((.*?) in\)", text(page))
+    assert found
+    assert 0.2 < error("event-driven", None) / float(found[1]) < 5.0
+
+
+@pytest.mark.parametrize("page", ["docs/solver-and-step.md", "docs/accuracy.md"])
+def test_the_references(page: str) -> None:
+    for name, words in (("reference_runs", "random scenes"), ("hard_runs", "scenes")):
+        runs = json.loads((HOME / "tests" / "data" / f"{name}.json").read_text(encoding="utf-8"))
+        assert f"{len(runs)} {words}" in text(page)
+    assert (reference.DIGITS, Settings().digits) == (40, 90)
+    assert re.search(r"forty (and ninety )?digits", text(page))
+    assert "ninety digits" in text(page)
+
+
+# -- what the starts do to the ends ----------------------------------------------------------------
+
+
+@cache
+def spread(shot: int = 1, samples: int = 1000) -> Sensitivity:
     """Do what `pool-pymunk sensitivity report --shot 1` does."""
-    return sensitivity(load("report"), 1, written_uncertainty("report"))
+    return sensitivity(load("report"), shot, written_uncertainty("report"), samples=samples)
 
 
 def test_what_the_starts_do_to_the_ends() -> None:
@@ -40,6 +144,25 @@ def test_what_the_starts_do_to_the_ends() -> None:
     assert f"Of the {all_} digits of the printed ends, {kept} mean anything" in page
     assert f"From {spread().horizon:.2f} s on, half of the runs" in page
     assert f"in {100 * spread().same:.0f} % of them" in page
+
+
+def test_in_simulation_3_all_digits_hold() -> None:
+    kept, all_ = spread(shot=3).kept_digits
+    assert kept == all_
+    assert f"all its {all_} digits hold" in text("docs/solver-and-step.md")
+
+
+# -- what was found in the report ------------------------------------------------------------------
+
+
+def test_the_log_of_the_reports_listing(tmp_path: Path) -> None:
+    of_shot_1 = blocks("docs/report.md")[0].rpartition("...")[0]
+    out = printed(
+        f"pool-pymunk run report --shot 1 --solver time-slice --no-pictures --out '{tmp_path}'"
+    )
+    assert len(lines_that_stay(of_shot_1)) > 6
+    for line in lines_that_stay(of_shot_1):
+        assert line in out
 
 
 def test_the_same_figure_stands_in_what_was_found_in_the_report() -> None:
@@ -60,6 +183,151 @@ def test_published_ends_beside_exact_ones() -> None:
     assert float(found[1]) == pytest.approx(np.abs(off).max() / INCH, abs=0.0005)
 
 
+def test_a_rounding_error_moves_ball_9() -> None:
+    ends = [
+        simulate(load("report"), 4, solver=solver).final["9"]
+        for solver in ("event-driven", "time-slice")
+    ]
+    assert f"moves ball 9 by {math.dist(*ends) / INCH:.2f} in" in text("docs/report.md")
+
+
+def test_eight_things_were_found() -> None:
+    lines = (HOME / "docs" / "report.md").read_text(encoding="utf-8")
+    assert re.findall(r"^(\d)\. ", lines, flags=re.MULTILINE) == list("12345678")
+    assert "eight things were found" in text("README.md")
+
+
+# -- hits without end, and other limits ------------------------------------------------------------
+
+
+def test_hits_without_end_are_leapt_over() -> None:
+    names, _ = played("docs/accuracy.md")
+    more = re.search(r"([\d,]+) more followed", names["run"].warnings[0])
+    assert more
+    millions = round(int(more[1].replace(",", "")) / 1e6)
+    assert f"show {millions} million hits" in text("docs/accuracy.md")
+
+
+def test_limits_of_hits_that_have_no_exact_answer() -> None:
+    page = text("docs/accuracy.md")
+    assert f"within {collapse.MOST_HITS:,} hits" in page
+    assert f"({collapse.MOST_IN_CLUSTER:,} among more than eight contacts, " in page
+    assert f"contacts, {decisions.MOST_IN_PILE} in a pile)" in page
+    assert (collapse.CLUSTER, decisions.LISTED) == (8, 100)
+    assert (decisions.DEEPEST, LOST, PATIENCE) == (1e-4, 1e-3, 2.0)
+    assert "overlap by about 1e-4 of the smaller radius" in page
+    assert "travels 1e-3 of its radius" in page
+    assert "Runs under two seconds" in page
+
+
+def test_coordinates_far_from_the_origin() -> None:
+    assert f"at 1e6 m they are {math.ulp(1e6):.2g} m apart" in text("docs/accuracy.md")
+
+
+# -- tutorial and worksheet ------------------------------------------------------------------------
+
+SHOWN = [block for block in blocks("docs/tutorial.md") if block.startswith("$ ")]
+
+
+@pytest.mark.parametrize("block", SHOWN, ids=lambda block: block.splitlines()[0])
+def test_the_tutorial_shows_what_its_commands_print(
+    block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copy(HOME / "docs" / "figures" / "mine.toml", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    command, _, shown = block.removeprefix("$ ").partition("\n")
+    out = printed(command)
+    assert len(lines_that_stay(shown)) > 1
+    for line in lines_that_stay(shown):
+        assert line in out
+
+
+def answer(number: int) -> str:
+    """Return an answer of the worksheet."""
+    lines = (HOME / "docs" / "worksheet.md").read_text(encoding="utf-8")
+    return flat(re.split(r"^\d+\. ", lines.partition("## Answers")[2], flags=re.MULTILINE)[number])
+
+
+def test_the_share_of_energy_that_is_lost() -> None:
+    for e in (1.0, 0.5, 0.0):
+        hit = collide(Disc(0.17, 1.0, (2.0, 0.0)), Disc(0.17, 1.0), material=Material(e))
+        before, after = hit.energy
+        assert f" {100 * (1 - after / before):.3g} %" in answer(1)
+
+
+def test_a_light_ball_comes_back_from_a_heavy_one() -> None:
+    light, heavy = Disc(0.1, 1.0, (3.0, 0.0)), Disc(0.2, 1.0)
+    hit = collide(light, heavy)
+    assert f"back at {-hit.velocity_a[0]:g} m/s" in answer(3)
+    assert f"on at {hit.velocity_b[0]:g} m/s" in answer(3)
+    assert collide(light, heavy, material=Material(0.5)).velocity_a[0] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("number", [5, 7, 8])
+def test_the_worksheets_lines_print_its_answers(number: int) -> None:
+    _, out = played("docs/worksheet.md")
+    figures = re.findall(r"\d+\.\d\d+", answer(number))
+    assert len(figures) >= 2
+    for figure in figures:
+        assert figure in out
+
+
+def test_the_best_ball_in_the_middle() -> None:
+    names, _ = played("docs/worksheet.md")
+    assert f"is {names['best']} g, beside" in answer(9)
+    assert f"= {math.sqrt(0.05):.4f}$ kg" in answer(9)
+
+
+def test_how_long_a_break_can_be_foretold() -> None:
+    worst = spread(samples=200).worst
+    assert f"Ball {worst.ball} spreads most" in answer(10)
+    assert f"standard deviation of {worst.deviation / INCH:.1f} in" in answer(10)
+    assert f"{worst.amplification:.0f} times that of the starts" in answer(10)
+    assert f"1e-4 s errs by {error('pymunk-discrete', 1e-4, 1):.1f} in there" in answer(10)
+
+
+# -- many shots ------------------------------------------------------------------------------------
+
+
 def test_a_shot_takes_so_many_bytes() -> None:
-    page = text("docs/simulate-many.md")
-    assert f"takes {25 + 21 * 11} bytes of the result" in page
+    scene = load("report")
+    start = scene.start(scene.shots[0])
+    batch = simulate_many(scene, start.position, start.velocity)
+    size = sum(each.nbytes for each in vars(batch).values() if isinstance(each, np.ndarray))
+    assert len(batch) == 1
+    assert f"takes {size} bytes of the result" in text("docs/simulate-many.md")
+
+
+@pytest.mark.parametrize("more", ["", " with its starts"])
+def test_a_shot_takes_so_many_bytes_of_a_file(more: str, tmp_path: Path) -> None:
+    pytest.importorskip("numba")
+    pytest.importorskip("pyarrow")
+    vary: dict[str, Any] = {"angle": (-5, 5), "speed": (1, 6)}
+    if more:
+        vary["start"] = 0.005 * INCH
+    sweep(load("report"), 1, vary=vary, samples=50_000, out=tmp_path)
+    size = sum(file.stat().st_size for file in tmp_path.glob("*.parquet")) / 50_000
+    page = text("docs/many-shots.md")
+    found = re.search(rf"bytes a shot{more or ' .ends of eleven balls.'} \| (\d+) \|", page)
+    assert found
+    assert size == pytest.approx(int(found[1]), rel=0.02)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/simulate-many.md", "docs/speed.md"])
+def test_an_atlas_is_of_so_many_shots(page: str) -> None:
+    assert re.search(rf"{math.prod(SIZE):,} (exact )?shots", text(page))
+
+
+# -- the pygame tutorial ---------------------------------------------------------------------------
+
+
+def test_the_pygame_tutorial_beside_ours(tmp_path: Path) -> None:
+    command = [sys.executable, str(HOME / "examples" / "tutorial_beside_ours.py")]
+    out = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    rows = [re.findall(r"[\d.e-]+", line) for line in out.splitlines() if line.startswith(" ")]
+    page = (HOME / "docs" / "from-pygame.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^\| *\d.*$", page, flags=re.MULTILINE)
+    assert len(shown) == 4
+    for line, theirs, ours in zip(shown, rows[:4], rows[4:], strict=True):
+        figures = [float(figure) for figure in re.findall(r"[\d.e-]+", line)]
+        assert figures == pytest.approx([float(x) for x in (*theirs, *ours[1:])], abs=1e-9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -280,7 +281,7 @@ SYNTAX: dict[str, Case] = {
         ],
     ),
     "dotted deeply": (
-        "a" + ".a" * 1000 + " = 1" + GOOD,
+        "a" + ".a" * 990 + " = 1" + GOOD,  # Python 3.14 refuses more than 1000 parts.
         [f"a = {{a = {{a = {{a = ...}}}}}}: unknown key (there are: {TOP_KEYS})"],
     ),
     "integer too long for Python": (
@@ -298,10 +299,6 @@ KEYS_AND_TYPES: dict[str, Case] = {
         [
             f"bal = {{radius = 2.25, mass = 160}}: unknown key (there are: {TOP_KEYS}); did you "
             'mean "ball"?',
-            "balls[0].radius = (left out): is wanted, here or in [ball]",
-            "balls[0].mass = (left out): is wanted, here or in [ball]",
-            "balls[1].radius = (left out): is wanted, here or in [ball]",
-            "balls[1].mass = (left out): is wanted, here or in [ball]",
         ],
     ),
     "unknown key in a section": (
@@ -341,6 +338,13 @@ KEYS_AND_TYPES: dict[str, Case] = {
     "number for text": (
         changed(('id = "1"', "id = 1")),
         ['balls[1].id = 1: must be text, in "quotes"'],
+    ),
+    "direction for a ball to aim at": (
+        changed((LAUNCH, "speed = 4\naim = 30")),
+        [
+            'shots[0].aim = 30: must be the id of a ball, in "quotes"; for a direction in degrees '
+            "write angle"
+        ],
     ),
     "number for bool": (
         changed(("cue = true", "cue = 1")),
@@ -690,6 +694,42 @@ SHOTS: dict[str, Case] = {
 }
 
 MALFORMED = SYNTAX | KEYS_AND_TYPES | NUMBERS | TABLES | BALLS | SHOTS
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("[table]", "[tabel]"),
+        ("[restitution]", "[restituton]"),
+        ("[friction]", "[fricton]"),
+        ("[ball]", "[bal]"),
+        ("[[shots]]", "[[shot]]"),
+        ("ball_ball = 0.9", "bal_ball = 0.9"),
+        ("cushion = 0.7", "cushon = 0.7"),
+        ("surface = 0.1", "surfaces = 0.1"),
+        ("radius = 2.25", "radus = 2.25"),
+        ("position = [66, 22]", "postion = [66, 22]"),
+        ('id = "1"', 'ids = "1"'),
+        ("velocity = [-4, 0]", "velocty = [-4, 0]"),
+    ],
+)
+def test_a_misspelt_key_is_one_line_and_nothing_is_left_out(right: str, wrong: str) -> None:
+    (line,) = problems(changed((right, wrong)))
+    assert line.endswith(f'did you mean "{re.split("[][ =]+", right.strip("["))[0]}"?')
+
+
+def test_balls_that_are_misspelt_are_one_line_and_any_id_may_be_one_of_them() -> None:
+    (line,) = problems(
+        GOOD.replace("[[balls]]", "[[bals]]").replace(LAUNCH, 'speed = 4\naim = "1"')
+    )
+    assert line.endswith('did you mean "balls"?')
+
+
+def test_a_key_that_stands_beside_a_misspelt_one_is_checked() -> None:
+    text = changed(("surface = 0.1", "surface = -0.1\nsurfaces = 0.1"))
+    lines = problems(text)
+    assert len(lines) == 2
+    assert "friction.surface = -0.1: must be 0 or more" in lines
 
 
 @pytest.mark.parametrize(("text", "lines"), MALFORMED.values(), ids=MALFORMED)

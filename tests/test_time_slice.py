@@ -365,7 +365,7 @@ def simulation_4(factor: float) -> tuple[float, Point]:
 def test_a_rounding_error_decides_the_end_of_simulation_4() -> None:
     """The shot is head-on: its slip is zero to rounding, and the law jumps there.
 
-    Without the rounding error ball 9 ends 2.4 in from where the report has it. With the opposite
+    Without the rounding error ball 9 ends 2.45 in from where the report has it. With the opposite
     error it ends 4.5 in from there.
     """
     slip, as_published = simulation_4(1.0)

@@ -284,8 +284,10 @@ def test_settling_leaves_nothing_that_closes_and_adds_no_energy(seed: int) -> No
 
 @pytest.mark.xfail(strict=True, reason="the mean over orders has not come to its limit")
 @pytest.mark.parametrize("seed", [1648, 2117])
-def test_settling_where_impulses_are_given_up(seed: int) -> None:
+def test_settling_where_impulses_are_given_up(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """The mean over orders answers instead, and should leave no contact that closes."""
+    # Some versions of NumPy round such that none are given up in the second of these clusters.
+    monkeypatch.setattr("pool_pymunk.physics.together._normal_impulses", lambda *_: None)
     _, contacts, velocity = random_cluster(seed, widest=6.0)
     settle(contacts, velocity)
     assert all(closing_speed(contact, velocity) < 1e-7 for contact in contacts)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from pool_pymunk.model import Scene, Shot
+    from pool_pymunk.studies.linear import Linear
     from pool_pymunk.studies.sensitivity import Sensitivity, Spread
     from pool_pymunk.studies.uncertainty import Uncertainty
 
@@ -45,6 +46,9 @@ def sensitivity(
     json: JsonFile = None,
     out: OutDir = None,
     pictures: Annotated[bool, typer.Option(help="Draw the cloud of ends of every ball.")] = True,
+    by_derivatives: Annotated[
+        bool, typer.Option("--linear", help="Say it by derivatives, too, and how far they hold.")
+    ] = False,
 ) -> int:
     """Move the starts, and on request the cue's speed and angle, a little: where may balls end?
 
@@ -56,15 +60,17 @@ def sensitivity(
     shots = read_shots(scene, shot)
     folder = out or Path("renders") / Path(scenario).stem / "sensitivity"
     found: list[Sensitivity] = []
+    lines: list[Linear | None] = []
     for one in shots:
         found.append(_play(scene, one, uncertainty, (samples, seed, processes)))
+        lines.append(_differentiate(scene, one, uncertainty, seed) if by_derivatives else None)
         if len(found) == 1:
             what = uncertainty.described(scene)
             typer.echo(f"{samples:,} samples a shot with {what}; seed {seed}")
-        _print(found[-1])
-        _save(found, folder, pictures)
+        _print(found[-1], lines[-1])
+        _save(found, lines[-1], folder, pictures)
         if json is not None:
-            _write_json(json, scenario, scene, found)
+            _write_json(json, scenario, scene, found, lines)
     typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
     return 1 if any(one.unfinished for one in found) else 0
 
@@ -105,20 +111,27 @@ def _play(
         return sensitivity(scene, shot, uncertainty, *how, on_done=advance)
 
 
+def _differentiate(scene: Scene, shot: Shot | None, uncertainty: Uncertainty, seed: int) -> Linear:
+    from pool_pymunk.studies.linear import linear
+
+    with input_errors():
+        return linear(scene, shot, uncertainty, seed=seed)
+
+
 # -- the terminal ----------------------------------------------------------------------------------
 
 
-def _print(found: Sensitivity) -> None:
+def _print(found: Sensitivity, line: Linear | None) -> None:
     from rich.console import Console
 
     console = Console(width=None if Console().is_terminal else 160, highlight=False)
     console.print(f"\n[bold]{found.reference.name}[/bold]")
-    console.print(_table(found))
-    for line in sentences(found):
-        console.print(line, soft_wrap=True)
+    console.print(_table(found, line))
+    for text in [*sentences(found), *([] if line is None else linear_sentences(line))]:
+        console.print(text, soft_wrap=True)
 
 
-def _table(found: Sensitivity) -> Table:
+def _table(found: Sensitivity, line: Linear | None) -> Table:
     from rich.table import Table
 
     scene = found.reference.scene
@@ -129,7 +142,9 @@ def _table(found: Sensitivity) -> Table:
         table.add_column(heading, justify="right")
     if scene.pockets:
         table.add_column("pocketed")
-    for ball in found.balls:
+    if line is not None:
+        table.add_column("std by derivatives", justify="right")
+    for i, ball in enumerate(found.balls):
         low, high, end, std = (
             tuple(scene.units.from_si(v, "length") for v in point)
             for point in (ball.low, ball.high, ball.end, ball.std)
@@ -143,8 +158,27 @@ def _table(found: Sensitivity) -> Table:
             _times(ball.amplification),
             _when(ball.horizon),
             *([_chances(ball)] if scene.pockets else []),
+            *([] if line is None else [_both(line, i)]),
         )
     return table
+
+
+def _both(line: Linear, i: int) -> str:
+    """Return the standard deviations along x and y by derivatives, where they are known."""
+    x, y = (line.reference.scene.units.from_si(float(v), "length") for v in line.std[i])
+    return f"{x:.2g}, {y:.2g}" if math.isfinite(x) else "not known"
+
+
+def linear_sentences(line: Linear) -> list[str]:
+    """Say in words how far the derivatives can be believed."""
+    warnings = [f"Warning: {warning}." for warning in line.warnings]
+    if not math.isfinite(line.holds):
+        return warnings
+    holds = f"within {line.holds:g} times these errors"
+    if line.radius > 0.0:
+        units = line.reference.scene.units
+        holds += f" (starts within {units.from_si(line.radius, 'length'):.2g} {units.length})"
+    return [f"The derivatives hold to a tenth {holds}.", *warnings]
 
 
 def _chances(ball: Spread) -> str:
@@ -208,7 +242,7 @@ def _times(factor: float | None) -> str:
 # -- files -----------------------------------------------------------------------------------------
 
 
-def _save(found: list[Sensitivity], folder: Path, pictures: bool) -> None:
+def _save(found: list[Sensitivity], line: Linear | None, folder: Path, pictures: bool) -> None:
     """Write one row a shot and ball, and the last shot's samples and picture."""
     from pool_pymunk.safety.files import whole
     from pool_pymunk.studies.sensitivity import write_csv
@@ -222,10 +256,16 @@ def _save(found: list[Sensitivity], folder: Path, pictures: bool) -> None:
     if pictures:
         from pool_pymunk.render.clouds import cloud_picture
 
-        cloud_picture(found[-1], folder / f"{stem}.png")
+        cloud_picture(found[-1], folder / f"{stem}.png", line)
 
 
-def _write_json(path: Path, scenario: str, scene: Scene, found: list[Sensitivity]) -> None:
+def _write_json(
+    path: Path,
+    scenario: str,
+    scene: Scene,
+    found: list[Sensitivity],
+    lines: list[Linear | None],
+) -> None:
     import json
 
     from pool_pymunk import __version__
@@ -236,7 +276,10 @@ def _write_json(path: Path, scenario: str, scene: Scene, found: list[Sensitivity
         "scenario": label(scenario),
         "title": scene.title,
         "version": __version__,
-        "shots": [one.as_dict() for one in found],
+        "shots": [
+            one.as_dict() | ({} if line is None else {"linear": line.as_dict()})
+            for one, line in zip(found, lines, strict=True)
+        ],
     }
     with whole(path) as part:
         part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -9,14 +9,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import CircleCollection
 from matplotlib.colors import to_rgb
-from matplotlib.patches import Circle, PathPatch
+from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
 from pool_pymunk.render.balls import HALO, Disc, discs, draw_balls, draw_rings
 from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet, picture_layout
-from pool_pymunk.render.style import PRINT, Style, halo_color
+from pool_pymunk.render.style import PRINT, Style, ball_colors, halo_color
 from pool_pymunk.safety.files import whole
+from pool_pymunk.studies.linear import ellipse
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from pool_pymunk.fast import Batch
     from pool_pymunk.model import Scene
     from pool_pymunk.physics.motion import Array
+    from pool_pymunk.studies.linear import Linear
     from pool_pymunk.studies.sensitivity import Sensitivity
 
 DOTS = 0.9  # the radius of a point, in points
@@ -35,12 +37,18 @@ SHOWN = 0.03  # of a radius; a cloud is drawn if its standard deviation is at le
 
 
 def cloud_picture(
-    found: Sensitivity, path: Path, *, dpi: float = 200.0, style: Style = PRINT
+    found: Sensitivity,
+    path: Path,
+    linear: Linear | None = None,
+    *,
+    dpi: float = 200.0,
+    style: Style = PRINT,
 ) -> None:
     """Draw the clouds of ends: starts as rings, unperturbed ends as discs, samples as points.
 
-    A ball whose ends hardly spread is drawn without a cloud. The suffix of ``path`` gives the
-    format (png, svg, pdf).
+    A ball whose ends hardly spread is drawn without a cloud. With a ``linear`` sensitivity, too,
+    ellipses have 95 % of the ends within them as the derivatives say. The suffix of ``path`` gives
+    the format (png, svg, pdf).
     """
     show = Show((found.reference,))
     layout = picture_layout(show)
@@ -48,6 +56,9 @@ def cloud_picture(
     _draw_clouds(sheet, found, style)
     scene = found.reference.scene
     key = "rings: starts; discs: the ends if nothing is moved"
+    if linear is not None:
+        _draw_ellipses(sheet, linear, style)
+        key += "; ellipses: 95 % of the ends by derivatives"
     spread = f"{found.samples:,} ends with {found.uncertainty.described(scene)}"
     text = DOT.join(part for part in (scene.title, found.reference.name, spread, key) if part)
     draw_caption(sheet, layout, text, style)
@@ -87,6 +98,21 @@ def _draw_ends(sheet: Sheet, scene: Scene, ends: Array, style: Style) -> None:
         _faded(sheet.axes, balls[i], style)
         _cloud(sheet.axes, balls[i], points)
         _tag(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
+
+
+def _draw_ellipses(sheet: Sheet, linear: Linear, style: Style) -> None:
+    """Draw an ellipse around the end of every ball whose ends spread so that it shows."""
+    run, view = linear.reference, sheet.views[0]
+    colors = ball_colors(run.scene)
+    for i, ball in enumerate(run.scene.balls):
+        if not linear.std[i].max() >= SHOWN * ball.radius:
+            continue
+        outline = np.array(run.end.position[i]) + ellipse(linear.covariance[i])
+        corners = [view.place((x, y)) for x, y in outline.tolist()]
+        for color, width in ((halo_color(colors[i]), 2.6), (colors[i], 1.3)):
+            line = Polygon(corners, facecolor="none", edgecolor=color, linewidth=width, zorder=2.7)
+            line.set_clip_box(sheet.axes.bbox)
+            sheet.axes.add_artist(line)
 
 
 def _draw_clouds(sheet: Sheet, found: Sensitivity, style: Style) -> None:

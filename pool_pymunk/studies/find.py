@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast import Batch, simulate_many
-from pool_pymunk.model import Scene, Shot
+from pool_pymunk.model import Point, Scene, Shot
 from pool_pymunk.model.plain import read_number, read_pair
-from pool_pymunk.model.problems import number_problems, setting_error, size_problems
+from pool_pymunk.model.problems import listed, number_problems, setting_error, size_problems
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
+from pool_pymunk.studies.derivatives import derivatives
 from pool_pymunk.studies.sweep.plan import normal, uniforms
 
 Floats = NDArray[np.float64]
@@ -25,6 +26,9 @@ Wanted = Callable[[Batch], Any]
 TALL = 60  # speeds of the first look; the other tries are angles
 CANDIDATES = 12  # So many places are looked at closely, for each shot that is wanted.
 STEPS = 4  # So often a shot is moved to the middle of the tries around it that did what is wanted.
+MOST_STEPS = 20  # So often a shot is moved towards where balls shall end,
+SIZES = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)  # by one of these shares of the way,
+LEAST_GAIN = 1e-3  # as long as it brings them nearer by this share.
 NARROWER = 0.5  # The tries around it are drawn so much narrower each time.
 
 
@@ -33,7 +37,8 @@ class Found:
     """A found shot does what is wanted, and so do a ``share`` of its tries by the stated player.
 
     ``angle`` (degrees) and ``speed`` (m/s) are those of ``shot``; ``run`` is how the exact solver
-    plays it.
+    plays it. ``off`` is how far (m) the balls end from where they were to end: the root of the sum
+    of the squares, and 0 where nothing was said.
     """
 
     shot: Shot
@@ -41,11 +46,13 @@ class Found:
     speed: float
     share: float
     run: Run
+    off: float = 0.0
 
     def __repr__(self) -> str:
+        off = f", {self.off:.2g} m off" if self.off else ""
         return (
             f"<Found {self.angle:.4g} degrees, {self.speed:.4g} m/s: "
-            f"{100.0 * self.share:.3g} % of the tries>"
+            f"{100.0 * self.share:.3g} % of the tries{off}>"
         )
 
 
@@ -62,6 +69,7 @@ def find(
     samples: int = 2_000,
     best: int = 5,
     seed: int = 0,
+    ends: Mapping[str, Point] | None = None,
 ) -> list[Found]:
     """Return the shots that do what is wanted, those that forgive the largest errors first.
 
@@ -73,6 +81,10 @@ def find(
     share of success is measured by ``samples`` tries. The ``best`` shots are returned, no two of
     them within three standard deviations of each other; the list is empty if no try did it. All
     runs are exact, and each found shot was played by the exact solver.
+
+    ``ends`` says where balls shall end (m), by their ids. Each found shot is then improved by its
+    derivatives (Gauss-Newton): it is moved to where the squares of the distances of these balls
+    from their ends are least, as long as it does what is wanted. The nearest shots come first.
 
     Raises SettingError, in one line that names the argument.
 
@@ -89,6 +101,7 @@ def find(
     if chosen is None:
         raise setting_error("shot", None, "is wanted: the scene has none")
     search = _Search(scene, chosen, wanted, angle_error, speed_error, seed)
+    search.aim_for(ends or {})
     usual = math.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
     angle = read_pair("angle", angle)
     low, high = read_pair("speed", speed or (0.25 * usual, 1.5 * usual))
@@ -106,7 +119,7 @@ def find(
         one = search.closely(place, samples)
         if one is not None and not any(search.is_near(one, other) for other in found):
             found.append(one)
-    return sorted(found, key=lambda one: -one.share)[:best]
+    return sorted(found, key=lambda one: (one.off, -one.share))[:best]
 
 
 class _Search:
@@ -122,6 +135,18 @@ class _Search:
         )
         self.ball = scene.index[shot.ball]
         self.position = np.array(scene.start(shot).position)
+        self.balls: list[int] = []
+        self.goals = np.zeros((0, 2))
+
+    def aim_for(self, ends: Mapping[str, Point]) -> None:
+        """Say where balls shall end."""
+        for id_ in ends:
+            if id_ not in self.scene.index:
+                message = f"there is no such ball (there are: {listed(self.scene.index)})"
+                raise setting_error("ends", id_, message)
+        self.balls = [self.scene.index[id_] for id_ in ends]
+        goals = [read_pair(f"ends.{id_}", end) for id_, end in ends.items()]
+        self.goals = np.array(goals).reshape(-1, 2)
 
     def play(self, angle: Floats, speed: Floats) -> Batch:
         """Play the shot at these angles (degrees) and speeds (m/s)."""
@@ -172,16 +197,55 @@ class _Search:
                 if self.does(middle[:1], np.maximum(middle[1:], 0.0))[0]:
                     place = middle
             width *= NARROWER
+        run = self.played(place)
+        if run is None:
+            return None
+        if self.balls:
+            place, run = self.improved(place, run)
         tries = place + errors
         share = float(self.does(tries[:, 0], np.maximum(tries[:, 1], 0.0)).mean())
-        batch = self.play(place[:1], place[1:])
-        if not np.asarray(self.wanted(batch))[0]:
-            return None
-        run = batch.run(0)
         shot = Shot("found", self.shot.ball, speed=float(place[1]), angle=float(place[0]))
         scene = replace(self.scene, shots=(shot,))
         found = replace(run, scene=scene, shot=shot)
-        return Found(shot, float(place[0]), float(place[1]), share, found)
+        return Found(shot, float(place[0]), float(place[1]), share, found, self.off(run))
+
+    def played(self, place: Floats) -> Run | None:
+        """Play a shot exactly; return None if it does not do what is wanted."""
+        batch = self.play(place[:1], np.maximum(place[1:], 0.0))
+        return batch.run(0) if np.asarray(self.wanted(batch))[0] else None
+
+    def off(self, run: Run) -> float:
+        """Return how far (m) the balls end from where they shall end."""
+        ends = np.array(run.end.position)[self.balls]
+        return float(np.sqrt(((ends - self.goals) ** 2).sum()))
+
+    def improved(self, place: Floats, run: Run) -> tuple[Floats, Run]:
+        """Move a shot to where the balls end nearest to their goals, by steps of Gauss-Newton."""
+        for _ in range(MOST_STEPS):
+            step = self._step(run)
+            better = next(
+                (
+                    (moved, other)
+                    for size in SIZES
+                    if (other := self.played(moved := place + size * step)) is not None
+                    and self.off(other) < (1.0 - LEAST_GAIN) * self.off(run)
+                ),
+                None,
+            )
+            if better is None:
+                break
+            place, run = better
+        return place, run
+
+    def _step(self, run: Run) -> Floats:
+        """Return the change of angle (degrees) and speed (m/s) that should bring the ends home."""
+        velocity = run.knots[self.ball][0, 3:5]
+        slopes = derivatives(run, [f"{v}.{self.shot.ball}" for v in ("vx", "vy")]).final[self.balls]
+        turned = math.radians(1.0) * np.array([-velocity[1], velocity[0]])
+        faster = velocity / (math.hypot(*velocity) or 1.0)
+        by_both = np.nan_to_num((slopes @ np.stack([turned, faster], axis=1)).reshape(-1, 2))
+        wanted = (self.goals - np.array(run.end.position)[self.balls]).ravel()
+        return np.asarray(np.linalg.lstsq(by_both, wanted, rcond=None)[0])
 
     def is_near(self, one: Found, other: Found) -> bool:
         """Tell whether two shots are within three standard deviations of each other."""

@@ -29,7 +29,14 @@ from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES, Event, Run
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
-from pool_pymunk.solvers import SettingError, find_shot, request, simulate, yardstick
+from pool_pymunk.solvers import (
+    SettingError,
+    find_shot,
+    request,
+    simulate,
+    simulate_all,
+    yardstick,
+)
 from pool_pymunk.studies.compare import contact_order, contacts
 from pool_pymunk.studies.uncertainty import Mask, StartSampler, Uncertainty
 
@@ -287,13 +294,10 @@ def sensitivity(
     if seed < 0:
         raise SettingError(f"seed = {seed}: must be 0 or more")
     began = time.perf_counter()
-    study = _study(scene, find_shot(scene, shot), uncertainty)
+    study = read_study(scene, find_shot(scene, shot), uncertainty)
     starts, errors, rejected = _draw(study, uncertainty, samples, np.random.default_rng(seed))
     cores, done = _processes(processes), on_done or _nothing
-    if samples >= FEW and study.can_be_compiled:
-        played = _play_compiled(study, starts, errors, cores, done)
-    else:
-        played = _play_in_python(study, starts, errors, cores, done)
+    played = _play_samples(study, starts, errors, cores, done)
     if not played.finished.any():
         raise SettingError(f"shot = {study.reference.name}: none of the samples could be finished")
     finished = played.finished
@@ -313,8 +317,19 @@ def sensitivity(
     )
 
 
+class Sampled(NamedTuple):
+    """Samples have starts (S, N, 2) in m, errors of speed and angle (S, K, 2), and ends (S, N, 2).
+
+    The errors of the K shots of a chain are in m/s and rad.
+    """
+
+    starts: Array
+    errors: Array
+    ends: Array
+
+
 @dataclass(frozen=True)
-class _Study:
+class Study:
     """A study holds what a process needs to play samples of one shot.
 
     ``chain`` are the shots up to it.
@@ -323,6 +338,17 @@ class _Study:
     chain: tuple[Shot | None, ...]
     reference: Run
     agree: float
+
+    def runs(self) -> list[Run]:
+        """Play the unperturbed shots up to this one, each from where the one before ends."""
+        return list(simulate_all(self.reference.scene, self.chain, solver=yardstick().name))
+
+    def sample(self, uncertainty: Uncertainty, count: int, seed: int) -> Sampled:
+        """Play so many starts drawn within an uncertainty; leave out what cannot be finished."""
+        starts, errors, _ = _draw(self, uncertainty, count, np.random.default_rng(seed))
+        played = _play_samples(self, starts, errors, 1, _nothing)
+        finished = played.finished
+        return Sampled(starts[finished], errors[finished], played.ends[finished])
 
     @property
     def can_be_compiled(self) -> bool:
@@ -368,7 +394,8 @@ class _Study:
         return self.reference.at(self.times)[0]
 
 
-def _study(scene: Scene, shot: Shot | None, uncertainty: Uncertainty) -> _Study:
+def read_study(scene: Scene, shot: Shot | None, uncertainty: Uncertainty) -> Study:
+    """Play the unperturbed shot; raise SettingError where it cannot be studied."""
     chain: list[Shot | None] = [shot]
     while (first := chain[0]) is not None and first.from_previous:
         chain.insert(0, scene.shots[scene.shots.index(first) - 1])
@@ -379,11 +406,11 @@ def _study(scene: Scene, shot: Shot | None, uncertainty: Uncertainty) -> _Study:
         raise SettingError(f"shot = {reference.name}: {STATUSES[reference.status]}")
     digit = 2.0 * float(uncertainty.widths(scene).max())
     agree = digit or scene.units.to_si(10.0**-PRINTED_DECIMALS, "length")
-    return _Study(tuple(chain), reference, agree)
+    return Study(tuple(chain), reference, agree)
 
 
 def _draw(
-    study: _Study, uncertainty: Uncertainty, samples: int, rng: np.random.Generator
+    study: Study, uncertainty: Uncertainty, samples: int, rng: np.random.Generator
 ) -> tuple[Array, Array, int]:
     """Draw starts (S, N, 2), and the errors of speed and angle of each shot (S, K, 2).
 
@@ -414,8 +441,17 @@ def _nothing(count: int) -> None:
     """Take no note that samples are done."""
 
 
+def _play_samples(
+    study: Study, starts: Array, errors: Array, cores: int, done: Callable[[int], object]
+) -> _Played:
+    """Play all samples: compiled, if they are many and can be."""
+    if len(starts) >= FEW and study.can_be_compiled:
+        return _play_compiled(study, starts, errors, cores, done)
+    return _play_in_python(study, starts, errors, cores, done)
+
+
 def _play_in_python(
-    study: _Study,
+    study: Study,
     starts: Array,
     errors: Array,
     processes: int,
@@ -430,7 +466,7 @@ def _play_in_python(
 
 
 def _play_compiled(
-    study: _Study,
+    study: Study,
     starts: Array,
     errors: Array,
     threads: int,
@@ -503,7 +539,7 @@ def _processes(asked: int | None) -> int:
     return asked
 
 
-def _play_all(study: _Study, starts: Array, errors: Array, processes: int) -> Iterator[_Played]:
+def _play_all(study: Study, starts: Array, errors: Array, processes: int) -> Iterator[_Played]:
     """Play all samples, chunk by chunk, in their order."""
     chunks = [slice(k, k + CHUNK) for k in range(0, len(starts), CHUNK)]
     play = partial(_play, study)
@@ -523,7 +559,7 @@ def _play_all(study: _Study, starts: Array, errors: Array, processes: int) -> It
         pool.shutdown(cancel_futures=True)
 
 
-def _play(study: _Study, starts: Array, errors: Array) -> _Played:
+def _play(study: Study, starts: Array, errors: Array) -> _Played:
     """Play some samples: their starts (S, N, 2) and errors of speed and angle (S, K, 2)."""
     order = contact_order(study.reference)
     ends, left, same, taken, finished = [], [], [], [], []
@@ -538,7 +574,7 @@ def _play(study: _Study, starts: Array, errors: Array) -> _Played:
 
 
 def _run(
-    study: _Study, start: Sequence[Sequence[float]], errors: Sequence[Sequence[float]]
+    study: Study, start: Sequence[Sequence[float]], errors: Sequence[Sequence[float]]
 ) -> tuple[Run, list[int]]:
     """Play one sample: every shot of the chain from where the one before ended.
 
@@ -572,12 +608,12 @@ def _struck(
     return Shot(shot.name, shot.ball, (speed * math.cos(angle), speed * math.sin(angle)))
 
 
-def _left(study: _Study, run: Run) -> Array:
+def _left(study: Study, run: Run) -> Array:
     """Return when (s; inf: never) each ball (N,) first was ``agree`` off the unperturbed run."""
     return _first_off(study, run.at(study.times)[0] - study.path)
 
 
-def _first_off(study: _Study, off: Array) -> Array:
+def _first_off(study: Study, off: Array) -> Array:
     """Return when (s; inf: never) each ball (N,) is first ``agree`` away, by offsets (T, N, 2)."""
     apart = np.hypot(off[..., 0], off[..., 1]) > study.agree
     return np.where(apart.any(axis=0), study.times[apart.argmax(axis=0)], math.inf)

@@ -73,6 +73,21 @@ class Uncertainty:
             raise SettingError(f"position of ball {min(unknown)}: there is no such ball")
         return np.array([self.position.get(ball.id, (0.0, 0.0)) for ball in scene.balls])
 
+    def scaled(self, factor: float) -> Uncertainty:
+        """Return the uncertainty so many times as wide.
+
+        >>> Uncertainty(0.001, angle=0.01).scaled(2.0)
+        Uncertainty(position=0.002, speed=0.0, angle=0.02)
+        """
+        place = self.position
+        if isinstance(place, Mapping):
+            wide: float | Mapping[str, Point] = {
+                id_: (factor * x, factor * y) for id_, (x, y) in place.items()
+            }
+        else:
+            wide = factor * place
+        return Uncertainty(wide, factor * self.speed, factor * self.angle)
+
     def described(self, scene: Scene) -> str:
         """Return the uncertainty in words, in the scenario's units.
 
@@ -230,7 +245,7 @@ class StartSampler:
             found |= np.hypot(*(starts - pocket.position).transpose(2, 0, 1)) < pocket.radius
         if self.table is not None:
             for i, radius in enumerate(self.radius.tolist()):
-                found[:, i] |= _off(self.table, starts[:, i], (1.0 - TOUCHING) * radius)
+                found[:, i] |= off_table(self.table, starts[:, i], (1.0 - TOUCHING) * radius)
         return found
 
 
@@ -239,7 +254,7 @@ def _unit(offsets: Array) -> Array:
     return np.asarray(offsets / np.hypot(*offsets.T)[:, None])
 
 
-def _off(table: Table, at: Array, radius: float) -> Mask:
+def off_table(table: Table, at: Array, radius: float) -> Mask:
     """Tell which points (S, 2) are off the table, or nearer than ``radius`` (m) to a cushion."""
     inside, near = np.zeros(len(at), dtype=bool), np.zeros(len(at), dtype=bool)
     x, y = at.T
