@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pool_pymunk.results.run import Event, Run
     from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
     from pool_pymunk.studies.atlas import Atlas, atlas
+    from pool_pymunk.studies.derivatives import Derivatives
     from pool_pymunk.studies.find import Found, find
     from pool_pymunk.studies.sensitivity import Sensitivity, sensitivity
     from pool_pymunk.studies.sweep import Sweep, sweep
@@ -51,6 +52,7 @@ __all__ = [
     "Billiards",
     "Choice",
     "Collision",
+    "Derivatives",
     "Disc",
     "Event",
     "Found",
@@ -103,6 +105,7 @@ _HOMES = {
     "results.run": "Event Run",
     "solvers": "SOLVERS SettingError simulate simulate_all",
     "studies.atlas": "Atlas atlas",
+    "studies.derivatives": "Derivatives",
     "studies.find": "Found find",
     "studies.sensitivity": "Sensitivity sensitivity",
     "studies.sweep": "Sweep sweep",
