@@ -39,7 +39,7 @@ def page(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE.html", help="Default: renders/<scenario>.html."),
+        typer.Option("--out", metavar="FILE.html", help="Default: renders/<scenario>/page.html."),
     ] = None,
 ) -> int:
     """Make a page that plays every shot: one HTML file that needs nothing else.
@@ -50,7 +50,7 @@ def page(
     how = How(law, friction, max_time)
     scene = how.scene(read_scenario(scenario))
     how.check(scene, solver, dt)
-    path = out or Path("renders") / f"{Path(scenario).stem}.html"
+    path = out or Path("renders") / Path(scenario).stem / "page.html"
     if path.suffix not in (".html", ".htm"):
         raise InputError(f"--out = {path}: must end in .html")
     settings = [Setting(solver, read_step(dt), options=how.options)]
