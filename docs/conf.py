@@ -14,6 +14,8 @@ import pool_pymunk
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "extensions"), str(HERE / "figures")]
 
+import gallery  # noqa: E402
+
 project = "pool_pymunk"
 author = "the authors of pool_pymunk"
 release = version = pool_pymunk.__version__
@@ -23,9 +25,12 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
+    "sphinx_gallery.gen_gallery",
     "commands",
+    "gallery",
 ]
 exclude_patterns = ["_build", "figures", "extensions"]
+sphinx_gallery_conf = gallery.SETTINGS
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 

@@ -1,4 +1,7 @@
-"""Play around obstacles, with a flipper and a box that are pymunk's business, all in one space.
+"""Obstacles and a flipper
+=======================
+
+Balls play around obstacles, with a flipper and a box that are pymunk's business, all in one space.
 
 The rails, a wedge and the posts are static shapes. As walls of :class:`pool_pymunk.Billiards` they
 bounce balls off at the true time, whatever the step. The flipper is a kinematic body, and the box a
@@ -8,7 +11,7 @@ exact path from then on.
 
 The flipper plays by itself: it swings when a ball comes near, and goes back.
 
-Run it with ``python examples/obstacles_and_flipper.py --out flipper.png``.
+Run it with ``python examples/obstacles_and_flipper.py --out FOLDER``.
 """
 
 from __future__ import annotations
@@ -157,7 +160,7 @@ def draw(axes: Axes, world: World) -> None:
 def main(argv: Sequence[str] | None = None) -> World:
     """Play, print the blows, draw the picture, and return the world."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--out", type=Path, default=Path("flipper.png"))
+    parser.add_argument("--out", type=Path, default=Path())
     out = parser.parse_args(argv).out
     world = World()
     world.play()
@@ -170,7 +173,7 @@ def main(argv: Sequence[str] | None = None) -> World:
     print(f"{len(world.contacts)} contacts of balls and walls; the box was moved by {moved:.2f} m")
     figure = Figure((11.0, 5.7), layout="constrained")
     draw(figure.subplots(), world)
-    figure.savefig(out, dpi=120)
+    figure.savefig(out / "obstacles_and_flipper.png", dpi=120)
     return world
 
 

@@ -1,7 +1,7 @@
-"""This is a game of pool: a nine-foot table and sixteen balls in a pymunk space of your own.
+"""A game of pool
+==============
 
-Aim with the mouse, press, pull back and let go; the lines show what the shot would do. U undoes
-a shot, R racks the balls, Escape quits. It needs pygame (``pip install pygame``).
+Aim with the mouse, press, pull back and let go. It needs pygame (``pip install pygame``).
 """
 
 import pygame

@@ -1,4 +1,7 @@
-"""Play on a table with round ends, with round posts and a lens in its middle.
+"""Round ends
+==========
+
+This is a table with round ends, with round posts and a lens in its middle.
 
 Walls of :class:`pool_pymunk.Billiards` are static segments, circles and polygons, which balls meet
 from outside. A round end is met from inside, so it consists of many short segments, whose corners
@@ -9,7 +12,7 @@ error, however, so a hard shot needs more segments than anybody has.
 What it converges to is a side of one's own in place of the segments, which answers exactly when a
 ball meets a circle from inside (CONTRIBUTING.md, "a side").
 
-Run it with ``python examples/round_ends.py --out round_ends.png``.
+Run it with ``python examples/round_ends.py --out FOLDER``.
 """
 
 from __future__ import annotations
@@ -158,7 +161,7 @@ def draw(axes: Axes, frames: Array) -> None:
 def main(argv: Sequence[str] | None = None) -> tuple[dict[float, list[float]], Array]:
     """Play, print how the ends converge, draw the picture, and return the errors and a film."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--out", type=Path, default=Path("round_ends.png"))
+    parser.add_argument("--out", type=Path, default=Path())
     out = parser.parse_args(argv).out
     found = {speed: errors(speed) for speed in (GENTLE, HARD)}
     frames = play(set_up(SEGMENTS[-1]), FILMED, FRAME)
@@ -173,7 +176,7 @@ def main(argv: Sequence[str] | None = None) -> tuple[dict[float, list[float]], A
     diagram.loglog(SEGMENTS, [1.7 / n for n in SEGMENTS], "--", color="#8a9199", label="1/n")
     diagram.set(xlabel="segments of an end", ylabel="farthest ball's end off (m)")
     diagram.legend()
-    figure.savefig(out, dpi=120)
+    figure.savefig(out / "round_ends.png", dpi=120)
     return found, frames
 
 

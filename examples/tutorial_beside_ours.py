@@ -1,4 +1,7 @@
-"""Rebuild the table of the well-known pygame and pymunk pool tutorial, and put ours beside it.
+"""The pygame tutorial beside ours
+===============================
+
+This rebuilds the table of the well-known pygame and pymunk pool tutorial, and puts ours beside it.
 
 The tutorial has balls of 5 kg and an elasticity of 0.8, static polygons of the same elasticity as
 cushions, and as friction a joint to the static body with ``max_bias = 0`` and ``max_force = 1000``.
@@ -20,7 +23,7 @@ What does not differ here: energy is never gained, and the order in which the ba
 the ends by 0.02 px at most. In a rack whose balls touch, contacts of one instant have no one
 answer: pymunk has another than ours, and the ends do not come together.
 
-Run it with ``python examples/tutorial_beside_ours.py --out tutorial.png``.
+Run it with ``python examples/tutorial_beside_ours.py --out FOLDER``.
 """
 
 from __future__ import annotations
@@ -173,7 +176,7 @@ def draw(axes: Axes, title: str, films: dict[int, Array], ends: Array) -> None:
 def main(argv: Sequence[str] | None = None) -> dict[str, list[Row]]:
     """Play, print the table, draw the picture, and return the rows."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--out", type=Path, default=Path("tutorial.png"))
+    parser.add_argument("--out", type=Path, default=Path())
     out = parser.parse_args(argv).out
     ends = exact_ends(rack(), BREAK)
     ways: dict[str, Play] = {"the tutorial": tutorial, "Billiards": ours}
@@ -192,7 +195,7 @@ def main(argv: Sequence[str] | None = None) -> dict[str, list[Row]]:
             print(f"{row.rate:6} {lengths} {row.lost:6} of {DIRECTIONS}")
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, markerscale=0.7)
-    figure.savefig(out, dpi=120)
+    figure.savefig(out / "tutorial_beside_ours.png", dpi=120)
     return rows
 
 

@@ -29,9 +29,9 @@ def example(name: str) -> Any:
 
 def shown(module: Any, folder: Path) -> Any:
     """Run an example, and return what it returns, once it has drawn its picture."""
-    out = folder / "picture.png"
-    result = module.main(["--out", str(out)])
-    assert out.read_bytes().startswith(b"\x89PNG")
+    result = module.main(["--out", str(folder)])
+    picture = folder / f"{module.__name__}.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
     return result
 
 

@@ -36,13 +36,15 @@ from pool_pymunk.render import (
     sheet,
     style,
 )
-from pool_pymunk.render.balls import Disc, _free_corner, track_width
+from pool_pymunk.render.balls import OLDEST, Disc, track_width, way
 from pool_pymunk.render.canvas import pixels
+from pool_pymunk.render.labels import Labels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import picture_layout
-from pool_pymunk.render.sprites import Sprite, Track
+from pool_pymunk.render.sprites import Sprite
 from pool_pymunk.render.stage import DROP, Stage
 from pool_pymunk.render.style import POOL, ball_colors, halo_color, striped
+from pool_pymunk.render.tracks import Ground, Track
 from pool_pymunk.render.view import fit
 
 pytestmark = pytest.mark.heavy
@@ -331,25 +333,48 @@ def test_tracks_show_where_balls_came_from(run: Run) -> None:
     stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
     first, *_, last = stage.frames()
     gauge = Gauge(first)
+    red = []
     for t in np.linspace(0.0, 0.7 * run.duration, 12):
         x, y = gauge.place(run.at([t])[0][0, 0])
-        pixel = last[360 - round(y), round(x)].astype(int)
-        assert pixel[0] > 100 and pixel[1] < 90, t  # It is half magenta, half cloth.
+        row, column = 360 - round(y), round(x)
+        change = last[row, column].astype(int) - stage.ground.bare[row, column]
+        assert change[0] > 30 and change[1] < -10, t  # It is a little magenta, and cloth.
+        red.append(change[0])
+    assert red[-1] > 1.3 * red[0]  # Old tracks have faded.
     x, y = gauge.place(np.array([1.0, 0.15]))  # Nobody came by here.
     assert (last[360 - round(y), round(x)] == first[360 - round(y), round(x)]).all()
 
 
 def test_track_that_comes_back_on_itself_is_drawn_once() -> None:
-    corners = np.array([[0.0, 20.0, 20.0], [1.0, 80.0, 20.0], [2.0, 20.0, 20.0]])
-    frame = np.zeros((40, 100, 3), dtype=np.uint8)
-    track = Track(corners, 5.0, np.array([200.0, 200.0, 200.0]), 0.5)
+    ground, track = there_and_back()
     for t in np.linspace(0.0, 1.0, 40):
-        track.reach(frame, t, np.array([20.0 + 60.0 * t, 20.0]))
-    once = frame.copy()
+        track.reach(ground, t, np.array([20.0 + 60.0 * t, 20.0]))
+    once = ground.seen.copy()
     for t in np.linspace(1.0, 2.0, 40):
-        track.reach(frame, t, np.array([80.0 - 60.0 * (t - 1.0), 20.0]))
+        track.reach(ground, t, np.array([80.0 - 60.0 * (t - 1.0), 20.0]))
     assert np.abs(once[19, 24:70].astype(int) - 100).max() <= 3
-    assert np.abs(frame.astype(int) - once).max() <= 3
+    assert np.abs(ground.seen.astype(int) - once).max() <= 3
+
+
+def there_and_back() -> tuple[Ground, Track]:
+    """Return a black ground, on which tracks fade in 1 s, and a grey track of two seconds."""
+    corners = np.array([[0.0, 20.0, 20.0], [1.0, 80.0, 20.0], [2.0, 20.0, 20.0]])
+    ground = Ground(np.zeros((40, 100, 3), dtype=np.uint8), life=1.0)
+    return ground, Track(corners, 5.0, np.array([200.0, 200.0, 200.0]), 0.5)
+
+
+def test_tracks_in_films_fade_with_their_age_and_are_new_again_where_balls_return() -> None:
+    ground, track = there_and_back()
+    for t in np.linspace(0.0, 1.5, 61):
+        ground.fade(t)
+        track.reach(ground, t, np.array([80.0 - 60.0 * abs(t - 1.0), 20.0]))
+    strength = ground.seen[19, :, 0] / 100.0
+    for x, age in ((30, 1.5 - 1 / 6), (40, 1.5 - 1 / 3), (70, 1 / 3), (75, 5 / 12)):
+        assert strength[x] == pytest.approx(OLDEST + (1.0 - OLDEST) * np.exp(-age), abs=0.12), x
+    ground.fade(60.0)
+    assert ground.seen[19, 24:70].max() <= 100 * OLDEST + 4
+    assert ground.seen[19, 24:70].min() >= 100 * OLDEST - 4
+    assert not ground.seen[5].any()
 
 
 def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
@@ -566,10 +591,29 @@ def test_an_open_plane_has_a_scale_bar_in_its_units(unit: str, words: str, metre
 
 def test_a_label_beside_a_ball_lies_on_no_other_ball() -> None:
     ball = Disc(50.0, 50.0, 6.0, "#ff00ff", "a long name", 7.0)
-    others = [ball._replace(x=70.0, y=60.0), ball._replace(x=70.0, y=40.0)]
-    assert _free_corner(ball, []) == (1, 1)
-    assert _free_corner(ball, others[:1]) == (1, -1)
-    assert _free_corner(ball, others) == (-1, 1)
+    others = [ball._replace(label="1", x=x, y=y) for x, y in ((70, 60), (70, 40))]
+
+    def corner(discs: list[Disc]) -> list[float]:
+        labels = Labels(discs)
+        labels.place(np.array([(disc.x, disc.y) for disc in discs]))
+        return list(map(float, labels.corners[0]))
+
+    assert corner([ball]) == [1, 1]
+    assert corner([ball, others[0]]) == [1, -1]
+    assert corner([ball, *others]) == [-1, 1]
+
+
+def tracks_of(show: Show) -> Any:
+    """Return the lines of the tracks in a picture of the end."""
+    lines = figure_of(show, "end").axes[0].collections
+    return next(part for part in lines if part.get_zorder() == 1.5)
+
+
+def test_tracks_of_ghosts_are_thin_and_pale_and_have_no_halos(run: Run) -> None:
+    alone, ghosts = tracks_of(Show((run,))), tracks_of(Show((shoot(velocity="[0.0, 0.5]"), run)))
+    assert 2 * len(ghosts.get_segments()) == len(alone.get_segments())  # These are drawn first.
+    assert max(ghosts.get_linewidths()) < min(alone.get_linewidths())
+    assert ghosts.get_colors()[-1][0] < 0.8 * alone.get_colors()[-1][0]  # They are magenta.
 
 
 def test_an_overlay_has_a_key_where_a_label_does_not_fit(run: Run) -> None:
@@ -628,6 +672,61 @@ def test_a_ball_drops_into_a_pocket_and_is_listed_beside_the_table() -> None:
     middle = frames[last + round(DROP * 54)]
     assert not has(middle[: len(middle) // 2], "#ff00ff").any()  # It has faded.
     assert seen[-1].min() > 0.8 * len(frames[-1])  # It lies below the table.
+
+
+def test_nothing_says_pocketed_before_a_ball_is() -> None:
+    run = simulate(loads(POCKETS), solver="event-driven")
+    show, timing = Show((run,)), SMALL.timing(Show((run,)))
+    stage = Stage(show, SMALL.size, timing, SMALL.style)
+    assert stage.tray is not None
+    first, *_, last = stage.frames()
+    words = np.s_[stage.tray.words.rows, stage.tray.words.columns]
+    page = np.array([int(SMALL.style.page[k : k + 2], 16) for k in (1, 3, 5)])
+    assert first[words].size and (first[words] == page).all()
+    assert not (last[words] == page).all()
+
+
+def test_tracks_end_at_the_rim_of_a_pocket(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = loads(POCKETS.replace("velocity = [0.0, 1.0]", "velocity = [0.08, 1.0]"))
+    run = simulate(scene, solver="event-driven")
+    assert run.pocketed == {"12": "side"}
+    (x, y), hole = way(run, 0)[-1, 1:3], run.scene.pockets[0]
+    assert np.hypot(x - hole.position[0], y - hole.position[1]) == pytest.approx(hole.radius)
+    drawn: list[Any] = []
+
+    def keep(_axes: Any, paths: Any, *_: Any, **__: Any) -> None:
+        drawn.append(paths)
+
+    monkeypatch.setattr("pool_pymunk.render.pictures.draw_tracks", keep)
+    figure_of(run, "end")
+    view = fit(Show((run,)).seen, picture_layout(Show((run,)), tray=True).rooms[0], 1.0)
+    assert drawn[0][0][-1] == pytest.approx(view.place((x, y)))
+    show, timing = Show((run,)), SMALL.timing(Show((run,)))
+    stage = Stage(show, SMALL.size, timing, SMALL.style)
+    *_, _last = stage.frames()
+    (cast,) = stage.casts
+    assert cast.tracks[0].points[-1] == pytest.approx(cast.view.place((x, y)))
+
+
+def test_a_label_beside_a_ball_in_a_film_makes_room_for_balls_that_come() -> None:
+    run = shoot(velocity="[1.8, 0.35]")
+    name = replace(run.scene.balls[0], id="a long name")
+    scene = replace(
+        run.scene,
+        balls=(name, *run.scene.balls[1:]),
+        shots=(replace(run.scene.shots[0], ball=name.id),),
+    )
+    run = simulate(scene, solver="event-driven")
+    show = Show((run,))
+    (cast,) = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style).casts
+    assert [ball.label for ball in cast.labels.balls] == ["a long name"]
+    alone = np.array([[100.0, 100.0], [900.0, 100.0], [900.0, 200.0]])
+    above = cast.labels.place(alone)[0]
+    assert (above > alone[0]).all()
+    covered = np.array([alone[0], above, alone[2]])
+    below = cast.labels.place(covered)[0]
+    assert np.abs(below - above).max() > 10.0
+    assert (cast.labels.place(alone)[0] == below).all()  # It stays there.
 
 
 def test_pictures_list_the_balls_that_are_off_the_table(tmp_path: Path, no_tracks: None) -> None:

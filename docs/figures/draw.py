@@ -1,15 +1,11 @@
-"""Draw the pictures of the documentation that are neither in renders/gallery nor beside this file.
+"""Draw the pictures of the documentation that nothing else draws.
 
 ``python docs/figures/draw.py`` draws them into docs/figures/made, and so does each ``make docs``.
 """
 
 from __future__ import annotations
 
-import importlib.util
-import io
-import sys
 from collections.abc import Callable
-from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -17,26 +13,10 @@ from pool_pymunk import Disc, Material, Units, collide, load, simulate
 from pool_pymunk.render.collision import collision_picture
 
 HERE = Path(__file__).parent
-EXAMPLES = HERE.parent.parent / "examples"
 MADE = HERE / "made"
 DPI = 100.0
 
 Drawing = Callable[[Path], object]
-
-
-def example(name: str) -> Drawing:
-    """Return what draws the picture of an example."""
-
-    def draw(out: Path) -> None:
-        spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
-        assert spec is not None and spec.loader is not None
-        module: Any = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-        with redirect_stdout(io.StringIO()):
-            module.main(["--out", str(out)])
-
-    return draw
 
 
 def run(scenario: str, what: Any = "end") -> Drawing:
@@ -61,9 +41,6 @@ PICTURES: dict[str, Drawing] = {
     "l-shaped.png": run("l-shaped"),
     "mine-end.png": run(str(HERE / "mine.toml")),
     "mine-energy.png": run(str(HERE / "mine.toml"), "energy"),
-    "obstacles-and-flipper.png": example("obstacles_and_flipper"),
-    "round-ends.png": example("round_ends"),
-    "tutorial-beside-ours.png": example("tutorial_beside_ours"),
 }
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from pool_pymunk.model.plain import ends, flag, make_plain, number, optional, point, text
+from pool_pymunk.model.plain import Unfit, ends, flag, make_plain, number, optional, point, text
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     Point,
@@ -24,6 +24,7 @@ from pool_pymunk.physics.laws import LAWS
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 NEAREST = "nearest"  # what a shot may aim at instead of a ball's id
+NO_TARGET = 'must be the id of a ball, in "quotes"; for a direction in degrees write angle'
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +161,7 @@ class Shot:
     def __post_init__(self) -> None:
         make_plain(
             self, name=text, ball=text, velocity=optional(point), speed=optional(number),
-            aim=optional(text), from_previous=flag, published=ends, angle=optional(number),
+            aim=optional(_target), from_previous=flag, published=ends, angle=optional(number),
         )  # fmt: skip
         raise_any(self._problems())
 
@@ -206,6 +207,13 @@ class Shot:
             yield Problem("velocity", LEFT_OUT, "is wanted (or speed and angle, or speed and aim)")
         elif self.aim is None:
             yield Problem("angle", LEFT_OUT, "is wanted beside speed (or aim)")
+
+
+def _target(value: object) -> str:
+    """Read the id of a ball to aim at."""
+    if not isinstance(value, str):
+        raise Unfit(NO_TARGET)
+    return text(value)
 
 
 def beside(other: str, **values: object) -> Iterator[Problem]:

@@ -125,8 +125,14 @@ def suggestion(name: object, known: Iterable[str]) -> str:
     >>> suggestion("rpeort", ["report", "hexagon"]), suggestion("x", ["report"])
     ('; did you mean "report"?', '')
     """
+    alike = most_like(name, known)
+    return f'; did you mean "{_clipped(alike)}"?' if alike else ""
+
+
+def most_like(name: object, known: Iterable[str]) -> str:
+    """Return the known name that is most like this one; nothing if none is."""
     alike = get_close_matches(str(name)[:MOST_SHOWN], list(known), n=1)
-    return f'; did you mean "{_clipped(alike[0])}"?' if alike else ""
+    return alike[0] if alike else ""
 
 
 def _one_line(text: str) -> str:

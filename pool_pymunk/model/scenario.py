@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import (
+    NO_TARGET,
     STANDARD_GRAVITY,
     Ball,
     Friction,
@@ -35,6 +36,7 @@ from pool_pymunk.model.problems import (
     Problem,
     SceneError,
     key_of,
+    most_like,
     name_problems,
     suggestion,
 )
@@ -308,10 +310,19 @@ class _Builder:
             for details in error.errors(include_url=False):
                 location = details["loc"]
                 self._note(Problem(_key(location), details["input"], _type_message(details)))
+                self._take_as_meant(details)
                 field = location[: _depth(location)]
                 self.broken.add(field)
                 _take_out(sound, field)
             return _File.model_validate(sound)
+
+    def _take_as_meant(self, details: Any) -> None:
+        """Take an unknown key for the one that it is most like: so that is not left out."""
+        if details["type"] == "extra_forbidden":
+            *path, name = details["loc"]
+            meant = (*path, most_like(name, _known_keys(tuple(path))))
+            if meant[-1] and _find(self.raw, meant) is None:
+                self.broken.add(meant)
 
     # -- parts -----------------------------------------------------------------------------------
 
@@ -471,7 +482,8 @@ class _Builder:
     def _knows_balls(self) -> bool:
         """Whether every ball's id is known (and the cue ball), so that any other is unknown."""
         return bool(self.file.balls or self.racks) and not (
-            any(location[:1] == ("racks",) for location in self.broken)
+            self._is_broken("balls")
+            or any(location[:1] == ("racks",) for location in self.broken)
             or any(
                 ball.id is None or self._is_broken("balls", k, "cue")
                 for k, ball in enumerate(self.file.balls)
@@ -523,7 +535,8 @@ class _Builder:
         has_table = "table" in self.raw
         count = len(balls) + len(self.racks)
         self._note_all(restitution_needs(restitution, has_table, count, cues))
-        self._note_all(rest_needs(friction, physics, moves))
+        if not self._is_broken("friction", "surface"):
+            self._note_all(rest_needs(friction, physics, moves))
 
 
 LISTS = ("pockets", "balls", "racks", "shots")
@@ -615,6 +628,8 @@ _TYPE_MESSAGES = {
 
 def _type_message(details: Any) -> str:
     kind, location, value = details["type"], details["loc"], details["input"]
+    if kind == "string_type" and location[-1] == "aim":
+        return NO_TARGET
     if kind == "extra_forbidden":
         known = _known_keys(location[:-1])
         return f"unknown key (there are: {', '.join(known)}){suggestion(location[-1], known)}"

@@ -14,18 +14,18 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Circle, FancyArrowPatch, PathPatch
 from matplotlib.path import Path as Outline
-from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.labels import CAPITAL, Labels, draw_label
 from pool_pymunk.render.style import IVORY, Style, ball_colors, blend, halo_color, striped
 from pool_pymunk.render.view import View
+from pool_pymunk.results.run import Run
 
 Color = tuple[float, float, float, float]
 BOLD = FontProperties(family="DejaVu Sans", weight="bold")
-CAPITAL = 0.73  # height of the font's capitals and digits, in its size
 SPOT = 0.5  # the radius of the white spot, in that of the ball
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
 TRACK = 0.24  # half the width of a ball's track, in the ball's radius
@@ -33,6 +33,7 @@ STRIPE = 0.62  # half the height of a stripe, in the ball's radius
 SOFT = 14  # A soft shadow or light consists of so many circles.
 FEW = 8  # More balls than these have thinner tracks.
 OLDEST = 0.3  # The oldest end of a track is as strong as this, the newest end 1.
+PALE = 0.7  # the strength of a ghost's track
 PIECES = 48  # A track that fades consists of about so many pieces.
 ARROW = 0.08  # s; an arrow is as long as the way that a ball travels in this time, if that shows
 HALO = 0.45  # the strength of the halo around tracks, rings and balls
@@ -65,9 +66,8 @@ class Disc(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """Return how far from the centre anything of the ball is drawn, at most."""
-        beside = 0.0 if self.is_labelled_inside else self.letter * (1 + len(self.label))
-        return 1.35 * self.radius + 2.0 + beside
+        """Return how far from the centre anything of the ball is drawn, but for a label beside."""
+        return 1.35 * self.radius + 2.0
 
 
 def discs(scene: Scene, position: Array, view: View) -> list[Disc]:
@@ -82,7 +82,19 @@ def discs(scene: Scene, position: Array, view: View) -> list[Disc]:
 
 
 def draw_balls(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
-    """Draw balls, each with shadow, dark outline, soft light, white spot and label."""
+    """Draw balls with their labels: inside, or beside those that are too small."""
+    draw_bodies(axes, balls, style)
+    labels = Labels(balls)
+    places = labels.place(np.array([(ball.x, ball.y) for ball in balls]))
+    for ball, middle in zip(labels.balls, places.tolist(), strict=True):
+        draw_label(axes, ball, middle, style)
+
+
+def draw_bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
+    """Draw balls, each with shadow, dark outline and soft light, and with a label if it has room.
+
+    The label stands in a white spot.
+    """
     for k in range(SOFT):  # This is the shadow, down to the right.
         _circles(axes, balls, (0.10, -0.14), 1.18 - 0.025 * k, (0.0, 0.0, 0.0, 0.026), 2.0)
     _circles(axes, balls, (0.0, 0.0), 1.07, (1.0, 1.0, 1.0, HALO), 2.05)
@@ -91,7 +103,8 @@ def draw_balls(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
         offset = (-0.022 * k, 0.027 * k)
         _circles(axes, balls, offset, 0.90 - 0.04 * k, (1.0, 1.0, 1.0, 0.024), 2.2)
     for ball in balls:
-        _name(axes, ball, balls, style)
+        if ball.is_labelled_inside:
+            _name(axes, ball, style)
 
 
 def draw_ghosts(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
@@ -156,43 +169,12 @@ def _band() -> Outline:
     return Outline(np.stack([np.cos(angles), np.sin(angles)], axis=1), closed=False)
 
 
-def _name(axes: Axes, ball: Disc, balls: Sequence[Disc], style: Style) -> None:
-    """Draw the white spot with the label in it, or the label beside the ball if it is too small.
-
-    A label beside a ball stands at a corner where it covers no other ball, if there is one.
-    """
-    if ball.is_labelled_inside:
-        spot = Circle((ball.x, ball.y), ball.spot, facecolor="#ffffff", zorder=2.3)
-        spot.set(edgecolor=style.outline, linewidth=min(0.025 * ball.radius, 0.6))
-        axes.add_artist(spot)
-        axes.add_artist(_label(ball, style.outline, zorder=2.4))
-        return
-    right, up = _free_corner(ball, [other for other in balls if other is not ball])
-    corner = (ball.x + 0.8 * right * ball.radius, ball.y + 0.8 * up * ball.radius)
-    text = axes.text(*corner, ball.label, fontsize=ball.letter, parse_math=False, zorder=2.4)
-    text.set(color="#ffffff", ha="left" if right > 0 else "right")
-    text.set(va="baseline" if up > 0 else "top")
-    text.set_path_effects([withStroke(linewidth=0.3 * ball.letter, foreground=style.outline)])
-
-
-def _free_corner(ball: Disc, others: Sequence[Disc]) -> tuple[int, int]:
-    """Return the corner where a label comes least near to other balls: right or left, up or down.
-
-    Corners that are free are alike, and the upper right one is the first.
-    """
-    if not others:
-        return (1, 1)
-    box = TextPath((0.0, 0.0), ball.label.replace("$", r"\$"), size=ball.letter).get_extents()
-    half = np.array([max(box.width, 1.0), CAPITAL * ball.letter]) / 2
-    middles = np.array([(other.x, other.y) for other in others])
-    radii = np.array([other.radius for other in others])
-
-    def room(corner: tuple[int, int]) -> float:
-        middle = (ball.x, ball.y) + np.array(corner) * (0.8 * ball.radius + half)
-        out = np.maximum(np.abs(middles - middle) - half, 0.0)
-        return min(float((np.hypot(*out.T) - radii).min()), 0.0)
-
-    return max(((1, 1), (1, -1), (-1, 1), (-1, -1)), key=room)
+def _name(axes: Axes, ball: Disc, style: Style) -> None:
+    """Draw the white spot with the label in it."""
+    spot = Circle((ball.x, ball.y), ball.spot, facecolor="#ffffff", zorder=2.3)
+    spot.set(edgecolor=style.outline, linewidth=min(0.025 * ball.radius, 0.6))
+    axes.add_artist(spot)
+    axes.add_artist(_label(ball, style.outline, zorder=2.4))
 
 
 def _label(ball: Disc, color: str, **looks: Any) -> PathPatch:
@@ -218,6 +200,12 @@ def _lettering(text: str) -> Outline:
 # -- where balls come from and go to -----------------------------------------------------------
 
 
+def way(run: Run, i: int) -> Array:
+    """Return the knots of ball ``i`` on the table: the last is on the rim if a pocket takes it."""
+    knots = run.knots[i]
+    return knots[:-1] if run.scene.balls[i].id in run.pocketed else knots
+
+
 def track_width(count: int) -> float:
     """Return half the width of tracks, in the ball's radius: many balls have thin ones.
 
@@ -230,9 +218,10 @@ def track_width(count: int) -> float:
 def draw_tracks(
     axes: Axes, paths: Sequence[Sequence[Point]], balls: Sequence[Disc], ground: str, *, solid: bool
 ) -> None:
-    """Draw the paths (points) of the balls in their colours, thin for ghosts, with halos.
+    """Draw the paths (points) of the balls in their colours, with halos.
 
-    They fade into the colour of the ``ground`` towards where they begin.
+    They fade into the colour of the ``ground`` towards where they begin. Those of ghosts are thin
+    and pale, and have no halos.
     """
     width = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
     lines, colors, widths = [], [], []
@@ -240,7 +229,8 @@ def draw_tracks(
         pieces = _pieces(path)
         halo = blend(ground, halo_color(ball.color), HALO)
         core = max(width * ball.radius, 0.9)
-        for color, line in ((halo, core + max(0.5 * core, 0.8)), (ball.color, core)):
+        strokes = [(halo, core + max(0.5 * core, 0.8)), (ball.color, core)]
+        for color, line in strokes if solid else [(blend(ground, ball.color, PALE), core)]:
             lines += [piece for piece, _ in pieces]
             colors += [blend(ground, color, strength) for _, strength in pieces]
             widths += [line] * len(pieces)
@@ -254,13 +244,13 @@ def _pieces(path: Sequence[Point]) -> list[tuple[tuple[Point, Point], float]]:
     corners = np.array([point for point in path if all(map(math.isfinite, point))])
     if len(corners) < 2:
         return []
-    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
-    if way[-1] == 0.0:
+    gone = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+    if gone[-1] == 0.0:
         return []
-    at = np.union1d(way, np.linspace(0.0, way[-1], PIECES))
-    points = [(float(np.interp(s, way, corners[:, 0])), float(np.interp(s, way, corners[:, 1])))
+    at = np.union1d(gone, np.linspace(0.0, gone[-1], PIECES))
+    points = [(float(np.interp(s, gone, corners[:, 0])), float(np.interp(s, gone, corners[:, 1])))
               for s in at]  # fmt: skip
-    age = (at[:-1] + at[1:]) / (2.0 * way[-1])
+    age = (at[:-1] + at[1:]) / (2.0 * gone[-1])
     pairs = pairwise(points)
     return [(p, OLDEST + (1.0 - OLDEST) * float(s)) for p, s in zip(pairs, age, strict=True)]
 

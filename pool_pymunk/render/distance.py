@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from pool_pymunk.render.view import Box
 from pool_pymunk.results.run import Run
 
 SAMPLES = 1500
+FEW = 8  # More lines than these are thinner.
 # From this ratio of the largest to the smallest distance on, the axis is logarithmic.
 WIDE_RANGE = 30.0
 DECADES = 1e-6  # the least distance shown, in the largest
@@ -60,11 +62,12 @@ def plot_distances(
 
 
 def dress_plot(axes: Axes, style: Style, letter: float) -> None:
-    """Give the plot the page's colours and letters of ``letter`` points."""
+    """Give the plot the page's colours and letters of ``letter`` points; many lines are thin."""
     axes.set_facecolor("none")
+    wide = 0.18 * letter * math.sqrt(FEW / max(len(axes.lines), FEW))
     for line in axes.lines:
-        line.set_linewidth(0.18 * letter)
-        edge = Stroke(linewidth=0.3 * letter, foreground=style.faint)
+        line.set_linewidth(wide)
+        edge = Stroke(linewidth=1.65 * wide, foreground=style.faint)
         line.set_path_effects([edge, Normal()])
     for label in (axes.xaxis.label, axes.yaxis.label, *axes.texts):
         label.set(fontsize=letter, color=style.ink)

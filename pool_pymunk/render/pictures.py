@@ -18,9 +18,17 @@ from pool_pymunk.render.balls import (
     draw_ghosts,
     draw_rings,
     draw_tracks,
+    way,
 )
 from pool_pymunk.render.output import RenderError, written
-from pool_pymunk.render.sheet import Show, draw_caption, draw_sheet, in_tray, picture_layout
+from pool_pymunk.render.sheet import (
+    Show,
+    draw_caption,
+    draw_sheet,
+    draw_tray,
+    in_tray,
+    picture_layout,
+)
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Run
@@ -81,6 +89,7 @@ def figure_of(
         for shown in reversed(runs):
             _draw_run(sheet.axes, shown, when, view, style, solid=shown is runs[0])
     if out:
+        draw_tray(sheet.axes, layout, style)
         draw_balls(sheet.axes, in_tray(show.runs[0], out, layout, sheet.views[0]), style)
     if caption is None:
         caption = show.caption("" if isinstance(what, Scene) else _moment(show, when))
@@ -138,5 +147,7 @@ def _moment(show: Show, when: When) -> str:
 
 
 def _path(run: Run, i: int, view: View) -> list[Point]:
-    """Return the way of ball ``i`` on the canvas."""
-    return [view.place((x, y)) for x, y in [*run.knots[i][:, 1:3].tolist(), run.end.position[i]]]
+    """Return the way of ball ``i`` on the canvas, up to the rim of a pocket that takes it."""
+    places = way(run, i)[:, 1:3].tolist()
+    last = [] if run.scene.balls[i].id in run.pocketed else [run.end.position[i]]
+    return [view.place((x, y)) for x, y in [*places, *last]]

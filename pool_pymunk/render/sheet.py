@@ -226,10 +226,6 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
         else:
             draw_plane(axes, room, view, scene.units, style)
         draw_pockets(axes, scene.pockets, view, style)
-    if layout.tray is not None:
-        at = (layout.tray.x0, (layout.tray.y0 + layout.tray.y1) / 2)
-        looks = {"va": "center", "color": style.faint}
-        draw_text(axes, "Pocketed", at, layout.letter, 6.0 * layout.letter, **looks)
     if show.side_by_side:
         _headings(axes, show, layout, style)
     plot = None
@@ -250,6 +246,14 @@ def in_tray(run: Run, ids: Sequence[str], layout: Layout, view: View) -> list[Di
         balls[id_]._replace(x=x, y=y, radius=radius)
         for id_, (x, y) in zip(ids, places, strict=True)
     ]
+
+
+def draw_tray(axes: Axes, layout: Layout, style: Style) -> None:
+    """Say what the balls in the tray are."""
+    if layout.tray is not None:
+        at = (layout.tray.x0, (layout.tray.y0 + layout.tray.y1) / 2)
+        looks = {"va": "center", "color": style.faint}
+        draw_text(axes, "Pocketed", at, layout.letter, 6.0 * layout.letter, **looks)
 
 
 def _headings(axes: Axes, show: Show, layout: Layout, style: Style) -> None:

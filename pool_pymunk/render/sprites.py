@@ -1,4 +1,4 @@
-"""This module draws into pixels, fast: sprites, soft rings and soft lines.
+"""This module draws into pixels, fast: sprites and soft rings.
 
 Sprites are placed to a quarter of a pixel. A frame is an array (height, width, 3) of uint8, with
 row 0 on top. Positions are in pixels from the lower left corner, as on the canvas (one point is one
@@ -18,7 +18,6 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Pixels, canvas, pixels
 
-HALO = 0.2  # the strength of the halo around a track
 FINE = 4  # Sprites are drawn this many times finer than the frame, and placed as finely.
 
 
@@ -36,9 +35,9 @@ class Sprite:
     def stamp(self, frame: Pixels, x: float, y: float, strength: float = 1.0) -> None:
         """Put the sprite's middle at (x, y); a ball without a position (NaN) is not drawn.
 
-        With a ``strength`` below 1 the frame shows through.
+        With a ``strength`` below 1 the frame shows through, and at 0 nothing is drawn.
         """
-        if not math.isfinite(x + y):
+        if strength <= 0.0 or not math.isfinite(x + y):
             return
         column, across = divmod(round(x * FINE), FINE)
         row, down = divmod(round((frame.shape[0] - y) * FINE), FINE)
@@ -93,7 +92,7 @@ def sprites(
     )
 
 
-def _window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | None:
+def window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | None:
     """Return the rows and columns of a box (x0, y0, x1, y1), and the middles of its pixels.
 
     The middles are x (1, c) and y (r, 1).
@@ -121,99 +120,10 @@ def glow(
 ) -> None:
     """Draw a ring of light around ``at``, which fades over ``soft`` pixels on both sides."""
     reach = radius + 2.2 * soft
-    window = _window(frame, np.array([at[0] - reach, at[1] - reach, at[0] + reach, at[1] + reach]))
-    if window is None:
+    seen = window(frame, np.array([at[0] - reach, at[1] - reach, at[0] + reach, at[1] + reach]))
+    if seen is None:
         return
-    rows, columns, x, y = window
+    rows, columns, x, y = seen
     distance = np.sqrt((x - at[0]) ** 2 + (y - at[1]) ** 2)
     share = strength * np.exp(-(((distance - radius) / soft) ** 2))
     mix(frame, rows, columns, share, color)
-
-
-class Track:
-    """A track is the soft line a ball leaves behind, drawn piece by piece, nowhere twice.
-
-    ``corners`` (K, 3) are the times and places (pixels) where its straight path bends. A ``halo``
-    is a colour that shines out under the line.
-    """
-
-    def __init__(
-        self, corners: Array, width: float, color: Array, strength: float, halo: Array | None = None
-    ) -> None:
-        self.corners, self.width, self.color, self.strength = corners, width, color, strength
-        self.halo = color if halo is None else halo
-        self.glow = 0.0 if halo is None else HALO
-        self.outer = width if halo is None else 1.35 * width + 0.5
-        self.points = [corners[0, 1:]]
-        self.passed = 1
-
-    def reach(self, frame: Pixels, t: float, at: Array) -> None:
-        """Draw the line on to where the ball is at ``t``; steps too short to see can wait."""
-        while self.passed < len(self.corners) and self.corners[self.passed, 0] <= t:
-            self._piece(frame, self.corners[self.passed, 1:])
-            self.passed += 1
-        if np.hypot(*(at - self.points[-1])) > max(4.0, self.width):
-            self._piece(frame, at)
-
-    def _piece(self, frame: Pixels, end: Array) -> None:
-        """Raise the line's cover from that of the pieces so far to that with one more."""
-        start = self.points[-1]
-        if (start == end).all():
-            return
-        box = np.concatenate([np.minimum(start, end), np.maximum(start, end)])
-        box += np.array([-1.0, -1.0, 1.0, 1.0]) * self.outer
-        window = _window(frame, box)
-        if window is not None:
-            rows, columns, x, y = window
-            old = np.full((y.size, x.size), np.inf)
-            for a, b in self._near(box):
-                old = np.minimum(old, _distance(x, y, a, b))
-            new = np.minimum(old, _distance(x, y, start, end))
-            self._raise(frame[rows, columns], old, new)
-        self._append(start, end)
-
-    def _append(self, start: Array, end: Array) -> None:
-        """Remember the new end; a piece that goes straight on makes the last one longer."""
-        if len(self.points) > 1:
-            before, after = start - self.points[-2], end - start
-            cross = before[0] * after[1] - before[1] * after[0]
-            if abs(cross) < 0.1 * np.hypot(*before) and before @ after > 0.0:
-                self.points[-1] = end
-                return
-        self.points.append(end)
-
-    def _near(self, box: Array) -> list[tuple[Array, Array]]:
-        """Return the pieces drawn so far that may show in the box."""
-        points = np.array(self.points)
-        low = np.minimum(points[:-1], points[1:]) - self.outer
-        high = np.maximum(points[:-1], points[1:]) + self.outer
-        meets = (low <= box[2:]).all(axis=1) & (high >= box[:2]).all(axis=1)
-        return [(points[k], points[k + 1]) for k in np.flatnonzero(meets)]
-
-    def _raise(self, part: Pixels, old: Array, new: Array) -> None:
-        """Draw the line as far as pixels have come nearer to it: from ``old`` to ``new`` away."""
-        clear_before, light_before = self._look(old)
-        clear, light = self._look(new)
-        under = (part - light_before) / clear_before
-        part[:] = np.rint(np.clip(under * clear + light, 0.0, 255.0))
-
-    def _look(self, distance: Array) -> tuple[Array, Array]:
-        """Return how much shows through at a distance (r, c) from the line, and its own light."""
-        core = self.strength * _soft(distance / self.width)[..., None]
-        halo = self.glow * _soft(distance / self.outer)[..., None] * (1.0 - core)
-        return 1.0 - core - halo, core * self.color + halo * self.halo
-
-
-def _distance(x: Array, y: Array, a: Array, b: Array) -> Array:
-    """Return how far pixels are from the straight line between a and b."""
-    along = b - a
-    share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / float(along @ along)
-    share = np.clip(share, 0.0, 1.0)
-    distance: Array = np.hypot(x - a[0] - share * along[0], y - a[1] - share * along[1])
-    return distance
-
-
-def _soft(share: Array) -> Array:
-    """Return 1 in the middle of a line and 0 beyond its sides, where ``share`` is 1."""
-    depth: Array = np.clip(1.6 * (1.0 - share), 0.0, 1.0)
-    return depth * depth * (3.0 - 2.0 * depth)

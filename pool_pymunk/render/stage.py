@@ -3,36 +3,50 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.balls import Disc, discs, draw_arrow, draw_balls, draw_ghosts, track_width
+from pool_pymunk.render.balls import (
+    Disc,
+    discs,
+    draw_arrow,
+    draw_balls,
+    draw_bodies,
+    draw_ghosts,
+    track_width,
+    way,
+)
 from pool_pymunk.render.canvas import Pixels, canvas, draw_text, pixels
+from pool_pymunk.render.labels import Labels, draw_label, half_size
 from pool_pymunk.render.sheet import (
     Layout,
     Sheet,
     Show,
     draw_caption,
     draw_sheet,
+    draw_tray,
     film_layout,
     in_tray,
 )
-from pool_pymunk.render.sprites import Sprite, Track, glow, mix, sprites
+from pool_pymunk.render.sprites import Sprite, glow, mix, sprites
 from pool_pymunk.render.style import Style, halo_color
+from pool_pymunk.render.tracks import LIFE, Ground, Track
 from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Event, Run
 
+Draw = Callable[[Axes, Sequence[Disc], Style], None]
 FLASH = 0.22  # s of film; a flash lasts as long
 CUSHION_FLASH = 0.5  # the size of a flash at a cushion, in that of a flash between balls
 SHOT = 0.5  # s of film; the arrow of the shot fades in this time
-TRACK_STRENGTH = 0.5
+TRACK_STRENGTH = 0.5  # of a new track
 DROP = 0.35  # s of film; so long does a ball take to fall into a pocket
 CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
 
@@ -49,46 +63,51 @@ class Cast:
         start = run.at([0.0])[0][0]
         self.discs = discs(run.scene, start, view)
         anywhere = tuple(disc._replace(x=0.0, y=0.0) for disc in self.discs)
-        self.sprites = _balls(anywhere, style, solid=solid)
+        self.sprites = _balls(anywhere, style, draw_bodies if solid else draw_ghosts)
+        self.labels = Labels(self.discs if solid else ())
+        self.names = _names(tuple(self.labels.balls), style)
         self.tracks = [self._track(i) for i in range(len(self.discs))]
         self.flashes = Flashes(run, view) if solid else None
         self.taken = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
 
     def _track(self, i: int) -> Track:
         """Return a ball's track; a ghost's is thin and has no halo."""
-        disc, knots = self.discs[i], self.run.knots[i]
+        disc, knots = self.discs[i], way(self.run, i)
         places = self.view.scale * knots[:, 1:3] + (self.view.x, self.view.y)
         wide = max(1.2 * track_width(len(self.discs)) * disc.radius, 1.5)
         corners = np.column_stack([knots[:, 0], places])
         width, halo = (wide, _rgb(halo_color(disc.color))) if self.solid else (0.5 * wide, None)
         return Track(corners, width, _rgb(disc.color), TRACK_STRENGTH, halo)
 
-    def leave_tracks(self, ground: Pixels, t: float, position: Array) -> None:
+    def leave_tracks(self, ground: Ground, t: float, position: Array) -> None:
         """Draw the tracks on the ground up to where the balls are."""
         places = self.view.scale * position + (self.view.x, self.view.y)
-        for track, place in zip(self.tracks, places, strict=True):
-            track.reach(ground, t, place)
+        for disc, track, place in zip(self.discs, self.tracks, places, strict=True):
+            track.reach(ground, t, place if t < self.taken.get(disc.label, math.inf) else None)
 
     def appear(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
         """Put the balls on the frame; light around them shines from below and hides nothing."""
         if self.flashes is not None:
             self.flashes.appear(frame, t, FLASH / self.slow, self.light)
             self._halos(frame, position, velocity)
-        for i, sprite in enumerate(self.sprites):
-            place, strength = self._place(i, t, position[i])
-            if strength > 0.0:
-                sprite.stamp(frame, *self.view.place(place), strength)
+        seen = [self._place(i, t, at) for i, at in enumerate(position)]
+        places = np.array([self.view.place(place) for place, _ in seen])
+        for sprite, (x, y), (_, strength) in zip(self.sprites, places.tolist(), seen, strict=True):
+            sprite.stamp(frame, x, y, strength)
+        beside = self.labels.place(places).tolist()
+        for i, name, (x, y) in zip(self.labels.of, self.names, beside, strict=True):
+            name.stamp(frame, x, y, seen[i][1])
 
     def _place(self, i: int, t: float, position: Array) -> tuple[Point, float]:
         """Return where a ball is seen (m), and how clearly: it fades as it falls into a pocket."""
         id_ = self.discs[i].label
         if id_ in self.run.off and id_ not in self.taken:
-            return (0.0, 0.0), 0.0
+            return (math.nan, math.nan), 0.0
         x, y = map(float, position)
         if id_ not in self.taken or t < self.taken[id_]:
             return (x, y), 1.0
         age = min((t - self.taken[id_]) * self.slow / DROP, 1.0)
-        x0, y0 = self.run.knots[i][-2, 1:3].tolist()  # on the rim
+        x0, y0 = way(self.run, i)[-1, 1:3].tolist()  # on the rim
         return (x0 + age * (x - x0), y0 + age * (y - y0)), 1.0 - age
 
     def _halos(self, frame: Pixels, position: Array, velocity: Array) -> None:
@@ -101,16 +120,11 @@ class Cast:
             glow(frame, at, radius, 0.16 * radius, self.light, 0.5 * float(strength))
 
 
-class Arrows:
-    """Arrows show the shot as a film begins, one at every ball that moves then."""
+class Print:
+    """A print is a drawing of one colour that stands still and can be put on any frame."""
 
-    def __init__(self, run: Run, balls: list[Disc], size: tuple[int, int], style: Style) -> None:
-        self.color = _rgb(style.arrow)
-        figure, axes = canvas(*size)
-        scale = balls[0].radius / run.scene.balls[0].radius
-        for ball, knots in zip(balls, run.knots, strict=True):
-            if knots[0, 3:5].any():
-                draw_arrow(axes, ball, tuple(scale * knots[0, 3:5]), style)
+    def __init__(self, figure: Figure, color: str) -> None:
+        self.color = _rgb(color)
         cover = pixels(figure)[..., 3] / 255.0
         rows, columns = (np.flatnonzero(cover.any(axis=k)) for k in (1, 0))
         self.rows, self.columns = (
@@ -119,9 +133,19 @@ class Arrows:
         self.cover = cover[self.rows, self.columns]
 
     def appear(self, frame: Pixels, strength: float) -> None:
-        """Put the arrows on the frame; they are not seen unless the ``strength`` is above 0."""
+        """Put the drawing on the frame; it is not seen unless the ``strength`` is above 0."""
         if strength > 0.0 and self.cover.size:
             mix(frame, self.rows, self.columns, strength * self.cover, self.color)
+
+
+def _arrows(run: Run, balls: list[Disc], size: tuple[int, int], style: Style) -> Print:
+    """Return the arrows of the shot, one at every ball that moves as it begins."""
+    figure, axes = canvas(*size)
+    scale = balls[0].radius / run.scene.balls[0].radius
+    for ball, knots in zip(balls, run.knots, strict=True):
+        if knots[0, 3:5].any():
+            draw_arrow(axes, ball, tuple(scale * knots[0, 3:5]), style)
+    return Print(figure, style.arrow)
 
 
 class Flashes:
@@ -165,21 +189,30 @@ class Flashes:
 
 
 class Tray:
-    """The tray shows the balls that pockets have taken, and those that were off before."""
+    """The tray shows the balls that pockets have taken, and those that were off before.
+
+    As long as there are none it is not seen.
+    """
 
     def __init__(self, show: Show, layout: Layout, view: View, style: Style, slow: float) -> None:
         run = show.runs[0]
         at = {event.balls[0]: event.t + DROP / slow for event in run.events if event.pocket}
         balls = in_tray(run, show.tray, layout, view)
         anywhere = tuple(ball._replace(x=0.0, y=0.0) for ball in balls)
-        drawn = _balls(anywhere, style, solid=True)
+        beside = max(2.0 * half_size(ball)[0] for ball in balls)
+        drawn = _balls(anywhere, style, draw_balls, beside)
         self.balls = [
             (at.get(ball.label, 0.0), sprite, (ball.x, ball.y))
             for ball, sprite in zip(balls, drawn, strict=True)
         ]
+        figure, axes = canvas(layout.width, layout.height)
+        draw_tray(axes, layout, style)
+        self.words = Print(figure, style.faint)
 
     def appear(self, frame: Pixels, t: float) -> None:
         """Show the balls that have fallen by the time ``t`` (s)."""
+        if any(t >= since for since, *_ in self.balls):
+            self.words.appear(frame, 1.0)
         for since, sprite, place in self.balls:
             if t >= since:
                 sprite.stamp(frame, *place)
@@ -263,7 +296,8 @@ class Stage:
         pace = "" if timing.slow == 1.0 else _pace(timing.slow)
         draw_caption(sheet, layout, show.caption(pace), style, share=0.84)
         self.curves = Curves(sheet, layout, style) if sheet.plot is not None else None
-        self.ground = np.ascontiguousarray(pixels(sheet.figure)[..., :3])
+        bare = np.ascontiguousarray(pixels(sheet.figure)[..., :3])
+        self.ground = Ground(bare, life=LIFE / timing.slow)
         self.clock = Clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(timing.slow))))
         self.tray = Tray(show, layout, sheet.views[0], style, timing.slow) if show.tray else None
         self.casts = [
@@ -273,7 +307,7 @@ class Stage:
         ]
         at_start = timing.start == 0.0
         self.arrows = [
-            Arrows(c.run, c.discs, size, style) for c in self.casts if at_start and c.solid
+            _arrows(c.run, c.discs, size, style) for c in self.casts if at_start and c.solid
         ]
 
     def frames(self) -> Iterator[Pixels]:
@@ -292,9 +326,10 @@ class Stage:
             yield self._frame(float(t), [(p[k], v[k]) for p, v in moves])
 
     def _frame(self, t: float, states: list[tuple[Array, Array]]) -> Pixels:
+        self.ground.fade(t)
         for cast, (position, _) in zip(self.casts, states, strict=True):
             cast.leave_tracks(self.ground, t, position)
-        frame = self.ground.copy()
+        frame = self.ground.seen.copy()
         for arrows in self.arrows:
             arrows.appear(frame, 1.0 - t * self.timing.slow / SHOT)
         for cast, (position, velocity) in zip(self.casts, states, strict=True):
@@ -308,14 +343,28 @@ class Stage:
 
 
 @lru_cache(maxsize=8)
-def _balls(discs: tuple[Disc, ...], style: Style, *, solid: bool) -> tuple[Sprite, ...]:
-    """Return the sprites of balls, wherever they are, with the labels that stand beside them."""
+def _balls(
+    discs: tuple[Disc, ...], style: Style, draw_them: Draw, beside: float = 0.0
+) -> tuple[Sprite, ...]:
+    """Return the sprites of balls, wherever they are, with so much room ``beside`` for labels."""
 
     def draw(axes: Axes, middles: list[Point]) -> None:
         placed = [d._replace(x=x, y=y) for d, (x, y) in zip(discs, middles, strict=True)]
-        (draw_balls if solid else draw_ghosts)(axes, placed, style)
+        draw_them(axes, placed, style)
 
-    return sprites(len(discs), max(disc.reach for disc in discs), draw)
+    return sprites(len(discs), max(disc.reach for disc in discs) + beside, draw)
+
+
+@lru_cache(maxsize=8)
+def _names(balls: tuple[Disc, ...], style: Style) -> tuple[Sprite, ...]:
+    """Return the sprites of the labels that stand beside balls."""
+
+    def draw(axes: Axes, middles: list[Point]) -> None:
+        for ball, middle in zip(balls, middles, strict=True):
+            draw_label(axes, ball, middle, style)
+
+    reach = max((half_size(ball)[0] + 0.5 * ball.letter for ball in balls), default=0.0)
+    return sprites(len(balls), reach, draw) if balls else ()
 
 
 @lru_cache(maxsize=8)
