@@ -47,6 +47,10 @@ suppress_warnings = ["ref.python"]
 html_theme = "furo"
 html_title = f"pool_pymunk {release}"
 html_copy_source = False
+
+PLAYED = HERE / "figures" / "made" / "played"  # The page that docs/page.md shows is drawn there.
+PLAYED.mkdir(parents=True, exist_ok=True)
+html_extra_path = [str(PLAYED)]
 html_show_copyright = False
 
 # Only links within the documentation are looked at: other hosts may be out of reach.

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pool_pymunk import Disc, Material, Units, collide, load, simulate
+from pool_pymunk import Disc, Material, Units, collide, load, simulate, simulate_all
+from pool_pymunk.page import write_page
 from pool_pymunk.render.collision import collision_picture
 
 HERE = Path(__file__).parent
@@ -36,9 +37,21 @@ def collision(out: Path) -> None:
     collision_picture(hit, out, Units(), dpi=DPI)
 
 
+def live_page(out: Path) -> None:
+    """Make the page of the report's shots beside stock pymunk, which the documentation plays."""
+    scene = load("report")
+    runs = zip(
+        simulate_all(scene, solver="event-driven"),
+        simulate_all(scene, solver="pymunk-builtin"),
+        strict=True,
+    )
+    write_page(list(runs), out)
+
+
 PICTURES: dict[str, Drawing] = {
     "collision.png": collision,
     "l-shaped.png": run("l-shaped"),
+    "played/played.html": live_page,
     "mine-end.png": run(str(HERE / "mine.toml")),
     "mine-energy.png": run(str(HERE / "mine.toml"), "energy"),
 }
@@ -46,11 +59,12 @@ PICTURES: dict[str, Drawing] = {
 
 def draw_all(folder: Path = MADE) -> None:
     """Draw every picture, whole or not at all."""
-    folder.mkdir(parents=True, exist_ok=True)
     for name, drawing in PICTURES.items():
-        part = folder / f"part-{name}"
+        path = folder / name
+        part = path.with_name(f"part-{path.name}")
+        part.parent.mkdir(parents=True, exist_ok=True)
         drawing(part)
-        part.replace(folder / name)
+        part.replace(path)
 
 
 if __name__ == "__main__":
