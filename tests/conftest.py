@@ -10,6 +10,7 @@ that says so.
 from __future__ import annotations
 
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -41,6 +42,21 @@ NEEDED = {
     "pool_pymunk.studies.find": "numba",
     "pool_pymunk.studies.sweep": "pyarrow",
 }
+
+
+# These cannot even be imported without one.
+NEEDING = {
+    "env": "gymnasium",
+    "page/live/guard.py": "starlette",
+    "page/live/server.py": "uvicorn",
+}
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Look for no examples in modules that cannot be imported without an optional library."""
+    home = Path(__file__).parent.parent / "pool_pymunk"
+    left = [str(home / place) for place, library in NEEDING.items() if find_spec(library) is None]
+    config.option.ignore = [*(config.option.ignore or []), *left]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

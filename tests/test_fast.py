@@ -170,6 +170,14 @@ def test_the_reports_first_shot(law: str) -> None:
     check_bits(batch, range(0, 300, 10))
 
 
+def test_every_thread_has_a_share_of_the_shots() -> None:
+    assert many._chunks(4_096, 2) == [slice(0, 2_048), slice(2_048, 4_096)]
+    assert many._chunks(9, 4) == [slice(0, 9)]
+    sizes = [part.stop - part.start for part in many._chunks(100_001, 3)]
+    assert sum(sizes) == 100_001 and max(sizes) == many.CHUNK
+    assert many._chunks(0, 2) == []
+
+
 @needs_numba
 def test_results_do_not_depend_on_threads_or_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, position, velocity = simulation_1(1000)
@@ -318,6 +326,8 @@ def test_a_shot_ends_at_its_latest_time() -> None:
          '"friction.surface"?'),
         ({"vary": {"mass": [1.0, 2.0]}, "velocity": np.zeros((3, 11, 2))},
          "vary['mass'] = 2 shots: must be for 1 shot or for 3"),
+        ({"position": np.zeros((2, 11, 2)), "velocity": np.zeros((3, 11, 2))},
+         "position = 2 shots: must be for 1 shot or for 3"),
         ({"vary": {"friction.surface": [0.0]}, "velocity": np.ones((11, 2))},
          "max_time = None: is wanted: without surface friction the balls of these shots never come "
          "to rest"),

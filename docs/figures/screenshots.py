@@ -1,4 +1,7 @@
-"""This takes pictures of the page in a browser: ``make screenshots`` puts them into the gallery."""
+"""This takes pictures of the page, and films the live table, in a browser.
+
+``make screenshots`` puts them into the gallery.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from live_film import film
 from playwright.sync_api import sync_playwright
 
 from pool_pymunk import load, simulate, simulate_all
@@ -35,6 +39,7 @@ def main() -> None:
             page.goto((folder / f"{name}.html").as_uri())
             page.evaluate("pool.seek(0.6)")
             page.screenshot(path=GALLERY / f"{name}.png")
+        film(browser, GALLERY / "live-table.gif")
         browser.close()
     shutil.rmtree(folder)
 

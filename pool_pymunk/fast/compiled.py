@@ -58,21 +58,33 @@ def is_there() -> bool:
 @cache
 def play_shots() -> Callable[..., int]:
     """Return the compiled loop; compile it if this machine has not done so yet."""
-    numba: Any = import_module("numba")
     register_jitable = import_module("numba.extending").register_jitable
     for function in (*SHARED, *_helpers()):
         register_jitable(function)
     folder = cache_folder()
-    config = numba.config
-    before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
-    try:
-        compiled = numba.njit(nogil=True, cache=True, error_model="numpy")(loop.play_shots)
-    finally:
-        config.CACHE_DIR = before
-    if not any(folder.rglob("*.nbi")):
+    compiled = _compiled(loop.play_shots, folder)
+    if not any(folder.rglob(f"*{loop.play_shots.__name__}*.nbi")):
         print(
             "Compiling the shots for this machine: this takes some seconds, once.", file=sys.stderr
         )
+    return compiled
+
+
+@cache
+def alone(function: Callable[..., int]) -> Callable[..., int]:
+    """Return a function compiled that calls no other; without numba return it as it is."""
+    return _compiled(function, cache_folder()) if is_there() else function
+
+
+def _compiled(function: Callable[..., int], folder: Path) -> Callable[..., int]:
+    """Return a function that numba compiles, or takes from a folder, when it is called."""
+    numba: Any = import_module("numba")
+    config = numba.config
+    before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
+    try:
+        compiled = numba.njit(nogil=True, cache=True, error_model="numpy")(function)
+    finally:
+        config.CACHE_DIR = before
     return cast("Callable[..., int]", compiled)
 
 

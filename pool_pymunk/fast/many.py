@@ -25,7 +25,8 @@ from pool_pymunk.results.run import Run
 STUDIED = ("left", "same", "halt")  # These are not part of a Batch.
 NUMBERS = np.empty((0, 0), np.int64)
 NO_MODEL = Model(np.empty(0), np.empty((0, 0, 2)), 0.0, NUMBERS, NUMBERS, NUMBERS[0:0].ravel())
-CHUNK = 4_096  # A thread plays so many shots before it takes the next ones.
+CHUNK = 4_096  # A thread plays so many shots at most before it takes the next ones.
+FEW = 512  # So few shots are not shared out.
 PATIENCE = 0.1  # s; so often an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
@@ -158,9 +159,12 @@ def play_compiled(
         return play_chunk(play, source, table, out, part, model)
 
     work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
+    if len(out.status) == 1:  # A thread would take longer than the shot.
+        done(work(slice(0, 1)))
+        return
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for finished in _in_turn(pool, work, list(_chunks(len(out.status))), threads):
+            for finished in _in_turn(pool, work, _chunks(len(out.status), threads), threads):
                 done(finished)
         except BaseException:
             out.halt[0] = 1
@@ -179,8 +183,10 @@ def _in_turn(
         yield from (each.result() for each in finished)
 
 
-def _chunks(count: int) -> Iterator[slice]:
-    return (slice(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK))
+def _chunks(count: int, threads: int) -> list[slice]:
+    """Share the shots out, so that each thread has some."""
+    size = min(CHUNK, max(FEW, -(-count // threads)))
+    return [slice(first, min(first + size, count)) for first in range(0, count, size)]
 
 
 def play_chunk(

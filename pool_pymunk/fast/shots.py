@@ -149,10 +149,6 @@ def read_source(
     resting = np.array([ball.velocity for ball in scene.balls])
     places = _points("position", base if position is None else position, len(base), nan=True)
     speeds = _points("velocity", resting if velocity is None else velocity, len(base), nan=True)
-    lost = ~np.isfinite(speeds).all(axis=-1) & ~np.isnan(places).any(axis=-1)
-    if lost.any():
-        where = tuple(np.argwhere(lost)[0].tolist())
-        raise setting_error(_at("velocity", where), "no number", "must be two finite numbers")
     varied = {key: _values(key, values, len(base)) for key, values in (vary or {}).items()}
     counts = {"position": len(places), "velocity": len(speeds)} | {
         f"vary[{key!r}]": len(values) for key, values in varied.items()
@@ -161,6 +157,10 @@ def read_source(
     for key, own in counts.items():
         if own not in (1, count):
             raise setting_error(key, f"{own} shots", f"must be for 1 shot or for {count}")
+    lost = ~np.isfinite(speeds).all(axis=-1) & ~np.isnan(places).any(axis=-1)
+    if lost.any():
+        where = tuple(np.argwhere(lost)[0].tolist())
+        raise setting_error(_at("velocity", where), "no number", "must be two finite numbers")
     source = Source(
         asked.scene,
         asked,
