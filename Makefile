@@ -6,8 +6,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
-# the extras that tests need; without `fast` or `examples` their tests are skipped
-EXTRAS ?= test,fast,sweep,cluster,examples
+# the extras that tests need; without `fast`, `env`, `play` or `examples` their tests are skipped
+EXTRAS ?= test,fast,sweep,cluster,env,fit,play,examples
 
 ELSEWHERE := not browser and not docs
 
@@ -69,7 +69,7 @@ linkcheck: $(VENV)/docs-installed
 	$(BIN)/sphinx-build -W --keep-going -b linkcheck docs docs/_build/linkcheck
 
 $(VENV)/browser-installed: $(VENV)/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser,play]'
 	touch $@
 
 $(VENV)/docs-installed: pyproject.toml

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.atlas import Atlas, atlas
     from pool_pymunk.studies.derivatives import Derivatives
     from pool_pymunk.studies.find import Found, find
+    from pool_pymunk.studies.fit import Fit, fit
     from pool_pymunk.studies.sensitivity import Sensitivity, sensitivity
     from pool_pymunk.studies.sweep import Sweep, sweep
     from pool_pymunk.studies.tolerance import Choice, Outcome, choose_step, simulate_within
@@ -55,6 +56,7 @@ __all__ = [
     "Derivatives",
     "Disc",
     "Event",
+    "Fit",
     "Found",
     "Friction",
     "Law",
@@ -80,6 +82,7 @@ __all__ = [
     "collide",
     "collide_at",
     "find",
+    "fit",
     "load",
     "loads",
     "rack",
@@ -107,6 +110,7 @@ _HOMES = {
     "studies.atlas": "Atlas atlas",
     "studies.derivatives": "Derivatives",
     "studies.find": "Found find",
+    "studies.fit": "Fit fit",
     "studies.sensitivity": "Sensitivity sensitivity",
     "studies.sweep": "Sweep sweep",
     "studies.tolerance": "Choice Outcome choose_step simulate_within",

@@ -23,7 +23,7 @@ NAMES = [page.name for page in PAGES]
 
 # This page plays a million shots into a folder that other blocks read.
 TOO_LONG = ("many-shots.md",)
-NEEDS = {"notebooks.md": "pandas", "simulate-many.md": "numba"}
+NEEDS = {"environments.md": "gymnasium", "notebooks.md": "pandas", "simulate-many.md": "numba"}
 
 
 def text_of(page: Path) -> str:
@@ -45,6 +45,12 @@ def links(page: Path) -> Iterator[str]:
             yield target.partition("#")[0]
 
 
+def source_of(target: str) -> str:
+    """Return the file in examples/ of which sphinx-gallery makes a page or a picture."""
+    name = re.sub(r"^sphx_glr_(\w+)_\d{3}$", r"\1", Path(target).stem)
+    return "README.rst" if name == "index" else f"{name}.py"
+
+
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
 def test_python_parses(page: Path) -> None:
     for code in python_blocks(page):
@@ -57,6 +63,8 @@ def test_relative_links_lead_to_files(page: Path) -> None:
     for target in links(page):
         if target.startswith("figures/made/"):
             assert f'"{Path(target).name}"' in drawn, target
+        elif target.startswith("examples/"):
+            assert (HOME / "examples" / source_of(target)).exists(), target
         else:
             assert (page.parent / target).exists(), target
 
@@ -72,10 +80,25 @@ def test_every_public_name_is_in_the_reference() -> None:
     assert sorted(documented) == sorted(pool_pymunk.__all__)
 
 
+def test_every_public_name_of_the_environments_is_in_the_reference() -> None:
+    env = pytest.importorskip("pool_pymunk.env", exc_type=ImportError)
+    page = text_of(DOCS / "api-env.md")
+    documented = re.findall(r"^\.\. autoclass:: pool_pymunk\.env\.(\w+)$", page, flags=re.MULTILINE)
+    assert sorted(documented) == sorted(env.__all__)
+
+
 def test_every_command_is_in_the_reference() -> None:
     named = re.findall(r"^```\{command\} (\w+)$", text_of(DOCS / "commands.md"), re.MULTILINE)
     functions = [command.callback for command in app.registered_commands]
     assert named == [function.__name__ for function in functions if function is not None]
+
+
+@pytest.mark.parametrize("example", sorted((HOME / "examples").glob("*.py")), ids=lambda p: p.name)
+def test_an_example_begins_with_a_title(example: Path) -> None:
+    lines = (ast.get_docstring(ast.parse(text_of(example))) or "").splitlines()
+    assert len(lines) > 3
+    assert lines[1] == "=" * len(lines[0])
+    assert lines[2] == ""
 
 
 @pytest.mark.heavy
@@ -97,7 +120,8 @@ def test_python_runs(page: Path, tmp_path: Path) -> None:
 
 @pytest.mark.docs
 def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
-    if any(importlib.util.find_spec(name) is None for name in ("sphinx", "furo", "myst_parser")):
+    needed = ("sphinx", "sphinx_gallery", "furo", "myst_parser", "numba", "pygame", "gymnasium")
+    if any(importlib.util.find_spec(name) is None for name in needed):
         pytest.skip("the documentation needs pip install '.[docs]'")
     result = subprocess.run(
         [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", DOCS, tmp_path],
@@ -108,3 +132,6 @@ def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
     assert (tmp_path / "index.html").exists()
+    shown = text_of(tmp_path / "examples" / "index.html")
+    for example in (HOME / "examples").glob("*.py"):
+        assert f"images/sphx_glr_{example.stem}_thumb.png" in shown

@@ -45,7 +45,7 @@ def browser() -> Iterator[Any]:
 class Visit:
     """A visit has an open page, and what the browser complained of or asked for meanwhile."""
 
-    def __init__(self, browser: Any, path: Path, **settings: Any) -> None:
+    def __init__(self, browser: Any, address: str, **settings: Any) -> None:
         self.context = browser.new_context(**settings)
         self.page = self.context.new_page()
         self.said: list[str] = []
@@ -54,7 +54,7 @@ class Visit:
         self.page.on("pageerror", lambda error: self.said.append(str(error)))
         self.page.on("dialog", lambda dialog: self.said.append(dialog.message))
         self.page.on("request", lambda request: self.asked.append(request.url))
-        self.page.goto(path.as_uri())
+        self.page.goto(address)
 
     def ask(self, script: str, value: Any = None) -> Any:
         return self.page.evaluate(script, value)
@@ -84,7 +84,7 @@ def visit(browser: Any) -> Iterator[Any]:
     visits: list[Visit] = []
 
     def open_page(path: Path, **settings: Any) -> Visit:
-        visits.append(Visit(browser, path, **settings))
+        visits.append(Visit(browser, path.as_uri(), **settings))
         return visits[-1]
 
     yield open_page

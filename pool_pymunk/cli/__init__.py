@@ -16,7 +16,9 @@ from pool_pymunk.cli.atlas import atlas
 from pool_pymunk.cli.check import check
 from pool_pymunk.cli.collide import collide
 from pool_pymunk.cli.compare import compare
+from pool_pymunk.cli.fit import fit
 from pool_pymunk.cli.page import page
+from pool_pymunk.cli.play import play
 from pool_pymunk.cli.render import render
 from pool_pymunk.cli.run import run
 from pool_pymunk.cli.sensitivity import sensitivity
@@ -35,11 +37,13 @@ for command in (
     compare,
     tradeoff,
     sensitivity,
+    fit,
     sweep,
     atlas,
     stability,
     render,
     page,
+    play,
     check,
 ):
     app.command()(command)

@@ -2,7 +2,7 @@
 
 Nothing of a scenario can become markup or script: the content is JSON without a "<", the page's
 scripts show it as text, and the file's content security policy allows the page's own scripts
-alone, by their hashes, and no requests.
+alone, by their hashes, and no requests. The page of a live table may ask its own server.
 """
 
 from __future__ import annotations
@@ -47,17 +47,20 @@ def write_page(shots: Sequence[Sequence[Run]], path: str | Path) -> None:
         part.write_text(text, encoding="utf-8")
 
 
-def document(shown: Mapping[str, Any]) -> str:
-    """Return the page that shows a content."""
-    css, codes = source("page.css"), [source(name) for name in SCRIPTS]
+def document(shown: Mapping[str, Any], live: bool = False) -> str:
+    """Return the page that shows a content; a live one has the controls of a shot as well."""
+    codes = [source(name) for name in (*SCRIPTS, *["live.js"] * live)]
+    css = source("page.css") + source("live.css") * live
     policy = (
         f"default-src 'none'; script-src {' '.join(map(_hash, codes))}; style-src {_hash(css)}; "
-        "base-uri 'none'; form-action 'none'"
+        + "connect-src 'self'; " * live
+        + "base-uri 'none'; form-action 'none'"
     )
     return Template(source("page.html")).substitute(
         policy=policy,
         title=html.escape(shown["title"]),
         css=css,
+        controls=source("live.html") * live,
         content=_json(shown),
         scripts="\n".join(f"<script>{code}</script>" for code in codes),
     )

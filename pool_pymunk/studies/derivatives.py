@@ -8,6 +8,7 @@ again: the changes of the balls' states follow the run from event to event
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -58,6 +59,7 @@ class Derivatives:
     velocity: Array = field(repr=False)
     times: Array = field(repr=False)
     warnings: Names
+    spread: _Spread = field(repr=False)
 
     def of(self, ball: str, name: str) -> tuple[float, float]:
         """Return the derivatives of one ball's end (x, y) by one input."""
@@ -66,6 +68,18 @@ class Derivatives:
             raise setting_error("name", name, f"there is no such input (there are: {known})")
         dx, dy = self.final[self.run.scene.index[ball], :, self.names.index(name)]
         return float(dx), float(dy)
+
+    def at(self, times: Sequence[float] | Array, ball: str) -> Array:
+        """Return the derivatives (T, 2, P) of one ball's positions at ``times`` (s).
+
+        A time is held fixed, and so is the end of the run, where balls still move then.
+
+        >>> from pool_pymunk import load, simulate
+        >>> found = simulate(load("report"), 3, solver="event-driven").derivatives("speed")
+        >>> found.at([0.0, 0.5, 99.0], "C")[:, 0, 0].round(6).tolist()
+        [0.0, -0.433013, -0.829416]
+        """
+        return self.spread.at_times(times, self.run.scene.index[ball])
 
     def amplification(self) -> dict[str, float]:
         """Return how much farther each ball's end moves at most than the starts of all balls.
@@ -93,7 +107,7 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
     >>> run = simulate(load("report"), "Simulation 3", solver="event-driven")
     >>> found = run.derivatives("speed")
     >>> [round(each, 6) for each in found.of("C", "speed")]
-    [-1.02446, 0.0]
+    [-0.829416, -0.417076]
     """
     law = _law_of(run)
     if not find_solver(run.solver).exact:
@@ -104,7 +118,7 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
     spread.follow()
     final, velocity = spread.ends()
     times = np.array(spread.times).reshape(len(run.events), len(names))
-    return Derivatives(run, names, final, velocity, times, tuple(spread.warnings))
+    return Derivatives(run, names, final, velocity, times, tuple(spread.warnings), spread)
 
 
 def rounding(run: Run) -> float:
@@ -239,7 +253,7 @@ class _Spread:
     """A spread follows the changes of all balls' states from event to event.
 
     ``change[i]`` (4, P) is how ball i's state at its last knot depends on the inputs, at the fixed
-    time of that knot.
+    time of that knot. ``kept[i]`` has the numbers of the knots it came to, and the changes there.
     """
 
     def __init__(self, run: Run, law: Law, inputs: _Inputs) -> None:
@@ -251,6 +265,7 @@ class _Spread:
         self.knots = [knots.tolist() for knots in run.knots]
         self.at = [0] * len(self.knots)  # the number of each ball's last knot
         self.change = [inputs.start(i) for i in range(len(self.knots))]
+        self.kept = [[(0, change)] for change in self.change]
         self.times: list[Array] = []
         self.warnings: dict[str, None] = {}
 
@@ -279,6 +294,8 @@ class _Spread:
                 self._fall(balls[0], event)
             else:
                 self._contact(balls, event)
+            for i in balls:
+                self.kept[i].append((self.at[i], self.change[i]))
 
     def ends(self) -> tuple[Array, Array]:
         """Return the changes of the ends and of the velocities there, (N, 2, P) each."""
@@ -291,6 +308,19 @@ class _Spread:
             changes.append(self._moved(i, t)[1])
         found = np.array(changes).reshape(len(self.knots), 4, self.inputs.count)
         return found[:, :2], found[:, 2:]
+
+    def at_times(self, times: Sequence[float] | Array, i: int) -> Array:
+        """Return the changes (T, 2, P) of a ball's place at these times."""
+        knots, kept = self.knots[i], self.kept[i]
+        begun = [knots[k][0] for k, _ in kept]
+        changes = []
+        for time in times:
+            t = min(max(float(time), 0.0), self.run.duration)
+            k, change = kept[max(bisect_right(begun, t) - 1, 0)]
+            if k + 1 < len(knots) and knots[k + 1][0] < t:  # Nothing is known of what began there.
+                change = np.full_like(change, math.nan)
+            changes.append(self._slid(knots[k], change, t)[1][:2])
+        return np.array(changes).reshape(len(changes), 2, self.inputs.count)
 
     # -- events ------------------------------------------------------------------------------------
 
@@ -457,16 +487,20 @@ class _Spread:
 
     def _moved(self, i: int, t: float) -> tuple[State4, Array]:
         """Return a ball's state at the time t, and how it depends on the inputs."""
-        t0, x, y, vx, vy = self.knots[i][self.at[i]]
+        return self._slid(self.knots[i][self.at[i]], self.change[i], t)
+
+    def _slid(self, knot: Sequence[float], change: Array, t: float) -> tuple[State4, Array]:
+        """Return the state at the time t of a ball that slides on from a knot, and its change."""
+        t0, x, y, vx, vy = knot
         speed = math.sqrt(vx * vx + vy * vy)
         time = t - t0
         if self.deceleration > 0.0:
             time = min(time, speed / self.deceleration)
         by_state, by_drag = slide_jacobian(vx, vy, self.deceleration, time)
-        change = by_state @ self.change[i]
+        moved = by_state @ change
         if self.drag is not None:
-            change += by_drag[:, np.newaxis] * self.drag
-        return slide(x, y, vx, vy, self.deceleration, time), change
+            moved += by_drag[:, np.newaxis] * self.drag
+        return slide(x, y, vx, vy, self.deceleration, time), moved
 
     def _set(self, i: int, change: Array) -> None:
         """Begin a new path with this change."""

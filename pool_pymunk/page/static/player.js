@@ -15,6 +15,8 @@ class Player {
     this.time = 0;
     this.playing = false;
     this.picked = null;
+    this.held = false; // A live table holds a ball, so nothing is picked,
+    this.keepsPlot = false; // and keeps its size where there is no ghost.
     this.load(content);
     this.listen();
     new ResizeObserver(() => this.resize()).observe(byId("stage"));
@@ -120,7 +122,7 @@ class Player {
     if (this.playing || !this.duration) return;
     if (this.time >= this.duration) this.time = 0;
     this.playing = true;
-    this.before = null;
+    this.before = performance.now();
     this.mark();
     requestAnimationFrame((now) => this.tick(now));
   }
@@ -132,7 +134,7 @@ class Player {
 
   tick(now) {
     if (!this.playing) return;
-    const passed = this.before === null ? 0 : (now - this.before) / 1000;
+    const passed = Math.max(now - this.before, 0) / 1000;
     this.before = now;
     this.time = Math.min(this.time + passed * this.speed, this.duration);
     if (this.time >= this.duration) this.pause();
@@ -171,7 +173,7 @@ class Player {
   resize() {
     const width = byId("stage").clientWidth;
     const others = byId("stage").getBoundingClientRect().top + byId("bar").offsetHeight + 24;
-    const plot = this.ghost ? 160 : 0;
+    const plot = this.ghost || this.keepsPlot ? 160 : 0;
     this.table.fit(width, Math.max(window.innerHeight - others - plot, 220));
     if (this.ghost) this.plot.fit(width, plot - 24);
     this.drawTicks();
@@ -261,6 +263,7 @@ class Player {
 
   /** Pick the ball under the pointer, or the one that is nearest to it within reach (pixels). */
   pick(event, reach) {
+    if (this.held) return;
     const [x, y] = this.table.point(event.clientX, event.clientY);
     const gaps = statesAt(this.run, this.time).map(
       (ball, i) => Math.hypot(ball.x - x, ball.y - y) - this.content.balls[i].radius,

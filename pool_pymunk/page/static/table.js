@@ -15,12 +15,16 @@ class TableView {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
     this.sprites = new Map();
+    this.under = this.over = null; // These draw what a live table adds, below and above the balls.
   }
 
-  /** Show another content, or the same in other colours. */
+  /** Show another content, or the same in other colours; what looks the same is not drawn anew. */
   show(content, style) {
-    this.content = content;
-    this.style = style;
+    const { seen, grid, table, pockets, balls } = content;
+    const look = JSON.stringify([seen, grid, table, pockets, balls, style]);
+    Object.assign(this, { content, style });
+    if (look === this.look) return;
+    this.look = look;
     this.ground = null;
     this.sprites.clear();
   }
@@ -61,7 +65,9 @@ class TableView {
     if (!this.ground) this.ground = this.drawGround();
     const pen = this.pen;
     pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     pen.drawImage(this.ground, 0, 0);
+    this.under?.();
     if (trails) {
       if (ghost) this.drawTracks(ghost, t, false);
       this.drawTracks(run, t, true);
@@ -70,6 +76,7 @@ class TableView {
     this.drawArrows(run, 1 - t / (SHOT * pace));
     this.drawFlashes(run, t, FLASH * pace);
     this.drawBalls(run, t, DROP * pace, picked);
+    this.over?.();
   }
 
   // -- what stands still ----------------------------------------------------------------------
@@ -277,28 +284,31 @@ class TableView {
   /** Draw an arrow at every ball that moves at the start. */
   drawArrows(run, strength) {
     if (strength <= 0) return;
-    const pen = this.pen;
-    pen.globalAlpha = 0.9 * strength;
+    this.pen.globalAlpha = 0.9 * strength;
     run.knots.forEach(([[, x, y, vx, vy]], i) => {
       const speed = Math.hypot(vx, vy);
-      if (!speed) return;
       const { radius } = this.content.balls[i];
-      const [ux, uy] = [vx / speed, vy / speed];
       const tip = 1.25 * radius + Math.max(ARROW * speed, 1.2 * radius);
-      const at = (s, side) => this.place(x + s * ux - side * uy, y + s * uy + side * ux);
-      const arrow = { lineWidth: 0.12 * radius * this.scale, lineCap: "round", lineJoin: "round" };
-      Object.assign(pen, arrow, { strokeStyle: this.style.arrow, fillStyle: this.style.arrow });
-      pen.beginPath();
-      pen.moveTo(...at(1.25 * radius, 0));
-      pen.lineTo(...at(tip - 0.5 * radius, 0));
-      pen.stroke();
-      pen.beginPath();
-      pen.moveTo(...at(tip, 0));
-      pen.lineTo(...at(tip - 0.6 * radius, 0.28 * radius));
-      pen.lineTo(...at(tip - 0.6 * radius, -0.28 * radius));
-      pen.fill();
+      if (speed) this.drawArrow(x, y, vx / speed, vy / speed, radius, tip);
     });
-    pen.globalAlpha = 1;
+    this.pen.globalAlpha = 1;
+  }
+
+  /** Draw an arrow from the rim of a ball along a unit vector; its tip is so far from the centre. */
+  drawArrow(x, y, ux, uy, radius, tip) {
+    const pen = this.pen;
+    const at = (s, side) => this.place(x + s * ux - side * uy, y + s * uy + side * ux);
+    const arrow = { lineWidth: 0.12 * radius * this.scale, lineCap: "round", lineJoin: "round" };
+    Object.assign(pen, arrow, { strokeStyle: this.style.arrow, fillStyle: this.style.arrow });
+    pen.beginPath();
+    pen.moveTo(...at(1.25 * radius, 0));
+    pen.lineTo(...at(tip - 0.5 * radius, 0));
+    pen.stroke();
+    pen.beginPath();
+    pen.moveTo(...at(tip, 0));
+    pen.lineTo(...at(tip - 0.6 * radius, 0.28 * radius));
+    pen.lineTo(...at(tip - 0.6 * radius, -0.28 * radius));
+    pen.fill();
   }
 
   /** Light up where contacts have just happened. */
