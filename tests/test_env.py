@@ -800,7 +800,7 @@ def test_without_a_mode_nothing_is_drawn_and_it_says_so() -> None:
 # -- learning --------------------------------------------------------------------------------------
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_planner_learns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The cross-entropy planner beats random play, and more rounds beat fewer."""
     pytest.importorskip("numba")

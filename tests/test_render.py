@@ -276,6 +276,7 @@ def test_joined_gifs_have_all_frames_in_the_colours_of_all(run: Run, tmp_path: P
     assert set(delays[2]) == {30, 40}
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_film(run: Run) -> None:
     def peak(slow: float) -> float:
         settings = FilmSettings(size=(320, 180), slow=slow, end=0.4)
@@ -827,6 +828,7 @@ def test_matplotlib_is_imported_late_and_without_pyplot() -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_numbers_that_are_none_are_left_out(run: Run, tmp_path: Path) -> None:
     """A run that left the range of floating point is drawn as far as it went."""
     knots = run.knots[1].copy()

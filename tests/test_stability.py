@@ -88,7 +88,7 @@ def test_a_solver_that_raises_is_not_as_the_table_has_it(
     assert found != expected_breaks.table().get(key, Entry()).expected
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_in_every_case_something_happens() -> None:
     """The exceptions are balls that miss a ball or a pocket, and one that is alone on a plane."""
     for extreme in EXTREMES:

@@ -198,6 +198,7 @@ def test_a_manifest_that_cannot_be_read(tmp_path: Path) -> None:
         sweep(load("report"), 1, vary=VARY, samples=50, out=tmp_path)
 
 
+@pytest.mark.slow
 def test_chunks_and_executors_do_not_matter(tmp_path: Path) -> None:
     how: dict[str, Any] = {"vary": VARY, "samples": 500}
     sweep(load("report"), 1, **how, out=tmp_path / "one")

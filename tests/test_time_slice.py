@@ -361,7 +361,7 @@ def simulation_4(factor: float) -> tuple[float, Point]:
     return law.slip, run.final["9"]
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_rounding_error_decides_the_end_of_simulation_4() -> None:
     """The shot is head-on: its slip is zero to rounding, and the law jumps there.
 
