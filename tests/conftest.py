@@ -40,6 +40,7 @@ NEEDED = {
     "pool_pymunk.fast.many": "numba",
     "pool_pymunk.studies.atlas": "numba",
     "pool_pymunk.studies.find": "numba",
+    "pool_pymunk.studies.fit": "scipy",
     "pool_pymunk.studies.sweep": "pyarrow",
 }
 

@@ -6,12 +6,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pool_pymunk import Disc, Material, Units, collide, load, simulate, simulate_all
+from pool_pymunk import Disc, Material, Units, collide, fit, load, simulate, simulate_all
 from pool_pymunk.page import write_page
 from pool_pymunk.render.collision import collision_picture
+from pool_pymunk.render.residuals import residuals_picture
 
 HERE = Path(__file__).parent
 MADE = HERE / "made"
@@ -37,6 +39,13 @@ def collision(out: Path) -> None:
     collision_picture(hit, out, Units(), dpi=DPI)
 
 
+def residuals(out: Path) -> None:
+    """Draw what a fit to the report's printed ends makes of the 0.95 that the report states."""
+    report = load("report")
+    stated = replace(report, restitution=replace(report.restitution, cue_ball=0.95))
+    residuals_picture(fit(stated, "published", "restitution.cue_ball"), out, dpi=DPI)
+
+
 def live_page(out: Path) -> None:
     """Make the page of the report's shots beside stock pymunk, which the documentation plays."""
     scene = load("report")
@@ -52,6 +61,7 @@ PICTURES: dict[str, Drawing] = {
     "collision.png": collision,
     "l-shaped.png": run("l-shaped"),
     "played/played.html": live_page,
+    "residuals.png": residuals,
     "mine-end.png": run(str(HERE / "mine.toml")),
     "mine-energy.png": run(str(HERE / "mine.toml"), "energy"),
 }

@@ -1,0 +1,49 @@
+"""``play``: a live table in the browser: aim, shoot, and see what the step costs."""
+
+from __future__ import annotations
+
+import errno
+import threading
+import webbrowser
+from importlib.util import find_spec
+from typing import Annotated
+
+import typer
+
+from pool_pymunk.cli.common import InputError, Scenario, read_scenario
+
+NEEDED = ("starlette", "uvicorn")
+MOST_PORT = 65_535
+
+
+def play(
+    scenario: Scenario,
+    port: Annotated[int, typer.Option(metavar="P", help="Listen on this port; 0: a free one.")] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
+    ] = True,
+) -> int:
+    """Play on a live table in the browser: aim, shoot, and see what the step costs.
+
+    The table listens on this machine only, at the address that is printed. Ctrl-C ends it.
+    """
+    if any(find_spec(name) is None for name in NEEDED):
+        raise InputError("play: needs a server: pip install 'pool-pymunk[play]'")
+    if not 0 <= port <= MOST_PORT:
+        raise InputError(f"--port = {port}: must be from 0 to {MOST_PORT}")
+    scene = read_scenario(scenario)
+
+    from pool_pymunk.page.live.server import LiveServer
+
+    try:
+        server = LiveServer(scene, port)
+    except OSError as error:
+        used = error.errno == errno.EADDRINUSE
+        why = "another program listens there" if used else error.strerror
+        raise InputError(f"--port = {port}: {why}") from None
+    typer.echo(f"The table is at {server.address}")
+    typer.echo("Ctrl-C ends it.")
+    if browser:
+        threading.Thread(target=webbrowser.open, args=(server.address,), daemon=True).start()
+    server.run()
+    return 0

@@ -1,0 +1,9 @@
+"""This package is the live table: a page on which one aims and shoots, and the server behind it.
+
+The page keeps where the balls lie, and sends it with every shot; the server keeps nothing. So a
+second tab, a lost connection or a new start of the server harm nobody.
+
+``answers.py`` has what the page can ask for; ``worker.py`` runs it in a process that can be cut;
+``guard.py`` turns away whom the table is not for; ``server.py`` puts them together. The last two
+need ``pip install 'pool-pymunk[play]'``.
+"""

@@ -1,0 +1,321 @@
+"""This module answers what the page of the live table asks for.
+
+A question is the text of a JSON object, and every answer is text with a status of HTTP. Whatever
+is wrong with a question is one line a problem.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from pool_pymunk.fast import compiled, simulate_many
+from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
+from pool_pymunk.model.problems import listed, shown
+from pool_pymunk.model.scene import Placed, place_problems
+from pool_pymunk.model.state import read_state
+from pool_pymunk.page.content import content
+from pool_pymunk.page.document import page
+from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.pictures import as_set_up
+from pool_pymunk.render.table import round_number
+from pool_pymunk.results.run import Run
+from pool_pymunk.results.words import step_text
+from pool_pymunk.solvers import SOLVERS, find_solver, request, yardstick
+
+LONGEST = 60.0  # s; a run is ended at this time at the latest,
+MOST_EVENTS = 5_000  # and after so many events.
+MOST_LINES = 20  # So many problems are told at most.
+SAMPLES = 1_000  # ends in a cloud
+SOME = 50  # ends; a cloud begins with so many and doubles,
+CLOUD_TIME = 1.5  # until it took so long (s).
+FINEST = 1e-6  # s; the page offers no finer step
+HARD_HIT = 2.5  # A full drag is up to so many times as fast as the fastest shot.
+FULL_WAY = 4.0  # widths; without a shot, a full drag makes a ball go about so far
+
+
+class Answer(NamedTuple):
+    """An answer is a text with a status of HTTP and a type."""
+
+    status: int
+    text: str
+    type: str = "application/json"
+
+
+def refusal(status: int, *problems: str) -> Answer:
+    """Return the answer that says what is wrong, one line a problem."""
+    return Answer(status, json.dumps({"problems": problems}))
+
+
+# -- questions -----------------------------------------------------------------------------------
+
+
+class _Question(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Start(_Question):
+    """A start says where the balls are (m), how they move (m/s), and which are off the table."""
+
+    position: list[list[float]]
+    velocity: list[list[float]]
+    off: list[str] = []
+
+
+class Place(Start):
+    """This question asks whether a ball may lie where it is."""
+
+    ball: str
+
+
+class Ask(Start):
+    """This question asks for a shot: speed in m/s, angle in degrees, step in s."""
+
+    ball: str
+    speed: float
+    angle: float
+    solver: str = "pymunk"
+    dt: float | None = None
+    law: str | None = None
+
+
+class AskCloud(Ask):
+    """This question asks for many shots with a player's error, as standard deviations.
+
+    The error of the angle is in degrees, that of the speed is a share of the speed.
+    """
+
+    angle_error: float = Field(0.0, ge=0.0, le=180.0)
+    speed_error: float = Field(0.0, ge=0.0, le=1.0)
+
+
+# -- answers -------------------------------------------------------------------------------------
+
+
+class Answers:
+    """This class answers questions about one scene.
+
+    >>> from pool_pymunk import load
+    >>> answers = Answers(load("two-balls"))
+    >>> print(answers.to("aim", b"[]").text)
+    {"problems": ["question = (left out): should be an object"]}
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.latest = min(scene.physics.max_time or math.inf, LONGEST)
+
+    def to(self, name: str, text: bytes) -> Answer:
+        """Return the answer to a question of that name."""
+        kind, method = _KINDS[name]
+        try:
+            answer: Answer = method(self, kind.model_validate_json(text))
+            return answer
+        except ValidationError as error:
+            return refusal(400, *islice(_lines(error), MOST_LINES))
+        except (SceneError, SettingError) as error:
+            return refusal(400, *str(error).splitlines()[:MOST_LINES])
+        except Exception as error:  # The page says so, and the table goes on.
+            return refusal(500, f"the server failed: {type(error).__name__}: {error}")
+
+    def shot(self, asked: Ask) -> Answer:
+        """Play a shot, and beside it the exact run."""
+        return _json(content([self._beside(asked)]))
+
+    def aim(self, asked: Ask) -> Answer:
+        """Tell exactly what the shot would do."""
+        return _json(content([[self._play(asked, yardstick().name)]])["shots"][0]["runs"][0])
+
+    def save(self, asked: Ask) -> Answer:
+        """Return the shot as a page of its own."""
+        return Answer(200, page([self._beside(asked)]), "text/html")
+
+    def place(self, asked: Place) -> Answer:
+        """Tell what is wrong with the place of a ball, if anything is."""
+        state = read_state(asked_state(asked), self.scene.index)
+        if asked.ball not in self.scene.index:
+            known = listed(self.scene.index)
+            return refusal(400, f"ball = {shown(asked.ball)}: there is no such ball ({known})")
+        number = self.scene.index[asked.ball]
+        balls = {
+            i: Placed(ball.id, position, ball.radius)
+            for i, (ball, position) in enumerate(zip(self.scene.balls, state.position, strict=True))
+            if ball.id not in state.off
+        }
+        others = {i: ball for i, ball in balls.items() if i != number}
+        table, pockets = self.scene.table, self.scene.pockets
+        before = list(place_problems(others, table, pockets))
+        new = [one for one in place_problems(balls, table, pockets) if one not in before]
+        if new:
+            return refusal(400, *(one.message for one in new[:MOST_LINES]))
+        return _json({})
+
+    def scenario(self, asked: Ask) -> Answer:
+        """Return the shot as lines of a scenario file.
+
+        These are the lines of the shot alone where the rest of the scenario is as it was, and else
+        the whole scenario.
+        """
+        scene, shot = self.scene, self._shot(asked)
+        state = scene.state(asked_state(asked))
+        motions = zip(scene.balls, state.position, state.velocity, strict=True)
+        balls = tuple(
+            replace(ball, position=position, velocity=velocity)
+            for ball, position, velocity in motions
+            if ball.id not in state.off
+        )
+        physics = replace(scene.physics, law=asked.law or scene.physics.law)
+        changed = replace(scene, balls=balls, physics=physics, shots=(shot,))
+        changed.start(shot)
+        text = changed.to_toml()
+        same = changed == replace(scene, shots=(shot,)) and 'numbers = "SI"' not in text
+        if same:
+            text = "".join(text.rpartition("[[shots]]\n")[1:])
+        step = "" if asked.dt is None else f" --dt {step_text(asked.dt).removesuffix(' s')}"
+        return _json({"text": f"# played by --solver {asked.solver}{step}\n{text}"})
+
+    def cloud(self, asked: AskCloud) -> Answer:
+        """Return where the balls end if a player errs: for each ball its ends, if they differ."""
+        state = self.scene.start(self._shot(asked), self.scene.state(asked_state(asked)))
+        places, speeds = np.array(state.position), np.array(state.velocity)
+        places[[self.scene.index[id_] for id_ in state.off]] = np.nan
+        struck = self.scene.index[asked.ball]
+        strikes = _strikes(asked)
+        ends = np.empty((0, *places.shape))
+        spent = 0.0
+        while len(ends) < SAMPLES and spent < CLOUD_TIME:
+            some = strikes[len(ends) : 2 * len(ends) + SOME]
+            velocity = np.tile(speeds, (len(some), 1, 1))
+            velocity[:, struck] = some
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # Without numba it is slow, which the page says.
+                batch = simulate_many(
+                    self.scene, places, velocity, law=asked.law, max_time=self.latest
+                )
+            spent += batch.wall_time
+            ends = np.concatenate([ends, batch.final])
+        return _json(
+            {
+                "ends": [_spread(ends[:, i]) for i in range(len(places))],
+                "samples": len(ends),
+                "compiled": compiled.is_there(),
+            }
+        )
+
+    # -- runs ------------------------------------------------------------------------------------
+
+    def _beside(self, asked: Ask) -> list[Run]:
+        """Return the run, and the exact run where that is another one."""
+        exact = yardstick().name
+        names = [asked.solver] if asked.solver == exact else [asked.solver, exact]
+        return [self._play(asked, name) for name in names]
+
+    def _play(self, asked: Ask, solver: str) -> Run:
+        law = None if find_solver(solver).own_law else asked.law
+        wanted = request(
+            self.scene, solver, dt=asked.dt, law=law, max_time=self.latest, max_events=MOST_EVENTS
+        )
+        return wanted.play(self._shot(asked), self.scene.state(asked_state(asked)))
+
+    def _shot(self, asked: Ask) -> Shot:
+        units = self.scene.units
+        name = f"{units.from_si(asked.speed, 'speed'):.6g} {units.speed} at {asked.angle:.6g}°"
+        return Shot(name, asked.ball, speed=asked.speed, angle=asked.angle)
+
+
+_KINDS: dict[str, tuple[type[Any], Any]] = {
+    "shot": (Ask, Answers.shot),
+    "aim": (Ask, Answers.aim),
+    "save": (Ask, Answers.save),
+    "scenario": (Ask, Answers.scenario),
+    "place": (Place, Answers.place),
+    "cloud": (AskCloud, Answers.cloud),
+}
+QUESTIONS = tuple(_KINDS)
+
+
+def asked_state(asked: Start) -> State:
+    """Return the state that a question begins from, as it was sent: nobody has checked it yet."""
+    return State(asked.position, asked.velocity, asked.off)  # type: ignore[arg-type]
+
+
+def _strikes(asked: AskCloud) -> Array:
+    """Draw velocities (S, 2) of the struck ball (m/s); they are the same errors every time."""
+    errors = np.random.default_rng(0).standard_normal((SAMPLES, 2))
+    angle = np.radians(asked.angle + asked.angle_error * errors[:, 0])
+    speed = np.maximum(asked.speed * (1.0 + asked.speed_error * errors[:, 1]), 0.0)
+    return np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
+
+
+def _spread(ends: Array) -> list[list[float]]:
+    """Return ends (S, 2) to a hundredth of a millimetre, or none if they are all the same."""
+    there = ends[np.isfinite(ends).all(axis=1)]
+    moves = len(there) > 0 and bool((there != there[0]).any())
+    found: list[list[float]] = there.round(5).tolist() if moves else []
+    return found
+
+
+def _json(value: object) -> Answer:
+    return Answer(200, json.dumps(value, allow_nan=False, separators=(",", ":")))
+
+
+def _lines(error: ValidationError) -> Iterator[str]:
+    """Say what does not fit, in one line a problem."""
+    for details in error.errors(include_url=False):
+        key = ".".join(map(str, details["loc"])) or "question"
+        missing = details["type"] == "missing"
+        value = "(left out)" if missing or details["loc"] == () else shown(details["input"])
+        message = details["msg"].removeprefix("Input ")
+        yield f"{key} = {value}: {message[:1].lower()}{message[1:]}"
+
+
+# -- the page ------------------------------------------------------------------------------------
+
+
+def live_content(scene: Scene) -> dict[str, Any]:
+    """Return what the page shows at first, and what one can choose on it."""
+    shot = scene.shots[0] if scene.shots else None
+    struck = scene.index[shot.ball] if shot else scene.index[(scene.cue or scene.balls[0]).id]
+    vx, vy = scene.start(shot).velocity[struck]
+    shown = content([[as_set_up(scene)]])
+    x0, _, x1, _ = shown["seen"]
+    fastest = max([math.hypot(*_launch(scene, one)) for one in scene.shots], default=0.0)
+    top = HARD_HIT * fastest or math.sqrt(2.0 * scene.deceleration * FULL_WAY * (x1 - x0)) or 2.0
+    unit = shown["units"]["speed"][1]
+    top = round_number(top / unit) * unit
+    return shown | {
+        "live": {
+            "ball": struck,
+            "speed": math.hypot(vx, vy) or top / 2.0,
+            "angle": math.degrees(math.atan2(vy, vx)),
+            "top": top,
+            "solvers": [
+                {"name": one.name, "about": one.about, "dt": one.dt, "steps": _steps(one.name)}
+                for one in SOLVERS.values()
+            ],
+            "laws": list(LAWS),
+            "law": scene.physics.law,
+            "samples": SAMPLES,
+        }
+    }
+
+
+def _launch(scene: Scene, shot: Shot) -> tuple[float, float]:
+    """Return the velocity (m/s) of a shot; only its size counts where it goes on from another."""
+    return shot.launch or (shot.speed or 0.0, 0.0)
+
+
+def _steps(name: str) -> list[tuple[float, str]]:
+    """Return the steps that are offered for a solver, from long to short, with their names."""
+    solver = SOLVERS[name]
+    known = {*solver.ladder, *solver.stability_steps, *([solver.dt] if solver.dt else [])}
+    return [(dt, step_text(dt)) for dt in sorted(known, reverse=True) if dt >= FINEST]

@@ -1,0 +1,145 @@
+"""This module is the server of the live table: it listens on this machine only, and keeps nothing.
+
+It reads and guards; two processes answer (:mod:`pool_pymunk.page.live.worker`): one plays shots,
+the other plays clouds, so that a cloud never keeps a shot waiting.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import signal
+import socket
+from types import FrameType
+
+import uvicorn
+from anyio import to_thread
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.middleware.base import BaseHTTPMiddleware
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import HTMLResponse, Response
+from starlette.routing import Route
+
+from pool_pymunk.model import Scene
+from pool_pymunk.page.document import document
+from pool_pymunk.page.live.answers import QUESTIONS, Answer, live_content, refusal
+from pool_pymunk.page.live.guard import Guard, respond
+from pool_pymunk.page.live.worker import Worker
+from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
+
+HOST = "127.0.0.1"
+PATIENCE = 5.0  # s; an answer that takes longer is cut off, and so is a question
+MOST_CONNECTIONS = 64
+# bytes of a question: so many, and so many more for each ball
+BYTES, BYTES_A_BALL = 65_536, 256
+
+
+class LiveServer:
+    """A live server has the address of a table, and serves it until Ctrl-C.
+
+    ``port`` 0 is any free one. Raises OSError for a port that cannot be had.
+    """
+
+    def __init__(self, scene: Scene, port: int = 0, token: str | None = None) -> None:
+        self.scene = scene
+        self.socket = socket.create_server((HOST, port))
+        # Without this an answer waits 40 ms for its first part to be acknowledged (RFC 896).
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.port: int = self.socket.getsockname()[1]
+        self.token = token or secrets.token_urlsafe(16)
+        self.most_bytes = BYTES + BYTES_A_BALL * len(scene.balls)
+        config = uvicorn.Config(
+            self._app(), loop="asyncio", http="h11", ws="none", lifespan="off",
+            log_level="critical", access_log=False, server_header=False, timeout_keep_alive=60,
+            timeout_graceful_shutdown=0, limit_concurrency=MOST_CONNECTIONS,
+        )  # fmt: skip
+        self.server = _Server(config)
+
+    @property
+    def address(self) -> str:
+        """The address of the page, with the token."""
+        return f"http://{HOST}:{self.port}/?token={self.token}"
+
+    def run(self) -> None:
+        """Serve until somebody stops it; Ctrl-C raises KeyboardInterrupt."""
+        self.page = document(live_content(self.scene), live=True)
+        self.shots = Worker(self.scene, PATIENCE)
+        self.clouds = Worker(self.scene, PATIENCE, compiles=True)
+        try:
+            self.server.run([self.socket])
+        finally:
+            with uninterrupted():
+                self.socket.close()
+                self.shots.end()
+                self.clouds.end()
+
+    def stop(self) -> None:
+        """Let :meth:`run` come to its end, from another thread."""
+        self.server.should_exit = self.server.force_exit = True
+
+    # -- what is asked for -----------------------------------------------------------------------
+
+    def _app(self) -> Starlette:
+        guard = Guard(self.port, self.token)
+        return Starlette(
+            routes=[
+                Route("/", self._page, methods=["GET"]),
+                Route("/api/{name}", self._question, methods=["POST"]),
+            ],
+            middleware=[Middleware(BaseHTTPMiddleware, dispatch=guard)],
+            exception_handlers={HTTPException: _not_there},
+        )
+
+    async def _page(self, request: Request) -> Response:
+        return HTMLResponse(self.page)
+
+    async def _question(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in QUESTIONS:
+            raise HTTPException(404)
+        text = await self._text(request)
+        if isinstance(text, Answer):
+            return respond(text)
+        worker = self.clouds if name == "cloud" else self.shots
+        answer = await to_thread.run_sync(worker.ask, name, text, abandon_on_cancel=True)
+        return respond(answer)
+
+    async def _text(self, request: Request) -> bytes | Answer:
+        """Read a question, of so many bytes and in so long a time at most."""
+        text = bytearray()
+        try:
+            async with asyncio.timeout(PATIENCE):
+                async for part in request.stream():
+                    text += part
+                    if len(text) > self.most_bytes:
+                        return refusal(413, f"the question has more than {self.most_bytes} bytes")
+        except TimeoutError:
+            return refusal(408, f"the question did not come within {PATIENCE:g} s")
+        except ClientDisconnect:
+            return refusal(400, "the question broke off")
+        return bytes(text)
+
+
+async def _not_there(request: Request, error: Exception) -> Response:
+    """Answer what the table does not know."""
+    assert isinstance(error, HTTPException)
+    place = f"{request.method} {request.url.path[:60]}"
+    return respond(refusal(error.status_code, f"{place}: there is no such question"))
+
+
+class _Server(uvicorn.Server):
+    """This server ends at once: nobody waits for connections that are still open."""
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        super().handle_exit(sig, frame)
+        self.force_exit = True
+
+    async def on_tick(self, counter: int) -> bool:
+        """Hear of a Ctrl-C that came before this server listened to it."""
+        try:
+            raise_pending()
+        except KeyboardInterrupt:
+            self.handle_exit(signal.SIGINT, None)
+        return bool(await super().on_tick(counter))

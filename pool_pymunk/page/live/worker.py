@@ -1,0 +1,125 @@
+"""This module answers in a process of its own, which is cut where an answer takes too long."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+
+from pool_pymunk.model import Scene
+from pool_pymunk.page.live.answers import Answer, Answers, refusal
+from pool_pymunk.safety.interrupts import block_sigint
+
+READY = "ready"
+BEGINNING = 20.0  # s; a process that has not begun after so long answers later
+# Ask for this as it begins, so that numba has compiled what a cloud needs before a player does.
+WARM_UP = b'{"position": [[0, 0]], "velocity": [[0, 0]], "ball": "1", "speed": 1, "angle": 0}'
+
+BUSY = refusal(503, "the server is busy with another shot: try again")
+BEGINS = refusal(503, "the server is getting ready: try again in some seconds")
+DIED = refusal(500, "the process that plays the shots ended, and was started again: try again")
+
+
+class Worker:
+    """A worker is a process that answers one question after another.
+
+    An answer that takes longer than ``patience`` (s) is cut off, and the process begins anew. Any
+    thread may ask.
+    """
+
+    def __init__(self, scene: Scene, patience: float, compiles: bool = False) -> None:
+        self.scene = scene
+        self.patience = patience
+        self.compiles = compiles
+        self.turn = threading.Lock()
+        self.is_over = False
+        self._begin()
+
+    def _begin(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.pipe, its = context.Pipe()
+        self.process = context.Process(
+            target=work, args=(its, self.scene, self.compiles), daemon=True
+        )
+        if hasattr(signal, "pthread_sigmask"):
+            resource_tracker.ensure_running()  # If it began below, it would let Ctrl-C through.
+        with block_sigint():
+            self.process.start()
+        its.close()
+        self.is_ready = False
+
+    def ask(self, name: str, text: bytes) -> Answer:
+        """Return the answer to a question, or say why there is none."""
+        if not self.turn.acquire(timeout=self.patience + BEGINNING * (not self.is_ready)):
+            return BUSY
+        try:
+            return self._ask(name, text)
+        except (EOFError, OSError):
+            self._begin_anew()
+            return DIED
+        finally:
+            self.turn.release()
+
+    def _ask(self, name: str, text: bytes) -> Answer:
+        if not self.is_ready:
+            if not self.pipe.poll(BEGINNING):
+                return BEGINS
+            self.is_ready = self.pipe.recv() == READY
+        self.pipe.send((name, text))
+        if not self.pipe.poll(self.patience):
+            self._begin_anew()
+            why = "choose a longer step or a slower shot"
+            return refusal(400, f"this takes longer than {self.patience:g} s, so it was cut: {why}")
+        answer: Answer = self.pipe.recv()
+        return answer
+
+    def _begin_anew(self) -> None:
+        self._kill()
+        if not self.is_over:
+            self._begin()
+
+    def _kill(self) -> None:
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+    def end(self) -> None:
+        """End the process, whatever it does."""
+        self.is_over = True
+        self.process.kill()
+        self.process.join()
+
+
+def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
+    """Answer questions until nobody is left who asks."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    answers = Answers(scene)
+    if compiles:
+        _warm_up()
+    pipe.send(READY)
+    while True:
+        try:
+            name, text = pipe.recv()
+        except (EOFError, OSError):
+            return
+        pipe.send(answers.to(name, text))
+
+
+def _leave_with_parent() -> None:
+    """End this process when its parent does, however that ended."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(0)
+
+
+def _warm_up() -> None:
+    """Play a cloud of one ball, so that numba compiles or loads what is compiled."""
+    from pool_pymunk.model import Ball, Friction
+
+    one = Scene((Ball("1", (0.0, 0.0), 0.1, 1.0),), friction=Friction(surface=0.1))
+    Answers(one).to("cloud", WARM_UP)
