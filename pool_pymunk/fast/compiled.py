@@ -40,7 +40,7 @@ SHARED: tuple[Any, ...] = (
     sides.unit, sides.Face.gap, sides.Face.normal, sides.Face.length_along, sides.Post.gap,
     sides.Post.normal, sides.Post.length_along, sides.Rim.gap, sides.Rim.normal,
     sides.Rim.length_along,
-    laws._sign, laws._not_reversed, laws.coulomb, laws.published, laws.cushion,
+    laws._sign, laws._not_reversed, laws.clamped, laws.coulomb, laws.published, laws.cushion,
     laws.slips_by_rounding, laws.published_jumps,
     decisions.nearly_now, decisions.is_closed, decisions.is_hit, decisions.contact_time,
     decisions.sinks, decisions.least_parting, decisions.noise_after, decisions.lasts,

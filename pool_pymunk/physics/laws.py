@@ -49,12 +49,22 @@ def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
     share_a, share_b = m_b / (m_a + m_b), m_a / (m_a + m_b)  # m_eff / m_a, m_eff / m_b
     slip = a.t - b.t
     j_n = (1.0 + e) * max(a.n - b.n, 0.0)  # impulses over m_eff
-    most = mu * j_n
-    j_t = max(-most, min(slip, most))
+    j_t = clamped(slip, mu * j_n)
     return (
         NT(a.n - j_n * share_a, a.t - j_t * share_a),
         NT(b.n + j_n * share_b, b.t + j_t * share_b),
     )
+
+
+def clamped(value: float, most: float) -> float:
+    """Return a value, or the nearest of ``-most`` and ``most`` if it lies beyond them.
+
+    >>> clamped(0.3, 0.2), clamped(-0.3, 0.2), clamped(0.1, 0.2)
+    (0.2, -0.2, 0.1)
+    """
+    if value > most:
+        return most
+    return -most if value < -most else value
 
 
 def published(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:

@@ -1,9 +1,10 @@
 """This module linearises motion and contacts: how a small change before becomes one after.
 
 A change is that of a ball's state (x, y, vx, vy) at a fixed time, so it lives on while the ball
-slides (:func:`slide_jacobian`). A change moves the time of a contact, too. The ball then slides on
-from another place and with another velocity, but a little earlier or later, and both count. What
-comes of it at a fixed time is the saltation matrix
+slides (:func:`slide_jacobian`). A :class:`Meeting` takes changes through a contact, in four steps.
+The contact comes at another time. At that time the states are changed by more, because they went on
+changing until then. The law answers other velocities, along a normal that has turned. And the
+balls have been on their new paths for more or less time. The four together are the saltation matrix
 
     S = R + (f_after - R f_before) G / (G f_before)
 
@@ -15,6 +16,7 @@ Essential Tool for Linearizing Hybrid Dynamical Systems, Proceedings of the IEEE
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +31,8 @@ def slide_jacobian(vx: float, vy: float, deceleration: float, time: float) -> tu
     """Linearise :func:`~pool_pymunk.physics.motion.slide` after ``time`` (s).
 
     Return the derivatives of position and velocity by those at the start (4, 4), and by the
-    deceleration (4,). The time is at most that until the stop. A ball that rests goes on to rest.
+    deceleration (4,); after the stop, those at the stop. Friction keeps a ball that rests at rest,
+    whatever small velocity it is given, but not in no time at all.
 
     >>> by_state, by_deceleration = slide_jacobian(2.0, 0.0, 0.5, 2.0)
     >>> by_state[0].tolist(), by_deceleration.tolist()
@@ -37,8 +40,10 @@ def slide_jacobian(vx: float, vy: float, deceleration: float, time: float) -> tu
     """
     speed = math.sqrt(vx * vx + vy * vy)
     if speed == 0.0:
-        free = time if deceleration == 0.0 else 0.0
-        return _blocks(free, 0.0, float(deceleration == 0.0), 0.0, vx, vy), np.zeros(4)
+        is_free = deceleration == 0.0 or time == 0.0
+        return _blocks(time * is_free, 0.0, float(is_free), 0.0, vx, vy), np.zeros(4)
+    if deceleration > 0.0:
+        time = min(time, speed / deceleration)
     lost = deceleration * time / speed
     reach = time * (1.0 - lost / 2.0)
     turn = lost / (speed * speed)  # A faster ball loses a smaller share of its speed.
@@ -70,89 +75,92 @@ def rate(v: Vector, deceleration: float) -> State4:
     return (v[0], v[1], -drag * v[0], -drag * v[1])
 
 
-class Contact4(NamedTuple):
-    """A linearised contact says what becomes of changes of state, of the gap and of coefficients.
+class Meeting(NamedTuple):
+    """A meeting takes changes of a ball's state (K = 4), or of two (K = 8), through their contact.
 
-    ``reset`` is R, of one ball (4, 4) or of two (8, 8); ``by_law`` has the derivatives of the
-    state after the contact by what the law was told of masses and coefficients. ``guard`` is the
-    gradient G of the gap, ``closing`` (m/s) how fast the gap shrinks, -G f_before, and ``shift``
-    is R f_before - f_after: what a later contact does to the state.
+    ``guard`` (K,) is the gradient of the gap, ``closing`` (m/s) how fast the gap shrinks, ``rate``
+    (K,) how fast the states change before the contact. ``turning`` (K,) says how far the normal
+    turns (rad). ``split`` (M, K) gives the changes of the velocities along normal and tangent, and
+    ``join`` (K, M) takes them back to those along x and y.
     """
 
-    reset: Array
-    by_law: Array
     guard: Array
     closing: float
-    shift: Array
+    rate: Array
+    turning: Array
+    split: Array
+    join: Array
 
     def times(self, change: Array, gap: Array | float = 0.0) -> Array:
-        """Return the change (P,) of the contact's time, by changes of states and of the gap."""
+        """Return how much later (P,) the contact comes, by changes of the states and of the gap."""
         return np.asarray((self.guard @ change + gap) / self.closing)
 
-    def after(self, change: Array, times: Array, law: Array | None) -> Array:
-        """Return the changes of the states after the contact, at a fixed time."""
-        found = self.reset @ change
-        found += self.shift[:, np.newaxis] * times
-        if law is not None:
-            found += self.by_law @ law
-        return found
+    def moved(self, change: Array, times: Array) -> Array:
+        """Return the changes of the states (K, P) at the contact, whenever it comes."""
+        return np.asarray(change + self.rate[:, np.newaxis] * times)
+
+    def after(
+        self,
+        moved: Array,
+        times: Array,
+        parts: Array,
+        velocities: Sequence[Vector],
+        deceleration: float,
+    ) -> Array:
+        """Return the changes of the states after the contact, at a fixed time again.
+
+        ``parts`` (M, P) are the changes of the velocities along normal and tangent after it, and
+        ``velocities`` those that the balls have then.
+        """
+        found = self.join @ parts
+        turned = [part for vx, vy in velocities for part in (0.0, 0.0, -vy, vx)]
+        found += np.array(turned)[:, np.newaxis] * (self.turning @ moved)
+        for row in range(0, len(moved), 4):
+            found[row : row + 2] = moved[row : row + 2]
+        later = [part for v in velocities for part in rate(v, deceleration)]
+        return np.asarray(found - np.array(later)[:, np.newaxis] * times)
 
 
-def hit(
-    a: State4, b: State4, after: tuple[Vector, Vector], law: Array, deceleration: float
-) -> Contact4:
-    """Linearise a hit of two balls, with their states before it and velocities after it.
-
-    ``law`` is the law's Jacobian (:func:`~pool_pymunk.physics.dual.hit_jacobian`).
-    """
+def hit(a: State4, b: State4, deceleration: float) -> Meeting:
+    """Return the meeting of two balls in these states."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     distance = math.sqrt(dx * dx + dy * dy)
     nx, ny = dx / distance, dy / distance
-    tx, ty = -ny, nx
-    turning = np.array([-tx, -ty, 0.0, 0.0, tx, ty, 0.0, 0.0]) / distance
-    (_, _, ax, ay), (_, _, bx, by) = a, b
-    split = np.zeros((4, 8))  # the changes of a_n, a_t, b_n, b_t
-    split[0, 2:4] = split[2, 6:8] = nx, ny
-    split[1, 2:4] = split[3, 6:8] = tx, ty
-    normal_parts = (ax * nx + ay * ny, bx * nx + by * ny)
-    tangent_parts = (ax * tx + ay * ty, bx * tx + by * ty)
-    split += np.outer(
-        [tangent_parts[0], -normal_parts[0], tangent_parts[1], -normal_parts[1]], turning
-    )
-    joined = np.zeros((8, 4))  # from a_n, a_t, b_n, b_t to velocities
-    joined[2:4, 0] = joined[6:8, 2] = nx, ny
-    joined[2:4, 1] = joined[6:8, 3] = tx, ty
-    (cx, cy), (ex, ey) = after
-    reset = joined @ (law[:, :4] @ split)
-    # A normal that turns takes the velocities after the hit with it.
-    reset += np.outer([0.0, 0.0, -cy, cx, 0.0, 0.0, -ey, ex], turning)
-    reset[0, 0] = reset[1, 1] = reset[4, 4] = reset[5, 5] = 1.0
+    turning = np.array([ny, -nx, 0.0, 0.0, -ny, nx, 0.0, 0.0]) / distance
     guard = np.array([-nx, -ny, 0.0, 0.0, nx, ny, 0.0, 0.0])
-    before = np.array([*rate((ax, ay), deceleration), *rate((bx, by), deceleration)])
-    later = np.array([*rate((cx, cy), deceleration), *rate((ex, ey), deceleration)])
-    closing = normal_parts[0] - normal_parts[1]
-    return Contact4(reset, joined @ law[:, 4:], guard, closing, reset @ before - later)
+    closing = (a[2] - b[2]) * nx + (a[3] - b[3]) * ny
+    return _meeting((a, b), (nx, ny), guard, closing, turning, deceleration)
 
 
-def bounce(
-    a: State4, after: Vector, normal: Vector, curvature: float, law: Array, deceleration: float
-) -> Contact4:
-    """Linearise a hit on a cushion; ``normal`` points into the table.
+def bounce(a: State4, normal: Vector, curvature: float, deceleration: float) -> Meeting:
+    """Return the meeting of a ball with a cushion; ``normal`` points into the table.
 
     ``curvature`` (1/m) says how fast the normal turns as the ball moves along the side: 0 at a
-    straight side, and one over the distance of the centres at a corner. ``law`` is the law's
-    Jacobian (:func:`~pool_pymunk.physics.dual.cushion_jacobian`).
+    straight side, and one over the distance of the centres at a corner.
     """
     nx, ny = normal
-    tx, ty = -ny, nx
-    vx, vy = a[2:]
-    turning = curvature * np.array([tx, ty, 0.0, 0.0])
-    split = np.array([[0.0, 0.0, nx, ny], [0.0, 0.0, tx, ty]])
-    split += np.outer([vx * tx + vy * ty, -(vx * nx + vy * ny)], turning)
-    joined = np.array([[0.0, 0.0], [0.0, 0.0], [nx, tx], [ny, ty]])
-    cx, cy = after
-    reset = joined @ (law[:, :2] @ split) + np.outer([0.0, 0.0, -cy, cx], turning)
-    reset[0, 0] = reset[1, 1] = 1.0
+    turning = curvature * np.array([-ny, nx, 0.0, 0.0])
     guard = np.array([nx, ny, 0.0, 0.0])
-    shift = reset @ rate((vx, vy), deceleration) - rate(after, deceleration)
-    return Contact4(reset, joined @ law[:, 2:], guard, -(vx * nx + vy * ny), shift)
+    return _meeting((a,), normal, guard, -(a[2] * nx + a[3] * ny), turning, deceleration)
+
+
+def _meeting(
+    states: Sequence[State4],
+    normal: Vector,
+    guard: Array,
+    closing: float,
+    turning: Array,
+    deceleration: float,
+) -> Meeting:
+    nx, ny = normal
+    count = len(states)
+    split, join = np.zeros((2 * count, 4 * count)), np.zeros((4 * count, 2 * count))
+    spun: list[float] = []
+    rates: list[float] = []
+    for k, (_, _, vx, vy) in enumerate(states):
+        split[2 * k, 4 * k + 2 : 4 * k + 4] = join[4 * k + 2 : 4 * k + 4, 2 * k] = normal
+        split[2 * k + 1, 4 * k + 2 : 4 * k + 4] = join[4 * k + 2 : 4 * k + 4, 2 * k + 1] = (-ny, nx)
+        spun += [vy * nx - vx * ny, -(vx * nx + vy * ny)]
+        rates += rate((vx, vy), deceleration)
+    split += np.array(spun)[:, np.newaxis] * turning
+    return Meeting(guard, closing, np.array(rates), turning, split, join)

@@ -235,7 +235,8 @@ class Run:
 
         Every new path begins with an error of the size of rounding, and the run's derivatives tell
         what that does to the ends (:func:`pool_pymunk.studies.derivatives.rounding`). Where there
-        are none, a few more runs tell it, in which every new path begins with random errors
+        are none, or the ends would move by more than a radius, a few more runs tell it, in which
+        every new path begins with random errors
         (stochastic arithmetic: Vignes, Mathematics and Computers in Simulation 35, 1993, 233). It
         is nan where it is not known: for a solver without the contact engine, and for a run that
         was loaded from a file.
@@ -249,7 +250,7 @@ class Run:
         from pool_pymunk.studies.derivatives import rounding
 
         linear = rounding(self)
-        if math.isfinite(linear):
+        if linear <= min(ball.radius for ball in self.scene.balls):
             return linear
         runs = [self.again(Variant(seed=seed)) for seed in range(ROUNDED_RUNS)]
         return SURE * max(self._farthest(run) for run in runs)

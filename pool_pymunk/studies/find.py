@@ -101,13 +101,14 @@ def find(
     if chosen is None:
         raise setting_error("shot", None, "is wanted: the scene has none")
     search = _Search(scene, chosen, wanted, angle_error, speed_error, seed)
-    search.aim_for(ends or {})
+    search.aim_for({} if ends is None else ends)
     usual = math.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
     angle = read_pair("angle", angle)
     low, high = read_pair("speed", speed or (0.25 * usual, 1.5 * usual))
     for key, (first, last) in (("angle", angle), ("speed", (low, high))):
         if not first < last:
             raise setting_error(key, [first, last], "must be (low, high)")
+    search.low, search.high = np.array([angle[0], low]), np.array([angle[1], high])
     for key, count, least in (
         ("tries", tries, 10 * TALL),
         ("samples", samples, 10),
@@ -135,11 +136,14 @@ class _Search:
         )
         self.ball = scene.index[shot.ball]
         self.position = np.array(scene.start(shot).position)
+        self.low, self.high = np.array([-math.inf, 0.0]), np.array([math.inf, math.inf])
         self.balls: list[int] = []
         self.goals = np.zeros((0, 2))
 
     def aim_for(self, ends: Mapping[str, Point]) -> None:
         """Say where balls shall end."""
+        if not isinstance(ends, Mapping):
+            raise setting_error("ends", ends, "must be places by the ids of balls")
         for id_ in ends:
             if id_ not in self.scene.index:
                 message = f"there is no such ball (there are: {listed(self.scene.index)})"
@@ -147,6 +151,16 @@ class _Search:
         self.balls = [self.scene.index[id_] for id_ in ends]
         goals = [read_pair(f"ends.{id_}", end) for id_, end in ends.items()]
         self.goals = np.array(goals).reshape(-1, 2)
+        if not np.isfinite(self.goals).all():
+            raise setting_error("ends", dict(ends), "must be finite numbers")
+
+    def within(self, place: Floats) -> Floats:
+        """Return a place within the ranges; a range of 360 degrees or more goes round."""
+        angle, speed = place
+        (low, slowest), (high, fastest) = self.low, self.high
+        if high - low >= 360.0:
+            angle = low + (angle - low) % 360.0
+        return np.array([min(max(angle, low), high), min(max(speed, slowest), fastest)])
 
     def play(self, angle: Floats, speed: Floats) -> Batch:
         """Play the shot at these angles (degrees) and speeds (m/s)."""
@@ -193,7 +207,7 @@ class _Search:
             tries = place + width * errors
             does = self.does(tries[:, 0], np.maximum(tries[:, 1], 0.0))
             if does.any():
-                middle = tries[does].mean(axis=0)
+                middle = self.within(tries[does].mean(axis=0))
                 if self.does(middle[:1], np.maximum(middle[1:], 0.0))[0]:
                     place = middle
             width *= NARROWER
@@ -227,7 +241,7 @@ class _Search:
                 (
                     (moved, other)
                     for size in SIZES
-                    if (other := self.played(moved := place + size * step)) is not None
+                    if (other := self.played(moved := self.within(place + size * step))) is not None
                     and self.off(other) < (1.0 - LEAST_GAIN) * self.off(run)
                 ),
                 None,
@@ -266,7 +280,7 @@ class _Search:
 
 def _smoothed(values: Floats, step: float, width: float, axis: int) -> Floats:
     """Return values on a grid of this step, each the mean of those around it, by a normal law."""
-    far = min(int(3.0 * width / step), values.shape[axis] // 2)
+    far = min(int(3.0 * width / step), (values.shape[axis] - 1) // 2)
     if far == 0:
         return values
     kernel = np.exp(-0.5 * (np.arange(-far, far + 1) * step / width) ** 2)

@@ -2,6 +2,10 @@
 
 const player = new Player(JSON.parse(byId("content").textContent));
 
+function finite(call, t) {
+  if (!Number.isFinite(t)) throw new RangeError(`${call}(${t}): the time must be a finite number`);
+}
+
 window.pool = {
   /** How long the run lasts (s). */
   get duration() {
@@ -16,13 +20,17 @@ window.pool = {
   },
   /** Where every ball of the shot is at the time t (s): {id: [x, y]}, in m. */
   positions(t) {
+    finite("positions", t);
     const balls = statesAt(player.run, t).map(({ x, y }, i) => [
       player.content.balls[i].id,
       [x, y],
     ]);
     return Object.fromEntries(balls);
   },
-  seek: (t) => player.jump(t),
+  seek(t) {
+    finite("seek", t);
+    player.jump(t);
+  },
   play: () => player.play(),
   pause: () => player.pause(),
   /** Show a shot by its number, from 1. */

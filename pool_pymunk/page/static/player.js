@@ -3,7 +3,10 @@
 
 const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
 const MOST_EVENTS = 2000; // So many events are listed at most.
-const NUDGE = 0.01; // s on the screen; so far do the keys , and . go
+const NUDGE = 0.01; // s on the screen; so far do the keys , and . go, or this share of a short run
+const DIGITS = 4; // The clock shows at least so many digits of a run's duration,
+const DECIMALS = [3, 15]; // and between so many decimals.
+const LOWEST = 140; // pixels; a table that is higher than wide is at least so high
 const byId = (id) => document.getElementById(id);
 
 class Player {
@@ -14,6 +17,7 @@ class Player {
     this.speed = 1;
     this.time = 0;
     this.playing = false;
+    this.frame = 0; // the animation's next frame
     this.picked = null;
     this.held = false; // A live table holds a ball, so nothing is picked,
     this.keepsPlot = false; // and keeps its size where there is no ghost.
@@ -46,7 +50,7 @@ class Player {
     fill(byId("ghost"), [[0, "nothing"], ...others]);
     byId("ghost-label").hidden = !others.length;
     byId("ghost").value = others.length ? 1 : 0;
-    byId("setting").textContent = [this.shot.name, this.run.label, this.run.message]
+    byId("setting").textContent = [isolated(this.shot.name), this.run.label, this.run.message]
       .filter(Boolean)
       .join("\u2002\u00b7\u2002");
     byId("warnings").replaceChildren(...this.run.warnings.map((text) => element("li", text)));
@@ -83,10 +87,14 @@ class Player {
 
   listEvents() {
     const shown = this.run.events.slice(0, MOST_EVENTS);
+    const decimals = this.decimals(this.run.duration) + 1;
+    const last = `${(shown.at(-1)?.t ?? 0).toFixed(decimals)} s`;
+    byId("events").style.setProperty("--letters", last.length);
     this.rows = shown.map((event) => {
       const row = element("button");
       row.type = "button";
-      row.append(element("span", `${event.t.toFixed(4)} s`), element("span", this.words(event)));
+      const time = element("span", `${event.t.toFixed(decimals)} s`);
+      row.append(time, element("span", this.words(event)));
       row.classList.toggle("quiet", event.kind === "stop");
       row.addEventListener("click", () => this.jump(event.t));
       return row;
@@ -103,14 +111,14 @@ class Player {
 
   /** Say in words what happens. */
   words(event) {
-    const [a, b] = event.balls.map((i) => this.content.balls[i].id);
+    const [a, b] = event.balls.map((i) => isolated(this.content.balls[i].id));
     switch (event.kind) {
       case "ball-ball":
         return `${a} meets ${b}`;
       case "ball-cushion":
         return `${a} meets cushion ${event.cushion}`;
       case "pocket":
-        return `${a} falls into ${event.pocket}`;
+        return `${a} falls into ${isolated(event.pocket)}`;
       default:
         return `${a} stops`;
     }
@@ -124,28 +132,38 @@ class Player {
     this.playing = true;
     this.before = performance.now();
     this.mark();
-    requestAnimationFrame((now) => this.tick(now));
+    this.frame = requestAnimationFrame((now) => this.tick(now));
   }
 
   pause() {
     this.playing = false;
+    cancelAnimationFrame(this.frame);
     this.mark();
   }
 
   tick(now) {
-    if (!this.playing) return;
     const passed = Math.max(now - this.before, 0) / 1000;
     this.before = now;
     this.time = Math.min(this.time + passed * this.speed, this.duration);
     if (this.time >= this.duration) this.pause();
     this.draw();
-    if (this.playing) requestAnimationFrame((next) => this.tick(next));
+    if (this.playing) this.frame = requestAnimationFrame((next) => this.tick(next));
   }
 
   seek(t) {
-    if (!Number.isFinite(t)) throw new RangeError(`seek(${t}): the time must be a finite number`);
     this.time = Math.min(Math.max(t, 0), this.duration);
     this.draw();
+  }
+
+  /** Go by a little: a hundredth of a second on the screen, or of a run that is shorter than 1 s. */
+  nudge(way) {
+    this.jump(this.time + way * NUDGE * Math.min(this.duration, 1) * this.speed);
+  }
+
+  /** Return how many decimals the times of a run so long have. */
+  decimals(duration) {
+    const wanted = DIGITS - 1 - Math.floor(Math.log10(duration || 1));
+    return Math.min(Math.max(wanted, DECIMALS[0]), DECIMALS[1]);
   }
 
   /** Stop at a time. */
@@ -174,7 +192,7 @@ class Player {
     const width = byId("stage").clientWidth;
     const others = byId("stage").getBoundingClientRect().top + byId("bar").offsetHeight + 24;
     const plot = this.ghost || this.keepsPlot ? 160 : 0;
-    this.table.fit(width, Math.max(window.innerHeight - others - plot, 220));
+    this.table.fit(width, Math.max(window.innerHeight - others - plot, LOWEST));
     if (this.ghost) this.plot.fit(width, plot - 24);
     this.drawTicks();
     this.draw();
@@ -185,7 +203,8 @@ class Player {
     this.table.draw({ run, ghost, t, pace, picked, trails: byId("trails").checked });
     if (ghost) this.plot.draw(t);
     byId("time").value = t;
-    byId("clock").textContent = `${t.toFixed(pace < 0.1 ? 4 : 3)} s`;
+    const decimals = this.decimals(this.duration) + (pace < 0.1 ? 1 : 0);
+    byId("clock").textContent = `${t.toFixed(decimals)} s`;
     this.markEvents();
     this.tell();
   }
@@ -230,11 +249,11 @@ class Player {
 
   /** Say which balls are off the table. */
   tellPocketed() {
-    const name = (i) => this.content.balls[i].id;
+    const name = (i) => isolated(this.content.balls[i].id);
     const fallen = this.run.events.filter((e) => e.kind === "pocket" && e.t <= this.time);
     const names = [
       ...this.run.off.map(name),
-      ...fallen.map((e) => `${name(e.balls[0])} (${e.pocket})`),
+      ...fallen.map((e) => `${name(e.balls[0])} (${isolated(e.pocket)})`),
     ];
     byId("pocketed").hidden = !names.length;
     byId("pocketed").textContent = `Off the table: ${names.join(", ")}`;
@@ -252,13 +271,14 @@ class Player {
     const fast = Math.hypot(vx, vy);
     const moves = fast ? `${round(fast, speed)} at ${angle}\u00b0` : "at rest";
     const place = `${round(x, length)}, ${round(y, length)}`;
-    box.textContent = `${this.content.balls[this.picked].id}: ${moves}\n${place}`;
+    const name = isolated(shortened(this.content.balls[this.picked].id));
+    box.textContent = `${name}: ${moves}\n${place}`;
     const [px, py] = this.table.place(x, y).map((pixel) => pixel / this.table.ratio);
     const offset = byId("table").offsetLeft;
     const wide = byId("frame").clientWidth - box.offsetWidth;
     const below = py + 20 + box.offsetHeight < byId("frame").clientHeight;
-    box.style.left = `${Math.min(Math.max(offset + px + 14, 0), wide)}px`;
-    box.style.top = `${below ? py + 18 : py - 18 - box.offsetHeight}px`;
+    box.style.left = `${Math.max(Math.min(offset + px + 14, wide), 0)}px`;
+    box.style.top = `${below ? py + 18 : Math.max(py - 18 - box.offsetHeight, 0)}px`;
   }
 
   /** Pick the ball under the pointer, or the one that is nearest to it within reach (pixels). */
@@ -325,8 +345,8 @@ class Player {
       " ": () => (this.playing ? this.pause() : this.play()),
       ArrowLeft: () => this.step(-1),
       ArrowRight: () => this.step(1),
-      ",": () => this.jump(this.time - NUDGE * this.speed),
-      ".": () => this.jump(this.time + NUDGE * this.speed),
+      ",": () => this.nudge(-1),
+      ".": () => this.nudge(1),
       Home: () => this.jump(0),
       End: () => this.jump(this.duration),
       "+": () => this.faster(1),
@@ -365,6 +385,12 @@ function fill(select, choices) {
       return option;
     }),
   );
+}
+
+/** Return a name that cannot turn round the words beside it, whatever its direction. */
+function isolated(id) {
+  const plain = /^[ -~]*$/.test(id);
+  return plain ? id : `\u2068${id.replace(/[\u2066-\u2069]/g, "")}\u2069`;
 }
 
 /** Make a content ready to be shown: numbers that are not finite came as null. */

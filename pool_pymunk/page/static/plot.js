@@ -126,7 +126,7 @@ class DistancePlot {
       );
     });
     pen.textBaseline = "bottom";
-    pen.fillText(`${this.duration.toFixed(2)} s`, this.right, this.canvas.height - 4 * ratio);
+    pen.fillText(`${+this.duration.toPrecision(4)} s`, this.right, this.canvas.height - 4 * ratio);
     pen.textAlign = "left";
     pen.fillText("0 s", this.left, this.canvas.height - 4 * ratio);
   }

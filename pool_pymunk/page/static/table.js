@@ -2,10 +2,15 @@
 
 const FLASH = 0.22; // s on the screen; so long does a contact light up
 const DROP = 0.35; // s on the screen; so long does a ball take to fall into a pocket
-const ARROW = 0.08; // s; an arrow is as long as the way that a ball travels in this time
+const ARROW = 0.08; // s; an arrow is as long as the way that a ball travels in this time,
+const LONGEST = 0.25; // and at most this share of what is seen
 const SHOT = 0.5; // s on the screen; in this time the arrow of the shot fades
 const OLDEST = 0.25; // The oldest part of a track is as strong as this, the newest 1.
-const PIECES = 40; // A track that fades consists of about so many pieces.
+const PIECES = 40; // A track that fades consists of so many pieces,
+const STROKES = 640; // of fewer if all tracks of a run had more than these,
+const FEWEST = 3; // but of so many at least.
+const CROWD = 30; // More balls than these have tracks without halos, and no names beside them.
+const LETTERS = 40; // A name beside a ball has so many letters at most.
 const CUSHION = 0.035; // the widths of the cushions and of the rail, in the table's shorter side
 const RAIL = 0.075;
 const FONT = '"DejaVu Sans", system-ui, sans-serif';
@@ -76,6 +81,7 @@ class TableView {
     this.drawArrows(run, 1 - t / (SHOT * pace));
     this.drawFlashes(run, t, FLASH * pace);
     this.drawBalls(run, t, DROP * pace, picked);
+    this.drawNames(run, t, picked);
     this.over?.();
   }
 
@@ -166,14 +172,16 @@ class TableView {
   /** Draw the way of every ball up to the time t; it is strongest where the ball was last. */
   drawTracks(run, t, solid) {
     const states = statesAt(run, t);
-    const thin = run.knots.length > 8 ? 0.6 : 1;
+    const count = run.knots.length;
+    const thin = count > 8 ? 0.6 : 1;
+    const pieces = Math.min(Math.max(Math.floor(STROKES / count), FEWEST), PIECES);
     run.knots.forEach((knots, i) => {
       const corners = this.corners(knots, t, states[i]);
       if (corners.length < 2) return;
       const { radius, color, halo } = this.content.balls[i];
       const width = Math.max((solid ? 0.48 : 0.24) * thin * radius * this.scale, 1.2 * this.ratio);
-      if (solid) this.drawTrack(corners, 1.5 * width, halo, 0.25);
-      this.drawTrack(corners, width, color, solid ? 0.75 : 0.5);
+      if (solid && count <= CROWD) this.drawTrack(corners, pieces, 1.5 * width, halo, 0.25);
+      this.drawTrack(corners, pieces, width, color, solid ? 0.75 : 0.5);
     });
   }
 
@@ -192,30 +200,28 @@ class TableView {
     return found;
   }
 
-  drawTrack(corners, width, color, strength) {
+  /** Draw a way through corners [x, y, t] in pieces of equal time, each stronger than the last. */
+  drawTrack(corners, pieces, width, color, strength) {
     const pen = this.pen;
-    const first = corners[0][2];
-    const span = Math.max(corners.at(-1)[2] - first, 1e-12);
+    const [first, last] = [corners[0][2], corners.at(-1)[2]];
     Object.assign(pen, {
       strokeStyle: color,
       lineWidth: width,
       lineCap: "butt",
       lineJoin: "round",
     });
-    const piece = (points, time) => {
-      pen.globalAlpha = strength * (OLDEST + ((1 - OLDEST) * (time - first)) / span);
-      pen.beginPath();
-      trace(pen, points);
+    let k = 1;
+    pen.beginPath();
+    pen.moveTo(...corners[0]);
+    for (let n = 1; n <= pieces; n += 1) {
+      const end = first + (n / pieces) * (last - first);
+      for (; k < corners.length - 1 && corners[k][2] <= end; k += 1) pen.lineTo(...corners[k]);
+      const point = between(corners[k - 1], corners[k], end);
+      pen.lineTo(...point);
+      pen.globalAlpha = strength * (OLDEST + ((1 - OLDEST) * (n - 0.5)) / pieces);
       pen.stroke();
-    };
-    for (let k = 1; k < corners.length; k += 1) {
-      const [[x0, y0, t0], [x1, y1, t1]] = [corners[k - 1], corners[k]];
-      const count = Math.max(Math.round((PIECES * (t1 - t0)) / span), 1);
-      for (let n = 0; n < count; n += 1) {
-        const [from, to] = [n / count, (n + 1) / count];
-        const ends = [from, to].map((s) => [x0 + s * (x1 - x0), y0 + s * (y1 - y0)]);
-        piece(ends, t0 + ((from + to) / 2) * (t1 - t0));
-      }
+      pen.beginPath();
+      pen.moveTo(...point);
     }
     pen.globalAlpha = 1;
   }
@@ -235,11 +241,10 @@ class TableView {
       if (picked === i) this.ring(x, y, 1.35 * radius, 0.2 * radius, this.style.flash, 1);
     });
     pen.globalAlpha = 1;
-    this.drawNames(run, t);
   }
 
-  /** Write the labels that do not fit into their balls beside them. */
-  drawNames(run, t) {
+  /** Write the labels that do not fit into their balls beside them; in a crowd only the picked. */
+  drawNames(run, t, picked) {
     const pen = this.pen;
     const size = 10 * this.ratio;
     Object.assign(pen, { font: `bold ${size}px ${FONT}`, textAlign: "left", lineJoin: "round" });
@@ -252,9 +257,10 @@ class TableView {
     statesAt(run, t).forEach(({ x, y }, i) => {
       const { id, radius } = this.content.balls[i];
       if (t >= run.leaves[i] || this.lettering(i).inside) return;
+      if (run.knots.length > CROWD && picked !== i) return;
       const [px, py] = this.place(x + 0.9 * radius, y + 0.8 * radius);
-      pen.strokeText(id, px, py - 0.2 * size);
-      pen.fillText(id, px, py - 0.2 * size);
+      pen.strokeText(shortened(id), px, py - 0.2 * size);
+      pen.fillText(shortened(id), px, py - 0.2 * size);
     });
   }
 
@@ -284,11 +290,13 @@ class TableView {
   /** Draw an arrow at every ball that moves at the start. */
   drawArrows(run, strength) {
     if (strength <= 0) return;
+    const [x0, y0, x1, y1] = this.content.seen;
+    const longest = LONGEST * Math.max(x1 - x0, y1 - y0);
     this.pen.globalAlpha = 0.9 * strength;
     run.knots.forEach(([[, x, y, vx, vy]], i) => {
       const speed = Math.hypot(vx, vy);
       const { radius } = this.content.balls[i];
-      const tip = 1.25 * radius + Math.max(ARROW * speed, 1.2 * radius);
+      const tip = 1.25 * radius + Math.max(Math.min(ARROW * speed, longest), 1.2 * radius);
       if (speed) this.drawArrow(x, y, vx / speed, vy / speed, radius, tip);
     });
     this.pen.globalAlpha = 1;
@@ -408,4 +416,16 @@ class TableView {
 function trace(path, points) {
   path.moveTo(...points[0]);
   for (const point of points.slice(1)) path.lineTo(...point);
+}
+
+/** Return the point at a time on the line between two corners [x, y, t]. */
+function between([x0, y0, t0], [x1, y1, t1], t) {
+  const share = t1 > t0 ? Math.min((t - t0) / (t1 - t0), 1) : 1;
+  return [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
+}
+
+/** Return a name that takes little room. */
+function shortened(id) {
+  const letters = Array.from(id);
+  return letters.length > LETTERS ? `${letters.slice(0, LETTERS - 1).join("")}\u2026` : id;
 }

@@ -1,0 +1,166 @@
+"""This module draws how far measured places lie from fitted ones."""
+
+from __future__ import annotations
+
+import math
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.style import PRINT, Style
+from pool_pymunk.safety.files import whole
+
+if TYPE_CHECKING:
+    from pool_pymunk.studies.fit import Fit
+
+Mask = NDArray[np.bool_]
+
+BEFORE, AFTER = "#8a9199", "#0072b2"
+OUT = "#d55e00"  # places that were left out, or that lie beyond the frame
+SHARP = 1e-9  # m; a place that is nearer was never in doubt, and is not drawn
+NEAREST = 0.03  # sigma; where what is nearer is drawn
+MOST_NUMBERS = 6  # in the title
+MOST_LINES = 45  # balls that have a line of their own; of more, shots have
+FRAME = 4.0  # sigma; half the width of the frame of the second plot
+NARROW = 20  # dots on a line, from which on they are faint
+
+
+def residuals_picture(
+    found: Fit, path: Path, *, dpi: float = 150.0, style: Style = PRINT
+) -> None:  # fmt: skip
+    """Draw the residuals of a fit; the suffix of ``path`` gives the format (png, svg, pdf)."""
+    with whole(path) as part:
+        residuals_figure(found, style).savefig(part, dpi=dpi)
+
+
+def residuals_figure(found: Fit, style: Style = PRINT) -> Figure:
+    """Draw the distances of all places, before and after the fit, and where they lie off after it.
+
+    Places that the fit did not touch and that are where they should be are not drawn.
+    """
+    shown = np.maximum(_length(found.residuals), _length(found.residuals_before)) > SHARP
+    lines = _lines(found, np.flatnonzero(shown).tolist())
+    height = max(4.6, 1.6 + 0.24 * len(lines))
+    figure = Figure(figsize=(12.0, height), layout="constrained", facecolor=style.page)
+    FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    _draw_distances(left, found, lines, style)
+    _draw_frame(right, found, shown & found.used, style)
+    numbers = ", ".join(
+        f"{name} = {found.written(name)}" for name in islice(found.values, MOST_NUMBERS)
+    )
+    if len(found.values) > MOST_NUMBERS:
+        numbers += f" and {len(found.values) - MOST_NUMBERS} more"
+    hidden = int((~shown).sum())
+    beside = f" ({hidden} of them are exact and not drawn)" if hidden else ""
+    figure.suptitle(
+        f"{found.scene.title or 'Fit'}: {len(found.measured)} places{beside}\n{numbers}",
+        x=0.01, ha="left", fontsize=11, color=style.ink, parse_math=False, wrap=True,
+    )  # fmt: skip
+    return figure
+
+
+def _lines(found: Fit, places: list[int]) -> dict[str, list[int]]:
+    """Return the places on each line: a line for each ball of a shot, or for each shot."""
+    shots = [shot.name for shot in found.scene.shots] or ["as set up"]
+    by_ball: dict[str, list[int]] = {}
+    by_shot: dict[str, list[int]] = {}
+    for m in places:
+        one = found.measured[m]
+        by_ball.setdefault(f"{shots[one.shot - 1]}, {one.ball}", []).append(m)
+        by_shot.setdefault(shots[one.shot - 1], []).append(m)
+    return by_ball if len(by_ball) <= MOST_LINES else by_shot
+
+
+def _sigma(found: Fit) -> float:
+    """Return the error of a coordinate (m), or what stands for it where it is not known."""
+    known = [found.sigma, found.rms / math.sqrt(2.0), SHARP]
+    return next(sigma for sigma in known if math.isfinite(sigma) and sigma > 0.0)
+
+
+def _draw_distances(axes: Axes, found: Fit, lines: dict[str, list[int]], style: Style) -> None:
+    """Draw distances on a logarithmic axis: rings before the fit, dots after it."""
+    unit = found.scene.units.from_si(1.0, "length")
+    sigma = _sigma(found)
+    nearest = max(NEAREST * sigma, SHARP)
+    before, after = (
+        np.maximum(_length(each), nearest) * unit
+        for each in (found.residuals_before, found.residuals)
+    )
+    for y, places in enumerate(lines.values()):
+        strength = 0.35 if len(places) > NARROW else 1.0
+        used = found.used[places]
+        axes.plot(
+            before[places], [y] * len(places), "o", mfc="none", mec=BEFORE, ms=5.5, alpha=strength
+        )
+        for chosen, color in ((used, AFTER), (~used, OUT)):
+            its = np.array(places)[chosen]
+            axes.plot(after[its], [y] * len(its), "o", color=color, ms=4.0, alpha=strength, mew=0)
+    axes.plot([], [], "o", mfc="none", mec=BEFORE, ms=5.5, label="the scenario's own numbers")
+    axes.plot([], [], "o", color=AFTER, ms=4.5, label="fitted")
+    if not found.used.all():
+        axes.plot([], [], "o", color=OUT, ms=4.5, label="left out")
+    axes.axvspan(0.0, 2.0 * sigma * unit, color="#f0e442", alpha=0.25, linewidth=0)
+    axes.set_xscale("log")
+    axes.set_yticks(range(len(lines)), list(lines), parse_math=False)
+    axes.set_ylim(len(lines) - 0.4, -0.6)
+    length = found.scene.units.length
+    axes.set_xlabel(f"distance of measured and fitted place ({length}); shaded: within 2 sigma")
+    axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=9
+    )  # fmt: skip
+    axes.grid(axis="y", color=style.faint, alpha=0.25, linewidth=0.6)
+    _dress(axes, style)
+
+
+def _draw_frame(axes: Axes, found: Fit, drawn: Mask, style: Style) -> None:
+    """Draw the residuals in a frame of some sigma; what lies beyond is drawn at its edge."""
+    unit = found.scene.units.from_si(1.0, "length")
+    sigma = _sigma(found)
+    reach = FRAME * sigma * unit
+    off = found.residuals[drawn] * unit
+    beyond = np.abs(off).max(axis=1, initial=0.0) > reach
+    farthest = np.maximum(np.abs(off).max(axis=1, keepdims=True, initial=0.0), SHARP * unit)
+    shown = off * np.minimum(0.97 * reach / farthest, 1.0)
+    halo = [withStroke(linewidth=2, foreground=style.page)]
+    for sigmas in (1.0, 2.0):
+        axes.add_patch(
+            Circle((0.0, 0.0), sigmas * sigma * unit, fill=False, color=style.faint, lw=0.8)
+        )
+        axes.annotate(
+            f"{sigmas:g} sigma", (0.0, sigmas * sigma * unit), ha="center", va="bottom",
+            fontsize=8, color=style.ink, zorder=4, path_effects=halo,
+        )  # fmt: skip
+    strength = 0.35 if len(off) > 10 * NARROW else 0.9
+    axes.plot(*shown[~beyond].T, "o", color=AFTER, ms=4.0, mew=0, alpha=strength)
+    axes.plot(*shown[beyond].T, "D", color=OUT, ms=5.0, mew=0)
+    count = int(beyond.sum())
+    words = f"; {count} beyond the frame (at its edge)" if count else ""
+    length = found.scene.units.length
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    axes.set_xlabel(f"measured less fitted x ({length}){words}")
+    axes.set_ylabel(f"measured less fitted y ({length})")
+    axes.axhline(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
+    axes.axvline(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
+    _dress(axes, style)
+
+
+def _dress(axes: Axes, style: Style) -> None:
+    axes.tick_params(colors=style.ink)
+    axes.xaxis.label.set_color(style.ink)
+    axes.yaxis.label.set_color(style.ink)
+    for side, spine in axes.spines.items():
+        spine.set(visible=side in ("left", "bottom"), color=style.faint)
+
+
+def _length(points: Array) -> Array:
+    return np.asarray(np.sqrt((points**2).sum(axis=-1)))

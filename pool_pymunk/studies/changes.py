@@ -1,0 +1,317 @@
+"""This module follows small changes of the inputs through a run, from event to event."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from pool_pymunk.model.problems import setting_error
+from pool_pymunk.physics.contact import NT, Vector, split
+from pool_pymunk.physics.dual import cushion_jacobian, hit_jacobian
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import Array, slide
+from pool_pymunk.physics.saltation import Meeting, State4, bounce, hit, slide_jacobian
+from pool_pymunk.physics.sides import Face, Post
+from pool_pymunk.results.run import Event, Run
+from pool_pymunk.solvers.exact import walls
+from pool_pymunk.studies.varied import Inputs
+
+GRAZE = 1e-6  # A contact that closes more slowly than this share of the speeds is a graze: rounding
+# has a say in whether it comes at all.
+AGREE = 1e-8  # of the speeds; a velocity farther off what the law answers is a policy's
+EDGE = 1e-9  # of a radius; a ball that meets a cushion so near to its end may meet the corner
+
+Told = list[Array | None]
+
+
+class Lost(Exception):
+    """This error says why what happens has no derivative."""
+
+
+class Changes:
+    """Changes say how the balls' states depend on the inputs.
+
+    ``change[i]`` (4, P) is how ball i's state at its last knot depends on the inputs, at the fixed
+    time of that knot, and ``kept[i]`` has the numbers of the knots it came to, and the changes
+    there. ``times`` are the changes (P,) of the times of the events.
+    """
+
+    def __init__(self, run: Run, law: Law, inputs: Inputs) -> None:
+        self.run, self.law, self.inputs = run, law, inputs
+        self.scene = run.scene
+        self.deceleration = self.scene.deceleration
+        surface = inputs.unit("friction.surface")
+        self.drag = None if surface is None else self.scene.physics.gravity * surface
+        self.walls = walls(self.scene)
+        self.knots = [knots.tolist() for knots in run.knots]
+        self.at = [0] * len(self.knots)  # the number of each ball's last knot
+        self.change = [inputs.start(i) for i in range(len(self.knots))]
+        self.kept = [[(0, change)] for change in self.change]
+        self.times: list[Array] = []
+        self.warnings: dict[str, None] = {}
+        self.unknown = np.full(inputs.count, math.nan)
+
+    def follow(self) -> None:
+        """Go through the events of the run; raise SettingError for a law without derivatives."""
+        try:
+            for k, event in enumerate(self.run.events):
+                self._pass(k, event)
+        except (TypeError, AttributeError) as error:
+            if "dual" not in str(error).lower():
+                raise
+            message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
+            raise setting_error("law", self.law.name, message) from None
+
+    def ends(self) -> tuple[Array, Array]:
+        """Return the changes of the ends and of the velocities there, (N, 2, P) each."""
+        t = self.run.duration
+        changes = []
+        for i, knots in enumerate(self.knots):
+            if self.at[i] + 1 < len(knots) and knots[self.at[i] + 1][0] < t:
+                self._lose([i], "a contact lasts", knots[self.at[i] + 1][0])
+            changes.append(self._moved(i, t)[1])
+        found = np.array(changes).reshape(len(self.knots), 4, self.inputs.count)
+        return found[:, :2], found[:, 2:]
+
+    def at_times(self, times: Sequence[float], i: int) -> Array:
+        """Return the changes (T, 2, P) of a ball's place at these times."""
+        knots, kept = self.knots[i], self.kept[i]
+        begun = [knots[k][0] for k, _ in kept]
+        changes = []
+        for time in times:
+            t = min(max(time, 0.0), self.run.duration)
+            k, change = kept[max(bisect_right(begun, t) - 1, 0)]
+            if k + 1 < len(knots) and knots[k + 1][0] < t:  # Nothing is known of what began there.
+                change = np.full_like(change, math.nan)
+            changes.append(self._slid(knots[k], change, t)[1][:2])
+        return np.array(changes).reshape(len(changes), 2, self.inputs.count)
+
+    # -- events ------------------------------------------------------------------------------------
+
+    def _pass(self, k: int, event: Event) -> None:
+        """Follow the changes through an event, or lose them where it has no derivative."""
+        balls = [self.scene.index[id_] for id_ in event.balls]
+        try:
+            if event.kind == "stop":
+                self._stop(balls[0], event)
+            elif event.pocket is not None:
+                self._fall(balls[0], event)
+            elif self._shares_a_ball(k):
+                raise Lost("contacts of one instant share a ball")
+            elif event.t == self.run.duration and self.run.status == "max_events":
+                raise Lost("the run was cut off at a contact")
+            else:
+                self._contact(balls, event)
+        except Lost as why:
+            self.times.append(self.unknown)
+            self._lose(balls, str(why), event.t)
+        for i in balls:
+            self.kept[i].append((self.at[i], self.change[i]))
+
+    def _shares_a_ball(self, k: int) -> bool:
+        """Tell whether a contact has a ball in common with another event of its instant.
+
+        A stop that comes after the contact is what the contact led to.
+        """
+        balls, events = set(self.run.events[k].balls), self.run.events
+        beside = [events[j] for j in self._same_instant(k) if events[j].is_contact or j < k]
+        return any(balls & set(other.balls) for other in beside)
+
+    def _same_instant(self, k: int) -> Iterator[int]:
+        """Yield the numbers of the other events of this one's instant."""
+        events = self.run.events
+        for way in (-1, 1):
+            j = k + way
+            while 0 <= j < len(events) and events[j].t == events[k].t:
+                yield j
+                j += way
+
+    def _contact(self, balls: list[int], event: Event) -> None:
+        """Follow the changes through a hit."""
+        if not all(self._is_next(i, event.t) for i in balls):
+            raise Lost("a contact lasts, or is answered by a policy")
+        before = [self._moved(i, event.t) for i in balls]
+        states = [state for state, _ in before]
+        change = np.concatenate([each for _, each in before])
+        after = [(knot[3], knot[4]) for knot in (self.knots[i][self.at[i] + 1] for i in balls)]
+        meeting, normal = self._meeting(balls, states, event)
+        fastest = max(abs(part) for state in states for part in state[2:])
+        if meeting.closing <= GRAZE * fastest:
+            raise Lost("a contact is a graze")
+        times = meeting.times(change, self._gap(balls))
+        moved = meeting.moved(change, times)
+        parts = meeting.split @ moved
+        before_nt = [split(state[2:], normal) for state in states]
+        law, answer = self._law(balls, before_nt, [bool(row.any()) for row in parts[1::2]])
+        if not _agree(after, answer, normal, fastest):
+            raise Lost("a contact is answered by a policy")
+        parts = self._answered(law, parts, self._told(balls), event.t)
+        self.times.append(times)
+        change = meeting.after(moved, times, parts, after, self.deceleration)
+        for n, i in enumerate(balls):
+            self._set(i, change[4 * n : 4 * n + 4])
+
+    def _meeting(
+        self, balls: list[int], states: list[State4], event: Event
+    ) -> tuple[Meeting, Vector]:
+        """Return the geometry of a contact, and its normal."""
+        x, y = states[0][:2]
+        if len(states) == 2:
+            dx, dy = states[1][0] - x, states[1][1] - y
+            distance = math.sqrt(dx * dx + dy * dy)
+            return hit(states[0], states[1], self.deceleration), (dx / distance, dy / distance)
+        assert event.cushion is not None
+        radius = self.scene.balls[balls[0]].radius
+        if self._may_meet_a_corner(x, y, radius):
+            raise Lost("a ball meets a cushion just where a corner begins")
+        side = self.walls[event.cushion].nearest(x, y, radius)
+        assert isinstance(side, Face | Post)
+        normal = side.normal(x, y)
+        return bounce(states[0], normal, side.curvature(x, y), self.deceleration), normal
+
+    def _may_meet_a_corner(self, x: float, y: float, radius: float) -> bool:
+        """Tell whether a ball that touches the table touches it where a side and a corner join."""
+        table = self.scene.table
+        for k in table.reflex_corners if table is not None else ():
+            assert table is not None
+            for edge in (table.edges[k - 1], table.edges[k]):
+                cx, cy = table.outline[k]
+                along = (x - cx) * edge.tangent[0] + (y - cy) * edge.tangent[1]
+                height = (x - cx) * edge.normal[0] + (y - cy) * edge.normal[1]
+                if abs(along) <= EDGE * radius and abs(height - radius) <= EDGE * radius:
+                    return True
+        return False
+
+    def _law(
+        self, balls: list[int], before: list[NT], moves: list[bool]
+    ) -> tuple[Array, Sequence[NT]]:
+        """Return the law's Jacobian, and its answer."""
+        law: Array | None
+        answer: Sequence[NT]
+        if len(balls) == 2:
+            (a, b), pair = before, self.scene.pair(*balls)
+            law = hit_jacobian(self.law, a, b, pair, moves)
+            answer = self.law.ball_ball(a, b, pair)
+        else:
+            e, mu = self.scene.restitution.cushion or 0.0, self.scene.friction.cushion
+            law = cushion_jacobian(self.law, before[0], e, mu, moves[0])
+            answer = [self.law.cushion(before[0], e, mu)]
+        if law is None or np.isnan(law[:, : 2 * len(balls)]).any():
+            raise Lost(f"law {self.law.name} jumps or has a kink")
+        return law, answer
+
+    def _answered(self, law: Array, parts: Array, told: Told, t: float) -> Array:
+        """Return the changes of the velocities along normal and tangent after the contact."""
+        rows = len(parts)
+        found = law[:, :rows] @ parts
+        for slopes, change in zip(law.T[rows:], told, strict=True):
+            if change is None:
+                continue
+            if np.isnan(slopes).any():  # Only these inputs have no derivative.
+                self._warn(f"law {self.law.name} has a kink", t)
+                found[:, change != 0.0] = math.nan
+            else:
+                found += slopes[:, np.newaxis] * change
+        return np.asarray(found)
+
+    def _told(self, balls: list[int]) -> Told:
+        """Return the changes of what a law is told: masses, restitution and friction."""
+        inputs = self.inputs
+        if len(balls) == 2:
+            with_cue = any(self.scene.balls[i].cue for i in balls)
+            of_cue = with_cue and self.scene.restitution.cue_ball is not None
+            of_both = inputs.unit("restitution.cue_ball" if of_cue else "restitution.ball_ball")
+            return [*map(inputs.mass, balls), of_both, inputs.unit("friction.ball_ball")]
+        return [inputs.unit("restitution.cushion"), inputs.unit("friction.cushion")]
+
+    def _gap(self, balls: list[int]) -> Array | float:
+        """Return the change of the gap by the radii: it shrinks as they grow."""
+        radii = [change for i in balls if (change := self.inputs.radius(i)) is not None]
+        return -np.sum(radii, axis=0) if radii else 0.0
+
+    def _stop(self, i: int, event: Event) -> None:
+        """Follow a ball to rest: t_stop = t + v / a."""
+        knots = self.knots[i]
+        vx, vy = knots[self.at[i]][3:]
+        speed = math.sqrt(vx * vx + vy * vy)
+        change = self.change[i]
+        if speed == 0.0:  # A contact has stopped it.
+            self._warn("a ball stops at contact, so the time of its stop has a kink", event.t)
+            self.times.append(self.unknown)
+        elif not self._is_next(i, event.t):
+            raise Lost("a contact lasts, or is answered by a policy")
+        else:
+            times = (vx * change[2] + vy * change[3]) / (speed * self.deceleration)
+            if self.drag is not None:
+                times = times - self.drag * speed / self.deceleration**2
+            self.times.append(np.asarray(times))
+            change = self._moved(i, event.t)[1]
+            change[2:] = np.where(np.isnan(change[2:]), math.nan, 0.0)
+        self._come_to(i, event.t)
+        self.change[i] = change
+
+    def _fall(self, i: int, event: Event) -> None:
+        """Follow a ball into its pocket, where it stays."""
+        pocket = next(hole for hole in self.scene.pockets if hole.id == event.pocket)
+        (x, y, vx, vy), change = self._moved(i, event.t)
+        nx, ny = (x - pocket.position[0]) / pocket.radius, (y - pocket.position[1]) / pocket.radius
+        closing = -(vx * nx + vy * ny)
+        if closing <= GRAZE * max(abs(vx), abs(vy)) or not self._is_next(i, event.t):
+            raise Lost("a ball grazes the rim of a pocket")
+        self.times.append(np.asarray((nx * change[0] + ny * change[1]) / closing))
+        self._come_to(i, event.t)
+        self.change[i] = np.where(np.isnan(change).any(axis=0), math.nan, np.zeros_like(change))
+
+    # -- states ------------------------------------------------------------------------------------
+
+    def _is_next(self, i: int, t: float) -> bool:
+        """Tell whether the ball's next knot is at this time."""
+        knots, k = self.knots[i], self.at[i] + 1
+        return k < len(knots) and knots[k][0] == t
+
+    def _moved(self, i: int, t: float) -> tuple[State4, Array]:
+        """Return a ball's state at the time t, and how it depends on the inputs."""
+        return self._slid(self.knots[i][self.at[i]], self.change[i], t)
+
+    def _slid(self, knot: Sequence[float], change: Array, t: float) -> tuple[State4, Array]:
+        """Return the state at the time t of a ball that slides on from a knot, and its change."""
+        t0, x, y, vx, vy = knot
+        by_state, by_drag = slide_jacobian(vx, vy, self.deceleration, t - t0)
+        moved = by_state @ change
+        if self.drag is not None:
+            moved += by_drag[:, np.newaxis] * self.drag
+        return slide(x, y, vx, vy, self.deceleration, t - t0), moved
+
+    def _set(self, i: int, change: Array) -> None:
+        """Begin a new path with this change."""
+        self.at[i] += 1
+        _, x, y, vx, vy = self.knots[i][self.at[i]]
+        self.change[i] = self.inputs.at_knot(change, (x, y), (vx, vy))
+
+    def _come_to(self, i: int, t: float) -> None:
+        """Go on to a ball's last knot of this time."""
+        knots = self.knots[i]
+        while self.at[i] + 1 < len(knots) and knots[self.at[i] + 1][0] <= t:
+            self.at[i] += 1
+
+    def _lose(self, balls: list[int], why: str, t: float) -> None:
+        """Note that what happens to these balls has no derivative."""
+        self._warn(why, t)
+        for i in balls:
+            self.change[i] = np.full_like(self.change[i], math.nan)
+            self._come_to(i, t)
+
+    def _warn(self, why: str, t: float) -> None:
+        text = f"{why} (at {t:.6g} s): what hangs on it has no derivative, and is NaN"
+        self.warnings[text] = None
+
+
+def _agree(after: Sequence[Vector], answer: Sequence[NT], normal: Vector, fastest: float) -> bool:
+    """Tell whether the run went on with what the law answers."""
+    return all(
+        max(abs(a - b) for a, b in zip(split(v, normal), its, strict=True)) <= AGREE * fastest
+        for v, its in zip(after, answer, strict=True)
+    )

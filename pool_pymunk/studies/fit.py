@@ -1,0 +1,413 @@
+"""This study fits numbers of a scene to where balls were measured, and says how sure they are.
+
+It is least squares with a robust loss (Cauchy's, of SciPy), with the exact derivatives of the runs.
+Runs are smooth in their numbers only as long as contacts come in the same order, so the sum of
+squares has jumps and many minima: the search starts from the scene's own numbers, and from the best
+of many others.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.model import Scene
+from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.problems import listed, number_problems, setting_error, size_problems
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.studies.fit_doubts import Optimum, doubts
+from pool_pymunk.studies.forecast import Forecast
+from pool_pymunk.studies.inputs import (
+    bounds,
+    in_units,
+    input_names,
+    input_value,
+    size,
+    span,
+    unit_of,
+)
+from pool_pymunk.studies.measured import Measurement, read_measured
+from pool_pymunk.studies.robust import (
+    CAUCHY,
+    SAME,
+    blind_part,
+    first_scale,
+    hanging,
+    robust_scale,
+    told,
+)
+
+Mask = NDArray[np.bool_]
+
+LOOKS = 64  # tries of the first look, for each number that is free
+MOST_LOOKS = 400
+STEPS = 60  # evaluations of one search
+ROUNDS = 20  # So often the scale of the errors is estimated anew.
+FIRST_ROUNDS = 3
+SETTLED = 1e-3  # The scale is found when it changes by less than this share.
+COLUMNS = ("shot", "ball", "t", "x", "y", "x_fitted", "y_fitted", "off", "off_before", "used")
+NEEDS_SCIPY = "fit needs SciPy: pip install 'pool-pymunk[fit]'"
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fit has numbers of a scene that lead closest to what was measured, and how sure they are.
+
+    ``scene`` is the scene with the fitted numbers, and ``before`` the one that was given.
+    ``values`` and ``standard_errors`` are by the inputs' names, in SI, angles in degrees;
+    ``correlations`` is (P, P) in their order. What the data cannot tell has the standard error
+    nan. ``measured`` has what was measured; ``residuals`` (M, 2) are measured less fitted places
+    (m), and ``residuals_before`` (M, 2) those of the scene that was given. ``used`` (M,) tells
+    which of them were fitted to. ``sigma`` (m) is the standard deviation of one measured
+    coordinate: estimated, or as stated, and nan where nothing tells it. ``warnings`` say what the
+    data cannot tell, and what is to be doubted.
+    """
+
+    scene: Scene = field(repr=False)
+    before: Scene
+    values: Mapping[str, float]
+    standard_errors: Mapping[str, float]
+    correlations: Array
+    measured: tuple[Measurement, ...]
+    residuals: Array
+    residuals_before: Array
+    used: Mask
+    sigma: float
+    warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        units = self.scene.units
+        found = ", ".join(
+            f"{name} {self.written(name)} {unit_of(units, name)}".rstrip() for name in self.values
+        )
+        sigma = f"{units.from_si(self.sigma, 'length'):.3g} {units.length}"
+        known = f"; sigma {sigma}" if math.isfinite(self.sigma) else ""
+        return f"<Fit to {len(self.measured)} places: {found or 'nothing free'}{known}>"
+
+    def written(self, name: str) -> str:
+        """Write a fitted number with its standard error, in the scenario's units."""
+        units = self.scene.units
+        error = in_units(units, name, self.standard_errors[name])
+        return _with_error(in_units(units, name, self.values[name]), error)
+
+    @property
+    def rms(self) -> float:
+        """Return the root mean square distance (m) between measured and fitted places."""
+        return _rms(self.residuals[self.used])
+
+    @property
+    def rms_before(self) -> float:
+        """Return the same distance (m) with the numbers of the scene that was given."""
+        return _rms(self.residuals_before[self.used])
+
+    def errors_off(self, name: str, value: float) -> float:
+        """Return by how many standard errors a value (SI) lies off the fitted one."""
+        if name not in self.values:
+            known = listed(self.values)
+            raise setting_error("name", name, f"was not free (these were: {known})")
+        return abs(value - self.values[name]) / self.standard_errors[name]
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the fit as in the JSON of ``fit --json``, in SI; null is what is not known."""
+        return {
+            "values": dict(self.values),
+            "before": {name: input_value(self.before, name) for name in self.values},
+            "standard_errors": {name: _known(e) for name, e in self.standard_errors.items()},
+            "correlations": [[_known(each) for each in row] for row in self.correlations.tolist()],
+            "sigma": _known(self.sigma),
+            "rms": _known(self.rms),
+            "rms_before": _known(self.rms_before),
+            "measured": [one._asdict() for one in self.measured],
+            "residuals": self.residuals.tolist(),
+            "used": self.used.tolist(),
+            "warnings": list(self.warnings),
+        }
+
+
+def _with_error(value: float, error: float) -> str:
+    """Write a value with its standard error, with the digits that this leaves.
+
+    >>> _with_error(0.70012, 0.00031), _with_error(0.5, math.nan), _with_error(12.0, 3.0)
+    ('0.70012 ± 0.00031', '0.5 (unknown)', '12.0 ± 3.0')
+    """
+    if not math.isfinite(error):
+        return f"{value:.4g} (unknown)"
+    digits = 1 - math.floor(math.log10(error)) if error > 0.0 else 6
+    return f"{value:.{min(max(digits, 0), 15)}f} ± {error:.{min(max(digits, 0), 15)}f}"
+
+
+def write_csv(found: Fit, path: Path) -> None:
+    """Write one row a place: measured, fitted, and how far off it is, in the scenario's unit.
+
+    ``off_before`` is the distance with the scenario's own numbers, and ``used`` 0 for a place that
+    was left out.
+    """
+    unit = found.scene.units.from_si(1.0, "length")
+    shots = [shot.name for shot in found.scene.shots] or [""]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(COLUMNS)
+        for m, one in enumerate(found.measured):
+            x, y = one.x * unit, one.y * unit
+            dx, dy = (found.residuals[m] * unit).tolist()
+            off = [math.hypot(dx, dy), float(np.hypot(*found.residuals_before[m]) * unit)]
+            time = "" if one.t is None else one.t
+            place = [x, y, x - dx, y - dy]
+            numbers = (f"{number:.10g}" for number in (*place, *off))
+            rows.writerow([shots[one.shot - 1], one.ball, time, *numbers, int(found.used[m])])
+
+
+def _rms(residuals: Array) -> float:
+    return float(np.sqrt((residuals**2).sum(axis=1).mean())) if len(residuals) else math.nan
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def fit(
+    scene: Scene,
+    measured: str | Path | Sequence[Any],
+    free: str | Sequence[str],
+    *,
+    error: float | None = None,
+    starts: int = 8,
+    seed: int = 0,
+) -> Fit:
+    """Fit numbers of a scene to where its balls were measured.
+
+    ``measured`` is a CSV file with the columns shot, ball, x, y and, on demand, t (s); lengths are
+    in the scenario's unit, without a time it is the end that was measured, and a shot goes by
+    number or name. Or it is "published", the ends that the scenario has, or rows (shot, ball, x, y)
+    or (shot, ball, x, y, t) in SI. ``free`` are the names of inputs as in
+    :class:`~pool_pymunk.Derivatives`, with "speed.2" and "angle.2" for those of the second shot,
+    or groups of them: "restitution", "friction", "position", "mass", "radius", "speed", "angle".
+    ``error`` (m) is the standard deviation of one measured coordinate, if it is known; it is
+    estimated from the residuals otherwise. The loss is robust, so a few blunders do no harm. The
+    search starts from the scene's own numbers and from ``starts`` - 1 others, the best of a first
+    look with the random numbers of ``seed``.
+
+    All runs are exact, whatever solver the measured ends may come from. Raises SceneError or
+    SettingError, one line a problem, and ImportError without SciPy.
+
+    >>> from pool_pymunk import load, simulate
+    >>> table = load("report")
+    >>> run = simulate(table, 1)
+    >>> rows = [(1, id_, *end) for id_, end in run.final.items()]
+    >>> found = fit(table, rows, ["restitution.cushion"], starts=1)
+    >>> round(found.values["restitution.cushion"], 9), found.warnings
+    (0.7, ())
+    """
+    rows = read_measured(measured, scene)
+    shots = sorted({one.shot for one in rows})
+    names = input_names(scene, free, shots)
+    if error is not None:
+        error = read_number("error", error, size_problems)
+    count, first = _whole("starts", starts, 1.0), _whole("seed", seed, 0.0)
+    return _Search(Forecast(scene, names, rows), error, first).fit(count)
+
+
+def _whole(key: str, value: object, least: float) -> int:
+    """Read a whole number."""
+    found = read_number(key, value, lambda key, number: number_problems(key, number, least))
+    if not found.is_integer():
+        raise setting_error(key, value, "must be a whole number")
+    return int(found)
+
+
+class _State(NamedTuple):
+    """A state of a search: the numbers, and the scale (m) of the errors that they leave."""
+
+    values: Array
+    scale: float
+
+
+class _Search:
+    """A search knows what is fitted, the error if it is stated, and where numbers may lie."""
+
+    def __init__(self, forecast: Forecast, error: float | None, seed: int) -> None:
+        self.forecast, self.error, self.seed = forecast, error, seed
+        scene, self.names = forecast.scene, forecast.names
+        self.own = forecast.own
+        self.low, self.high = np.array([bounds(name) for name in self.names]).reshape(-1, 2).T
+        self.sizes = np.array([size(scene, name) for name in self.names])
+        self.used: Mask = np.ones(len(forecast.measured), dtype=bool)
+
+    def fit(self, starts: int) -> Fit:
+        """Search from several starts, and say what came of it."""
+        self.used = self._sound(self._inside(self.own))
+        tried = [self._refined(start, FIRST_ROUNDS) for start in self._starts(starts)]
+        best = self._refined(self._best(tried).values)
+        for _ in range(5):
+            sound = self._sound(best.values)
+            if (sound == self.used).all():
+                break
+            self.used = sound
+            best = self._refined(best.values)
+        best = self._nearest(best)
+        return self._answer(best)
+
+    def _sound(self, values: Array) -> Mask:
+        """Tell which places have derivatives here."""
+        if self.forecast.runs(values) is None:
+            raise setting_error(
+                "scene", self.forecast.scene.title, "its shots do not come to an end"
+            )
+        derivatives, _ = self.forecast.derivatives(values)
+        found: Mask = np.asarray(np.isfinite(derivatives).all(axis=(1, 2)))
+        if not found.any():
+            message = "no measured place has derivatives: runs have no exact answer to fit with"
+            raise setting_error("measured", len(found), message)
+        return found
+
+    # -- where to start ----------------------------------------------------------------------------
+
+    def _starts(self, count: int) -> list[Array]:
+        """Return the scene's own numbers, and the best others of a first look."""
+        if count == 1 or not self.names:
+            return [self._inside(self.own)]
+        low, high = np.array([span(self.forecast.scene, name) for name in self.names]).T
+        halton = _scipy("stats").qmc.Halton(len(self.names), scramble=False)
+        shift = np.random.default_rng(self.seed).random(len(self.names))
+        draws = (halton.random(min(LOOKS * len(self.names), MOST_LOOKS)) + shift) % 1.0
+        tries = list(low + draws * (high - low))
+        radius = min(ball.radius for ball in self.forecast.scene.balls)
+        costs = [self._cost(values, radius) for values in tries]
+        order = np.argsort(costs, kind="stable")[: count - 1]
+        return [self._inside(self.own), *(tries[k] for k in order if math.isfinite(costs[k]))]
+
+    def _cost(self, values: Array, scale: float) -> float:
+        """Return Cauchy's loss for errors of this scale (m)."""
+        residuals = self.forecast.residuals(values)[self.used]
+        return float(np.log1p((residuals / (CAUCHY * scale)) ** 2).sum())
+
+    def _best(self, found: Sequence[_State]) -> _State:
+        """Return the best of several, all judged by the smallest scale."""
+        scale = min(state.scale for state in found)
+        return min(found, key=lambda state: self._cost(state.values, scale))
+
+    # -- one search --------------------------------------------------------------------------------
+
+    def _refined(self, start: Array, rounds: int = ROUNDS) -> _State:
+        """Go down from a start, with a scale of the errors that follows the residuals."""
+        if not self.names:
+            return _State(start, self._scale(start, None))
+        values = np.clip(start, self.low, self.high)
+        scale = self._scale(values, None)
+        for _ in range(rounds):
+            values = self._down(values, scale)
+            last, scale = scale, self._scale(values, scale)
+            if abs(scale - last) <= SETTLED * last:
+                break
+        return _State(values, scale)
+
+    def _down(self, values: Array, scale: float) -> Array:
+        """Minimize Cauchy's loss for errors of this scale (m)."""
+        used, forecast = self.used, self.forecast
+
+        def residuals(at: Array) -> Array:
+            return np.asarray(forecast.residuals(at)[used].ravel() / scale)
+
+        def jacobian(at: Array) -> Array:
+            return -self._jacobian(at) / scale
+
+        found = _scipy("optimize").least_squares(
+            residuals, values, jacobian, bounds=(self.low, self.high), x_scale=self.sizes,
+            loss="cauchy", f_scale=CAUCHY, max_nfev=STEPS,
+        )  # fmt: skip
+        return np.asarray(found.x)
+
+    def _jacobian(self, values: Array) -> Array:
+        """Return the derivatives (2 U, P) of what is used; 0 where there is none."""
+        found = self.forecast.derivatives(values)[0][self.used]
+        return np.nan_to_num(found).reshape(2 * len(found), len(self.names))
+
+    def _inside(self, values: Array) -> Array:
+        """Move numbers a little off their bounds, where derivatives may not exist."""
+        margin = 0.1 * self.sizes
+        return np.clip(values, self.low + margin, self.high - margin)
+
+    def _scale(self, values: Array, scale: float | None) -> float:
+        """Estimate the standard deviation (m) of the errors, from the residuals and the last scale.
+
+        Places that hang on nothing that is free do not count: they are often where they were
+        anyway.
+        """
+        if self.error is not None:
+            return self.error
+        residuals = self.forecast.residuals(values)[self.used].ravel()
+        jacobian = self._jacobian(values) * self.sizes
+        if self.names:
+            residuals = residuals[hanging(jacobian)]
+        count = told(jacobian)
+        return (scale and robust_scale(residuals, scale, count)) or first_scale(residuals, count)
+
+    # -- what the data do not tell -----------------------------------------------------------------
+
+    def _nearest(self, best: _State) -> _State:
+        """Return what lies nearest to the scene's own numbers, of all that is as good."""
+        if not self.names:
+            return best
+        blind = blind_part(self._jacobian(best.values) * self.sizes)
+        for k in np.flatnonzero(np.diagonal(blind) > 1.0 - SAME):
+            values = best.values.copy()
+            values[k] = self.own[k]
+            best = self._kept(best, _State(values, best.scale))
+        blind = blind_part(self._jacobian(best.values) * self.sizes)
+        away = (best.values - self.own) / self.sizes
+        values = np.clip(best.values - self.sizes * (blind @ away), self.low, self.high)
+        if not blind.any() or np.array_equal(values, best.values):
+            return best
+        return self._kept(best, self._refined(values) if self.forecast.runs(values) else best)
+
+    def _kept(self, best: _State, other: _State) -> _State:
+        """Return another state if it is as good, or else the best one."""
+        costs = [self._cost(state.values, best.scale) for state in (best, other)]
+        return other if costs[1] <= costs[0] + SETTLED else best
+
+    # -- the answer --------------------------------------------------------------------------------
+
+    def _answer(self, best: _State) -> Fit:
+        """Return the fit, with standard errors and with what is to be doubted."""
+        forecast, values = self.forecast, best.values
+        optimum = Optimum(
+            forecast=forecast,
+            values=values,
+            used=self.used,
+            jacobian=self._jacobian(values),
+            sigma=best.scale,
+            stated=self.error is not None,
+            sizes=self.sizes,
+            low=self.low,
+            high=self.high,
+        )
+        return Fit(
+            scene=forecast.scene_of(values),
+            before=forecast.scene,
+            values=dict(zip(self.names, values.tolist(), strict=True)),
+            standard_errors=dict(zip(self.names, optimum.errors.tolist(), strict=True)),
+            correlations=optimum.correlations,
+            measured=tuple(forecast.measured),
+            residuals=forecast.residuals(values),
+            residuals_before=forecast.residuals(forecast.own),
+            used=self.used,
+            sigma=best.scale if optimum.knows_sigma else math.nan,
+            warnings=tuple(doubts(optimum)),
+        )
+
+
+def _scipy(part: str) -> Any:
+    """Return a part of SciPy, or say how to get it."""
+    from importlib import import_module
+
+    try:
+        return import_module(f"scipy.{part}")
+    except ImportError:
+        raise ImportError(NEEDS_SCIPY) from None

@@ -1,0 +1,183 @@
+"""This module predicts where measured balls are, and how that depends on the numbers of the scene.
+
+Shots that go on from the one before are followed through the whole chain: the changes of its ends
+are changes of the next start, and of where a shot goes that aims at a ball.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.model import Scene, SceneError, Shot
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.results.run import Run
+from pool_pymunk.solvers import request
+from pool_pymunk.studies.derivatives import Derivatives, derivatives
+from pool_pymunk.studies.inputs import (
+    COEFFICIENTS,
+    OF_SHOTS,
+    Names,
+    input_value,
+    parts,
+    with_inputs,
+)
+from pool_pymunk.studies.measured import Measurement
+
+OF_RUNS = (*COEFFICIENTS, "mass", "radius")  # These inputs have the same names in every run.
+Runs = Mapping[int, Run]  # by the numbers of their shots
+Values = tuple[float, ...]
+Whole = NDArray[np.intp]
+KEPT = 4  # So many plays are kept: a search comes back to its last ones.
+
+
+class Forecast:
+    """A forecast knows the scene, what is varied, and what was measured.
+
+    Of numbers ``values`` (P,) it tells the residuals (M, 2) in m, which are measured less
+    predicted, and the derivatives (M, 2, P) of the predicted places.
+    """
+
+    def __init__(self, scene: Scene, names: Names, measured: Sequence[Measurement]) -> None:
+        self.scene, self.names, self.measured = scene, names, measured
+        self.own = np.array([input_value(scene, name) for name in names])
+        self.places = np.array([(one.x, one.y) for one in measured])
+        self.looks = _looks(scene, measured)
+        self.chain = _chain(scene, set(self.looks))
+        self._played = lru_cache(KEPT)(self._play)
+        self._differentiated = lru_cache(KEPT)(self._differentiate)
+
+    def scene_of(self, values: Array) -> Scene:
+        """Return the scene with these numbers; raise SceneError where there is none."""
+        return self._scene(tuple(values.tolist()))
+
+    def _scene(self, values: Values) -> Scene:
+        return with_inputs(self.scene, dict(zip(self.names, values, strict=True)))
+
+    def runs(self, values: Array) -> Runs | None:
+        """Play all shots that count; None if these numbers make no scene, or no end."""
+        return self._played(tuple(values.tolist()))
+
+    def _play(self, values: Values) -> Runs | None:
+        try:
+            asked = request(self._scene(values), "event-driven")
+            runs: dict[int, Run] = {}
+            for k in self.chain:
+                shot = asked.scene.shots[k - 1] if asked.scene.shots else None
+                goes_on = shot is not None and shot.from_previous
+                runs[k] = asked.play(shot, runs[k - 1].end if goes_on else None)
+        except SceneError:
+            return None
+        return runs if all(run.success for run in runs.values()) else None
+
+    def residuals(self, values: Array) -> Array:
+        """Return measured less predicted places (M, 2); infinite where nothing can be played."""
+        runs = self.runs(values)
+        if runs is None:
+            return np.full_like(self.places, math.inf)
+        found = self.places.copy()
+        for k, (rows, balls, times) in self.looks.items():
+            places = runs[k].at(np.minimum(times, runs[k].duration))[0]
+            found[rows] -= places[np.arange(len(rows)), balls]
+        return found
+
+    def derivatives(self, values: Array) -> tuple[Array, tuple[str, ...]]:
+        """Return the derivatives (M, 2, P) of the predicted places, and what runs warn of."""
+        return self._differentiated(tuple(values.tolist()))
+
+    def _differentiate(self, values: Values) -> tuple[Array, tuple[str, ...]]:
+        runs = self._played(values)
+        assert runs is not None, "these numbers could be played"
+        found = np.zeros((len(self.measured), 2, len(self.names)))
+        warnings: dict[str, None] = {}
+        change = self._start()
+        for k, run in runs.items():
+            if run.shot is None or not run.shot.from_previous:
+                change = self._start()
+            known, by_input = self._by_input(k, run, change)
+            warnings |= dict.fromkeys(f"{run.name}: {warning}" for warning in known.warnings)
+            if k in self.looks:
+                rows, balls, times = self.looks[k]
+                at = np.minimum(times, run.duration)
+                for i in np.unique(balls):
+                    its = balls == i
+                    by_run = known.at(at[its], self.scene.balls[i].id)
+                    found[rows[its]] = through(by_run, by_input)
+            change = through(np.concatenate([known.final, known.velocity], axis=1), by_input)
+        return found, tuple(warnings)
+
+    def _start(self) -> Array:
+        """Return the changes (N, 4, P) of the scene's own start."""
+        change = np.zeros((len(self.scene.balls), 4, len(self.names)))
+        axes = ("x", "y", "vx", "vy")
+        for column, name in enumerate(self.names):
+            kind, whose = parts(name)
+            if kind in axes:
+                change[self.scene.index[whose], axes.index(kind), column] = 1.0
+        return change
+
+    def _by_input(self, k: int, run: Run, change: Array) -> tuple[Derivatives, Array]:
+        """Differentiate a run; return also how its inputs depend on what is varied (W, P)."""
+        rows: dict[str, Array] = {}
+        for column, name in enumerate(self.names):
+            kind, whose = parts(name)
+            if kind in OF_RUNS or (kind in OF_SHOTS and int(whose) == k):
+                rows[kind if kind in OF_SHOTS else name] = np.eye(len(self.names))[column]
+        struck = None if run.shot is None else run.shot.ball
+        for ball, of_ball in zip(self.scene.balls, change, strict=True):
+            for axis, row in zip(("x", "y", "vx", "vy"), of_ball, strict=True):
+                if row.any() and not (ball.id == struck and axis in ("vx", "vy")):
+                    rows[f"{axis}.{ball.id}"] = row
+        if run.shot is not None and run.shot.aim is not None and change[:, :2].any():
+            rows["angle"] = np.degrees(turn(run, run.shot, change[:, :2]))
+        by_input = np.array(list(rows.values())).reshape(len(rows), len(self.names))
+        return derivatives(run, tuple(rows)), by_input
+
+
+def _looks(scene: Scene, measured: Sequence[Measurement]) -> dict[int, tuple[Whole, Whole, Array]]:
+    """Return, for each shot, the rows of its measurements, the balls, and the times (s)."""
+    shots = np.array([one.shot for one in measured])
+    balls = np.array([scene.index[one.ball] for one in measured])
+    times = np.array([math.inf if one.t is None else one.t for one in measured])
+    rows = {int(k): np.flatnonzero(shots == k) for k in np.unique(shots)}
+    return {k: (its, balls[its], times[its]) for k, its in rows.items()}
+
+
+def _chain(scene: Scene, measured: set[int]) -> tuple[int, ...]:
+    """Return the numbers of the shots that must be played, in their order."""
+    wanted = set(measured)
+    for k in range(len(scene.shots), 1, -1):
+        if k in wanted and scene.shots[k - 1].from_previous:
+            wanted.add(k - 1)
+    return tuple(sorted(wanted))
+
+
+def turn(run: Run, shot: Shot, place: Array) -> Array:
+    """Return how far (rad) a shot that aims at a ball turns (P,) if balls move by ``place``."""
+    scene = run.scene
+    starts = [tuple(knots[0, 1:3].tolist()) for knots in run.knots]
+    i = scene.index[shot.ball]
+    gone = run.off - run.pocketed.keys()
+    assert shot.aim is not None
+    j = scene.nearest(i, starts, gone) if shot.aim == "nearest" else scene.index[shot.aim]
+    x, y = (b - a for a, b in zip(starts[i], starts[j], strict=True))
+    dx, dy = place[j] - place[i]
+    return np.asarray((x * dy - y * dx) / (x * x + y * y))
+
+
+def through(outer: Array, inner: Array) -> Array:
+    """Return the derivatives (..., P) of what depends on (..., W) inputs that depend on P others.
+
+    What does not depend on an input does not care that this one's derivative is unknown.
+
+    >>> through(np.array([[1.0, 0.0], [1.0, 2.0]]), np.array([[3.0], [math.nan]])).tolist()
+    [[3.0], [nan]]
+    """
+    found = np.nan_to_num(outer) @ np.nan_to_num(inner)
+    lost = (outer != 0.0).astype(float) @ np.isnan(inner).astype(float) > 0.0
+    found[lost | np.isnan(outer).any(axis=-1, keepdims=True)] = math.nan
+    return np.asarray(found)

@@ -1,0 +1,545 @@
+"""A fit finds the numbers that measured ends came from, and its errors are what they say."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pool_pymunk import (
+    Ball,
+    Fit,
+    Friction,
+    Physics,
+    Restitution,
+    Scene,
+    SceneError,
+    SettingError,
+    Shot,
+    Table,
+    fit,
+    load,
+    simulate_all,
+)
+from pool_pymunk.cli import main
+from pool_pymunk.studies import robust
+from pool_pymunk.studies.fit_doubts import Optimum, doubts
+from pool_pymunk.studies.forecast import Forecast
+from pool_pymunk.studies.inputs import input_names, input_value, with_inputs
+from pool_pymunk.studies.measured import Measurement, read_measured
+from pool_pymunk.studies.robust import blind_part, covariances, robust_scale
+
+pytest.importorskip("scipy")
+
+Capture = pytest.CaptureFixture[str]
+Rows = list[tuple[Any, ...]]
+
+RADIUS, MASS = 0.0286, 0.17
+NOISE = 1e-3  # m
+COEFFICIENTS = ("restitution", "friction")
+
+BALLS = (
+    Ball("cue", (0.6, 0.6), RADIUS, MASS, cue=True),
+    Ball("1", (1.3, 0.7), RADIUS, MASS),
+    Ball("2", (1.9, 0.45), RADIUS, MASS),
+    Ball("3", (2.1, 0.95), RADIUS, MASS),
+)
+TRUTH = Scene(
+    BALLS,
+    Table.rectangle(2.54, 1.27),
+    Restitution(ball_ball=0.93, cushion=0.75),
+    Friction(surface=0.1, cushion=0.15, ball_ball=0.05),
+    shots=(
+        Shot("long", "cue", speed=3.0, angle=31.0),
+        Shot("soft", "cue", speed=1.6, angle=8.5),
+        Shot("bank", "cue", speed=2.6, angle=-38.0),
+        Shot("cut", "cue", speed=2.2, angle=5.0),
+        Shot("lag", "cue", speed=2.0, angle=90.0),
+    ),
+)
+GUESS = replace(
+    TRUTH,
+    restitution=Restitution(ball_ball=0.9, cushion=0.8),
+    friction=Friction(surface=0.12, cushion=0.2, ball_ball=0.03),
+)
+
+
+def ends(scene: Scene) -> Rows:
+    """Return where the balls that moved end in each shot of a scene."""
+    starts = {ball.id: ball.position for ball in scene.balls}
+    return [
+        (k, id_, *end)
+        for k, run in enumerate(simulate_all(scene, solver="event-driven"), start=1)
+        for id_, end in run.final.items()
+        if end != starts[id_]
+    ]
+
+
+def noisy(rows: Rows, rng: np.random.Generator, sigma: float = NOISE) -> Rows:
+    """Return rows with normal errors of both coordinates."""
+    errors = rng.normal(0.0, sigma, (len(rows), 2)).tolist()
+    return [
+        (shot, ball, x + dx, y + dy, *more)
+        for (shot, ball, x, y, *more), (dx, dy) in zip(rows, errors, strict=True)
+    ]
+
+
+def errors_off(found: Fit, truth: Scene = TRUTH) -> list[float]:
+    """Return by how many standard errors each fitted number is off the truth."""
+    return [found.errors_off(name, input_value(truth, name)) for name in found.values]
+
+
+def sliding(surface: float = 0.1, shots: int = 1) -> Scene:
+    """Return a ball on an open plane that slides until it stops."""
+    struck = tuple(Shot(f"{k}", "C", (2.0, 0.0)) for k in range(1, shots + 1))
+    ball = Ball("C", (0.0, 0.0), 0.03, 0.2, cue=True)
+    return Scene((ball,), friction=Friction(surface=surface), shots=struck)
+
+
+# -- what a fit finds ------------------------------------------------------------------------------
+
+
+def test_the_friction_of_a_ball_that_slides() -> None:
+    """It stops at v^2 / (2 mu g), so mu and its error are known in closed form."""
+    rng = np.random.default_rng(5)
+    stops = rng.normal(2.0, NOISE, 40)
+    rows = [(k, "C", float(x), 0.0) for k, x in enumerate(stops, start=1)]
+    found = fit(sliding(0.15, shots=40), rows, "friction.surface", error=NOISE, starts=1)
+    mu = 2.0 / (9.80665 * float(np.mean(stops)))
+    by_mu = 2.0 / (9.80665 * mu**2)
+    error = NOISE / by_mu / math.sqrt(40.0)
+    assert found.values["friction.surface"] == pytest.approx(mu, abs=0.5 * error)
+    assert found.standard_errors["friction.surface"] == pytest.approx(error, rel=0.1)
+    assert found.sigma == NOISE
+    assert found.warnings == ()
+    assert found.scene.friction.surface == found.values["friction.surface"]
+
+
+@pytest.mark.heavy
+def test_exact_ends_give_the_exact_numbers() -> None:
+    found = fit(GUESS, ends(TRUTH), COEFFICIENTS)
+    for name, value in found.values.items():
+        assert value == pytest.approx(input_value(TRUTH, name), abs=1e-9)
+    assert found.rms < 1e-9 < 0.01 < found.rms_before
+    assert found.warnings == ()
+
+
+@pytest.mark.heavy
+def test_the_report_printed_070() -> None:
+    """Its published ends alone say so, though the search starts from the 0.95 that it states."""
+    report = load("report")
+    stated = replace(report, restitution=replace(report.restitution, cue_ball=0.95))
+    for scene in (report, stated):
+        found = fit(scene, "published", "restitution.cue_ball", starts=4)
+        assert found.values["restitution.cue_ball"] == pytest.approx(0.7, abs=2e-4)
+        assert found.errors_off("restitution.cue_ball", 0.7) < 2.0
+        assert found.errors_off("restitution.cue_ball", 0.95) > 1000.0
+        assert found.rms < 0.01 * 0.0254
+        (left_out,) = found.warnings
+        assert left_out.startswith("4 of 44 places are left out")
+        assert "Simulation 4: balls C, 1, 9, 10" in left_out
+        assert "law published jumps" in left_out
+    assert found.rms_before > 1.0 * 0.0254
+
+
+@pytest.mark.heavy
+def test_tracks_with_blunders() -> None:
+    """Of five hundred places on tracks a dozen are nonsense; fifteen numbers come out right."""
+    rng = np.random.default_rng(3)
+    tracks: Rows = []
+    for k, run in enumerate(simulate_all(TRUTH, solver="event-driven"), start=1):
+        times = np.arange(0.0, run.duration, 1.0 / 30.0).tolist()
+        for i, ball in enumerate(BALLS):
+            if run.final[ball.id] != ball.position:
+                at = run.at(times)[0][:, i].tolist()
+                tracks += [(k, ball.id, *p, t) for p, t in zip(at, times, strict=True)]
+    rows = noisy(tracks, rng)
+    spoilt = rng.choice(len(rows), 12, replace=False).tolist()
+    for m in spoilt:
+        shot, ball, _, _, t = rows[m]
+        rows[m] = (shot, ball, rng.uniform(0.0, 2.54), rng.uniform(0.0, 1.27), t)
+    found = fit(GUESS, rows, (*COEFFICIENTS, "speed", "angle"), starts=1)
+    assert len(found.values) == 15
+    assert found.sigma == pytest.approx(NOISE, rel=0.1)
+    assert max(errors_off(found)) < 3.5
+    assert any(f"12 of {len(rows)} places are more than 5 sigma off" in w for w in found.warnings)
+
+
+@pytest.mark.heavy
+def test_several_starts_find_what_one_does_not() -> None:
+    """From the guess alone the search ends where contacts come in a wrong order, and says so."""
+    rows = noisy(ends(TRUTH), np.random.default_rng(1))
+    alone = fit(GUESS, rows, COEFFICIENTS, starts=1)
+    assert alone.rms > 20.0 * NOISE
+    assert any("not move in proportion" in warning for warning in alone.warnings)
+    found = fit(GUESS, rows, COEFFICIENTS)
+    assert found.rms < 2.0 * NOISE
+    again = fit(GUESS, rows, COEFFICIENTS)
+    assert found.values == again.values
+
+
+@pytest.mark.parametrize(
+    "sets",
+    [pytest.param(25, marks=pytest.mark.heavy), pytest.param(100, marks=pytest.mark.slow)],
+)
+def test_standard_errors_are_calibrated(sets: int) -> None:
+    """The truth lies within two standard errors in 90 to 99 of 100 sets of noisy ends."""
+    shots = tuple(
+        replace(shot, name=f"{shot.name} {k}", angle=(shot.angle or 0.0) + 0.7 * k)
+        for k in range(2)
+        for shot in TRUTH.shots
+    )
+    truth = replace(TRUTH, shots=shots)
+    near = with_inputs(truth, {name: 1.01 * input_value(truth, name) for name in FREE})
+    rng = np.random.default_rng(2)
+    exact = ends(truth)
+    off = np.array(
+        [errors_off(fit(near, noisy(exact, rng), FREE, starts=1), truth) for _ in range(sets)]
+    )
+    inside = (off < 2.0).sum(axis=0)
+    if sets == 100:
+        assert ((inside >= 90) & (inside <= 99)).all(), inside
+    assert 0.75 < (off**2).mean() < 1.35
+    assert 0.9 < (off < 2.0).mean() < 0.99
+
+
+FREE = (
+    "restitution.ball_ball",
+    "restitution.cushion",
+    "friction.surface",
+    "friction.cushion",
+    "friction.ball_ball",
+)
+
+
+def test_correlations_are_those_of_the_derivatives() -> None:
+    """Speed and friction of a slide: x = v^2 / 2 mu g, and the time t = v / mu g of its stop."""
+    scene = sliding()
+    rows = [(1, "C", 2.0 * t - 0.5 * scene.deceleration * t * t, 0.0, t) for t in (0.2, 0.5, 1.0)]
+    found = fit(scene, rows, ["speed.1", "friction.surface"], error=NOISE, starts=1)
+    by = np.array([[t, -0.5 * 9.80665 * t * t] for t in (0.2, 0.5, 1.0)])
+    covariance = np.linalg.inv(by.T @ by)
+    said = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])
+    assert found.correlations[0, 1] == pytest.approx(said, abs=1e-6)
+    assert found.correlations[0, 0] == pytest.approx(1.0)
+
+
+# -- what is predicted -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("max_time", [None, 1.0])
+def test_derivatives_through_a_chain_of_shots(max_time: float | None) -> None:
+    """They agree with differences, though shots aim at balls that the shots before have moved."""
+    shots = (
+        Shot("a", "cue", speed=2.2, aim="1"),
+        Shot("b", "cue", speed=1.6, aim="nearest", from_previous=True),
+        Shot("c", "cue", speed=1.5, aim="3", from_previous=True),
+    )
+    scene = replace(TRUTH, shots=shots, physics=Physics(max_time=max_time))
+    groups = (*COEFFICIENTS, "position", "mass", "radius", "speed")
+    names = input_names(scene, groups, (1, 3))
+    assert "speed.3" in names
+    assert "speed.2" not in names
+    measured = [
+        Measurement(k, ball.id, 0.5, 0.5, t)
+        for k in (3, 1)
+        for ball in BALLS
+        for t in (None, 0.3, 0.9)
+    ]
+    forecast = Forecast(scene, names, measured)
+    found, warnings = forecast.derivatives(forecast.own)
+    assert warnings == ()
+    for column in range(len(names)):
+        step = 1e-7 * np.eye(len(names))[column]
+        low, high = (forecast.residuals(forecast.own + sign * step) for sign in (-1, 1))
+        np.testing.assert_allclose(found[..., column], (low - high) / 2e-7, atol=2e-6)
+
+
+def test_inputs_of_shots() -> None:
+    report = load("report")
+    faster = with_inputs(report, {"speed.1": 2.0, "angle.1": 90.0, "angle.2": 10.0})
+    assert faster.shots[0].velocity == pytest.approx((0.0, 2.0))
+    assert (faster.shots[1].speed, faster.shots[1].angle) == (2.5, 10.0)
+    assert with_inputs(report, {"speed.4": 2.0}).shots[3].aim == "nearest"
+    with pytest.raises(SettingError, match=r"free = angle\.4: there is no such input"):
+        input_names(report, ["angle.4"])
+    assert input_names(report, "angle", (1, 2, 4)) == ("angle.1", "angle.2")
+
+
+# -- what the data cannot tell ---------------------------------------------------------------------
+
+
+def test_what_no_shot_tells_keeps_its_number() -> None:
+    lag = [row for row in ends(TRUTH) if row[0] == 5]
+    names = ["restitution.ball_ball", "friction.ball_ball", "mass.1", "x.3", "restitution.cushion"]
+    found = fit(GUESS, lag, names, error=NOISE, starts=3)
+    assert "restitution.ball_ball: no shot has such a hit" in found.warnings
+    assert "friction.ball_ball: no shot has such a hit" in found.warnings
+    assert "mass.1: no shot has a hit of ball 1" in found.warnings
+    assert "x.3: no place that was measured hangs on it" in found.warnings
+    for name in names[:4]:
+        assert found.values[name] == input_value(GUESS, name)
+        assert math.isnan(found.standard_errors[name])
+    assert math.isfinite(found.standard_errors["restitution.cushion"])
+    assert "(unknown)" in repr(found)
+
+
+def test_masses_are_known_but_for_a_factor() -> None:
+    rows = [row for row in ends(TRUTH) if row[0] == 4]
+    found = fit(TRUTH, rows, ["mass.cue", "mass.1", "friction.surface"], error=NOISE, starts=1)
+    assert any(
+        w == "mass.cue and mass.1: the data tell only a combination of them, so one must be given"
+        for w in found.warnings
+    )
+    assert math.isnan(found.standard_errors["mass.1"])
+    assert math.isfinite(found.standard_errors["friction.surface"])
+    assert found.values["mass.cue"] == pytest.approx(MASS)
+
+
+def test_too_few_places_have_no_errors() -> None:
+    found = fit(sliding(), [(1, "C", 1.9, 0.0)], "friction.surface", starts=1)
+    assert math.isnan(found.standard_errors["friction.surface"])
+    (warning,) = found.warnings
+    assert warning.startswith("1 number fitted to 1 measured coordinate: none is left over")
+    assert math.isnan(found.sigma)
+    stated = fit(sliding(), [(1, "C", 1.9, 0.0)], "friction.surface", starts=1, error=NOISE)
+    assert stated.standard_errors["friction.surface"] > 0.0
+
+
+def test_numbers_that_are_hardly_told_apart() -> None:
+    rows = [(1, "C", 2.0 * t - 0.490333 * t * t, 0.0, t) for t in (1.0, 1.02, 1.04)]
+    found = fit(sliding(), rows, ["speed.1", "friction.surface"], error=NOISE, starts=1)
+    assert any("speed.1 and friction.surface are hardly told apart" in w for w in found.warnings)
+
+
+def test_what_remains_may_be_more_than_the_stated_error() -> None:
+    rows = [(k, "C", 2.0 + 0.01 * (-1.0) ** k, 0.0) for k in range(1, 11)]
+    found = fit(sliding(shots=10), rows, "friction.surface", error=NOISE, starts=1)
+    assert any("times the stated error" in warning for warning in found.warnings)
+
+
+def test_a_number_at_its_bound() -> None:
+    elastic = replace(TRUTH, restitution=Restitution(ball_ball=0.93, cushion=1.0))
+    farther = [(k, id_, x, y - 0.1) for k, id_, x, y in ends(elastic) if k == 5]
+    found = fit(GUESS, farther, "restitution.cushion", starts=1)
+    assert any("ends at its bound, 1" in warning for warning in found.warnings)
+
+
+def test_a_search_that_stopped_too_early_is_doubted() -> None:
+    """From friction 0.15 it goes downhill to 0.1, by more than half a standard error."""
+    rows = [Measurement(k, "C", 2.0 + NOISE * (-1.0) ** k, 0.0) for k in range(1, 11)]
+    forecast = Forecast(sliding(0.15, shots=10), ("friction.surface",), rows)
+    used = np.ones(10, dtype=bool)
+    found = {}
+    for mu in (0.15, 2.0 / (2.0 * 9.80665)):
+        values = np.array([mu])
+        jacobian = forecast.derivatives(values)[0].reshape(20, 1)
+        one = np.ones(1)
+        sigma = 0.7 if mu == 0.15 else NOISE
+        optimum = Optimum(forecast, values, used, jacobian, sigma, True, one, 0.0 * one, 9.0 * one)
+        found[mu] = [doubt for doubt in doubts(optimum) if "another order" in doubt]
+    assert [len(said) for said in found.values()] == [1, 0]
+
+
+def test_places_without_derivatives_cannot_be_fitted() -> None:
+    report = load("report")
+    rows = [(4, "C", 1.09, 0.54), (4, "9", 0.43, 0.54)]
+    with pytest.raises(SettingError, match="no measured place has derivatives"):
+        fit(report, rows, "restitution.cue_ball")
+
+
+def test_nothing_free_tells_how_far_off_a_scene_is() -> None:
+    found = fit(TRUTH, [(5, "cue", 0.6, 0.6)], [])
+    assert found.rms == found.rms_before > 0.0
+    assert repr(found).startswith("<Fit to 1 places: nothing free")
+
+
+def test_statistics_of_the_robust_loss() -> None:
+    from scipy.integrate import quad
+
+    def mean(of: Any) -> float:
+        return float(
+            quad(lambda x: of(x) * math.exp(-x * x / 2.0) / math.sqrt(2.0 * math.pi), -40, 40)[0]
+        )
+
+    c = robust.CAUCHY
+    weight = mean(lambda x: 1.0 / (1.0 + (x / c) ** 2))
+    psi_squared = mean(lambda x: (x / (1.0 + (x / c) ** 2)) ** 2)
+    slope = mean(lambda x: (1.0 - (x / c) ** 2) / (1.0 + (x / c) ** 2) ** 2)
+    constants = (robust.WEIGHT, robust.PSI_SQUARED, robust.PSI_SLOPE)
+    assert constants == pytest.approx((weight, psi_squared, slope))
+    assert slope**2 / psi_squared == pytest.approx(0.95, abs=1e-3)
+
+
+def test_the_scale_forgets_blunders() -> None:
+    errors = np.random.default_rng(0).normal(0.0, NOISE, 4000)
+    assert robust_scale(errors, NOISE, 0) == pytest.approx(NOISE, rel=0.05)
+    errors[:200] = 1.0
+    assert robust_scale(errors, NOISE, 0) == pytest.approx(NOISE, rel=0.05)
+    assert robust_scale(np.ones(3), 1e-9, 1) is None
+
+
+def test_covariances_of_a_mean() -> None:
+    errors = np.random.default_rng(0).normal(0.0, NOISE, 4000)
+    (variance,) = covariances(np.ones((4000, 1)), errors, NOISE)[0]
+    assert variance == pytest.approx(NOISE**2 / 4000.0, rel=0.1)
+    assert blind_part(np.array([[1.0, -1.0]])) == pytest.approx(np.full((2, 2), 0.5))
+
+
+# -- bad input -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "line 1 = (left out): must name the columns: shot, ball, x, y, t"),
+        ("shot,ball,x,y\n", "measured = (left out): one measurement or more is wanted"),
+        ("shot,ball,x\n1,C,2\n", 'line 1 = ["shot", "ball", "x"]: has no column y'),
+        ("shot,ball,x,y,tt\n", 'line 1 = "tt": there is no such column'),
+        ("shot,ball,x,y\n9,C,2,3\n", 'line 2, shot = "9": there is no such shot'),
+        ("shot,ball,x,y\n1,Z,2,3\n", 'line 2, ball = "Z": there is no such ball'),
+        ("shot,ball,x,y\n1,C,nan,3\n", 'line 2, x = "nan": must be a finite number'),
+        ("shot,ball,x,y\n1,C,1e999,3\n", 'line 2, x = "1e999": must be a finite number'),
+        ("shot,ball,x,y\n1,C,,3\n", "line 2, x = (left out): must be a finite number"),
+        ("shot,ball,x,y\n1,C,5\n", "line 2, y = (left out): must be a finite number"),
+        ("shot,ball,x,y\n1,C,5,6,7\n", 'line 2, columns = ["7"]: there are too many'),
+        ("shot,ball,x,y,t\n1,C,5,6,-1\n", 'line 2, t = "-1": must be 0 or more (s)'),
+        ("shot,ball,x,y\n1,C,500,6\n", "line 2, x = 500.0: is off the table, 0 to 88 in"),
+    ],
+)
+def test_a_bad_file_is_one_line_a_problem(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "m.csv"
+    path.write_text(text)
+    with pytest.raises(SceneError) as refused:
+        read_measured(path, load("report"))
+    assert len(refused.value.problems) == 1
+    assert str(refused.value).startswith(f"{path}: {said}")
+
+
+def test_a_file_is_read_in_the_units_of_the_scenario(tmp_path: Path) -> None:
+    path = tmp_path / "m.csv"
+    path.write_text(
+        "\ufeffball, shot, t, y, x\nC,Simulation 2,,24.5,2\n8,4,0.25,9,10\n", encoding="utf-8"
+    )
+    first, second = read_measured(path, load("report"))
+    assert first == Measurement(2, "C", 2 * 0.0254, 24.5 * 0.0254)
+    assert (second.shot, second.ball, second.t) == (4, "8", 0.25)
+
+
+def test_every_bad_row_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "m.csv"
+    path.write_text("shot,ball,x,y\n" + "7,Z,a,b\n" * 30)
+    with pytest.raises(SceneError) as refused:
+        read_measured(path, load("report"))
+    lines = str(refused.value).splitlines()
+    assert len(lines) == 50
+    assert lines[5].startswith(f'{path}: line 3, ball = "Z"')
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"free": "restitution.cueball"}, "free = restitution.cueball: there is no such input"),
+        ({"free": 3}, "free = 3: must be names"),
+        ({"error": -1.0}, "error = -1.0: must be greater than 0"),
+        ({"starts": 0}, "starts = 0: must be 1 or more"),
+        ({"starts": 2.5}, "starts = 2.5: must be a whole number"),
+        ({"seed": "a"}, 'seed = "a": must be a number'),
+        ({"measured": "none.csv"}, "No such file"),
+        ({"measured": []}, "measured = (left out): one measurement or more is wanted"),
+        ({"measured": 3}, "measured = 3: must be a CSV file"),
+        ({"measured": [(1, "C")]}, 'measured[0] = [1, "C"]: must be (shot, ball, x, y)'),
+        ({"measured": [(1, "C", None, 0.0)]}, "measured[0].x = (left out): must be a finite"),
+        ({"scene": TRUTH, "measured": "published"}, "the scenario has no published ends"),
+    ],
+)
+def test_bad_arguments(arguments: dict[str, Any], said: str) -> None:
+    given: dict[str, Any] = {
+        "scene": load("report"), "measured": "published", "free": [], **arguments,
+    }  # fmt: skip
+    with pytest.raises((SceneError, SettingError, OSError)) as refused:
+        fit(**given)
+    assert said in str(refused.value)
+
+
+def test_a_time_after_the_end_of_the_shot() -> None:
+    scene = replace(TRUTH, physics=Physics(max_time=1.0))
+    with pytest.raises(SceneError, match=r"measured\[0\]\.t = 2\.0: is after the end of the shot"):
+        fit(scene, [(1, "cue", 1.0, 1.0, 2.0)], "speed")
+
+
+# -- the command -----------------------------------------------------------------------------------
+
+
+def exit_code(*arguments: object) -> int:
+    """Run the command line in this process and return its exit code."""
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    return int(ended.value.code or 0)
+
+
+@pytest.mark.heavy
+def test_the_command_writes_a_scenario_that_fits(tmp_path: Path, capsys: Capture) -> None:
+    scenario, measured, out = tmp_path / "guess.toml", tmp_path / "m.csv", tmp_path / "out"
+    GUESS.to_toml(scenario)
+    rows: Sequence[Any] = noisy(ends(TRUTH), np.random.default_rng(4))
+    with measured.open("w", newline="") as file:
+        csv.writer(file).writerows([("shot", "ball", "x", "y"), *rows])
+    names = ",".join(FREE)
+    code = exit_code(
+        "fit", scenario, "--measured", measured, "--free", names, "--out", out, "--starts", 4,
+        "--json", out / "fit.json",
+    )  # fmt: skip
+    assert code == 0
+    said = capsys.readouterr().out
+    assert "restitution.cushion" in said
+    assert "Fitted to 9 places" in said
+    fitted = load(out / "fitted.toml")
+    record = json.loads((out / "fit.json").read_text())
+    for name in FREE:
+        assert input_value(fitted, name) == record["values"][name]
+        assert record["standard_errors"][name] > 0.0
+    with (out / "residuals.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert len(table) == len(rows)
+    assert float(table[0]["x"]) - float(table[0]["x_fitted"]) == pytest.approx(
+        record["residuals"][0][0], abs=1e-8
+    )
+    assert (out / "residuals.png").stat().st_size > 10_000
+
+
+def test_without_scipy_one_sentence_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    for name in [name for name in sys.modules if name.split(".")[0] == "scipy"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    code = exit_code("fit", "report", "--measured", "published", "--free", "speed.1")
+    assert code == 2
+    assert capsys.readouterr().err.splitlines() == [
+        "error: fit needs SciPy: pip install 'pool-pymunk[fit]'"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("--free", "mass.Z", "error: free = mass.Z: there is no such input"),
+        ("--error", "big", 'error: --error = "big": must be a length'),
+        ("--measured", "none.csv", "error: none.csv: No such file or directory"),
+    ],
+)
+def test_bad_options_are_one_line(option: str, value: str, said: str, capsys: Capture) -> None:
+    given = {"--measured": "published", "--free": "speed.1", option: value}
+    code = exit_code("fit", "report", *(each for pair in given.items() for each in pair))
+    assert code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(said)
