@@ -159,6 +159,20 @@ def test_a_shot_is_improved_until_a_ball_ends_where_it_shall() -> None:
     assert find(scene, 1, met, **how)[0].off == 0.0
 
 
+def test_found_shots_stay_within_the_ranges() -> None:
+    scene = load("report")
+
+    def met(batch: Batch) -> NDArray[np.bool_]:
+        return np.asarray(batch.met.any(axis=1))
+
+    how: dict[str, Any] = {"tries": 3_000, "samples": 50, "best": 3, "ends": {"C": (0.2, 0.2)}}
+    for angle, speed in (((170.0, 180.0), (1.5, 2.0)), ((-180.0, 180.0), (1.0, 2.0)),
+                         ((179.0, 180.0), (1.0, 1.01))):  # fmt: skip
+        for one in find(scene, 1, met, angle=angle, speed=speed, **how):
+            assert angle[0] <= one.angle <= angle[1]
+            assert speed[0] <= one.speed <= speed[1]
+
+
 def test_what_nothing_does_is_an_empty_list() -> None:
     def never(batch: Batch) -> NDArray[np.bool_]:
         return np.zeros(len(batch), dtype=bool)
@@ -176,6 +190,8 @@ def test_what_nothing_does_is_an_empty_list() -> None:
         ({"angle_error": 0.0}, "angle_error = 0.0: must be greater than 0"),
         ({"ends": {"X": (1.0, 0.5)}}, "ends = X: there is no such ball"),
         ({"ends": {"8": 1.0}}, "ends.8 = 1.0: must be two numbers"),
+        ({"ends": {"8": (math.nan, 0.0)}}, "ends = "),
+        ({"ends": "8"}, "ends = 8: must be places by the ids of balls"),
     ],
 )
 def test_bad_arguments_are_one_line(wrong: dict[str, Any], line: str) -> None:

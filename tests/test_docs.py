@@ -23,7 +23,12 @@ NAMES = [page.name for page in PAGES]
 
 # This page plays a million shots into a folder that other blocks read.
 TOO_LONG = ("many-shots.md",)
-NEEDS = {"environments.md": "gymnasium", "notebooks.md": "pandas", "simulate-many.md": "numba"}
+NEEDS = {
+    "environments.md": "gymnasium",
+    "fit.md": "scipy",
+    "notebooks.md": "pandas",
+    "simulate-many.md": "numba",
+}
 
 
 def text_of(page: Path) -> str:

@@ -314,6 +314,7 @@ OTHERWISE = {  # a text that has a solver's name in it, and why it may
     ("cli/__init__.py", "2D billiards in pymunk, by the report's time slices, and exactly."),
     *(("cli/choices.py", name) for name in SOLVERS),  # for --help, which imports no solver
     ("cli/gallery.py", "pymunk-discrete"),  # the README's picture of plain handlers
+    ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate
     ("safety/interrupts.py", "pymunk"),  # the library, as a module
     ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down
     # classes of the library

@@ -28,7 +28,7 @@ Told = list[Array | None]
 
 
 class Lost(Exception):
-    """This error says why what happens has no derivative."""
+    """This error says why what happens has no derivative; it is empty where it had none before."""
 
 
 class Changes:
@@ -95,6 +95,8 @@ class Changes:
         """Follow the changes through an event, or lose them where it has no derivative."""
         balls = [self.scene.index[id_] for id_ in event.balls]
         try:
+            if any(np.isnan(self.change[i]).all() for i in balls):
+                raise Lost
             if event.kind == "stop":
                 self._stop(balls[0], event)
             elif event.pocket is not None:
@@ -298,8 +300,9 @@ class Changes:
             self.at[i] += 1
 
     def _lose(self, balls: list[int], why: str, t: float) -> None:
-        """Note that what happens to these balls has no derivative."""
-        self._warn(why, t)
+        """Note that what happens to these balls has no derivative, and why if it had one before."""
+        if why:
+            self._warn(why, t)
         for i in balls:
             self.change[i] = np.full_like(self.change[i], math.nan)
             self._come_to(i, t)

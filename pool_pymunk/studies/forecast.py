@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pool_pymunk.model import Scene, SceneError, Shot
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import request
+from pool_pymunk.solvers import request, yardstick
 from pool_pymunk.studies.derivatives import Derivatives, derivatives
 from pool_pymunk.studies.inputs import (
     COEFFICIENTS,
@@ -64,7 +64,7 @@ class Forecast:
 
     def _play(self, values: Values) -> Runs | None:
         try:
-            asked = request(self._scene(values), "event-driven")
+            asked = request(self._scene(values), yardstick().name)
             runs: dict[int, Run] = {}
             for k in self.chain:
                 shot = asked.scene.shots[k - 1] if asked.scene.shots else None

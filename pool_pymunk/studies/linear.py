@@ -20,6 +20,7 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.derivatives import Derivatives, derivatives
+from pool_pymunk.studies.forecast import turn
 from pool_pymunk.studies.sensitivity import Sampled, Study, read_study
 from pool_pymunk.studies.uncertainty import Uncertainty
 
@@ -120,24 +121,11 @@ def _next(found: Derivatives, place: Array, uncertainty: Uncertainty, column: in
     if run.shot is None:
         return np.asarray(ends)
     by_speed, by_angle = found.final[:, :, -2], np.degrees(found.final[:, :, -1])
-    ends += by_angle[:, :, np.newaxis] * _aim(run, place)
+    if run.shot.aim is not None:
+        ends += by_angle[:, :, np.newaxis] * turn(run, run.shot, place)
     ends[:, :, column] += uncertainty.speed * by_speed
     ends[:, :, column + 1] += uncertainty.angle * by_angle
     return np.asarray(ends)
-
-
-def _aim(run: Run, place: Array) -> Array:
-    """Return how far (rad) the direction of a shot turns (K,), where it aims at a ball."""
-    shot, scene = run.shot, run.scene
-    if shot is None or shot.aim is None:
-        return np.zeros(place.shape[-1])
-    starts = [tuple(knots[0, 1:3].tolist()) for knots in run.knots]
-    i = scene.index[shot.ball]
-    gone = run.off - run.pocketed.keys()
-    j = scene.nearest(i, starts, gone) if shot.aim == "nearest" else scene.index[shot.aim]
-    x, y = (b - a for a, b in zip(starts[i], starts[j], strict=True))
-    dx, dy = place[j] - place[i]
-    return np.asarray((x * dy - y * dx) / (x * x + y * y))
 
 
 # -- how far it holds ------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import timeit
 from collections.abc import Callable
+from functools import partial
 
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
@@ -33,11 +34,11 @@ def main() -> None:
     for scenario, shot in SHOTS:
         scene = load(scenario)
         run = simulate(scene, shot, solver="event-driven")
-        played = best(lambda scene=scene, shot=shot: simulate(scene, shot, solver="event-driven"))
+        played = best(partial(simulate, scene, shot, solver="event-driven"))
         costs = []
         for wrt in INPUTS:
             count = len(run.derivatives(wrt).names)
-            cost = best(lambda run=run, wrt=wrt: run.derivatives(wrt)) / played
+            cost = best(partial(run.derivatives, wrt)) / played
             costs.append(f"by {', '.join(wrt)} ({count}): {cost:.1f} runs")
         print(f"{scenario} {shot}: a run {1e3 * played:.2f} ms; {'; '.join(costs)}")
 
