@@ -81,3 +81,15 @@ def test_the_command_shows_both(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert (tmp_path / "shot-3.png").exists()
     assert exit_code(*chosen[:2], "--linear", "--shot", 4, "--samples", 5, "--out", tmp_path) == 0
     assert "not known" in capsys.readouterr().out
+
+
+def test_the_command_says_it_at_once_without_samples(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "log.json"
+    chosen = ("sensitivity", "report", "--linear", "--samples", 0, "--shot", 1)
+    assert exit_code(*chosen, "--out", tmp_path, "--json", log) == 0
+    assert "The derivatives hold to a tenth within" in capsys.readouterr().out
+    (shot,) = json.loads(log.read_text(encoding="utf-8"))["shots"]
+    assert shot.keys() == {"name", "linear"}
+    assert [path.name for path in tmp_path.glob("*.png")] == ["shot-1-linear.png"]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from pool_pymunk.model import Scene, Shot
+    from pool_pymunk.results.run import Run
     from pool_pymunk.studies.linear import Linear
     from pool_pymunk.studies.sensitivity import Sensitivity, Spread
     from pool_pymunk.studies.uncertainty import Uncertainty
@@ -47,7 +48,11 @@ def sensitivity(
     out: OutDir = None,
     pictures: Annotated[bool, typer.Option(help="Draw the cloud of ends of every ball.")] = True,
     by_derivatives: Annotated[
-        bool, typer.Option("--linear", help="Say it by derivatives, too, and how far they hold.")
+        bool,
+        typer.Option(
+            "--linear",
+            help="Say it by derivatives, too, and how far they hold; alone with --samples 0.",
+        ),
     ] = False,
 ) -> int:
     """Move the starts, and on request the cue's speed and angle, a little: where may balls end?
@@ -59,6 +64,9 @@ def sensitivity(
     uncertainty = _uncertainty(scenario, scene, position_error, speed_error, angle_error)
     shots = read_shots(scene, shot)
     folder = out or Path("renders") / Path(scenario).stem / "sensitivity"
+    if by_derivatives and samples == 0:
+        lines_only = [_differentiate(scene, one, uncertainty, seed) for one in shots]
+        return _say_lines(scenario, lines_only, folder, json, pictures)
     found: list[Sensitivity] = []
     lines: list[Linear | None] = []
     for one in shots:
@@ -116,6 +124,41 @@ def _differentiate(scene: Scene, shot: Shot | None, uncertainty: Uncertainty, se
 
     with input_errors():
         return linear(scene, shot, uncertainty, seed=seed)
+
+
+def _say_lines(
+    scenario: str, lines: list[Linear], folder: Path, json: Path | None, pictures: bool
+) -> int:
+    """Say at once, by derivatives alone, what the uncertainty does to the ends."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(width=None if Console().is_terminal else 160, highlight=False)
+    for line in lines:
+        run = line.reference
+        unit = run.scene.units
+        table = Table()
+        for heading in ("ball", f"end ({unit.length})", "std by derivatives"):
+            table.add_column(heading, justify="right")
+        for i, (id_, end) in enumerate(run.final.items()):
+            x, y = (unit.from_si(v, "length") for v in end)
+            table.add_row(id_, f"{x:.4f}, {y:.4f}", _both(line, i))
+        console.print(f"\n[bold]{run.name}[/bold]")
+        console.print(table)
+        for text in linear_sentences(line):
+            console.print(text, soft_wrap=True)
+        if pictures:
+            from pool_pymunk.render.clouds import linear_picture
+
+            linear_picture(line, folder / f"{_stem(run)}-linear.png")
+    if json is not None:
+        shots: list[dict[str, object]] = [
+            {"name": line.reference.name, "linear": line.as_dict()} for line in lines
+        ]
+        _write_shots(json, scenario, lines[0].reference.scene, shots)
+    if pictures:
+        typer.echo(f"Pictures: {folder}")
+    return 0
 
 
 # -- the terminal ----------------------------------------------------------------------------------
@@ -249,14 +292,17 @@ def _save(found: list[Sensitivity], line: Linear | None, folder: Path, pictures:
 
     with whole(folder / "spread.csv") as part:
         write_csv(found, part)
-    run = found[-1].reference
-    stem = f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"
+    stem = _stem(found[-1].reference)
     with whole(folder / f"{stem}.npz") as part:
         found[-1].write_npz(part)
     if pictures:
         from pool_pymunk.render.clouds import cloud_picture
 
         cloud_picture(found[-1], folder / f"{stem}.png", line)
+
+
+def _stem(run: Run) -> str:
+    return f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"
 
 
 def _write_json(
@@ -266,6 +312,14 @@ def _write_json(
     found: list[Sensitivity],
     lines: list[Linear | None],
 ) -> None:
+    shots = [
+        one.as_dict() | ({} if line is None else {"linear": line.as_dict()})
+        for one, line in zip(found, lines, strict=True)
+    ]
+    _write_shots(path, scenario, scene, shots)
+
+
+def _write_shots(path: Path, scenario: str, scene: Scene, shots: list[dict[str, object]]) -> None:
     import json
 
     from pool_pymunk import __version__
@@ -276,10 +330,7 @@ def _write_json(
         "scenario": label(scenario),
         "title": scene.title,
         "version": __version__,
-        "shots": [
-            one.as_dict() | ({} if line is None else {"linear": line.as_dict()})
-            for one, line in zip(found, lines, strict=True)
-        ],
+        "shots": shots,
     }
     with whole(path) as part:
         part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

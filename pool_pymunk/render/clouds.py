@@ -66,6 +66,25 @@ def cloud_picture(
         sheet.figure.savefig(part, dpi=dpi)
 
 
+def linear_picture(linear: Linear, path: Path, *, dpi: float = 200.0, style: Style = PRINT) -> None:
+    """Draw the ends, each in an ellipse that has 95 % of the ends in it, by derivatives."""
+    run = linear.reference
+    show = Show((run,))
+    layout = picture_layout(show)
+    sheet = draw_sheet(show, layout, style, (0.0, 1.0))
+    start, end = (discs(run.scene, run.at(t)[0], sheet.views[0]) for t in (0.0, run.duration))
+    draw_rings(sheet.axes, [a for a, b in zip(start, end, strict=True) if (a.x, a.y) != (b.x, b.y)])
+    for ball in end:
+        _faded(sheet.axes, ball, style)
+        _tag(sheet.axes, ball, np.array([(ball.x, ball.y)]), [], style)
+    _draw_ellipses(sheet, linear, style)
+    errors = linear.uncertainty.described(run.scene)
+    text = f"ellipses: 95 % of the ends by derivatives, with {errors}; rings: starts"
+    draw_caption(sheet, layout, DOT.join(t for t in (run.scene.title, run.name, text) if t), style)
+    with whole(path) as part:
+        sheet.figure.savefig(part, dpi=dpi)
+
+
 def batch_figure(batch: Batch, style: Style = PRINT) -> Figure:
     """Draw where the balls of many shots end: points, around discs at the medians.
 
