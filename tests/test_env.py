@@ -543,6 +543,8 @@ def test_bad_settings_are_refused_in_one_line(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        (5, "options = 5: must be a dict or None"),
+        ([], "options = []: must be a dict or None"),
         ({"pos": []}, "options = pos: there is no such option"),
         ({"position": [(0.5, 0.5)]}, "position = shape (1, 2): must have the shape (4, 2)"),
         ({"position": "here"}, 'position = "here": must be numbers'),
@@ -561,14 +563,26 @@ def test_bad_settings_are_refused_in_one_line(
         ),
     ],
 )
-def test_bad_options_are_refused_and_change_nothing(options: dict[str, Any], message: str) -> None:
-    env = PotEnv()
+@pytest.mark.parametrize("make", [PotEnv, lambda: PotVectorEnv(2)])
+def test_bad_options_are_refused_and_change_nothing(
+    make: Callable[[], Any], options: Any, message: str
+) -> None:
+    env = make()
     env.reset(seed=0)
     before = env.position
     with pytest.raises((SettingError, SceneError)) as error:
         env.reset(options=options)
     assert message in str(error.value)
     assert (env.position == before).all()
+
+
+def test_an_infinite_action_is_clipped_and_one_without_numbers_refused() -> None:
+    env = CaromEnv()
+    env.reset(seed=0)
+    with pytest.raises(SettingError, match="must be two numbers"):
+        env.step([0.0, math.nan])
+    info = env.step([-math.inf, math.inf])[4]
+    assert (info["angle"], info["speed"]) == (-180.0, 5.0)
 
 
 def test_carom_calls_no_ball() -> None:

@@ -12,7 +12,17 @@ import numpy as np
 import pytest
 from test_page import HOSTILE, hostile_scene
 
-from pool_pymunk import Ball, Friction, Restitution, Run, Scene, load, simulate, simulate_all
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Physics,
+    Restitution,
+    Run,
+    Scene,
+    load,
+    simulate,
+    simulate_all,
+)
 from pool_pymunk.page import write_page
 
 sync_api = pytest.importorskip("playwright.sync_api")
@@ -170,6 +180,21 @@ def test_it_plays_and_pauses(visit: Any, report: Path) -> None:
     assert seen.time() == seen.ask("player.duration")
 
 
+def test_one_loop_plays_however_often_play_is_called(visit: Any, report: Path) -> None:
+    seen = visit(report)
+    draws = """() => new Promise((done) => {
+        for (let k = 0; k < 20; k += 1) { pool.play(); pool.pause(); pool.play(); }
+        let [draws, frames, draw] = [0, 0, player.draw];
+        player.draw = () => { draws += 1; draw.call(player); };
+        requestAnimationFrame(function tick() {
+            frames += 1;
+            if (frames < 5) requestAnimationFrame(tick);
+            else { pool.pause(); done(draws); }
+        });
+    })"""
+    assert 3 <= seen.ask(draws) <= 6
+
+
 def test_slower_is_slower(visit: Any, report: Path) -> None:
     """In the same time on the screen, a hundredth of the way is shown."""
     seen = visit(report)
@@ -291,11 +316,21 @@ def test_a_finger_picks_a_ball(visit: Any, report: Path, runs: list[Run]) -> Non
     assert seen.time() == contact_times(runs[0])[0]
 
 
-@pytest.mark.parametrize("width", [360, 768, 1280, 1920])
+@pytest.mark.parametrize("width", [200, 320, 360, 768, 1280, 1920])
 def test_nothing_sticks_out_at_the_sides(width: int, visit: Any, report: Path) -> None:
     seen = visit(report, viewport={"width": width, "height": 800})
+    seen.ask("byId('ghost').options[1].textContent += ', a law that has quite a long name'")
+    seen.page.wait_for_timeout(50)
     assert seen.ask("document.documentElement.scrollWidth") <= width
-    assert float(seen.ask("document.getElementById('table').clientWidth")) > 0.6 * min(width, 900)
+    shown = float(seen.ask("document.getElementById('table').clientWidth"))
+    assert 0.6 * min(width, 900) < shown < width
+
+
+@pytest.mark.parametrize("width", [740, 1280])
+def test_a_low_window_shows_the_controls(width: int, visit: Any, report: Path) -> None:
+    seen = visit(report, viewport={"width": width, "height": 300})
+    bar = seen.page.locator("#bar").bounding_box()
+    assert bar["y"] + bar["height"] <= 300
 
 
 def test_it_is_dark_where_the_reader_likes_it_dark(visit: Any, report: Path) -> None:
@@ -342,6 +377,8 @@ def test_other_code_gets_clear_errors(visit: Any, report: Path) -> None:
     for call, message in (
         ("pool.shot(5)", "shot(5): the shots have the numbers 1 to 4"),
         ("pool.seek(NaN)", "seek(NaN): the time must be a finite number"),
+        ("pool.positions(NaN)", "positions(NaN): the time must be a finite number"),
+        ("pool.positions()", "positions(undefined): the time must be a finite number"),
     ):
         caught = f"() => {{ try {{ {call}; }} catch (error) {{ return error.message; }} }}"
         assert seen.ask(caught) == message
@@ -373,3 +410,114 @@ def test_a_scene_of_many_balls_is_drawn(visit: Any, tmp_path: Path) -> None:
     seen = visit(tmp_path / "many.html")
     seen.press("ArrowRight", "End")
     assert seen.time() == seen.ask("pool.duration")
+
+
+# Return how many strokes the tracks at a time take, and the names that stand beside balls.
+COUNTED = """(t) => {
+    let [strokes, names] = [0, []];
+    const { stroke, fillText } = CanvasRenderingContext2D.prototype;
+    const pen = byId("table").getContext("2d");
+    pen.stroke = function (...path) { strokes += 1; stroke.apply(this, path); };
+    pen.fillText = function (...text) { names.push(text[0]); fillText.apply(this, text); };
+    player.seek(t);
+    byId("trails").checked = false;
+    const tracks = strokes;
+    [strokes, names] = [0, []];
+    player.draw();
+    byId("trails").checked = true;
+    return [tracks - strokes, names];
+}"""
+
+
+@pytest.mark.parametrize(("count", "least", "most"), [(11, 500, 900), (100, 300, 700)])
+def test_tracks_of_many_balls_take_a_few_hundred_strokes(
+    count: int, least: int, most: int, visit: Any, tmp_path: Path
+) -> None:
+    run = simulate(many_balls(count), solver="event-driven")
+    run.to_html(tmp_path / "many.html")
+    strokes, _ = visit(tmp_path / "many.html").ask(COUNTED, run.duration)
+    assert least < strokes < most
+
+
+def test_in_a_crowd_only_the_picked_ball_has_its_name_beside_it(visit: Any, tmp_path: Path) -> None:
+    for count, shown in ((20, 20), (200, 0)):
+        simulate(many_balls(count), solver="event-driven").to_html(tmp_path / "many.html")
+        seen = visit(tmp_path / "many.html", viewport={"width": 320, "height": 400})
+        assert len(seen.ask(COUNTED, 0.0)[1]) == shown
+    seen.ask("player.picked = 7")
+    assert seen.ask(COUNTED, 0.0)[1] == ["7"]
+
+
+def test_a_run_of_minutes_has_each_event_in_a_line(visit: Any, tmp_path: Path) -> None:
+    balls = (
+        Ball("a", (0.0, 0.0), 0.03, 0.2, velocity=(0.01, 0.0)),
+        Ball("b", (20.0, 0.0), 0.03, 0.2),
+    )
+    scene = Scene(balls, restitution=Restitution(0.9), physics=Physics(max_time=3000.0))
+    simulate(scene, solver="event-driven").to_html(tmp_path / "long.html")
+    seen = visit(tmp_path / "long.html")
+    time = seen.page.locator("#events button span").first
+    assert time.inner_text() == "1994.0000 s"
+    lines = """(span) => {
+        const words = document.createRange();
+        words.selectNodeContents(span);
+        return words.getClientRects().length;
+    }"""
+    assert time.evaluate(lines) == 1
+
+
+ODD = "a\u202eb"  # What follows this is read from right to left,
+CLOSED = "c\u2069\u202ed"  # and this closes what would end that.
+LONG = "long " + "x" * 195
+
+
+def tiny_scene(*ids: str) -> Scene:
+    """Return a shot across a millionth of a metre that lasts two milliseconds."""
+    balls = (
+        Ball(ids[0], (0.0, 0.0), 1e-7, 1e-9, velocity=(1e-3, 0.0)),
+        Ball(ids[1], (8e-7, 5e-8), 1e-7, 1e-9),
+    )
+    return Scene(balls, restitution=Restitution(0.9), friction=Friction(surface=0.05))
+
+
+def test_a_short_run_has_small_steps_and_more_decimals(visit: Any, tmp_path: Path) -> None:
+    run = simulate(tiny_scene("a", "b"), solver="event-driven")
+    run.to_html(tmp_path / "tiny.html")
+    seen = visit(tmp_path / "tiny.html")
+    tips = """() => {
+        const [found, { table }] = [[], player];
+        const draw = table.drawArrow;
+        table.drawArrow = (...arrow) => { found.push(arrow.at(-1)); draw.apply(table, arrow); };
+        player.draw();
+        const [x0, , x1] = player.content.seen;
+        return found.map((tip) => tip / (x1 - x0));
+    }"""
+    assert [0.1 < share < 0.5 for share in seen.ask(tips)] == [True]
+    seen.press(".", ".")
+    assert seen.time() == pytest.approx(0.02 * run.duration)
+    assert seen.text("clock") == f"{seen.time():.6f} s"
+    contact = seen.page.locator("#events button span").first.inner_text()
+    assert contact == f"{run.events[0].t:.7f} s"
+
+
+def test_ids_turn_no_words_round(visit: Any, tmp_path: Path) -> None:
+    simulate(tiny_scene(ODD, CLOSED), solver="event-driven").to_html(tmp_path / "odd.html")
+    seen = visit(tmp_path / "odd.html")
+    one, other = f"\u2068{ODD}\u2069", "\u2068c\u202ed\u2069"
+    assert seen.page.locator("#events button span").nth(1).inner_text() == f"{one} meets {other}"
+    seen.ask("player.picked = 0; player.draw()")
+    assert seen.text("ball").startswith(f"{one}: ")
+    seen.ask("player.run.off.push(1); player.tellPocketed()")
+    assert seen.text("pocketed") == f"Off the table: {other}"
+
+
+@pytest.mark.parametrize("width", [320, 1280])
+def test_the_words_beside_a_ball_stay_in_the_frame(width: int, visit: Any, tmp_path: Path) -> None:
+    simulate(tiny_scene(LONG, "b" * 200), solver="event-driven").to_html(tmp_path / "long.html")
+    seen = visit(tmp_path / "long.html", viewport={"width": width, "height": 700})
+    for ball in (0, 1):
+        seen.ask("(i) => { player.picked = i; player.draw(); }", ball)
+        box, frame = (seen.page.locator(name).bounding_box() for name in ("#ball", "#frame"))
+        assert frame["x"] <= box["x"] and box["y"] >= frame["y"]
+        assert box["x"] + box["width"] <= frame["x"] + frame["width"] + 1
+        assert box["height"] < 120

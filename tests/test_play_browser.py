@@ -437,7 +437,7 @@ def test_hostile_texts_stay_texts(sit_down: Any) -> None:
 # -- how it looks and feels ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("width", [360, 768, 1280, 1920])
+@pytest.mark.parametrize("width", [200, 320, 360, 768, 1280, 1920])
 def test_nothing_sticks_out_at_the_sides(width: int, sit_down: Any, report: Server) -> None:
     player = sit_down(report, viewport={"width": width, "height": 800})
     player.page.click("#shoot")

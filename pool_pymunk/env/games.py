@@ -150,13 +150,13 @@ class Game(ABC):
 
     # -- how a game begins -------------------------------------------------------------------------
 
-    def start(self, hands: Hands, options: Mapping[str, Any] | None = None) -> Tables:
+    def start(self, hands: Hands, options: Any = None) -> Tables:
         """Lay out a table for each of the generators.
 
         ``options`` may have a ``position`` (N, 2) in m, NaN for a ball off the table, and the id of
         the ``called`` ball. Raises SettingError for other options.
         """
-        asked = options or {}
+        asked = read_options(options)
         known = ("position", "called") if self.calls else ("position",)
         for key in asked:
             if key not in known:
@@ -343,6 +343,15 @@ class Pot(Game):
 
     def caption(self, tables: Tables, k: int) -> str:
         return f"ball {self.scene.balls[tables.called[k]].id} is called"
+
+
+def read_options(options: Any) -> dict[str, Any]:
+    """Read the options of ``reset``; raises SettingError for what is no dict of them."""
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
+        raise setting_error("options", options, "must be a dict or None")
+    return dict(options)
 
 
 def read_actions(actions: Any, shape: tuple[int, ...], many: bool = False) -> Floats:

@@ -17,7 +17,16 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pool_pymunk.env.frames import FPS, MODES, read_mode, rendered
-from pool_pymunk.env.games import Carom, Game, Info, Pot, Tables, read_actions, read_whole
+from pool_pymunk.env.games import (
+    Carom,
+    Game,
+    Info,
+    Pot,
+    Tables,
+    read_actions,
+    read_options,
+    read_whole,
+)
 from pool_pymunk.fast import Batch
 from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
@@ -121,7 +130,7 @@ class BilliardsVectorEnv(VectorEnv[Observations, Observations, Any]):
         Table i has the seed ``seed + i``, or the one in a list. ``options`` are those of one table,
         for all of them; ``reset_mask`` (S,) says which tables begin anew.
         """
-        asked = dict(options or {})
+        asked = read_options(options)
         rows = self._read_mask(asked.pop("reset_mask", None))
         self._draw_hands(_read_seeds(seed, self.num_envs), rows.tolist())
         infos: Infos = {}

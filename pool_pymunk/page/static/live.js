@@ -396,16 +396,16 @@ class LiveTable {
       ? "This is the exact run."
       : most < EXACT
         ? "Every ball ends where it exactly ends, but for rounding."
-        : `Ball ${farthest} ends ${far} from its exact end.`;
+        : `Ball ${isolated(farthest)} ends ${far} from its exact end.`;
   }
 
   /** Say which balls can be put back, and whether there is something to undo. */
   tellState() {
     byId("undo").disabled = !this.before.length;
     const balls = this.start.off.map((id) => {
-      const button = element("button", id);
+      const button = element("button", shortened(id));
       button.type = "button";
-      button.title = `Put ${id} back to where the scenario has it`;
+      button.title = `Put ${isolated(id)} back to where the scenario has it`;
       const i = this.balls.findIndex((ball) => ball.id === id);
       button.addEventListener("click", () => this.put(i, this.first.position[i]));
       return button;
@@ -444,8 +444,8 @@ class LiveTable {
     const { offsetLeft, clientHeight } = byId("table");
     const wide = byId("frame").clientWidth - this.tip.offsetWidth;
     const left = Math.cos((angle * Math.PI) / 180) < 0 ? px - 14 - this.tip.offsetWidth : px + 14;
-    this.tip.style.left = `${Math.min(Math.max(offsetLeft + left, 0), wide)}px`;
-    this.tip.style.top = `${Math.min(Math.max(py + 14, 0), clientHeight - 30)}px`;
+    this.tip.style.left = `${Math.max(Math.min(offsetLeft + left, wide), 0)}px`;
+    this.tip.style.top = `${Math.max(Math.min(py + 14, clientHeight - 30), 0)}px`;
   }
 
   drawTrack(run) {

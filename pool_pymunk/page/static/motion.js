@@ -37,10 +37,15 @@ function statesAt(run, t) {
   return run.knots.map((_, i) => stateAt(run, i, t));
 }
 
+/** Return how far (m) ball i is from itself in another run, at the time t. */
+function gapAt(run, other, i, t) {
+  const [here, there] = [stateAt(run, i, t), stateAt(other, i, t)];
+  return Math.hypot(here.x - there.x, here.y - there.y);
+}
+
 /** Return how far (m) every ball is from itself in another run, at the time t. */
 function apart(run, other, t) {
-  const there = statesAt(other, t);
-  return statesAt(run, t).map((ball, i) => Math.hypot(ball.x - there[i].x, ball.y - there[i].y));
+  return run.knots.map((_, i) => gapAt(run, other, i, t));
 }
 
 /** Return the time at which each ball left the table: Infinity for one that stays on it. */

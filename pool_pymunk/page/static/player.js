@@ -389,7 +389,7 @@ function fill(select, choices) {
 
 /** Return a name that cannot turn round the words beside it, whatever its direction. */
 function isolated(id) {
-  const plain = /^[ -~]*$/.test(id);
+  const plain = /^[ -~\u00a0-\u058f]*$/.test(id); // letters that run from left to right
   return plain ? id : `\u2068${id.replace(/[\u2066-\u2069]/g, "")}\u2069`;
 }
 

@@ -1,6 +1,6 @@
 /* How far two runs of one shot are apart, ball by ball, against time. */
 
-const SAMPLES = 800;
+const SAMPLES = 400;
 const WIDE_RANGE = 30; // From this ratio of the largest to the smallest on, the axis is logarithmic.
 const DECADES = 1e-6; // the least distance shown, in the largest
 
@@ -14,17 +14,19 @@ class DistancePlot {
   show(content, style, run, ghost, duration) {
     Object.assign(this, { content, style, duration: duration || 1 });
     const times = Array.from({ length: SAMPLES }, (_, k) => (k * this.duration) / (SAMPLES - 1));
-    const rows = times.map((t) => apart(run, ghost, t).map((d) => d / content.units.length[1]));
+    const unit = content.units.length[1];
     this.curves = content.balls.map((ball, i) => ({
       color: ball.color,
-      points: rows.map((row, k) => [times[k], row[i]]),
+      points: times.map((t) => [t, gapAt(run, ghost, i, t) / unit]),
     }));
-    const shown = rows.flat().filter((d) => d > 0 && Number.isFinite(d));
-    const most = shown.reduce((a, b) => Math.max(a, b), 0);
-    const least = Math.max(
-      shown.reduce((a, b) => Math.min(a, b), Infinity),
-      DECADES * most,
-    );
+    let [least, most] = [Infinity, 0];
+    for (const { points } of this.curves) {
+      for (const [, d] of points) {
+        if (!(d > 0 && Number.isFinite(d))) continue;
+        [least, most] = [Math.min(least, d), Math.max(most, d)];
+      }
+    }
+    least = Math.max(least, DECADES * most);
     this.same = most === 0;
     this.log = !this.same && most / least > WIDE_RANGE;
     this.low = this.log ? 10 ** Math.floor(Math.log10(least)) : 0;
