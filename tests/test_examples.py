@@ -67,6 +67,7 @@ def test_the_tutorials_ends_differ_with_the_frame_rate_and_ours_do_not() -> None
             assert differ or tutorial.farthest(ends[0], other) < 1e-9
 
 
+@pytest.mark.slow
 def test_the_tutorial_tends_to_the_exact_ends() -> None:
     """It plays the same physics, so the comparison is fair."""
     start = tutorial.rack()
@@ -149,6 +150,7 @@ def outermost(frames: Any) -> float:
     return float(np.hypot(beyond, y).max())
 
 
+@pytest.mark.slow
 def test_the_ends_converge_with_the_number_of_segments(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

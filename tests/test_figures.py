@@ -99,6 +99,7 @@ def error(solver: str, dt: float | None, *shots: int) -> float:
 
 
 @pytest.mark.parametrize("page", TOLD)
+@pytest.mark.slow
 def test_what_the_solvers_err(page: str) -> None:
     for solver in ("pymunk-discrete", "pymunk-builtin"):
         assert f" {error(solver, 1e-4):.2g} in at 1e-4 s" in text(page)
@@ -321,6 +322,7 @@ def test_an_atlas_is_of_so_many_shots(page: str) -> None:
 # -- the pygame tutorial ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_pygame_tutorial_beside_ours(tmp_path: Path) -> None:
     command = [sys.executable, str(HOME / "examples" / "tutorial_beside_ours.py")]
     out = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout

@@ -174,6 +174,7 @@ def test_tracks_with_blunders() -> None:
 
 
 @pytest.mark.heavy
+@pytest.mark.slow
 def test_several_starts_find_what_one_does_not() -> None:
     """From the guess alone the search ends where contacts come in a wrong order, and says so."""
     rows = noisy(ends(TRUTH), np.random.default_rng(1))

@@ -153,6 +153,7 @@ def checked(kind: str, k: int) -> Scene:
 
 
 @pytest.mark.parametrize(("kind", "k"), [("packed", 28), ("packed", 188)])
+@pytest.mark.slow
 def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
     kind: str, k: int
 ) -> None:
@@ -162,6 +163,7 @@ def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
     assert far < 2e-6
 
 
+@pytest.mark.slow
 def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> None:
     """A ball is hit that presses on another: their tiny gap decides the order of the hits."""
     scene = checked("packed", 168)
@@ -170,6 +172,7 @@ def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> Non
     assert 1e-3 < far < run.policy_shift
 
 
+@pytest.mark.slow
 def test_a_pair_whose_least_bounce_is_nearly_rounding_does_not_hit_without_end() -> None:
     """What is too slow for a hit, and too near for a later one, is met a contact time later."""
     run = simulate(checked("struck", 200), solver="event-driven")

@@ -636,6 +636,7 @@ def is_alive(group: int) -> bool:
     return True
 
 
+@pytest.mark.slow
 def test_its_processes_do_not_outlive_it() -> None:
     with playing(busy=True) as process:
         process.send_signal(signal.SIGKILL)

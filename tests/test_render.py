@@ -223,6 +223,7 @@ def test_window_and_pace(
         assert np.abs(found - gauge.place(run.at([t])[0][0, 0])).max() < 1.0
 
 
+@pytest.mark.slow
 def test_join_and_film_of_several_shots(filmed: Path, run: Run, tmp_path: Path) -> None:
     single = len(frames_of(filmed))
     join([filmed, filmed], tmp_path / "it's joined.mp4")

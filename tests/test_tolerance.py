@@ -285,6 +285,7 @@ def pinball(dt: float) -> list[Point]:
 
 
 @pytest.mark.heavy
+@pytest.mark.slow
 def test_a_world_of_other_shapes() -> None:
     choice = choose_step(pinball, 1e-2, smallest=1e-4)
     assert choice.reached
