@@ -544,3 +544,28 @@ def test_bad_options_are_one_line(option: str, value: str, said: str, capsys: Ca
     assert code == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(said)
+
+
+@pytest.mark.heavy
+def test_a_stated_error_does_not_trap_the_search(tmp_path: Path) -> None:
+    """Far from the answer all residuals are many stated errors, and none of them is a blunder."""
+    shots = {
+        "long": (3.0, 31.0), "cut": (2.2, 4.0), "bank": (2.6, -38.0),
+        "lag": (2.0, 90.0), "soft": (1.0, 2.0), "thin": (1.8, 5.0),
+    }  # fmt: skip
+    mine = Path(__file__).parent.parent / "docs" / "figures" / "mine.toml"
+    guess = replace(
+        load(mine), shots=tuple(Shot(n, "cue", speed=v, angle=a) for n, (v, a) in shots.items())
+    )
+    table = replace(guess, restitution=Restitution(0.93, cushion=0.74),
+                    friction=Friction(0.025, 0.17, 0.06))  # fmt: skip
+    rng = np.random.default_rng(1)
+    rows = [
+        (run.name, ball, *rng.normal(end, NOISE).tolist())
+        for run in simulate_all(table)
+        for ball, end in run.final.items()
+    ]
+    found = fit(guess, rows, COEFFICIENTS, error=NOISE)
+    assert found.sigma == NOISE
+    for name, true in (("restitution.cushion", 0.74), ("friction.surface", 0.025)):
+        assert found.errors_off(name, true) < 4.0

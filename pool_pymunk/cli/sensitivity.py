@@ -67,6 +67,8 @@ def sensitivity(
     if by_derivatives and samples == 0:
         lines_only = [_differentiate(scene, one, uncertainty, seed) for one in shots]
         return _say_lines(scenario, lines_only, folder, json, pictures)
+    if samples == 0:
+        raise InputError("--samples = 0: must be 2 or more, or stand beside --linear")
     found: list[Sensitivity] = []
     lines: list[Linear | None] = []
     for one in shots:

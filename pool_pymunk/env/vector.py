@@ -232,7 +232,8 @@ class BilliardsVectorEnv(VectorEnv[Observations, Observations, Any]):
     def rehearse(self, actions: Any) -> Floats:
         """Return the rewards (K, S) that K shots a table (K, S, 2) would get; nothing changes.
 
-        A rehearsed shot is played as it is meant, without errors of the hand.
+        For one shot a table take ``actions[None]``. A rehearsed shot is played as it is meant,
+        without errors of the hand.
         """
         return self.game.rehearse(self._now, actions)
 

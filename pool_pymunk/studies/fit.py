@@ -252,6 +252,9 @@ class _Search:
             self.used = sound
             best = self._refined(best.values)
         best = self._nearest(best)
+        if self.error is not None:  # It is known, so it need not be estimated any more.
+            values = self._down(best.values, self.error) if self.names else best.values
+            best = _State(values, self.error)
         return self._answer(best)
 
     def _sound(self, values: Array) -> Mask:
@@ -338,16 +341,16 @@ class _Search:
         """Estimate the standard deviation (m) of the errors, from the residuals and the last scale.
 
         Places that hang on nothing that is free do not count: they are often where they were
-        anyway.
+        anyway. A stated error is the least scale: far from the answer the residuals are larger, and
+        a loss with too small a scale would take them all for blunders.
         """
-        if self.error is not None:
-            return self.error
         residuals = self.forecast.residuals(values)[self.used].ravel()
         jacobian = self._jacobian(values) * self.sizes
         if self.names:
             residuals = residuals[hanging(jacobian)]
         count = told(jacobian)
-        return (scale and robust_scale(residuals, scale, count)) or first_scale(residuals, count)
+        found = (scale and robust_scale(residuals, scale, count)) or first_scale(residuals, count)
+        return max(found, self.error or 0.0)
 
     # -- what the data do not tell -----------------------------------------------------------------
 
