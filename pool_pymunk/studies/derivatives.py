@@ -31,12 +31,13 @@ class Derivatives:
     ``"mass.C"`` (kg) and ``"radius.C"`` (m) of ball C, ``"speed"`` (m/s) and ``"angle"`` (degrees)
     of the shot, ``"restitution.ball_ball"``, ``"restitution.cue_ball"``,
     ``"restitution.cushion"``, ``"friction.surface"``, ``"friction.ball_ball"`` and
-    ``"friction.cushion"``. ``final`` (N, 2, P)
-    are the derivatives of the ends (m by the input's unit), with N as in ``scene.balls``.
-    ``velocity`` (N, 2, P) are those of the velocities at the end (m/s), and ``times`` (E, P) those
-    of the times of ``run.events`` (s). An end is that at the time ``run.duration``, which is held
-    fixed where balls still move then. NaN stands where no derivative exists, or none is known;
-    ``warnings`` say why.
+    ``"friction.cushion"``.
+
+    ``final`` (N, 2, P) are the derivatives of the ends (m by the input's unit), with N as in
+    ``scene.balls``. ``velocity`` (N, 2, P) are those of the velocities at the end (m/s), and
+    ``times`` (E, P) those of the times of ``run.events`` (s). An end is that at the time
+    ``run.duration``, which is held fixed where balls still move then. NaN stands where no
+    derivative exists, or none is known; ``warnings`` say why.
     """
 
     run: Run = field(repr=False)

@@ -102,13 +102,7 @@ def find(
         raise setting_error("shot", None, "is wanted: the scene has none")
     search = _Search(scene, chosen, wanted, angle_error, speed_error, seed)
     search.aim_for({} if ends is None else ends)
-    usual = math.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
-    angle = read_pair("angle", angle)
-    low, high = read_pair("speed", speed or (0.25 * usual, 1.5 * usual))
-    for key, (first, last) in (("angle", angle), ("speed", (low, high))):
-        if not first < last:
-            raise setting_error(key, [first, last], "must be (low, high)")
-    search.low, search.high = np.array([angle[0], low]), np.array([angle[1], high])
+    angle, speed = search.read_ranges(angle, speed)
     for key, count, least in (
         ("tries", tries, 10 * TALL),
         ("samples", samples, 10),
@@ -116,7 +110,7 @@ def find(
     ):
         _check_count(key, count, least)
     found: list[Found] = []
-    for place in search.look(angle, (low, high), tries)[: CANDIDATES * best]:
+    for place in search.look(angle, speed, tries)[: CANDIDATES * best]:
         one = search.closely(place, samples)
         if one is not None and not any(search.is_near(one, other) for other in found):
             found.append(one)
@@ -139,6 +133,17 @@ class _Search:
         self.low, self.high = np.array([-math.inf, 0.0]), np.array([math.inf, math.inf])
         self.balls: list[int] = []
         self.goals = np.zeros((0, 2))
+
+    def read_ranges(self, angle: Range, speed: Range | None) -> tuple[Range, Range]:
+        """Read the ranges within which shots are looked for; the speed's has a default."""
+        vx, vy = self.scene.start(self.shot).velocity[self.ball]
+        usual = math.hypot(vx, vy)
+        ranges = read_pair("angle", angle), read_pair("speed", speed or (0.25 * usual, 1.5 * usual))
+        for key, (low, high) in zip(("angle", "speed"), ranges, strict=True):
+            if not low < high:
+                raise setting_error(key, [low, high], "must be (low, high)")
+        self.low, self.high = np.array(ranges).T
+        return ranges
 
     def aim_for(self, ends: Mapping[str, Point]) -> None:
         """Say where balls shall end."""
