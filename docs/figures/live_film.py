@@ -14,11 +14,10 @@ from matplotlib.image import imread
 from pool_pymunk import load
 from pool_pymunk.page.live.server import LiveServer
 from pool_pymunk.render.canvas import Pixels
-from pool_pymunk.render.encode import encoder, gif
+from pool_pymunk.render.encode import write_gif
 
 WINDOW, SCALE = (1000, 650), 0.8  # the page's size, and pixels of the film for one of it
-SIZE = (800, 520)
-FPS = 10.0
+FPS = 10
 AIM = (1.05, 0.62)  # m; where the drag ends
 LONG = 18  # frames; so long is something shown that is to be read
 PATIENCE = 60_000  # ms; numba may have to compile first
@@ -42,10 +41,8 @@ def film(browser: Any, path: Path) -> None:
     finally:
         server.stop()
         thread.join()
-    pixels = [frame for frame, _ in frames]
-    with encoder(path, SIZE, FPS, gif(pixels[:: len(pixels) // 8], SIZE)) as write:
-        for frame, length in frames:
-            write(frame, length=length)
+    samples = [pixels for pixels, _ in frames[:: len(frames) // 8]]
+    write_gif(path, ((pixels, length * 100 // FPS) for pixels, length in frames), samples)
 
 
 def _frames(page: Any) -> Iterator[Frame]:

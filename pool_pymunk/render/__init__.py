@@ -5,9 +5,9 @@ matplotlib is imported here and nowhere else in the package.
 
 from matplotlib.figure import Figure
 
-from pool_pymunk.render.encode import join
 from pool_pymunk.render.energy import energy_figure
 from pool_pymunk.render.films import FilmSettings, film, frame_count
+from pool_pymunk.render.joining import join
 from pool_pymunk.render.output import RenderError
 from pool_pymunk.render.pictures import figure_of, picture, save_figure
 from pool_pymunk.render.sheet import Show

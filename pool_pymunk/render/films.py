@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
-from pool_pymunk.render.encode import Recipe, Write, encoder, gif, mp4
+from pool_pymunk.render.canvas import Pixels
+from pool_pymunk.render.encode import timed, write_gif, write_mp4
 from pool_pymunk.render.output import RenderError, written
 from pool_pymunk.render.sheet import Show
 from pool_pymunk.render.stage import DROP, Stage, Timing
@@ -92,11 +94,13 @@ def film(
     shows = [_show(one) for one in (what if isinstance(what, Sequence) else [what])]
     if not shows:
         raise RenderError(f"{path}: there is no shot to film")
+    frames = (frame for show in shows for frame in _frames(show, settings, progress))
     with written(path) as part:
-        recipe = _recipe(path, shows, settings)
-        with encoder(part, settings.size, settings.fps, recipe) as write:
-            for show in shows:
-                _film(show, settings, write, progress)
+        if path.suffix.lower() == ".gif":
+            samples = (frame for show in shows for frame in _stage(show, settings).samples())
+            write_gif(part, timed(frames, settings.fps), samples)
+        else:
+            write_mp4(part, frames, settings.fps)
 
 
 def frame_count(what: Run | Show, settings: FilmSettings) -> int:
@@ -104,25 +108,17 @@ def frame_count(what: Run | Show, settings: FilmSettings) -> int:
     return settings.timing(_show(what)).frames
 
 
-def _film(show: Show, settings: FilmSettings, write: Write, progress: Progress | None) -> None:
-    """Draw the frames of one shot while those before are encoded; the last one stays."""
+def _frames(show: Show, settings: FilmSettings, progress: Progress | None) -> Iterator[Pixels]:
+    """Draw the frames of one shot; the last one stays."""
     for frame in _stage(show, settings).frames():
-        write(frame)
         if progress is not None:
             progress(1)
-    write(frame, settings.held)
+        yield frame
+    yield from repeat(frame, settings.held)
 
 
 def _stage(show: Show, settings: FilmSettings) -> Stage:
     return Stage(show, settings.size, settings.timing(show), settings.style)
-
-
-def _recipe(path: Path, shows: Sequence[Show], settings: FilmSettings) -> Recipe:
-    """Return the recipe to encode for the suffix; a gif's colours are chosen from a few frames."""
-    if path.suffix.lower() == ".mp4":
-        return mp4()
-    samples = (frame for show in shows for frame in _stage(show, settings).samples())
-    return gif(samples, settings.size)
 
 
 def _show(what: Run | Show) -> Show:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pool_pymunk.safety.files import RenderError, whole
+import av
+from av.codec.codec import UnknownCodecError
+
+from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, whole
 
 __all__ = ["RenderError", "written"]
 
@@ -19,7 +23,20 @@ def written(path: Path) -> Iterator[Path]:
     name, for a folder or disk that cannot be written to.
     """
     try:
-        with whole(path) as part:
+        with whole(path) as part, _ffmpeg_in_one_line():
             yield part
     except RenderError as error:
         raise RenderError(f"{path}: {error}") from error
+
+
+@contextmanager
+def _ffmpeg_in_one_line() -> Iterator[None]:
+    """Raise OSError if the disk failed ffmpeg, otherwise RenderError with its words."""
+    try:
+        yield
+    except UnknownCodecError as error:
+        raise RenderError(f"ffmpeg: there is no codec {error}") from error
+    except av.FFmpegError as error:
+        if error.errno in DEVICE_ERRORS:
+            raise OSError(error.errno, os.strerror(error.errno)) from error
+        raise RenderError(f"{error.filename or 'ffmpeg'}: {error.strerror}") from error
