@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 import tracemalloc
+import weakref
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -164,6 +167,58 @@ def test_film_is_h264_that_plays_everywhere(filmed: Path, run: Run) -> None:
     assert frames == int(np.ceil(run.duration * 60)) + 1 + 60
     assert facts["duration"] == pytest.approx(frames / 60, abs=0.02)
     assert frame_count(run, SMALL) == frames - 60
+
+
+def test_the_options_of_the_codec_are_used(filmed: Path) -> None:
+    """The way to set them is no public one of imageio; x264 writes into the film what it used."""
+    with av.open(str(filmed)) as opened:
+        codec = opened.streams.video[0].codec_context
+        assert (codec.colorspace, codec.color_range) == (6, 1)  # BT.601's matrix, limited range
+    content = filmed.read_bytes()
+    written = content[content.index(b"x264 - core") :].split(b"\0")[0].decode("latin-1")
+    options = dict(one.split("=") for one in written.split("options: ")[1].split() if "=" in one)
+    superfast = {"me": "dia", "subme": "1", "ref": "1", "trellis": "0"}
+    assert superfast.items() <= options.items()
+    assert (options["crf"], options["bframes"], options["sliced_threads"]) == ("18.0", "0", "0")
+    assert content.index(b"moov") < content.index(b"mdat")  # It starts to play at once.
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_colors_in_films_are_those_drawn(suffix: str, tmp_path: Path) -> None:
+    """Also of fifteen balls, whose colours few pixels have, and some of which lie in the tray."""
+    run = simulate(load("eight-ball"), "Break", solver="event-driven")
+    show, settings = Show((run,)), FilmSettings(size=(640, 360), fps=2.0, pause=0.0)
+    film(run, tmp_path / f"a{suffix}", settings)
+    stage = Stage(show, settings.size, settings.timing(show), settings.style)
+    for drawn, shown in zip(stage.frames(), frames_of(tmp_path / f"a{suffix}"), strict=True):
+        error = np.abs(drawn.astype(int) - shown).max(axis=-1)
+        assert error.mean() < 4.0
+        assert (error > 64).mean() < 1e-3
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_a_film_is_written_while_it_is_drawn(suffix: str, tmp_path: Path) -> None:
+    """No more than a few frames are in memory, and the file grows from the start."""
+    path, random = tmp_path / f"a{suffix}", np.random.default_rng(1)
+    drawn: list[weakref.ref[Frame]] = []
+    sizes = []
+
+    def frames() -> Iterator[Frame]:
+        for _ in range(60):
+            sizes.append(path.stat().st_size)
+            frame = random.integers(0, 255, (90, 160, 3), np.uint8)
+            drawn.append(weakref.ref(frame))
+            assert sum(one() is not None for one in drawn) < 5
+            yield frame
+
+    path.touch()
+    if suffix == ".mp4":
+        encode.write_mp4(path, frames(), 25.0)
+    else:
+        encode.write_gif(
+            path, encode.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 3), np.uint8)]
+        )
+    assert sizes[-1] > 0.5 * path.stat().st_size
 
 
 def test_balls_in_film_are_where_the_solver_has_them(filmed: Path, run: Run) -> None:
@@ -783,18 +838,27 @@ def test_what_cannot_be_is_said_in_one_line(run: Run, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-def test_no_codec_or_a_full_disk(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    unknown = encode.mp4()._replace(codec="no-such-codec")  # type: ignore[arg-type]
+def test_no_codec_or_a_full_disk(
+    run: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("pool_pymunk.render.films.mp4", lambda: unknown)
+        patch.setattr(encode, "CODEC", "no-such-codec")
         with pytest.raises(RenderError, match=r"a\.mp4: ffmpeg: there is no codec no-such-codec$"):
             film(run, tmp_path / "a.mp4", SMALL)
     for form in ("mp4", "gif"):
-        full = partial(av.open, "/dev/full", "w", format=form)
-        monkeypatch.setattr(encode, "_film", lambda _, full=full: full())
-        with pytest.raises(OSError, match="No space left on device") as caught:
-            film(run, tmp_path / f"a.{form}", replace(SMALL, fps=50.0))
+        (full := tmp_path / f"full.{form}").symlink_to("/dev/full")
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "open", partial(Path.open, full))
+            with pytest.raises(OSError, match="No space left on device") as caught:
+                film(run, tmp_path / f"a.{form}", replace(SMALL, fps=50.0))
         assert caught.value.filename == str(tmp_path / f"a.{form}")
+        full.unlink()
+    del caught
+    gc.collect()  # What imageio says when an unfinished film is deleted would be heard here.
+    assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())
 
 

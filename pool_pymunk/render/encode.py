@@ -60,7 +60,7 @@ def write_gif(path: Path, pictures: Iterable[Shown], samples: Iterable[Pixels]) 
 
     Pillow's ``save`` keeps all pictures in memory, so they are written one by one.
     """
-    some = np.concatenate([pixels[::2, ::2] for pixels in samples])
+    some = np.concatenate([pixels[::2, ::2].copy() for pixels in samples])
     palette = Image.fromarray(some).quantize(CLEAR, Image.Quantize.FASTOCTREE)
     before = None
     with path.open("wb") as file:
