@@ -17,7 +17,9 @@ from pool_pymunk.render.output import RenderError
 
 SLOWEST, FASTEST = 2e-3, 65535.0  # frames a second: a gif's longest delay, imageio's finest time
 CODEC = "libx264"  # H.264, which browsers and slides play
-OPTIONS = {"preset": "superfast", "crf": "18", "bf": "0", "thread_type": "frame"}
+OPTIONS = {"preset": "superfast", "crf": "18", "bf": "0"}
+# x264 has its threads; the conversion of colours is faster with one (and a fork could lose more).
+OPTIONS |= {"threads": "1", "x264-params": "threads=auto", "thread_type": "frame"}
 # PyAV converts colours by the matrix of BT.601; the film has to say so.
 OPTIONS |= {"colorspace": "smpte170m", "color_range": "tv"}
 OPTIONS |= {"color_primaries": "bt709", "color_trc": "bt709"}
