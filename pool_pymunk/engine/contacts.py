@@ -29,6 +29,7 @@ from random import Random
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
+from pool_pymunk.engine.orders import Doubt, turned, with_gaps
 from pool_pymunk.engine.resolver import Resolution, Resolver, distinct
 from pool_pymunk.physics.collapse import Collapse, Order
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
@@ -83,11 +84,8 @@ class Recorder:
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         """Take note of hits without end, which are not listed one by one."""
 
-    def order_unknown(self, spread: float, t: float) -> None:
-        """Take note that contacts of one instant shared a ball.
-
-        Their order is unknown, and velocities may lie ``spread`` (m/s) elsewhere for it.
-        """
+    def order_unknown(self, doubt: Doubt, t: float) -> None:
+        """Take note that the order of the contacts of one instant matters, and is unknown."""
 
 
 Due = tuple[float, int, Key, Path, Path]  # when (s), in which order, what, on which paths
@@ -129,6 +127,8 @@ class ContactEngine:
         self._instant = -math.inf  # the time at which the present rounds of contacts began
         self._rounds = 0
         self._met_now: dict[Key, None] = {}  # what met in these rounds
+        self._before: dict[int, Vector] = {}  # velocities (m/s) before these rounds
+        self._is_measured = False  # whether it is known what the order in these rounds matters
 
     # -- setting up ----------------------------------------------------------------------------
 
@@ -371,8 +371,9 @@ class ContactEngine:
         """Answer the contacts of this instant, and predict what follows from them."""
         motions, contacts = self._contacts(keys)
         rounds = self._rounds_here(keys, motions)
-        otherwise = self.resolver.variant.otherwise
-        if rounds > decisions.FEW_ROUNDS or (otherwise and self._strikes_pressed(keys)):
+        if rounds > 1 or len(contacts) > 1:
+            self._measure_order()
+        if rounds > decisions.FEW_ROUNDS or self._is_varied(keys):
             self._answer_cluster(contacts)
             return
         resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)
@@ -380,6 +381,23 @@ class ContactEngine:
         self._set_off(resolution, motions)
         self.predict(resolution.velocity)
         self._meet_later(resolution.missed)
+
+    def _measure_order(self) -> None:
+        """Measure once what the order of the contacts of this instant decides."""
+        if self._is_measured or self.resolver.variant != decisions.AS_IT_IS:
+            return
+        self._is_measured = True
+        motions, contacts = self._contacts(self._touching(self._met_now))
+        doubt = self.resolver.doubt(contacts, {**_velocities(motions), **self._before})
+        if doubt.orders:
+            self.recorder.order_unknown(doubt, self.now)
+
+    def _is_varied(self, keys: Collection[Key]) -> bool:
+        """Tell whether this variant of the run has an order of its own for these contacts."""
+        variant = self.resolver.variant
+        if variant.gaps is not None:
+            return len(self._touching(keys)) > 1
+        return variant.otherwise and self._strikes_pressed(keys)
 
     def _strikes_pressed(self, keys: Collection[Key]) -> bool:
         """Tell whether a ball is hit that presses on yet another one.
@@ -398,11 +416,18 @@ class ContactEngine:
         The balls are near each other, so that one look at what touches serves for all rounds.
         """
         motions, contacts = self._contacts(self._touching(self._met_now), with_gaps=True)
-        order = Order(contacts)
-        if self.resolver.variant.otherwise:
-            order.forget()
         velocity = _velocities(motions)
-        first = dict(velocity)
+        variant = self.resolver.variant
+        if variant.gaps is not None:
+            contacts = with_gaps(contacts, variant.gaps)
+            if self.errors is not None:
+                contacts = turned(contacts, min(self.radii[i] for i in motions), self.errors)
+        order = Order(contacts)
+        if variant.otherwise:
+            order.forget()
+        elif variant.gaps is not None:
+            noise = max(self.paths[i].noise for i in velocity)
+            closing = order.next(velocity, noise)
         changed: dict[int, None] = {}
         missed: list[Contact] = []
         hits = 0
@@ -411,7 +436,7 @@ class ContactEngine:
             endless = hits > decisions.LISTED and self.resolver.loses_speed(contacts)
             if endless:
                 left = order.left()
-                resolution, collapse = self.resolver.play_out(left, velocity, first)
+                resolution, collapse = self.resolver.play_out(left, velocity)
                 self.recorder.no_end(contacts, collapse, self.now)
             else:
                 balls = {i: velocity[i] for contact in closing for i in contact.balls}
@@ -486,7 +511,7 @@ class ContactEngine:
         nx, ny = normal = unit(bx - x, by - y)
         return Contact(i, j, normal, self.pair(i, j), None, (x + r * nx, y + r * ny))
 
-    def _rounds_here(self, keys: Iterable[Key], balls: Iterable[int]) -> int:
+    def _rounds_here(self, keys: Iterable[Key], balls: Motions) -> int:
         """Count this round of contacts at one instant, and return how many there were."""
         i = max(balls, key=lambda ball: self.paths[ball].speed)
         path = self.paths[i]
@@ -494,7 +519,11 @@ class ContactEngine:
         if self.now - self._instant > length:
             self._instant, self._rounds = self.now, 0
             self._met_now.clear()
+            self._before.clear()
+            self._is_measured = False
         self._rounds += 1
+        for ball in balls:
+            self._before.setdefault(ball, balls[ball][2:])
         self._met_now.update(dict.fromkeys(keys))
         return self._rounds
 
@@ -533,8 +562,6 @@ class ContactEngine:
         self.unlisted += not resolution.listed
         for contact in resolution.listed:
             self.recorder.contact(contact, self.now)
-        if resolution.spread > resolution.noise:
-            self.recorder.order_unknown(resolution.spread, self.now)
         for contact, last in resolution.micro:
             self._revoke_stops(contact, last)
         for contact in resolution.zero_slips:

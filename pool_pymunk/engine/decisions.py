@@ -20,8 +20,10 @@ LISTED = 100  # After so many hits more they are taken to have no end, and not l
 LEFT = 64.0 * EPSILON  # Hits without end leave closing speeds of this share of the speeds.
 PILE = 20  # After so many collapses of more than two contacts, balls are a pile,
 MOST_IN_PILE = 200  # and at most so many hits of each collapse are played.
-DOUBTS = 5  # So many collapses of a run are played in other orders, to see what hangs on it.
-MOST_OTHER = 5_000  # So many hits are played in other orders; if they go on, these tell nothing.
+MOST_IN_ORDER = 200  # This many hits of one instant come in the order of their gaps.
+MOST_OTHER = 1_000  # This many hits are played in another order; if they go on, it tells nothing.
+# Outcomes of one instant that differ by this share of the speeds are the same, to rounding.
+SAME_OUTCOME = 1e-12
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
 FAINT = 0.02  # of the speed that friction gives in a contact time: slower hits come later
@@ -31,17 +33,22 @@ WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micr
 
 
 class Variant(NamedTuple):
-    """A variant of a run shows what hangs on policies, and on rounding.
+    """A variant of a run shows what policies and rounding decide.
 
-    Persistent contacts take ``longer`` times as long. With ``otherwise``, contacts of one instant
-    are answered in turn, a slip that only rounding knows counts as slip, and balls that press on
-    each other touch when another one hits them. With a ``seed``, every new path begins with random
-    errors of the size of rounding.
+    Persistent contacts take ``longer`` times as long. With ``otherwise``, a slip that only rounding
+    knows counts as slip, and balls that press on each other touch when another one hits them. With
+    ``gaps``, contacts of one instant have the gaps of the pattern of that number
+    (:mod:`~pool_pymunk.engine.orders`). With a ``seed``, every new path begins with random errors
+    of the size of rounding.
     """
 
     longer: float = 1.0
     otherwise: bool = False
+    gaps: int | None = None
     seed: int | None = None
+
+
+AS_IT_IS = Variant()
 
 
 def nearly_now(radius: float, speed: float) -> float:

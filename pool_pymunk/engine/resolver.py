@@ -21,12 +21,12 @@ A policy is needed where there is no closed form:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from pool_pymunk.engine import decisions
-from pool_pymunk.physics.collapse import MOST_HITS, Collapse, Way, play_out
+from pool_pymunk.engine import decisions, orders
+from pool_pymunk.engine.orders import Doubt
+from pool_pymunk.physics.collapse import MOST_HITS, Collapse, Order, Way, fastest, play_out
 from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
@@ -39,7 +39,7 @@ from pool_pymunk.physics.contact import (
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE, NOT_MET, Lasting, Path
-from pool_pymunk.physics.together import in_turn, push_apart, spread_over_orders
+from pool_pymunk.physics.together import push_apart
 
 SAME_NORMAL = 1e-12
 
@@ -64,8 +64,7 @@ class Resolution:
     given to the law. ``listed`` are events. ``micro`` are micro-collisions, each with the time (s)
     of the pair's hit before. ``missed`` touch, but do not close. ``persistent`` are hits that part
     at their least bounce (m/s). ``zero_slips`` are hits whose slip only rounding knew. ``often``
-    are hits of balls that have hit each other many times. ``spread`` (m/s) is how far velocities
-    may lie elsewhere because contacts share a ball, and nothing knows their order.
+    are hits of balls that have hit each other many times.
     """
 
     def __init__(self) -> None:
@@ -78,7 +77,6 @@ class Resolution:
         self.persistent: list[tuple[Contact, float]] = []
         self.zero_slips: list[Contact] = []
         self.often: list[Contact] = []
-        self.spread = 0.0
 
 
 class Resolver:
@@ -90,7 +88,6 @@ class Resolver:
         self.variant = decisions.Variant()
         self.collapses = 0  # of more than two contacts, so far
         self.spread = 0.0  # m/s; the largest one of the run
-        self.doubts = decisions.DOUBTS  # So many collapses are still played in other orders.
         self.paths: list[Path] = []
         self.radii: list[float] = []
         self.history: dict[tuple[int, int], History] = {}
@@ -141,51 +138,74 @@ class Resolver:
         return resolution
 
     def play_out(
-        self,
-        contacts: Sequence[Contact],
-        before: Mapping[int, Vector],
-        first: Mapping[int, Vector],
+        self, contacts: Sequence[Contact], before: Mapping[int, Vector]
     ) -> tuple[Resolution, Collapse]:
         """Answer hits without end, all at one instant, until nothing closes.
 
         What closes more slowly than rounding knows does not close. Hits that do not come to their
-        end get a plastic one without friction. Where more than two contacts hit, rounding or a
-        choice may decide their order. Then all of them are played in other orders as well, from the
-        ``first`` velocities (m/s) on, to see how far velocities spread. This is done for the first
-        few collapses of a run.
+        end get a plastic one without friction.
         """
         resolution, velocity = Resolution(), dict(before)
         resolution.hits = list(contacts)
-        orders = list(_other_orders(contacts)) if len(contacts) > 2 and self.doubts > 0 else []
-        self.doubts -= bool(orders)
-        if orders and self.variant.otherwise:
-            contacts = orders[0]
         self.collapses += len(contacts) > 2
         most = decisions.MOST_IN_PILE if self.collapses > decisions.PILE else MOST_HITS
-        in_turn = self.variant.otherwise
-        collapse = self._play(contacts, velocity, resolution, in_turn, most)
-        for order in orders:
-            other = dict(first)
-            if self._play(order, other, Resolution(), True, decisions.MOST_OTHER).is_over:
-                spread = max(math.dist(velocity[i], other[i]) for i in other)
-                resolution.spread = max(resolution.spread, spread)
+        collapse = self._play(contacts, velocity, resolution, most)
         self._conclude(before, velocity, resolution)
         return resolution, collapse
+
+    def doubt(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Doubt:
+        """Return what the order decides in which the contacts of one instant come.
+
+        All patterns of gaps are played from the velocities ``before`` (m/s).
+        """
+        speed = fastest(before)
+        if len(contacts) < 2 or not decisions.may_spread(speed, self.spread):
+            return Doubt()
+        as_it_is, _ = self._outcome(orders.closed(contacts), before)
+        found: list[tuple[float, int, Velocities]] = []
+        for pattern in orders.patterns(len(contacts)):
+            other, is_over = self._outcome(orders.with_gaps(contacts, pattern), before)
+            known = [as_it_is, *(each for _, _, each in found)]
+            off = [_farthest(each, other) for each in known]
+            if is_over and min(off) > decisions.SAME_OUTCOME * speed:
+                found.append((off[0], pattern, other))
+        if not found:
+            return Doubt()
+        found.sort(key=lambda each: -each[0])
+        self.spread = max(self.spread, found[0][0])
+        return Doubt(found[0][0], tuple(pattern for _, pattern, _ in found))
+
+    def _outcome(
+        self, contacts: Sequence[Contact], before: Mapping[int, Vector]
+    ) -> tuple[Velocities, bool]:
+        """Return the velocities (m/s) after the contacts, and whether they came to an end.
+
+        They hit in the order of their gaps. After ``MOST_IN_ORDER`` hits all gaps are closed.
+        """
+        velocity, nothing = dict(before), Resolution()
+        order = Order(contacts)
+        for _ in range(decisions.MOST_IN_ORDER):
+            closing = order.next(velocity, decisions.LEFT * fastest(velocity))
+            if not closing:
+                return velocity, True
+            self._answer(closing, velocity, nothing)
+        order.forget()
+        collapse = self._play(order.left(), velocity, nothing, decisions.MOST_OTHER)
+        return velocity, collapse.is_over
 
     def _play(
         self,
         contacts: Sequence[Contact],
         velocity: Velocities,
         resolution: Resolution,
-        in_turn: bool,
-        most: int = MOST_HITS,
+        most: int,
     ) -> Collapse:
         """Answer hits without end until nothing closes, and change ``velocity`` (m/s)."""
 
         def answer(closing: Sequence[Contact], velocity: Velocities) -> None:
             self._answer(closing, velocity, resolution)
 
-        way = Way(self.law.hits_are_coulombs, in_turn, most)
+        way = Way(self.law.hits_are_coulombs, most=most)
         collapse = play_out(contacts, decisions.LEFT, velocity, answer, way)
         left = dict(velocity)
         settle(contacts, velocity)  # mostly no more than rounding is left
@@ -206,13 +226,7 @@ class Resolver:
             if len(group) == 1:
                 by_law(group[0], velocity)
             elif group:
-                before = {i: velocity[i] for hit in group for i in hit.balls}
-                (in_turn if self.variant.otherwise else self.law.together)(group, velocity, by_law)
-                fastest = max(closing_speed(contact, before) for contact in group)
-                if decisions.may_spread(fastest, self.spread):
-                    spread = spread_over_orders(group, before, velocity, partial(respond, self.law))
-                    resolution.spread = max(resolution.spread, spread)
-                    self.spread = max(self.spread, spread)
+                self.law.together(group, velocity, by_law)
 
     def _look_at(
         self, contact: Contact, velocity: Velocities, now: float, resolution: Resolution
@@ -314,14 +328,9 @@ class Resolver:
         return least, faint, decisions.is_micro(closing, time, self.deceleration), past
 
 
-def _other_orders(contacts: Sequence[Contact]) -> Iterator[list[Contact]]:
-    """Yield the contacts forth and back, without gaps; and with gaps that are a little wrong."""
-    closed = [contact._replace(gap=0.0) for contact in contacts]
-    yield closed
-    yield closed[::-1]
-    if any(contact.gap > 0.0 for contact in contacts):
-        for share in (0.9, 1.1):
-            yield [hit._replace(gap=hit.gap * share**k) for k, hit in enumerate(contacts)]
+def _farthest(one: Velocities, other: Velocities) -> float:
+    """Return how far (m/s) two outcomes lie apart."""
+    return max(math.dist(one[i], other[i]) for i in one)
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:

@@ -16,13 +16,13 @@ same.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.physics.contact import Contact, Velocities, closing_speed
+from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_speed
 from pool_pymunk.physics.together import directions
 
 Array = NDArray[np.float64]
@@ -88,7 +88,7 @@ def play_out(
     hits = spent = 0
     least = 0.0
     while True:
-        least = max(least, noise * _fastest(velocity))
+        least = max(least, noise * fastest(velocity))
         if hits >= MOST_IN_TIME:
             order.forget()
         closing = order.next(velocity, least)
@@ -157,7 +157,8 @@ class Order:
         return [self.contacts[k] for k in found]
 
 
-def _fastest(velocity: Velocities) -> float:
+def fastest(velocity: Mapping[int, Vector]) -> float:
+    """Return the speed (m/s) of the fastest ball."""
     return math.sqrt(max(vx * vx + vy * vy for vx, vy in velocity.values()))
 
 

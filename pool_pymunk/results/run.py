@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # So many runs with random rounding errors tell how far rounding moved the ends.
 SURE = 4.0  # A figure is so many times the largest change that was seen.
-# These variants show what hangs on policies. Contact times that are no whole multiples of each
-# other do not happen to agree.
-OTHERWISE = tuple(Variant(longer=longer, otherwise=True) for longer in (1.5, 3.0, 7.0))
 COLUMNS = ("t", "ball", "x", "y", "vx", "vy")  # of a table of samples
 
 STATUSES: Mapping[str, str] = {
@@ -102,6 +99,7 @@ class Run:
     policies: frozenset[str] = frozenset()
     known_shift: float | None = field(default=None, repr=False)
     again: Callable[[Variant], Run] | None = field(default=None, repr=False)
+    variants: tuple[Variant, ...] = field(default=(), repr=False)
     law_used: Law | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
@@ -116,7 +114,7 @@ class Run:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Run):
             return NotImplemented
-        apart = ("knots", "wall_time", "again", "law_used")
+        apart = ("knots", "wall_time", "again", "variants", "law_used")
         return all(
             getattr(self, each.name) == getattr(other, each.name)
             for each in fields(self)
@@ -280,10 +278,10 @@ class Run:
     def policy_shift(self) -> float:
         """How far (m) the ends would lie elsewhere if policies had answered otherwise.
 
-        It is 0 where everything had an exact answer. Otherwise three more runs tell it. In these
-        persistent contacts take longer, contacts of one instant are answered in turn, and a slip
-        that only rounding knows counts as slip. The answer is four times what this changes at most.
-        It is nan where it is not known.
+        It is 0 where everything had an exact answer. Otherwise up to fifteen more runs tell it. In
+        these, persistent contacts take longer, a slip that only rounding knows counts as slip, and
+        tiny gaps give the contacts of one instant another order. The answer is four times the
+        largest change. It is nan where it is not known.
         """
         if not self.policies:
             return 0.0
@@ -291,11 +289,12 @@ class Run:
             return self.known_shift
         if self.again is None:
             return math.nan
-        return SURE * max(self._farthest(self.again(variant)) for variant in OTHERWISE)
+        return SURE * max(self._farthest(self.again(variant)) for variant in self.variants)
 
     def _farthest(self, other: Run) -> float:
         """Return how far (m) the balls of another run end from those of this one at most."""
-        ends = zip(self.end.position, other.at(self.duration)[0], strict=True)
+        at = max(self.duration, other.duration)
+        ends = zip(self.at(at)[0], other.at(at)[0], strict=True)
         return max(math.dist(mine, its) for mine, its in ends)
 
     @cached_property

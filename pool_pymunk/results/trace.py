@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pool_pymunk.engine.decisions import Variant
+
 if TYPE_CHECKING:
     from pool_pymunk.model import Point, State
 
@@ -19,6 +21,13 @@ ONE_INSTANT = "one instant"
 PERSISTENT = "persistent contact"
 COLLAPSE = "collapse cut off"
 
+# These variants of a run show what policies decide. Contact times that are no whole multiples of
+# each other do not happen to agree.
+OTHERWISE = tuple(Variant(longer=longer, otherwise=True) for longer in (1.5, 3.0, 7.0))
+# As many runs show what other orders of the contacts of one instant make of the ends. Each begins
+# with small errors of its own, so that a few tell even of one order what small gaps do.
+FEWEST_ORDERS, MOST_ORDERS = 4, 12
+
 
 class Trace:
     """What a solver writes down while it runs; balls are numbers, as in ``scene.balls``."""
@@ -32,9 +41,20 @@ class Trace:
         # when first, how often, and the largest figure
         self.warned: dict[str, tuple[float, int, float]] = {}
         self.policies: set[str] = set()  # those that answered something that has no exact answer
+        self.orders: dict[int, None] = {}  # patterns of gaps with other outcomes; the largest first
         self.status = "settled"
         self.duration = 0.0
         self.steps = 0
+
+    @property
+    def variants(self) -> tuple[Variant, ...]:
+        """The variants of the run that show what its policies decide."""
+        orders = list(self.orders)[:MOST_ORDERS]
+        count = max(len(orders), FEWEST_ORDERS) if orders else 0
+        gaps = tuple(Variant(gaps=orders[k % len(orders)], seed=k) for k in range(count))
+        if PERSISTENT in self.policies:
+            return (*OTHERWISE, *gaps)
+        return (*OTHERWISE[:1], *gaps) if self.policies - {ONE_INSTANT} else gaps
 
     def knot(self, i: int, t: float, position: Point, velocity: Point) -> None:
         """Ball ``i`` moves on from ``position`` with a new ``velocity`` at ``t``."""

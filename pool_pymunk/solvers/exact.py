@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED
+from pool_pymunk.engine.orders import Doubt
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
@@ -130,15 +131,16 @@ class TraceRecorder(Recorder):
                 collapse.forced,
             )
 
-    def order_unknown(self, spread: float, t: float) -> None:
-        """Warn of contacts of one instant that share a ball."""
+    def order_unknown(self, doubt: Doubt, t: float) -> None:
+        """Warn of contacts of one instant whose order matters."""
         self.trace.policies.add(ONE_INSTANT)
+        self.trace.orders.update(dict.fromkeys(doubt.orders))
         self.trace.warn(
             "contacts of one instant share a ball: in a real rack their order decides, and nothing "
             "tells it; if they came one after the other, velocities would differ by up to "
             "{figure} m/s",
             t,
-            spread,
+            doubt.spread,
         )
 
     def _balls(self, contacts: Collection[Contact], between: str = ", ") -> str:

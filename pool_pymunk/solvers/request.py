@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.engine.decisions import Variant
+from pool_pymunk.engine.decisions import AS_IT_IS, Variant
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.plain import read_number
 from pool_pymunk.model.problems import (
@@ -26,12 +26,12 @@ from pool_pymunk.model.problems import (
     suggestion,
 )
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.results.run import OTHERWISE, SURE, Event, Run, read_times
-from pool_pymunk.results.trace import PERSISTENT, POCKET, ZERO_SLIP, Trace
+from pool_pymunk.results.run import SURE, Event, Run, read_times
+from pool_pymunk.results.trace import POCKET, ZERO_SLIP, Trace
 from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
-from pool_pymunk.solvers.settings import AS_IT_IS, OnTime, Settings
+from pool_pymunk.solvers.settings import OnTime, Settings
 
 PATIENCE = 2.0  # s; a run that took longer is not played again to measure its policies
 
@@ -90,9 +90,9 @@ class Request(NamedTuple):
             or wall_time > PATIENCE
         ):
             return None
-        others = OTHERWISE if PERSISTENT in trace.policies else OTHERWISE[:1]
         a = self.scene.deceleration
-        shift = SURE * max(farthest(trace, self._solve(state, other), a) for other in others)
+        others = [self._solve(state, variant) for variant in trace.variants]
+        shift = SURE * max(farthest(trace, other, a) for other in others)
         trace.warn(
             f"the ends may lie up to {shift:.2g} m elsewhere, because some contacts have no exact "
             f"answer ({', '.join(sorted(trace.policies))}): this is {SURE:g} times what other "
@@ -136,6 +136,7 @@ class Request(NamedTuple):
             off=start.off | taken,
             policies=frozenset(trace.policies),
             known_shift=shift,
+            variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,
             law_used=self.settings.law,
         )

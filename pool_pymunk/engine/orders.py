@@ -1,0 +1,93 @@
+"""Contacts of one instant have no order; tiny gaps between the balls give them one.
+
+What touches is taken to have no gap, and then the law answers all contacts of a round together. In
+a real rack every contact has a gap of its own, however small, and each order of the gaps may have
+another outcome. A *pattern* gives every contact a share of a gap. Balls move along straight lines
+while such gaps close, and normals do not turn, so only the ratios of the gaps matter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from random import Random
+from typing import NamedTuple
+
+from pool_pymunk.physics.contact import NO_BALL, Contact, Vector
+
+# Every contact of a few is once the only one with a gap, and once the only one without.
+FEW = 12
+# This many patterns are random. A cluster of five contacts has rarely more than ten outcomes, and
+# half as many patterns miss some of them (``python -m tests.frozen`` counts).
+RANDOM = 24
+ALIKE = 1e-9  # of the largest distance between contacts; places that are nearer are the same
+WIDEST = 1e-6  # m; balls with a wider gap are not frozen: nobody sees this one
+DECADES = 4.0  # Random gaps differ by up to this power of ten.
+
+
+class Doubt(NamedTuple):
+    """A doubt tells what the order of the contacts of one instant decides.
+
+    ``spread`` (m/s) is how far velocities may lie elsewhere. ``orders`` are numbers of patterns,
+    one for each other outcome; the outcome that lies farthest off comes first.
+    """
+
+    spread: float = 0.0
+    orders: tuple[int, ...] = ()
+
+
+def patterns(count: int) -> range:
+    """Return the numbers of the patterns for a number of contacts."""
+    return range(1 + RANDOM + (2 * count if count <= FEW else 0))
+
+
+def with_gaps(contacts: Sequence[Contact], pattern: int) -> list[Contact]:
+    """Return the contacts with the gaps of this pattern, which no listing order changes."""
+    contacts = sorted(contacts, key=_place)
+    gaps = _gaps(len(contacts), pattern % len(patterns(len(contacts))))
+    return [hit._replace(gap=gap) for hit, gap in zip(contacts, gaps, strict=True)]
+
+
+def turned(contacts: Sequence[Contact], radius: float, errors: Random) -> list[Contact]:
+    """Return the contacts of balls with normals turned as gaps of up to ``WIDEST`` turn them.
+
+    A ball may lie off by all gaps of a row.
+    """
+    angle = len(contacts) * WIDEST / (2.0 * radius)
+    return [
+        hit._replace(normal=_turned(hit.normal, errors.uniform(-1.0, 1.0) * angle))
+        if hit.b != NO_BALL
+        else hit
+        for hit in contacts
+    ]
+
+
+def _turned(normal: Vector, angle: float) -> Vector:
+    (x, y), cos, sin = normal, math.cos(angle), math.sin(angle)
+    return (cos * x - sin * y, sin * x + cos * y)
+
+
+def _gaps(count: int, pattern: int) -> list[float]:
+    """Return the shares of a gap: equal, one alone, all but one, or random."""
+    if pattern == 0:
+        return [1.0] * count
+    pattern -= 1
+    if pattern >= 2 * count or count > FEW:
+        rnd = Random(pattern)
+        if pattern % 3 == 0:
+            return [rnd.random() for _ in range(count)]
+        if pattern % 3 == 1:
+            return [10.0 ** -(DECADES * rnd.random()) for _ in range(count)]
+        return [rnd.choice((0.0, rnd.random())) for _ in range(count)]
+    alone, k = pattern < count, pattern % count
+    return [float((i == k) == alone) for i in range(count)]
+
+
+def _place(contact: Contact) -> tuple[float, ...]:
+    """Return where a contact is, without the digits that a listing order may change."""
+    return tuple(round(x, 9) for x in (*contact.point, *map(abs, contact.normal)))
+
+
+def closed(contacts: Sequence[Contact]) -> list[Contact]:
+    """Return the contacts without gaps."""
+    return [hit._replace(gap=0.0) for hit in contacts]

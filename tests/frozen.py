@@ -1,0 +1,187 @@
+"""Random scenes in which balls lie frozen together, or to a cushion, and another ball hits them.
+
+The truth about such a scene is what tiny gaps make of it. :func:`opened` gives every contact that
+is closed at the start a gap of its own, and :func:`truth` tells how far the ends lie from those
+without gaps at most, for gaps from 1e-14 to 1e-6 m.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table, simulate
+
+from pool_pymunk.results.trace import ONE_INSTANT
+
+Point = tuple[float, float]
+
+LENGTH, WIDTH = 2.0, 1.0  # m
+CLOSED = 1e-13  # m; a smaller gap is none
+GAPS = tuple(10.0**-k for k in range(14, 5, -1))  # m
+RANDOM_PATTERNS = 4  # of gaps, beside the equal ones and those of one contact alone
+FORMS = ("pair", "row", "triangle")
+
+
+class Touch(NamedTuple):
+    """A touch is a contact that is closed at the start: of two balls, or of a ball and a cushion.
+
+    ``rows`` has the change of the gap for a change of place, by ball number.
+    """
+
+    rows: dict[int, Point]
+
+
+def exact(scene: Scene) -> Run:
+    return simulate(scene, solver="event-driven")
+
+
+def touches(scene: Scene) -> list[Touch]:
+    """Return the contacts that are closed at the start."""
+    found = []
+    for i, a in enumerate(scene.balls):
+        x, y = a.position
+        for j in range(i):
+            b = scene.balls[j]
+            dx, dy = x - b.position[0], y - b.position[1]
+            distance = math.hypot(dx, dy)
+            if distance - a.radius - b.radius < CLOSED:
+                nx, ny = dx / distance, dy / distance
+                found.append(Touch({i: (nx, ny), j: (-nx, -ny)}))
+        if scene.table is not None:
+            for edge in scene.table.edges:
+                nx, ny = edge.normal
+                height = (x - edge.start[0]) * nx + (y - edge.start[1]) * ny
+                if height - a.radius < CLOSED:
+                    found.append(Touch({i: (nx, ny)}))
+    return found
+
+
+def opened(scene: Scene, gaps: Sequence[float]) -> Scene:
+    """Return the scene with these gaps (m) between what touches, as far as geometry allows."""
+    closed = touches(scene)
+    rows = np.zeros((len(closed), 2 * len(scene.balls)))
+    for k, touch in enumerate(closed):
+        for i, normal in touch.rows.items():
+            rows[k, 2 * i : 2 * i + 2] = normal
+    moves = np.linalg.lstsq(rows, np.array(gaps), rcond=None)[0].reshape(-1, 2)
+    balls = [
+        replace(ball, position=(ball.position[0] + dx, ball.position[1] + dy))
+        for ball, (dx, dy) in zip(scene.balls, moves.tolist(), strict=True)
+    ]
+    return replace(scene, balls=tuple(balls))
+
+
+def patterns(scene: Scene, rnd: random.Random) -> Iterator[list[float]]:
+    """Yield shares of a gap for every closed contact: equal, one alone, all but one, random."""
+    count = len(touches(scene))
+    yield [1.0] * count
+    if count > 1:
+        for k in range(count):
+            yield [float(i == k) for i in range(count)]
+            yield [float(i != k) for i in range(count)]
+        for _ in range(RANDOM_PATTERNS):
+            yield [rnd.random() for _ in range(count)]
+
+
+class Truth(NamedTuple):
+    """The largest distance (m) to the ends with gaps, and how far the smallest gap moves them.
+
+    ``tiny`` is the largest distance for gaps of up to 1e-13 m.
+    """
+
+    far: float
+    tiny: float
+
+
+def truth(scene: Scene, run: Run) -> Truth:
+    """Return how far the ends with gaps lie from those of the run without."""
+    rnd = random.Random(1)
+    shares = list(patterns(scene, rnd))
+    far = tiny = 0.0
+    for gap in GAPS:
+        for share in shares:
+            try:
+                other = exact(opened(scene, [gap * each for each in share]))
+            except SceneError:  # Some balls overlap.
+                continue
+            if ONE_INSTANT in other.policies:  # Rounding hides the order of hits there, too.
+                continue
+            ends = zip(run.end.position, other.end.position, strict=True)
+            off = max(math.dist(p, q) for p, q in ends)
+            far = max(far, off)
+            if gap <= 1e-13:
+                tiny = max(tiny, off)
+    return Truth(far, tiny)
+
+
+def random_frozen_scene(form: str, at_cushion: bool, rnd: random.Random) -> Scene:
+    """Return a scene of this form, at a cushion or in the open, that the cue ball ``c`` hits."""
+    r = rnd.choice((0.02, 0.03, 0.05))
+    while True:
+        scene = _scene(form, at_cushion, r, rnd)
+        if scene is not None:
+            return scene
+
+
+def _scene(form: str, at_cushion: bool, r: float, rnd: random.Random) -> Scene | None:
+    """Return a scene, or None if the cue ball misses or what was drawn overlaps."""
+    turn = 0.0 if at_cushion else rnd.choice((0.0, math.pi / 2, rnd.uniform(0.0, 2 * math.pi)))
+    if form == "pair":
+        if at_cushion and rnd.random() < 0.4:
+            turn = rnd.choice((math.pi / 2, math.pi / 4, rnd.uniform(0.1, math.pi - 0.1)))
+        places = [(0.0, 0.0), (2 * r, 0.0)]
+    elif form == "row":
+        if at_cushion and rnd.random() < 0.3:
+            turn = rnd.choice((math.pi / 2, rnd.uniform(0.1, math.pi - 0.1)))
+        places = [(2 * r * k, 0.0) for k in range(rnd.choice((3, 3, 4, 5)))]
+    else:
+        places = [(0.0, 0.0), (2 * r, 0.0), (r, math.sqrt(3.0) * r)]
+        if at_cushion and rnd.random() < 0.3:
+            turn = math.pi
+    cos, sin = math.cos(turn), math.sin(turn)
+    if turn == math.pi / 2:
+        cos, sin = 0.0, 1.0
+    elif turn == math.pi:
+        cos, sin = -1.0, 0.0
+    places = [(x * cos - y * sin, x * sin + y * cos) for x, y in places]
+    lowest = min(y for _, y in places)
+    x0 = rnd.uniform(0.7, 1.2)
+    y0 = r - lowest if at_cushion else rnd.uniform(0.4, 0.6)
+    mass = rnd.choice((0.1, 0.17, 0.3))
+    balls = [
+        Ball("fghij"[k], (x0 + x, y0 + y), r, mass * rnd.choice((1.0, 1.0, 1.0, 0.5, 3.0)))
+        for k, (x, y) in enumerate(places)
+    ]
+    aim = rnd.choice(balls).position
+    if rnd.random() < 0.2:
+        aim = tuple(sum(b.position[k] for b in balls[:2]) / 2 for k in (0, 1))
+    away = rnd.uniform(0.2, math.pi - 0.2) if at_cushion else rnd.uniform(0, 2 * math.pi)
+    if rnd.random() < 0.25:
+        away = math.pi / 2
+    far = rnd.uniform(0.2, 0.4)
+    at = (aim[0] + far * math.cos(away), aim[1] + far * math.sin(away))
+    aside = rnd.choice((0.0, rnd.uniform(-0.8, 0.8)))
+    at = (at[0] - aside * r * math.sin(away), at[1] + aside * r * math.cos(away))
+    speed = rnd.choice((0.5, 1.0, 2.0, 3.0))
+    velocity = (-speed * math.cos(away), -speed * math.sin(away))
+    cue = Ball("c", at, r, mass * rnd.choice((1.0, 1.0, 2.0)), velocity=velocity)
+    e = rnd.choice((1.0, 0.95, 0.9, 0.7, 0.5))
+    restitution = Restitution(e, None, rnd.choice((1.0, 0.9, 0.75, 0.5)))
+    mu = rnd.choice((0.0, 0.0, 0.05, 0.2))
+    friction = Friction(rnd.choice((0.05, 0.2)), rnd.choice((0.0, 0.1, 0.2)), mu)
+    try:
+        scene = Scene(
+            (cue, *balls), Table.rectangle(LENGTH, WIDTH), restitution, friction,
+            physics=Physics(max_time=30.0),
+        )  # fmt: skip
+    except SceneError:
+        return None
+    run = exact(scene)
+    hit = any(event.kind == "ball-ball" for event in run.events)
+    return scene if hit and touches(scene) else None
