@@ -9,14 +9,24 @@ from __future__ import annotations
 
 import math
 import random
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table, simulate
-
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Physics,
+    Restitution,
+    Run,
+    Scene,
+    SceneError,
+    Table,
+    simulate,
+)
 from pool_pymunk.results.trace import ONE_INSTANT
 
 Point = tuple[float, float]
@@ -90,13 +100,14 @@ def patterns(scene: Scene, rnd: random.Random) -> Iterator[list[float]]:
 
 
 class Truth(NamedTuple):
-    """The largest distance (m) to the ends with gaps, and how far the smallest gap moves them.
+    """The largest distance (m) to the ends with gaps, and that to those with gaps up to 1e-12 m.
 
-    ``tiny`` is the largest distance for gaps of up to 1e-13 m.
+    It ``is_unknown`` if the order of hits is hidden by rounding, or by symmetry, with every gap.
     """
 
     far: float
     tiny: float
+    is_unknown: bool
 
 
 def truth(scene: Scene, run: Run) -> Truth:
@@ -104,6 +115,7 @@ def truth(scene: Scene, run: Run) -> Truth:
     rnd = random.Random(1)
     shares = list(patterns(scene, rnd))
     far = tiny = 0.0
+    is_unknown = True
     for gap in GAPS:
         for share in shares:
             try:
@@ -114,10 +126,11 @@ def truth(scene: Scene, run: Run) -> Truth:
                 continue
             ends = zip(run.end.position, other.end.position, strict=True)
             off = max(math.dist(p, q) for p, q in ends)
+            is_unknown = False
             far = max(far, off)
-            if gap <= 1e-13:
+            if gap <= 1e-12:
                 tiny = max(tiny, off)
-    return Truth(far, tiny)
+    return Truth(far, tiny, is_unknown)
 
 
 def random_frozen_scene(form: str, at_cushion: bool, rnd: random.Random) -> Scene:
@@ -160,7 +173,8 @@ def _scene(form: str, at_cushion: bool, r: float, rnd: random.Random) -> Scene |
     ]
     aim = rnd.choice(balls).position
     if rnd.random() < 0.2:
-        aim = tuple(sum(b.position[k] for b in balls[:2]) / 2 for k in (0, 1))
+        (x1, y1), (x2, y2) = (b.position for b in balls[:2])
+        aim = ((x1 + x2) / 2, (y1 + y2) / 2)
     away = rnd.uniform(0.2, math.pi - 0.2) if at_cushion else rnd.uniform(0, 2 * math.pi)
     if rnd.random() < 0.25:
         away = math.pi / 2
@@ -185,3 +199,31 @@ def _scene(form: str, at_cushion: bool, r: float, rnd: random.Random) -> Scene |
     run = exact(scene)
     hit = any(event.kind == "ball-ball" for event in run.events)
     return scene if hit and touches(scene) else None
+
+
+# -- verdicts --------------------------------------------------------------------------------------
+
+JUMP = 1e-5  # m; gaps of up to 1e-12 m that move the ends farther are not merely amplified
+
+
+def verdict(scene: Scene) -> str:
+    """Tell in a word whether the run says what tiny gaps do to its ends."""
+    run = exact(scene)
+    found = truth(scene, run)
+    if found.tiny > JUMP:
+        return "covered" if found.far <= run.policy_shift else "missed"
+    if ONE_INSTANT not in run.policies:
+        return "no gap matters"
+    return "a gap matters little" if found.far > JUMP or found.is_unknown else "false alarm"
+
+
+def count_verdicts(form: str, at_cushion: bool, count: int, seed: object = 0) -> Counter[str]:
+    """Count the verdicts on this many random scenes, and print what was missed."""
+    found: Counter[str] = Counter()
+    for k in range(count):
+        rnd = random.Random(f"frozen {form} {at_cushion} {seed} {k}")
+        word = verdict(random_frozen_scene(form, at_cushion, rnd))
+        if word in ("missed", "false alarm"):
+            print(f"{form}, at a cushion: {at_cushion}, seed {seed}, scene {k}: {word}")
+        found[word] += 1
+    return found

@@ -3,6 +3,9 @@
 ``python -m tests.hard_random 20`` plays 20 scenes of each kind and counts: how many ends agree
 within 1e-12 m times the scene's amplification, how many are off by less than a warning of the run
 says, and how many by more. The reference refuses some scenes, and some would take it long.
+
+Scenes of balls that lie frozen together are drawn, too (:mod:`tests.frozen`): there the answer is
+what tiny gaps make of the scene.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from frozen import FORMS, count_verdicts
 from hard_reference import KINDS, Refused, hard_run, random_hard_scene
 
 from pool_pymunk import Run, Scene, simulate
@@ -97,6 +101,10 @@ def main(count: int) -> None:
         print(kind, dict(found), flush=True)
         total += found
     print("all", dict(total))
+    for form in FORMS:
+        for at_cushion in (True, False):
+            where = "at a cushion" if at_cushion else "in the open"
+            print("frozen", form, where, dict(count_verdicts(form, at_cushion, count)), flush=True)
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ from random import Random
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import Near
-from pool_pymunk.engine.orders import Doubt, turned, with_gaps
+from pool_pymunk.engine.orders import Doubt, Motions, moved, with_gaps
 from pool_pymunk.engine.resolver import Resolution, Resolver, distinct
 from pool_pymunk.physics.collapse import Collapse, Order
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
@@ -42,7 +42,6 @@ from pool_pymunk.physics.sides import Wall, unit
 # for another look ahead.
 Key = tuple[int, int]
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
-Motions = dict[int, Motion]
 
 
 class Recorder:
@@ -128,7 +127,8 @@ class ContactEngine:
         self._rounds = 0
         self._met_now: dict[Key, None] = {}  # what met in these rounds
         self._before: dict[int, Vector] = {}  # velocities (m/s) before these rounds
-        self._is_measured = False  # whether it is known what the order in these rounds matters
+        self.measures_orders = False  # whether to find out what the order in rounds decides
+        self._is_measured = False  # whether that has been done for these rounds
 
     # -- setting up ----------------------------------------------------------------------------
 
@@ -371,7 +371,7 @@ class ContactEngine:
         """Answer the contacts of this instant, and predict what follows from them."""
         motions, contacts = self._contacts(keys)
         rounds = self._rounds_here(keys, motions)
-        if rounds > 1 or len(contacts) > 1:
+        if self.measures_orders and (rounds > 1 or len(contacts) > 1):
             self._measure_order()
         if rounds > decisions.FEW_ROUNDS or self._is_varied(keys):
             self._answer_cluster(contacts)
@@ -384,7 +384,7 @@ class ContactEngine:
 
     def _measure_order(self) -> None:
         """Measure once what the order of the contacts of this instant decides."""
-        if self._is_measured or self.resolver.variant != decisions.AS_IT_IS:
+        if self._is_measured:
             return
         self._is_measured = True
         motions, contacts = self._contacts(self._touching(self._met_now))
@@ -415,19 +415,17 @@ class ContactEngine:
 
         The balls are near each other, so that one look at what touches serves for all rounds.
         """
-        motions, contacts = self._contacts(self._touching(self._met_now), with_gaps=True)
-        velocity = _velocities(motions)
+        keys = self._touching(self._met_now)
+        motions, contacts = self._contacts(keys, with_gaps=True)
         variant = self.resolver.variant
         if variant.gaps is not None:
-            contacts = with_gaps(contacts, variant.gaps)
-            if self.errors is not None:
-                contacts = turned(contacts, min(self.radii[i] for i in motions), self.errors)
+            motions, contacts = self._opened(keys, motions, variant.gaps)
+        velocity = _velocities(motions)
         order = Order(contacts)
         if variant.otherwise:
             order.forget()
         elif variant.gaps is not None:
-            noise = max(self.paths[i].noise for i in velocity)
-            closing = order.next(velocity, noise)
+            closing = order.next(velocity, self._noise(velocity)) or closing
         changed: dict[int, None] = {}
         missed: list[Contact] = []
         hits = 0
@@ -448,12 +446,24 @@ class ContactEngine:
             for i in resolution.velocity:
                 velocity[i] = self.paths[i].vx, self.paths[i].vy
                 changed[i] = None
-            noise = max(self.paths[i].noise for i in velocity)
+            noise = self._noise(velocity)
             closing = order.next(velocity, noise) if resolution.velocity else []
         self._rounds = 0
         self._met_now.clear()
         self.predict(changed)
         self._meet_later([each for each in missed if changed.keys().isdisjoint(each.balls)])
+
+    def _opened(
+        self, keys: Collection[Key], motions: Motions, pattern: int
+    ) -> tuple[Motions, list[Contact]]:
+        """Return the motions and contacts with the gaps of a pattern."""
+        if self.errors is not None:
+            motions = moved(motions, self.errors)
+        contacts = distinct([self.contact(key, motions) for key in keys])
+        return motions, with_gaps(contacts, pattern)
+
+    def _noise(self, balls: Iterable[int]) -> float:
+        return max(self.paths[i].noise for i in balls)
 
     def _touching(self, keys: Iterable[Key]) -> list[Key]:
         """Return what touches now among balls, and among the balls that they touch."""

@@ -8,14 +8,15 @@ while such gaps close, and normals do not turn, so only the ratios of the gaps m
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from random import Random
 from typing import NamedTuple
 
-from pool_pymunk.physics.contact import NO_BALL, Contact, Vector
+from pool_pymunk.physics.contact import Contact
 
 # Every contact of a few is once the only one with a gap, and once the only one without.
+Motions = dict[int, tuple[float, float, float, float]]  # x, y (m), vx, vy (m/s), by ball number
+
 FEW = 12
 # This many patterns are random. A cluster of five contacts has rarely more than ten outcomes, and
 # half as many patterns miss some of them (``python -m tests.frozen`` counts).
@@ -48,23 +49,16 @@ def with_gaps(contacts: Sequence[Contact], pattern: int) -> list[Contact]:
     return [hit._replace(gap=gap) for hit, gap in zip(contacts, gaps, strict=True)]
 
 
-def turned(contacts: Sequence[Contact], radius: float, errors: Random) -> list[Contact]:
-    """Return the contacts of balls with normals turned as gaps of up to ``WIDEST`` turn them.
+def moved(motions: Motions, errors: Random) -> Motions:
+    """Return the motions with places that are off as gaps of up to ``WIDEST`` put them.
 
     A ball may lie off by all gaps of a row.
     """
-    angle = len(contacts) * WIDEST / (2.0 * radius)
-    return [
-        hit._replace(normal=_turned(hit.normal, errors.uniform(-1.0, 1.0) * angle))
-        if hit.b != NO_BALL
-        else hit
-        for hit in contacts
-    ]
-
-
-def _turned(normal: Vector, angle: float) -> Vector:
-    (x, y), cos, sin = normal, math.cos(angle), math.sin(angle)
-    return (cos * x - sin * y, sin * x + cos * y)
+    most = len(motions) * WIDEST / 2.0
+    return {
+        i: (x + errors.uniform(-most, most), y + errors.uniform(-most, most), vx, vy)
+        for i, (x, y, vx, vy) in motions.items()
+    }
 
 
 def _gaps(count: int, pattern: int) -> list[float]:

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from pool_pymunk.engine import decisions, orders
 from pool_pymunk.engine.orders import Doubt
-from pool_pymunk.physics.collapse import MOST_HITS, Collapse, Order, Way, fastest, play_out
+from pool_pymunk.physics.collapse import MOST_HITS, Collapse, Order, fastest, play_out
 from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
@@ -54,6 +54,17 @@ class History(NamedTuple):
     met: float
     last: float
     hits: int
+
+
+class Outcome(NamedTuple):
+    """An outcome holds the velocities (m/s) after the contacts of one instant.
+
+    It has the number of hits, and whether they came to an end.
+    """
+
+    velocity: Velocities
+    hits: int
+    is_over: bool
 
 
 class Resolution:
@@ -159,39 +170,36 @@ class Resolver:
         All patterns of gaps are played from the velocities ``before`` (m/s).
         """
         speed = fastest(before)
-        if len(contacts) < 2 or not decisions.may_spread(speed, self.spread):
-            return Doubt()
-        as_it_is, _ = self._outcome(orders.closed(contacts), before)
-        found: list[tuple[float, int, Velocities]] = []
+        closing = sum(closing_speed(contact, before) > 0.0 for contact in contacts)
+        if len(contacts) + closing < 4 or not decisions.may_spread(speed, self.spread):
+            return Doubt()  # Two contacts of which one closes take turns.
+        found = [self._outcome(orders.closed(contacts), before)]
+        patterns = [-1]
         for pattern in orders.patterns(len(contacts)):
-            other, is_over = self._outcome(orders.with_gaps(contacts, pattern), before)
-            known = [as_it_is, *(each for _, _, each in found)]
-            off = [_farthest(each, other) for each in known]
-            if is_over and min(off) > decisions.SAME_OUTCOME * speed:
-                found.append((off[0], pattern, other))
-        if not found:
-            return Doubt()
-        found.sort(key=lambda each: -each[0])
-        self.spread = max(self.spread, found[0][0])
-        return Doubt(found[0][0], tuple(pattern for _, pattern, _ in found))
+            other = self._outcome(orders.with_gaps(contacts, pattern), before)
+            rounding = decisions.SAME_OUTCOME * speed * (1 + other.hits)
+            if other.is_over and all(_off(each, other) > rounding for each in found):
+                found.append(other)
+                patterns.append(pattern)
+        far = sorted(
+            zip([_off(found[0], each) for each in found], patterns, strict=True), reverse=True
+        )
+        self.spread = max(self.spread, far[0][0])
+        return Doubt(far[0][0], tuple(pattern for _, pattern in far[:-1]))
 
-    def _outcome(
-        self, contacts: Sequence[Contact], before: Mapping[int, Vector]
-    ) -> tuple[Velocities, bool]:
-        """Return the velocities (m/s) after the contacts, and whether they came to an end.
-
-        They hit in the order of their gaps. After ``MOST_IN_ORDER`` hits all gaps are closed.
-        """
+    def _outcome(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
+        """Play the contacts in the order of their gaps; after ``MOST_IN_ORDER`` all are closed."""
         velocity, nothing = dict(before), Resolution()
-        order = Order(contacts)
-        for _ in range(decisions.MOST_IN_ORDER):
+        order, hits = Order(contacts), 0
+        while hits < decisions.MOST_IN_ORDER:
             closing = order.next(velocity, decisions.LEFT * fastest(velocity))
             if not closing:
-                return velocity, True
+                return Outcome(velocity, hits, is_over=True)
             self._answer(closing, velocity, nothing)
+            hits += len(closing)
         order.forget()
         collapse = self._play(order.left(), velocity, nothing, decisions.MOST_OTHER)
-        return velocity, collapse.is_over
+        return Outcome(velocity, hits + collapse.hits, collapse.is_over)
 
     def _play(
         self,
@@ -205,8 +213,8 @@ class Resolver:
         def answer(closing: Sequence[Contact], velocity: Velocities) -> None:
             self._answer(closing, velocity, resolution)
 
-        way = Way(self.law.hits_are_coulombs, most=most)
-        collapse = play_out(contacts, decisions.LEFT, velocity, answer, way)
+        leaps = self.law.hits_are_coulombs
+        collapse = play_out(contacts, decisions.LEFT, velocity, answer, leaps, most)
         left = dict(velocity)
         settle(contacts, velocity)  # mostly no more than rounding is left
         if collapse.is_over:
@@ -328,9 +336,9 @@ class Resolver:
         return least, faint, decisions.is_micro(closing, time, self.deceleration), past
 
 
-def _farthest(one: Velocities, other: Velocities) -> float:
-    """Return how far (m/s) two outcomes lie apart."""
-    return max(math.dist(one[i], other[i]) for i in one)
+def _off(one: Outcome, other: Outcome) -> float:
+    """Return how far (m/s) the velocities of two outcomes lie apart at most."""
+    return max(math.dist(one.velocity[i], other.velocity[i]) for i in one.velocity)
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:

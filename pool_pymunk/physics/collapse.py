@@ -43,19 +43,6 @@ STICKS = 0  # This is how friction acts where it takes the whole slip; else it i
 Round = tuple[tuple[int, int], ...]
 
 
-class Way(NamedTuple):
-    """A way tells how to play hits without end.
-
-    With ``leap``, which needs Coulomb's law, cycles of hits are leapt over. With ``in_turn``, of
-    the contacts that hit together only the first one is answered. At most ``most`` hits are played
-    one by one.
-    """
-
-    leap: bool
-    in_turn: bool = False
-    most: int = MOST_HITS
-
-
 class Collapse(NamedTuple):
     """A collapse tells how many hits there were, and whether they were played to their end.
 
@@ -72,19 +59,20 @@ def play_out(
     noise: float,
     velocity: Velocities,
     answer: Callable[[Sequence[Contact], Velocities], object],
-    way: Way,
+    can_leap: bool,
+    most: int = MOST_HITS,
 ) -> Collapse:
     """Answer the contacts until what closes is rounding, and change ``velocity`` (m/s).
 
     ``noise`` is the share of the speeds that may be rounding. ``answer`` answers contacts that
-    close. If hits that cannot be leapt over do not come to an end, the answer tells so.
+    close. With ``can_leap``, which needs Coulomb's law, cycles of hits are leapt over. At most
+    ``most`` hits are played one by one; if these do not come to an end, the answer tells so.
     """
     order = Order(contacts)
-    most = way.most
     if len(contacts) > CLUSTER:
         order.forget()
         most = min(most, MOST_IN_CLUSTER)
-    leaps = Leaps(contacts, way.in_turn) if way.leap else None
+    leaps = Leaps(contacts) if can_leap else None
     hits = spent = 0
     least = 0.0
     while True:
@@ -94,11 +82,10 @@ def play_out(
         closing = order.next(velocity, least)
         if not closing:
             return Collapse(hits, is_over=True)
-        closing = closing[:1] if way.in_turn else closing
         if spent >= most:
             return Collapse(hits, is_over=False)
-        can_leap = leaps is not None and (len(contacts) == 2 or order.is_closed)
-        if leaps is not None and can_leap and (leapt := leaps.over(velocity, TO_BE_SURE * least)):
+        is_time = len(contacts) == 2 or order.is_closed
+        if leaps is not None and is_time and (leapt := leaps.over(velocity, TO_BE_SURE * least)):
             order.forget()
             hits += leapt
             spent += TOGETHER
@@ -165,9 +152,8 @@ def fastest(velocity: Mapping[int, Vector]) -> float:
 class Leaps:
     """Leaps follow the rounds of a collapse, and leap over cycles of them."""
 
-    def __init__(self, contacts: Sequence[Contact], in_turn: bool) -> None:
+    def __init__(self, contacts: Sequence[Contact]) -> None:
         self.contacts = contacts
-        self.in_turn = in_turn
         self.balls = sorted({i for contact in contacts for i in contact.balls})
         opens, slips, lightness = directions(contacts, self.balls)
         count = len(contacts)
@@ -205,7 +191,6 @@ class Leaps:
     def _round(self, r: Array) -> Round:
         """Return which contacts close, and how friction acts; nothing if two share a ball."""
         closing = np.flatnonzero(r[0::2] > self.least).tolist()
-        closing = closing[:1] if self.in_turn else closing
         if len(closing) > 1:
             balls = [i for k in closing for i in self.contacts[k].balls]
             if len(balls) > len(set(balls)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, MutableMapping, Sequence
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import NamedTuple
 
 Vector = tuple[float, float]
@@ -89,7 +89,7 @@ def wall_approach(v: Vector, normal: Vector) -> float:
     return -(v[0] * normal[0] + v[1] * normal[1])
 
 
-def closing_speed(contact: Contact, velocity: Velocities) -> float:
+def closing_speed(contact: Contact, velocity: Mapping[int, Vector]) -> float:
     """Return the speed (m/s) at which the two sides approach; it is negative if they part."""
     if contact.b == NO_BALL:
         return wall_approach(velocity[contact.a], contact.normal)

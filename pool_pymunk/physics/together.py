@@ -30,7 +30,6 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Velocities, closing_sp
 Array = NDArray[np.float64]
 
 ALL_ORDERS = 4  # For up to so many contacts all their orders are tried.
-MOST_TURNS = 10  # So often an order is gone through to see what comes of it.
 MOST_SWEEPS = 200  # After so many sweeps of the mean, what still closes is a next impact.
 TIE_DIGITS = 9  # Normals that agree to so many digits are the same.
 SPEED_ROUNDING = 64.0 * 2.0**-52  # This share of the speeds, or of the impulses, may be rounding.
@@ -62,48 +61,6 @@ def mean_over_orders(
         for i in balls:
             x, y = (math.fsum(end[i][axis] for end in ends) / len(ends) for axis in (0, 1))
             velocity[i] = (x, y)
-
-
-def spread_over_orders(
-    contacts: Sequence[Contact],
-    before: Velocities,
-    after: Velocities,
-    respond: Callable[[Contact, Velocities], object],
-) -> float:
-    """Return how far (m/s) velocities may lie from ``after`` if the contacts come in an order.
-
-    The orders are those of :func:`mean_over_orders`. In each of them the contacts are answered in
-    turn until nothing closes, in ``MOST_TURNS`` turns at most.
-    """
-    balls = sorted({i for contact in contacts for i in contact.balls})
-    farthest = 0.0
-    for order in _orders(contacts):
-        velocity = {i: before[i] for i in balls}
-        _in_turn(order, velocity, respond)
-        farthest = max(farthest, *(math.dist(velocity[i], after[i]) for i in balls))
-    return farthest
-
-
-def in_turn(
-    contacts: Sequence[Contact],
-    velocity: Velocities,
-    respond: Callable[[Contact, Velocities], object],
-) -> None:
-    """Answer the contacts one after the other, in the first of their orders."""
-    _in_turn(next(_orders(contacts)), velocity, respond)
-
-
-def _in_turn(
-    order: Sequence[Contact],
-    velocity: Velocities,
-    respond: Callable[[Contact, Velocities], object],
-) -> None:
-    """Answer the contacts in this order, again and again until nothing closes."""
-    noise = SPEED_ROUNDING * max(math.hypot(*velocity[i]) for c in order for i in c.balls)
-    for _ in range(MOST_TURNS):
-        _in_order(order, velocity, respond)
-        if all(closing_speed(contact, velocity) <= noise for contact in order):
-            return
 
 
 def _in_order(

@@ -26,7 +26,7 @@ COLLAPSE = "collapse cut off"
 OTHERWISE = tuple(Variant(longer=longer, otherwise=True) for longer in (1.5, 3.0, 7.0))
 # As many runs show what other orders of the contacts of one instant make of the ends. Each begins
 # with small errors of its own, so that a few tell even of one order what small gaps do.
-FEWEST_ORDERS, MOST_ORDERS = 4, 12
+FEWEST_ORDERS, MOST_ORDERS = 8, 12
 
 
 class Trace:

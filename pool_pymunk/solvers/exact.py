@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
-from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED
+from pool_pymunk.engine.decisions import AS_IT_IS, CONTACT_TIME, LISTED
 from pool_pymunk.engine.orders import Doubt
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.collapse import Collapse
@@ -41,9 +41,10 @@ def pockets(scene: Scene) -> list[Wall]:
 
 
 def bound(engine: ContactEngine, settings: Settings) -> None:
-    """Tell the engine after how much it is to stop, and which variant of the run to play."""
+    """Tell the engine when to stop, which variant of the run to play, and what to measure."""
     engine.most, engine.most_unlisted = settings.most, settings.most_unlisted
     engine.vary(settings.variant)
+    engine.measures_orders = settings.measures_policies and settings.variant == AS_IT_IS
 
 
 def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:

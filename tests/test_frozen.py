@@ -1,0 +1,94 @@
+"""A run of balls that lie frozen together says how far tiny gaps would move its ends."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+
+import pytest
+from frozen import (
+    FORMS,
+    JUMP,
+    count_verdicts,
+    exact,
+    opened,
+    random_frozen_scene,
+    touches,
+    truth,
+    verdict,
+)
+from scenes import seeds
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
+from pool_pymunk.physics.laws import LAWS
+
+R = 0.05
+
+
+def two_on_a_cushion(friction: float = 0.0) -> Scene:
+    """Return balls f and g that touch on a cushion, and a cue ball that hits f."""
+    balls = (
+        Ball("c", (0.9, 0.4), R, 0.17, velocity=(0.3, -1.5)),
+        Ball("f", (1.0, R), R, 0.17),
+        Ball("g", (1.0 + 2.0 * R, R), R, 0.17),
+    )
+    return Scene(
+        balls, Table.rectangle(2.0, 1.0), Restitution(0.9, None, 0.75), Friction(0.1, 0.1, friction)
+    )
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_two_balls_frozen_on_a_cushion_say_what_a_gap_does(friction: float, solver: str) -> None:
+    scene = two_on_a_cushion(friction)
+    found = truth(scene, exact(scene))
+    run = simulate(scene, solver=solver, dt=1 / 60)
+    assert found.tiny > 0.01
+    assert "one instant" in run.policies
+    assert found.far <= run.policy_shift
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_what_is_said_does_not_depend_on_the_listing_order(law: str) -> None:
+    scene = two_on_a_cushion(0.1)
+    scene = replace(scene, physics=Physics(law=law))
+    said = {
+        round(exact(replace(scene, balls=balls)).policy_shift, 3)
+        for balls in (scene.balls, scene.balls[::-1])
+    }
+    assert law == "published" or len(said) == 1
+    assert min(said) > 0.01
+
+
+def test_a_row_that_is_hit_end_on_has_no_order() -> None:
+    """Newton's cradle: each contact closes because of the one before."""
+    balls = [Ball("c", (0.3, 0.5), R, 0.17, velocity=(1.0, 0.0))]
+    balls += [Ball(str(k), (0.6 + 2.0 * R * k, 0.5), R, 0.17) for k in range(4)]
+    scene = Scene(tuple(balls), Table.rectangle(3.0, 1.0), Restitution(1.0, None, 0.7),
+                  Friction(0.05))  # fmt: skip
+    run = exact(scene)
+    assert not run.warnings
+    assert run.policy_shift == 0.0
+    assert len(touches(scene)) == 3
+    apart = exact(opened(scene, (1e-9, 2e-9, 1e-9)))
+    assert max(map(math.dist, run.end.position, apart.end.position)) < JUMP
+
+
+@pytest.mark.parametrize("at_cushion", [True, False])
+@pytest.mark.parametrize("form", FORMS)
+def test_random_frozen_balls(form: str, at_cushion: bool) -> None:
+    for k in range(1):
+        scene = random_frozen_scene(form, at_cushion, random.Random(f"{form} {at_cushion} {k}"))
+        assert verdict(scene) not in ("missed", "false alarm"), k
+
+
+@pytest.mark.slow
+@pytest.mark.seeded
+@pytest.mark.parametrize("at_cushion", [True, False])
+@pytest.mark.parametrize("form", FORMS)
+def test_many_random_frozen_balls(form: str, at_cushion: bool) -> None:
+    for seed in seeds(1):
+        found = count_verdicts(form, at_cushion, 25, seed)
+        assert not found["missed"]
+        assert not found["false alarm"]
