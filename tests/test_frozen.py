@@ -92,3 +92,32 @@ def test_many_random_frozen_balls(form: str, at_cushion: bool) -> None:
         found = count_verdicts(form, at_cushion, 25, seed)
         assert not found["missed"]
         assert not found["false alarm"]
+
+
+# -- contacts that strong friction makes unstable ---------------------------------------------------
+
+
+def wedged(closing: float) -> Scene:
+    """Return a ball that slides along a cushion, and one that touches it and closes so slowly.
+
+    Friction is so strong that each hit makes the next one faster.
+    """
+    turn, (slide, slip) = 1.4986399535473245, (-0.4483347973012577, -0.014679451277816558)
+    (nx, ny), along = (math.cos(turn), math.sin(turn)), slide * math.cos(turn) - closing
+    velocity = (along * nx - slip * ny, along * ny + slip * nx)
+    balls = (
+        Ball("a", (1.0, R), R, 1.1111199978301411, velocity=(slide, 0.0)),
+        Ball("b", (1.0 + 2 * R * nx, R + 2 * R * ny), R, 3.9592983472570595, velocity=velocity),
+    )
+    return Scene(
+        balls, Table.rectangle(2.0, 1.0), Restitution(0.5, None, 0.5), Friction(0.1, 1.0, 10.0)
+    )
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+def test_a_closing_speed_that_rounding_hides_and_friction_makes_grow_is_said(solver: str) -> None:
+    faster = simulate(wedged(1e-11), solver=solver, dt=1 / 60)
+    hidden = simulate(wedged(0.0), solver=solver, dt=1 / 60)
+    far = max(map(math.dist, faster.end.position, hidden.end.position))
+    assert far > 1e-3
+    assert far <= hidden.policy_shift

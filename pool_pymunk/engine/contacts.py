@@ -23,7 +23,7 @@ broad phase of a pymunk space), and a :class:`Recorder` listens.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 from random import Random
 
@@ -377,6 +377,8 @@ class ContactEngine:
             self._answer_cluster(contacts)
             return
         resolution = self.resolver.resolve(contacts, _velocities(motions), self.now)
+        if self.measures_orders and resolution.missed:
+            self._measure_order()
         self._report(resolution)
         self._set_off(resolution, motions)
         self.predict(resolution.velocity)
@@ -387,10 +389,30 @@ class ContactEngine:
         if self._is_measured:
             return
         self._is_measured = True
-        motions, contacts = self._contacts(self._touching(self._met_now))
-        doubt = self.resolver.doubt(contacts, {**_velocities(motions), **self._before})
-        if doubt.orders:
-            self.recorder.order_unknown(doubt, self.now)
+        self._doubt(self._touching(self._met_now), self._before)
+
+    def look_at_start(self) -> None:
+        """Look at what touches at the start and moves, because rounding may hide that it closes.
+
+        Measure what hits would decide, or answer them if this variant of the run has its own order.
+        """
+        for i, path in enumerate(self.paths):
+            if path.speed == 0.0:
+                continue
+            keys = self._touching((), [i])
+            if self.measures_orders:
+                self._doubt(keys, {})
+            elif len(keys) > 1:
+                self._met_now = dict.fromkeys(keys)
+                self._answer_cluster(())
+
+    def _doubt(self, keys: Collection[Key], before: Mapping[int, Vector]) -> None:
+        """Find out what the order of these contacts decides, and tell the recorder."""
+        motions, contacts = self._contacts(keys)
+        if len(contacts) > 1:
+            doubt = self.resolver.doubt(contacts, {**_velocities(motions), **before})
+            if doubt.orders:
+                self.recorder.order_unknown(doubt, self.now)
 
     def _is_varied(self, keys: Collection[Key]) -> bool:
         """Tell whether this variant of the run has an order of its own for these contacts."""
@@ -465,10 +487,10 @@ class ContactEngine:
     def _noise(self, balls: Iterable[int]) -> float:
         return max(self.paths[i].noise for i in balls)
 
-    def _touching(self, keys: Iterable[Key]) -> list[Key]:
-        """Return what touches now among balls, and among the balls that they touch."""
+    def _touching(self, keys: Iterable[Key], balls: Iterable[int] = ()) -> list[Key]:
+        """Return these contacts, and what touches their balls or the others now, and so on."""
         found: dict[Key, None] = dict.fromkeys(keys)
-        balls = list(dict.fromkeys(i for key in found for i in key if i >= 0))
+        balls = list(dict.fromkeys([*balls, *(i for key in found for i in key if i >= 0)]))
         seen = set(balls)
         for i in balls:  # This list grows.
             for j in self.near.touching(i, self.now):

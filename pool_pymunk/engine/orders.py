@@ -8,11 +8,11 @@ while such gaps close, and normals do not turn, so only the ratios of the gaps m
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from random import Random
 from typing import NamedTuple
 
-from pool_pymunk.physics.contact import Contact
+from pool_pymunk.physics.contact import Contact, Vector, Velocities
 
 # Every contact of a few is once the only one with a gap, and once the only one without.
 Motions = dict[int, tuple[float, float, float, float]]  # x, y (m), vx, vy (m/s), by ball number
@@ -24,6 +24,15 @@ RANDOM = 24
 ALIKE = 1e-9  # of the largest distance between contacts; places that are nearer are the same
 WIDEST = 1e-6  # m; balls with a wider gap are not frozen: nobody sees this one
 DECADES = 4.0  # Random gaps differ by up to this power of ten.
+
+
+# This pattern has no gaps. Its outcome is that of velocities which differ a little. Contacts are
+# unstable if, in one of KICKS tries, a difference of KICK of the fastest speed becomes GROWS times
+# larger. Hits of stable contacts make it a few times larger, as masses differ.
+UNSTABLE = -1
+KICK = 1e-9
+KICKS = 4
+GROWS = 1e3
 
 
 class Doubt(NamedTuple):
@@ -45,8 +54,19 @@ def patterns(count: int) -> range:
 def with_gaps(contacts: Sequence[Contact], pattern: int) -> list[Contact]:
     """Return the contacts with the gaps of this pattern, which no listing order changes."""
     contacts = sorted(contacts, key=_place)
+    if pattern == UNSTABLE:
+        return closed(contacts)
     gaps = _gaps(len(contacts), pattern % len(patterns(len(contacts))))
     return [hit._replace(gap=gap) for hit, gap in zip(contacts, gaps, strict=True)]
+
+
+def kicked(velocity: Mapping[int, Vector], most: float, number: int) -> Velocities:
+    """Return velocities that differ by up to ``most`` (m/s), in a different way for each number."""
+    rnd = Random(number)
+    return {
+        i: (vx + rnd.uniform(-most, most), vy + rnd.uniform(-most, most))
+        for i, (vx, vy) in velocity.items()
+    }
 
 
 def moved(motions: Motions, errors: Random) -> Motions:

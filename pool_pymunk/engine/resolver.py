@@ -167,25 +167,36 @@ class Resolver:
     def doubt(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Doubt:
         """Return what the order decides in which the contacts of one instant come.
 
-        All patterns of gaps are played from the velocities ``before`` (m/s).
+        All patterns of gaps are played from the velocities ``before`` (m/s). Strong friction may
+        wedge a ball between two others, so that tiny closing speeds grow from hit to hit. So what
+        the hits leave gets tiny changes, to see whether these grow.
         """
         speed = fastest(before)
+        if len(contacts) < 2 or not decisions.may_spread(speed, self.spread):
+            return Doubt()
+        closed = orders.closed(contacts)
+        found = [self._outcome(closed, before)]
+        patterns: list[int] = []
         closing = sum(closing_speed(contact, before) > 0.0 for contact in contacts)
-        if len(contacts) + closing < 4 or not decisions.may_spread(speed, self.spread):
-            return Doubt()  # Two contacts of which one closes take turns.
-        found = [self._outcome(orders.closed(contacts), before)]
-        patterns = [-1]
-        for pattern in orders.patterns(len(contacts)):
+        take_turns = len(contacts) == 2 and closing < 2
+        for pattern in () if take_turns else orders.patterns(len(contacts)):
             other = self._outcome(orders.with_gaps(contacts, pattern), before)
             rounding = decisions.SAME_OUTCOME * speed * (1 + other.hits)
             if other.is_over and all(_off(each, other) > rounding for each in found):
                 found.append(other)
                 patterns.append(pattern)
-        far = sorted(
-            zip([_off(found[0], each) for each in found], patterns, strict=True), reverse=True
-        )
+        kick = orders.KICK * speed
+        for number in range(orders.KICKS):
+            other = self._outcome(closed, orders.kicked(found[0].velocity, kick, number))
+            if _off(found[0], other) > orders.GROWS * kick:
+                found.append(other)
+                patterns.append(orders.UNSTABLE)
+        if not patterns:
+            return Doubt()
+        off = [_off(found[0], each) for each in found[1:]]
+        far = sorted(zip(off, patterns, strict=True), reverse=True)
         self.spread = max(self.spread, far[0][0])
-        return Doubt(far[0][0], tuple(pattern for _, pattern in far[:-1]))
+        return Doubt(far[0][0], tuple(pattern for _, pattern in far))
 
     def _outcome(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
         """Play the contacts in the order of their gaps; after ``MOST_IN_ORDER`` all are closed."""

@@ -45,6 +45,8 @@ def bound(engine: ContactEngine, settings: Settings) -> None:
     engine.most, engine.most_unlisted = settings.most, settings.most_unlisted
     engine.vary(settings.variant)
     engine.measures_orders = settings.measures_policies and settings.variant == AS_IT_IS
+    if engine.is_finite and (engine.measures_orders or settings.variant.gaps is not None):
+        engine.look_at_start()
 
 
 def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
