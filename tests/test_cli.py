@@ -14,6 +14,8 @@ import pytest
 from scenes import INCH
 
 from pool_pymunk import __version__, load
+from pool_pymunk.cli import main
+from pool_pymunk.model.scenario import bundled
 
 pytestmark = pytest.mark.heavy
 
@@ -191,15 +193,58 @@ def test_the_time_slice_solver_reports_44_of_44(tmp_path: Path) -> None:
     options = ("--solver", "time-slice", "--dt", "1e-6", "--no-pictures", "--out", tmp_path)
     result = typed("run", "report", *options, "--json", file)
     assert "Published ends: 44 of 44 agree to 0.01 (11 + 11 + 11 + 11)" in result.stdout
-    assert "no fault" not in result.stdout
+    assert "Simulation" not in result.stdout.partition("Published ends:")[2]
     walls = [shot["wall_time"] for shot in json.loads(file.read_text())["shots"]]
     assert 0 < sum(walls) <= time.perf_counter() - began
 
 
-def test_an_exact_run_says_why_published_ends_lie_elsewhere(tmp_path: Path) -> None:
-    options = ("--solver", "event-driven", "--no-pictures", "--out", tmp_path)
-    result = typed("run", "report", *options)
-    assert "This is no fault of the run: its ends are exact" in result.stdout
+Said = pytest.CaptureFixture[str]
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+def test_an_exact_run_says_why_the_ends_of_the_report_lie_elsewhere(
+    solver: str, tmp_path: Path, capsys: Said
+) -> None:
+    copy = tmp_path / "another-name.toml"
+    copy.write_bytes(bundled()["report"].read_bytes())
+    for scenario in ("report", copy):
+        first, fourth = reasons(capsys, scenario, tmp_path, "--solver", solver)
+        assert first.startswith("Simulation 1: the published ends are those of time slices")
+        assert fourth.startswith("Simulation 4: the slip at the first hit is exactly zero")
+    (alone,) = reasons(capsys, "report", tmp_path, "--solver", solver, "--shot", "4")
+    assert alone.startswith("Simulation 4")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "options"),
+    [
+        ("length = 88.0", "length = 87.0", ()),
+        ("C = [27.37, 29.12]", "C = [27.99, 29.12]", ()),
+        ("speed = 2.5", "speed = 2.6", ()),
+        ("", "", ("--law", "coulomb")),
+        ("", "", ("--max-time", "0.3")),
+        ("", "", ("--solver", "pymunk-discrete")),
+        ("", "", ("--solver", "pymunk-builtin")),
+    ],
+)
+def test_no_reason_is_given_for_what_has_been_changed(
+    old: str, new: str, options: tuple[str, ...], tmp_path: Path, capsys: Said
+) -> None:
+    changed = tmp_path / "report.toml"
+    text = bundled()["report"].read_text()
+    assert old in text
+    changed.write_text(text.replace(old, new))
+    assert reasons(capsys, changed, tmp_path, "--solver", "event-driven", *options) == []
+
+
+def reasons(capsys: Said, scenario: object, out: Path, *options: str) -> list[str]:
+    """Return what a log says of single shots after the line that counts published ends."""
+    with pytest.raises(SystemExit) as ended:
+        main(["run", str(scenario), *options, "--no-pictures", "--out", str(out)])
+    assert ended.value.code == 0
+    count, *lines = capsys.readouterr().out.partition("Published ends:")[2].splitlines()
+    assert "agree to 0.01" in count
+    return [line for line in lines if line.startswith("Simulation")]
 
 
 def test_a_run_cut_off_by_max_time_is_a_result(tmp_path: Path) -> None:
