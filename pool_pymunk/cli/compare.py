@@ -203,6 +203,7 @@ def sentences(found: list[Comparison]) -> list[str]:
 
 
 def _published_sentence(reference: Run) -> str:
+    from pool_pymunk.report.listing import is_of_the_report
     from pool_pymunk.results.trace import ZERO_SLIP
 
     assert reference.shot is not None
@@ -216,7 +217,7 @@ def _published_sentence(reference: Run) -> str:
         f"Published ends: off the exact ones by up to {largest:.3f} "
         f"{reference.scene.units.length} along x or y (ball {farthest})"
     )
-    if ZERO_SLIP in reference.policies:
+    if ZERO_SLIP in reference.policies and is_of_the_report(reference):
         text += "; a slip that is exactly zero got its sign from rounding there, see the warning"
     return text + "."
 

@@ -249,21 +249,14 @@ def _close(done: Sequence[Played], folder: Path, pictures: bool) -> None:
 
 
 def _differ_exactly(runs: Sequence[Run]) -> Iterator[str]:
-    """Yield the names of the report's own shots that are exact and end elsewhere than published.
-
-    A scene, a shot or a law that has been changed is not the report's own.
-    """
-    from pool_pymunk import load
-    from pool_pymunk.report.listing import Agreement
+    """Yield the names of the report's own shots that are exact and end elsewhere than published."""
+    from pool_pymunk.report.listing import Agreement, is_of_the_report
     from pool_pymunk.solvers import find_solver
 
-    if not find_solver(runs[0].solver).exact:
-        return
-    report = load("report")
     for run in runs:
         agreement = Agreement.of(run)
-        is_own = run.scene == report and run.shot in report.shots and run.law == report.physics.law
-        if is_own and len(agreement.agreeing) < agreement.count:
+        differs = len(agreement.agreeing) < agreement.count and find_solver(run.solver).exact
+        if differs and is_of_the_report(run):
             yield run.name
 
 

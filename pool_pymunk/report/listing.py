@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from pool_pymunk.model import Point, Scene
+from pool_pymunk.model.scenario import load
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
@@ -94,6 +95,12 @@ def closing(runs: list[Run]) -> Iterator[str]:
         total = sum(agreement.count for agreement in agreements)
         parts = f" ({' + '.join(map(str, counts))})" if len(counts) > 1 else ""
         yield f"Published ends: {sum(counts)} of {total} agree to {_last_digit(runs[0])}{parts}"
+
+
+def is_of_the_report(run: Run) -> bool:
+    """Tell whether a run is one of the report's own shots, with nothing changed."""
+    report = load("report")
+    return run.scene == report and run.shot in report.shots and run.law == report.physics.law
 
 
 @dataclass(frozen=True)
