@@ -15,14 +15,18 @@ import numpy as np
 
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.motion import EPSILON, Array
 
-TINY = 1e-30  # m/s; no velocity is so small, and its square is a number that is not zero
-STEP = 2.0**-30  # of a velocity; so far beside it a law is asked whether it jumps there
-SAME = 1e-6  # Answers that differ by less than this share are the same, but for that step.
+# A law is asked this share of the speeds beside its inputs, too. Splitting a velocity along the
+# normal takes a dozen roundings, and the velocity itself comes from dozens more.
+BESIDE = 256.0 * EPSILON
+WIDE = 64.0  # So many times as far beside them it is asked for its answer alone, at little cost.
+STRAIGHT = 64.0 * EPSILON  # of the speeds; answers that bend by less do so by rounding
+SAME = 1e-6  # Answers that differ by less than this share are equal, apart from that step.
 
 Slopes = tuple[float, ...]
 Answer = Callable[[Sequence[Any]], tuple[Any, ...]]
+Steps = Sequence[float]
 
 
 class Dual:
@@ -124,18 +128,22 @@ def _value(number: Dual | float) -> float:
     return number.value if isinstance(number, Dual) else number
 
 
-def hit_jacobian(law: Law, a: NT, b: NT, pair: Pair, moves: Sequence[bool]) -> Array | None:
-    """Return the derivatives (4, 8) of the velocities after a hit of two balls.
+def hit_jacobian(
+    law: Law, a: NT, b: NT, pair: Pair, moves: Sequence[bool], fastest: float = 0.0
+) -> Array | None:
+    """Return the derivatives (S, 4, 8) of the velocities after a hit of two balls, on S sides.
 
     The rows are a_n, a_t, b_n and b_t after it, and the columns the same before it, then m_a, m_b,
-    the restitution and the friction. ``moves`` tells for a_t and b_t whether they may be other than
-    they are: a law may jump where a tangential velocity is zero, as that of a resting ball is.
-    Return None where the law jumps. NaN stands where it has a kink.
+    the restitution and the friction. The sides lie within rounding of the hit. They differ where
+    the law has a kink there, such as that between sticking and slipping. ``moves`` tells for a_t
+    and b_t whether they may be other than they are: a law may jump where a tangential velocity is
+    zero, as that of a resting ball is. ``fastest`` (m/s) is the largest speed in the hit.
+    Return None where the law jumps.
 
     >>> from pool_pymunk.physics.laws import Coulomb
     >>> a, b, pair = NT(1.0, 0.0), NT(0.0, 0.0), Pair(0.2, 0.2, 0.5, 0.1)
     >>> found = hit_jacobian(Coulomb(), a, b, pair, (True, True))
-    >>> found[:, :4].round(3).tolist()
+    >>> found[0, :, :4].round(3).tolist()
     [[0.25, 0.0, 0.75, 0.0], [0.0, 0.5, 0.0, 0.5], [0.75, 0.0, 0.25, 0.0], [0.0, 0.5, 0.0, 0.5]]
     """
 
@@ -145,52 +153,72 @@ def hit_jacobian(law: Law, a: NT, b: NT, pair: Pair, moves: Sequence[bool]) -> A
 
     if law.jumps(a, b, pair):
         return None
-    inputs = (*a, *b, *pair)
+    step = BESIDE * max(fastest, *map(abs, (*a, *b)))
     slip = a.t - b.t
-    free = [k for k, may_move in zip((1, 3), moves, strict=True) if may_move]
-    if slip == 0.0 and free:  # A change of either tangential velocity makes a slip.
-        return _beside(answer, inputs, free[:1])
-    return _beside(answer, inputs, [k for k in free if inputs[k] == 0.0])
+    less = [math.copysign(step, -slip), math.copysign(step, slip)]  # what makes the slip smaller
+    free = [k for k in (0, 1) if moves[k]]
+    tangential = [less[k] if free[:1] == [k] else 0.0 for k in (0, 1)]
+    directions = [(step, tangential[0], 0.0, tangential[1])]
+    if free == [0, 1] and abs(b.t) <= step < abs(slip):
+        directions.append((0.0, 0.0, 0.0, step))
+    turns = any(min(abs(slip), abs((a.t, b.t)[k])) <= WIDE * step for k in free)
+    return _sides(answer, (*a, *b, *pair), directions, turns)
 
 
 def cushion_jacobian(
-    law: Law, v: NT, restitution: float, friction: float, moves: bool
+    law: Law, v: NT, restitution: float, friction: float, moves: bool, fastest: float = 0.0
 ) -> Array | None:
-    """Return the derivatives (2, 4) of the velocity after a hit on a cushion.
+    """Return the derivatives (S, 2, 4) of the velocity after a hit on a cushion, on S sides.
 
     The rows are v_n and v_t after it; the columns are v_n and v_t before it, the restitution and
-    the friction. ``moves``, None and NaN are as in :func:`hit_jacobian`.
+    the friction. The sides, ``moves``, ``fastest`` and None are as in :func:`hit_jacobian`.
 
     >>> from pool_pymunk.physics.laws import Coulomb
-    >>> cushion_jacobian(Coulomb(), NT(-2.0, 1.0), 0.5, 0.1, True)[1].round(3).tolist()
+    >>> cushion_jacobian(Coulomb(), NT(-2.0, 1.0), 0.5, 0.1, True)[0, 1].round(3).tolist()
     [0.15, 1.0, -0.2, -3.0]
     """
 
     def answer(inputs: Sequence[Any]) -> tuple[Any, ...]:
         return tuple(law.cushion(NT(*inputs[:2]), *inputs[2:]))
 
-    return _beside(answer, (*v, restitution, friction), [1] if moves and v.t == 0.0 else [])
+    step = BESIDE * max(fastest, *map(abs, v))
+    slower = math.copysign(step, -v.t) if moves else 0.0
+    turns = moves and abs(v.t) <= WIDE * step
+    return _sides(answer, (*v, restitution, friction), [(-step, slower)], turns)
 
 
-def _beside(answer: Answer, inputs: Sequence[float], at: Sequence[int]) -> Array | None:
-    """Return the Jacobian; None or NaN where a law jumps or has a kink at some of the inputs.
+def _sides(
+    answer: Answer, inputs: Sequence[float], directions: Sequence[Steps], turns: bool
+) -> Array | None:
+    """Return the Jacobians (S, M, K) a step to either side; None where the answers differ there.
 
-    It is None if the answers beside these inputs differ; an entry that differs there is NaN.
+    Each of the ``directions`` has the steps of the first inputs. There is one Jacobian only where
+    the answers go straight on, and no slip ``turns`` there.
     """
-    if not at:
-        return _jacobian(answer, inputs)[1]
-    (above, by_above), (below, by_below) = (
-        _jacobian(
-            answer,
-            [x + way * (STEP * abs(x) or TINY) if k in at else x for k, x in enumerate(inputs)],
-        )
-        for way in (1.0, -1.0)
-    )
+    if not turns and all(_is_straight(answer, inputs, steps) for steps in directions):
+        return _jacobian(answer, inputs)[1][np.newaxis]
+    both = [[way * step for step in steps] for steps in directions for way in (1.0, -1.0)]
+    found = [_jacobian(answer, _moved(inputs, steps)) for steps in both]
+    answers = np.array([values for values, _ in found])
     size = max(map(abs, inputs))
-    if not np.allclose(above, below, rtol=0.0, atol=SAME * size):
+    if not (np.abs(answers - answers[0]) <= SAME * size).all():
         return None
-    same = np.isclose(by_above, by_below, rtol=SAME, atol=SAME * size)
-    return np.where(same, by_above, math.nan)
+    return np.array([slopes for _, slopes in found])
+
+
+def _is_straight(answer: Answer, inputs: Sequence[float], steps: Steps) -> bool:
+    """Tell whether the answers on either side are those of a straight line, to rounding."""
+    wide = [WIDE * step for step in steps]
+    above, here, below = (
+        answer(_moved(inputs, [way * step for step in wide])) for way in (1.0, 0.0, -1.0)
+    )
+    bend = max(abs(a - 2.0 * b + c) for a, b, c in zip(above, here, below, strict=True))
+    return bool(bend <= STRAIGHT * max(map(abs, inputs)))
+
+
+def _moved(inputs: Sequence[float], steps: Steps) -> list[float]:
+    """Return the inputs with steps added to the first of them."""
+    return [x + step for x, step in zip(inputs, steps, strict=False)] + list(inputs[len(steps) :])
 
 
 def _jacobian(answer: Answer, inputs: Sequence[float]) -> tuple[Array, Array]:

@@ -8,19 +8,19 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from pool_pymunk.engine.decisions import instant
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, Vector, split
-from pool_pymunk.physics.dual import cushion_jacobian, hit_jacobian
+from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array, slide
+from pool_pymunk.physics.motion import Array, slide, stopping_time
 from pool_pymunk.physics.saltation import Meeting, State4, bounce, hit, slide_jacobian
 from pool_pymunk.physics.sides import Face, Post
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
+from pool_pymunk.studies.touches import BLUR, GRAZE, Touch, touches
 from pool_pymunk.studies.varied import Inputs
 
-GRAZE = 1e-6  # A contact that closes more slowly than this share of the speeds is a graze: rounding
-# has a say in whether it comes at all.
 AGREE = 1e-8  # of the speeds; a velocity farther off what the law answers is a policy's
 EDGE = 1e-9  # of a radius; a ball that meets a cushion so near to its end may meet the corner
 
@@ -35,8 +35,9 @@ class Changes:
     """Changes say how the balls' states depend on the inputs.
 
     ``change[i]`` (4, P) is how ball i's state at its last knot depends on the inputs, at the fixed
-    time of that knot, and ``kept[i]`` has the numbers of the knots it came to, and the changes
-    there. ``times`` are the changes (P,) of the times of the events.
+    time of that knot. ``kept[i]`` has the times (s) since when its changes were others, the numbers
+    of the knots at which they are given, and the changes. ``times`` are the changes (P,) of the
+    times of the events.
     """
 
     def __init__(self, run: Run, law: Law, inputs: Inputs) -> None:
@@ -49,21 +50,28 @@ class Changes:
         self.knots = [knots.tolist() for knots in run.knots]
         self.at = [0] * len(self.knots)  # the number of each ball's last knot
         self.change = [inputs.start(i) for i in range(len(self.knots))]
-        self.kept = [[(0, change)] for change in self.change]
+        self.kept = [[(0.0, 0, change)] for change in self.change]
         self.times: list[Array] = []
         self.warnings: dict[str, None] = {}
         self.unknown = np.full(inputs.count, math.nan)
+        latest = self.scene.physics.max_time
+        self.is_cut = run.status == "max_time" or run.duration == latest
 
     def follow(self) -> None:
         """Go through the events of the run; raise SettingError for a law without derivatives."""
+        waiting = touches(self.run)[::-1]
         try:
             for k, event in enumerate(self.run.events):
+                while waiting and waiting[-1][:2] <= (event.t, False):
+                    self._touch(waiting.pop())
                 self._pass(k, event)
         except (TypeError, AttributeError) as error:
             if "dual" not in str(error).lower():
                 raise
             message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
             raise setting_error("law", self.law.name, message) from None
+        while waiting:
+            self._touch(waiting.pop())
 
     def ends(self) -> tuple[Array, Array]:
         """Return the changes of the ends and of the velocities there, (N, 2, P) each."""
@@ -72,18 +80,22 @@ class Changes:
         for i, knots in enumerate(self.knots):
             if self.at[i] + 1 < len(knots) and knots[self.at[i] + 1][0] < t:
                 self._lose([i], "a contact lasts", knots[self.at[i] + 1][0])
-            changes.append(self._moved(i, t)[1])
+            change = self._moved(i, t)[1]
+            if self.is_cut and change[2:].any() and self._rests_just_at(i, t):
+                self._warn("a ball comes to rest just as the run ends", t)
+                change[2:] = math.nan  # Its velocity has a kink there, its place has none.
+            changes.append(change)
         found = np.array(changes).reshape(len(self.knots), 4, self.inputs.count)
         return found[:, :2], found[:, 2:]
 
     def at_times(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""
         knots, kept = self.knots[i], self.kept[i]
-        begun = [knots[k][0] for k, _ in kept]
+        begun = [t for t, _, _ in kept]
         changes = []
         for time in times:
             t = min(max(time, 0.0), self.run.duration)
-            k, change = kept[max(bisect_right(begun, t) - 1, 0)]
+            _, k, change = kept[max(bisect_right(begun, t) - 1, 0)]
             if k + 1 < len(knots) and knots[k + 1][0] < t:  # Nothing is known of what began there.
                 change = np.full_like(change, math.nan)
             changes.append(self._slid(knots[k], change, t)[1][:2])
@@ -99,19 +111,54 @@ class Changes:
                 raise Lost
             if event.kind == "stop":
                 self._stop(balls[0], event)
-            elif event.pocket is not None:
-                self._fall(balls[0], event)
             elif self._shares_a_ball(k):
                 raise Lost("contacts of one instant share a ball")
             elif event.t == self.run.duration and self.run.status == "max_events":
                 raise Lost("the run was cut off at a contact")
+            elif self.is_cut and self._is_now(event.t, self.run.duration, balls):
+                raise Lost("the run ends just at a contact")
+            elif any(self._rests_just_at(i, event.t) for i in balls):
+                raise Lost("a ball comes to rest just as it is hit, or just where it touches")
+            elif event.pocket is not None:
+                self._fall(balls[0], event)
             else:
                 self._contact(balls, event)
         except Lost as why:
             self.times.append(self.unknown)
             self._lose(balls, str(why), event.t)
         for i in balls:
-            self.kept[i].append((self.at[i], self.change[i]))
+            self.kept[i].append((event.t, self.at[i], self.change[i]))
+
+    def _touch(self, touch: Touch) -> None:
+        """Lose what depends on whether a touch becomes a contact: by inputs that move its gap."""
+        balls = [i for i in (touch.i, touch.j) if i >= 0]
+        moved = [self._moved(i, touch.t)[1].reshape(2, 2, -1) for i in balls]
+        apart = np.asarray(touch.normal) @ (moved[-1] * (len(balls) == 2) - moved[0])
+        by_gap = apart[0] + self._gap(balls)
+        moves = (by_gap != 0.0) | (touch.begins & (apart[1] != 0.0))
+        if moves.any() and not any(np.isnan(self.change[i]).all() for i in balls):
+            self._warn("a path touches what it does not hit", touch.t)
+        for i in balls:
+            self.change[i] = np.where(moves, math.nan, self.change[i])
+            self.kept[i].append((touch.t, self.at[i], self.change[i]))
+
+    def _is_now(self, t: float, now: float, balls: Sequence[int]) -> bool:
+        """Tell whether a time (s) is that of an instant, to rounding, in the motion of balls."""
+        if t == now:
+            return True
+        knots = [self.knots[i][self.at[i]] for i in balls]
+        fastest = max(max(abs(vx), abs(vy)) for _, _, _, vx, vy in knots)
+        size = max(abs(x) + abs(y) for _, x, y, _, _ in knots)
+        radius = max(self.scene.balls[i].radius for i in balls)
+        return abs(t - now) <= instant(now, size, 0.0, radius, fastest or math.inf)
+
+    def _rests_just_at(self, i: int, t: float) -> bool:
+        """Tell whether a ball that moved comes to rest at this time (s)."""
+        t0, _, _, vx, vy = self.knots[i][self.at[i]]
+        speed = math.sqrt(vx * vx + vy * vy)
+        if speed == 0.0:
+            return False
+        return self._is_now(t0 + stopping_time(speed, self.deceleration), t, [i])
 
     def _shares_a_ball(self, k: int) -> bool:
         """Tell whether a contact has a ball in common with another event of its instant.
@@ -119,15 +166,16 @@ class Changes:
         A stop that comes after the contact is what the contact led to.
         """
         balls, events = set(self.run.events[k].balls), self.run.events
-        beside = [events[j] for j in self._same_instant(k) if events[j].is_contact or j < k]
+        beside = [events[j] for j in self._same_instant(k) if events[j].kind != "stop" or j < k]
         return any(balls & set(other.balls) for other in beside)
 
     def _same_instant(self, k: int) -> Iterator[int]:
         """Yield the numbers of the other events of this one's instant."""
         events = self.run.events
+        balls = [self.scene.index[id_] for id_ in events[k].balls]
         for way in (-1, 1):
             j = k + way
-            while 0 <= j < len(events) and events[j].t == events[k].t:
+            while 0 <= j < len(events) and self._is_now(events[j].t, events[k].t, balls):
                 yield j
                 j += way
 
@@ -141,13 +189,19 @@ class Changes:
         after = [(knot[3], knot[4]) for knot in (self.knots[i][self.at[i] + 1] for i in balls)]
         meeting, normal = self._meeting(balls, states, event)
         fastest = max(abs(part) for state in states for part in state[2:])
-        if meeting.closing <= GRAZE * fastest:
+        size = sum(abs(x) + abs(y) + self.scene.balls[i].radius
+                   for i, (x, y, _, _) in zip(balls, states, strict=True))  # fmt: skip
+        if meeting.closing <= GRAZE * fastest or _depth(meeting) <= BLUR * size:
             raise Lost("a contact is a graze")
         times = meeting.times(change, self._gap(balls))
+        if times.any() and self._is_now(event.t, 0.0, balls):
+            self._warn("balls touch at the start", event.t)
+            times = np.where(times != 0.0, math.nan, times)
         moved = meeting.moved(change, times)
         parts = meeting.split @ moved
         before_nt = [split(state[2:], normal) for state in states]
-        law, answer = self._law(balls, before_nt, [bool(row.any()) for row in parts[1::2]])
+        moves = [bool(row.any()) for row in parts[1::2]]
+        law, answer = self._law(balls, before_nt, moves, fastest)
         if not _agree(after, answer, normal, fastest):
             raise Lost("a contact is answered by a policy")
         parts = self._answered(law, parts, self._told(balls), event.t)
@@ -188,36 +242,39 @@ class Changes:
         return False
 
     def _law(
-        self, balls: list[int], before: list[NT], moves: list[bool]
+        self, balls: list[int], before: list[NT], moves: list[bool], fastest: float
     ) -> tuple[Array, Sequence[NT]]:
-        """Return the law's Jacobian, and its answer."""
+        """Return the law's Jacobians within rounding of a hit, and its answer."""
         law: Array | None
         answer: Sequence[NT]
         if len(balls) == 2:
             (a, b), pair = before, self.scene.pair(*balls)
-            law = hit_jacobian(self.law, a, b, pair, moves)
+            law = hit_jacobian(self.law, a, b, pair, moves, fastest)
             answer = self.law.ball_ball(a, b, pair)
         else:
             e, mu = self.scene.restitution.cushion or 0.0, self.scene.friction.cushion
-            law = cushion_jacobian(self.law, before[0], e, mu, moves[0])
+            law = cushion_jacobian(self.law, before[0], e, mu, moves[0], fastest)
             answer = [self.law.cushion(before[0], e, mu)]
-        if law is None or np.isnan(law[:, : 2 * len(balls)]).any():
+        if law is None:
             raise Lost(f"law {self.law.name} jumps or has a kink")
         return law, answer
 
     def _answered(self, law: Array, parts: Array, told: Told, t: float) -> Array:
-        """Return the changes of the velocities along normal and tangent after the contact."""
+        """Return the changes of the velocities along normal and tangent after the contact.
+
+        They are unknown by inputs for which the sides of the ``law`` (S, M, K) have other answers.
+        """
         rows = len(parts)
-        found = law[:, :rows] @ parts
-        for slopes, change in zip(law.T[rows:], told, strict=True):
-            if change is None:
-                continue
-            if np.isnan(slopes).any():  # Only these inputs have no derivative.
-                self._warn(f"law {self.law.name} has a kink", t)
-                found[:, change != 0.0] = math.nan
-            else:
-                found += slopes[:, np.newaxis] * change
-        return np.asarray(found)
+        varied = [rows + k for k, row in enumerate(told) if row is not None]
+        change = np.vstack([parts, *(row for row in told if row is not None)])
+        sides = law[:, :, [*range(rows), *varied]] @ change
+        if len(sides) == 1:
+            return np.asarray(sides[0])
+        size = np.abs(law).max() * np.abs(change).max(axis=0)
+        bent = (np.abs(sides - sides[0]) > SAME * size).any(axis=(0, 1))
+        if bent.any():
+            self._warn(f"law {self.law.name} has a kink, as between sticking and slipping", t)
+        return np.asarray(np.where(bent, math.nan, sides.mean(axis=0)))
 
     def _told(self, balls: list[int]) -> Told:
         """Return the changes of what a law is told: masses, restitution and friction."""
@@ -310,6 +367,19 @@ class Changes:
     def _warn(self, why: str, t: float) -> None:
         text = f"{why} (at {t:.6g} s): what hangs on it has no derivative, and is NaN"
         self.warnings[text] = None
+
+
+def _depth(meeting: Meeting) -> float:
+    """Return how deep (m) two sides would sink into each other; infinite if that has no end.
+
+    The gap's second derivative has two parts: the balls slow down, and they pass each other.
+    """
+    velocity, pull = meeting.rate.reshape(-1, 2, 2).swapaxes(0, 1)
+    guard, turning = (row.reshape(-1, 2, 2)[:, 0] for row in (meeting.guard, meeting.turning))
+    bend = math.hypot(*turning[0])
+    swing = float((turning * velocity).sum())
+    out = float((guard * pull).sum()) + (swing * swing / bend if bend > 0.0 else 0.0)
+    return meeting.closing**2 / (2.0 * out) if out > 0.0 else math.inf
 
 
 def _agree(after: Sequence[Vector], answer: Sequence[NT], normal: Vector, fastest: float) -> bool:

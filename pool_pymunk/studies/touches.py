@@ -1,0 +1,234 @@
+"""This module finds where paths of an exact run touch, to rounding, and no contact comes of it.
+
+A path may be tangent to a ball, a corner or the rim of a pocket, run along a cushion, or end
+just where it touches. A small change makes a contact there or leaves a gap, so ends have a kink.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.motion import EPSILON, Array
+from pool_pymunk.results.run import Run
+
+# Rounding moves a place by less than this share of its coordinates. An instant of the engine has
+# the same bound (:func:`~pool_pymunk.engine.decisions.instant`).
+BLUR = 256.0 * EPSILON
+GRAZE = 1e-6  # A contact that closes more slowly than this share of the speeds is a graze: rounding
+# has a say in whether it comes at all.
+CHUNK = 1 << 18  # pairs of pieces that are looked at together, in some 50 MB
+HALVINGS = 60  # After so many halvings an interval of time is as short as rounding.
+
+Whole = NDArray[np.int64]
+Times = dict[tuple[int, str], set[float]]  # when (s) a ball met what has this name
+Pairs = tuple[Whole, Whole, Array, Array]  # two pieces, since when and until when (s)
+
+
+class Touch(NamedTuple):
+    """A touch is a place where ball ``i`` touches ball ``j``, or something at rest (-1).
+
+    ``normal`` is the unit vector from ball i to what it touches. ``begins`` tells that a path
+    begins there, along what it touches.
+    """
+
+    t: float
+    begins: bool
+    i: int
+    j: int
+    normal: Vector
+
+
+class Pieces(NamedTuple):
+    """Pieces are those of the paths of all balls, and things at rest, as arrays of one length.
+
+    ``own`` is the number of the ball, or -1 - k for the ``k``-th thing at rest. A piece lasts
+    from ``t0`` to ``t1`` (s). ``motion`` (K, 3, 2) has the place (m), velocity (m/s) and
+    acceleration (m/s^2) at its start. ``size`` (m) is the radius. ``rim`` tells that only the
+    centres of balls count, as at a pocket.
+    """
+
+    own: Whole
+    t0: Array
+    t1: Array
+    motion: Array
+    size: Array
+    rim: NDArray[np.bool_]
+
+    @property
+    def moves(self) -> NDArray[np.bool_]:
+        """Tell which of them move."""
+        return np.asarray(self.motion[:, 1].any(axis=1))
+
+    def at(self, rows: Whole, t: Array) -> tuple[Array, Array]:
+        """Return places (m) and velocities (m/s) of these pieces, each at its own time."""
+        motion, time = self.motion[rows], (t - self.t0[rows])[:, np.newaxis]
+        velocity = motion[:, 1] + time * motion[:, 2]
+        return motion[:, 0] + 0.5 * time * (motion[:, 1] + velocity), velocity
+
+
+def touches(run: Run) -> list[Touch]:
+    """Return all touches of a run that are no contacts, in the order of time."""
+    met, pieces = _met(run), _pieces(run)
+    return sorted([*_of_discs(run, pieces, met), *_of_faces(run, pieces, met)])
+
+
+def _met(run: Run) -> Times:
+    """Return when each ball met what: another ball with a higher number, or a thing at rest."""
+    found: Times = {}
+    for event in run.events:
+        i, *others = sorted(run.scene.index[id_] for id_ in event.balls)
+        name = str(others[0]) if others else f"{event.cushion}, {event.pocket}"
+        found.setdefault((i, name), set()).add(event.t)
+    return found
+
+
+def _at_rest(run: Run) -> list[tuple[Vector, float, bool, str]]:
+    """Return corners and pockets: place (m), radius (m), whether it is a rim, and its name."""
+    table = run.scene.table
+    corners = [] if table is None else [(k, table.outline[k]) for k in table.reflex_corners]
+    return [
+        *((place, 0.0, False, f"{k}, None") for k, place in corners),
+        *((hole.position, hole.radius, True, f"None, {hole.id}") for hole in run.scene.pockets),
+    ]
+
+
+def _pieces(run: Run) -> Pieces:
+    """Return the pieces of a run's paths, as long as the balls are on the table."""
+    rows: list[tuple[float, ...]] = []
+    leaves = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
+    for i, (ball, knots) in enumerate(zip(run.scene.balls, run.knots, strict=True)):
+        last = leaves.get(ball.id, -1.0 if ball.id in run.off else run.duration)
+        ends = [*knots[1:, 0].tolist(), last]
+        for (t, *motion), end in zip(knots.tolist(), ends, strict=True):
+            if t < min(end, last):
+                rows.append((i, t, min(end, last), *motion, ball.radius, 0.0))
+    for k, (place, radius, rim, _) in enumerate(_at_rest(run)):
+        rows.append((-1 - k, 0.0, run.duration, *place, 0.0, 0.0, radius, rim))
+    table = np.array(rows).reshape(-1, 9)
+    velocity = table[:, 5:7]
+    speed = np.sqrt((velocity**2).sum(axis=1, keepdims=True))
+    pull = -run.scene.deceleration * velocity / np.where(speed > 0.0, speed, 1.0)
+    motion = np.stack([table[:, 3:5], velocity, pull], axis=1)
+    return Pieces(table[:, 0].astype(int), table[:, 1], table[:, 2], motion, table[:, 7],
+                  table[:, 8] > 0.0)  # fmt: skip
+
+
+# -- balls, corners and pockets --------------------------------------------------------------------
+
+
+def _of_discs(run: Run, pieces: Pieces, met: Times) -> Iterator[Touch]:
+    """Yield where a path is tangent to a disc, begins along it, or ends at it."""
+    p, q, since, until = _near(pieces)
+    for t, begins in ((since, True), (until, False)):
+        yield from _closed(run, pieces, (p, q, t), met, begins)
+    inner = (_rate(pieces, p, q, since)[0] < 0.0) & (_rate(pieces, p, q, until)[0] > 0.0)
+    if inner.any():
+        p, q = p[inner], q[inner]
+        nearest = _nearest(pieces, p, q, since[inner], until[inner])
+        yield from _closed(run, pieces, (p, q, nearest), met, begins=False)
+
+
+def _closed(
+    run: Run, pieces: Pieces, at: tuple[Whole, Whole, Array], met: Times, begins: bool
+) -> Iterator[Touch]:
+    """Yield which of these pairs of pieces touch at their times; paths that begin go along."""
+    p, q, t = at
+    names = [name for *_, name in _at_rest(run)]
+    place, other = pieces.at(p, t)[0], pieces.at(q, t)[0]
+    reach, distance = _reach(pieces, p, q), np.sqrt(((other - place) ** 2).sum(axis=1))
+    blur = BLUR * (np.abs(place).sum(axis=1) + np.abs(other).sum(axis=1) + reach)
+    found = np.abs(distance - reach) <= blur
+    if begins:
+        rate, fastest = _rate(pieces, p, q, t)
+        found &= np.abs(rate) <= GRAZE * fastest * distance
+    for k in np.flatnonzero(found).tolist():
+        i, j = int(pieces.own[p[k]]), int(pieces.own[q[k]])
+        nx, ny = ((other[k] - place[k]) / distance[k]).tolist()
+        key = (min(i, j), str(max(i, j))) if j >= 0 else (i, names[-1 - j])
+        if t[k] not in met.get(key, ()):
+            yield Touch(float(t[k]), begins, i, max(j, -1), (nx, ny))
+
+
+def _rate(pieces: Pieces, p: Whole, q: Whole, t: Array) -> tuple[Array, Array]:
+    """Return distances times how fast they grow (m^2/s), and the largest speeds (m/s)."""
+    (place, velocity), (other, its) = pieces.at(p, t), pieces.at(q, t)
+    rate = ((other - place) * (its - velocity)).sum(axis=1)
+    return rate, np.abs([velocity, its]).max(axis=(0, 2))
+
+
+def _reach(pieces: Pieces, p: Whole, q: Whole) -> Array:
+    """Return the distance (m) of the centres at which pairs of pieces touch."""
+    return np.asarray(np.where(pieces.rim[q], 0.0, pieces.size[p]) + pieces.size[q])
+
+
+def _near(pieces: Pieces) -> Pairs:
+    """Return pairs of pieces that may touch, of which the first one moves."""
+    moving = np.flatnonzero(pieces.moves)
+    step = max(CHUNK // max(len(pieces.own), 1), 1)
+    found: list[Any] = [
+        _near_some(pieces, moving[k : k + step]) for k in range(0, max(len(moving), 1), step)
+    ]
+    p, q, since, until = map(np.concatenate, zip(*found, strict=True))
+    return p, q, since, until
+
+
+def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
+    """Return pairs of these moving pieces with others that may touch.
+
+    The relative path of two pieces deviates from its chord by |a| T^2 / 8 at most; it is the chord
+    if one of them rests.
+    """
+    own = pieces.own
+    since = np.maximum(pieces.t0[moving, np.newaxis], pieces.t0)
+    until = np.minimum(pieces.t1[moving, np.newaxis], pieces.t1)
+    once = ~pieces.moves | (own > own[moving, np.newaxis])
+    row, q = np.nonzero((since < until) & once & (own != own[moving, np.newaxis]))
+    p, since, until = moving[row], since[row, q], until[row, q]
+    first, last = (pieces.at(q, t)[0] - pieces.at(p, t)[0] for t in (since, until))
+    chord = last - first
+    length = (chord**2).sum(axis=1)
+    share = -(first * chord).sum(axis=1) / np.where(length > 0.0, length, 1.0)
+    nearest = first + np.clip(share, 0.0, 1.0)[:, np.newaxis] * chord
+    pull = np.sqrt(((pieces.motion[q, 2] - pieces.motion[p, 2]) ** 2).sum(axis=1))
+    bow = np.where(pieces.moves[q], pull * (until - since) ** 2 / 8.0, 0.0)
+    blur = BLUR * (np.abs(pieces.motion[p, 0]) + np.abs(pieces.motion[q, 0])).sum(axis=1)
+    within = (_reach(pieces, p, q) + bow) * (1.0 + BLUR) + 4.0 * blur
+    near = (nearest**2).sum(axis=1) <= within**2
+    return p[near], q[near], since[near], until[near]
+
+
+def _nearest(pieces: Pieces, p: Whole, q: Whole, since: Array, until: Array) -> Array:
+    """Return when pairs that near at first and part at last are nearest (s)."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (since + until)
+        parts = _rate(pieces, p, q, middle)[0] > 0.0
+        since, until = np.where(parts, since, middle), np.where(parts, middle, until)
+    return until
+
+
+# -- cushions --------------------------------------------------------------------------------------
+
+
+def _of_faces(run: Run, pieces: Pieces, met: Times) -> Iterator[Touch]:
+    """Yield where a straight path begins along the face of a cushion, or ends at it."""
+    moving = np.flatnonzero(pieces.moves)
+    radius = pieces.size[moving]
+    for t, begins in ((pieces.t0[moving], True), (pieces.t1[moving], False)):
+        place, velocity = pieces.at(moving, t)
+        blur = BLUR * (np.abs(place).sum(axis=1) + radius)
+        for number, edge in enumerate(() if run.scene.table is None else run.scene.table.edges):
+            normal, offset = np.array(edge.normal), place - np.array(edge.start)
+            foot = offset @ np.array(edge.tangent)
+            found = np.abs(offset @ normal - radius) <= blur
+            found &= (foot >= -blur) & (foot <= edge.length + blur)
+            if begins:
+                found &= np.abs(velocity @ normal) <= GRAZE * np.abs(velocity).max(axis=1)
+            for k in np.flatnonzero(found).tolist():
+                i, (nx, ny) = int(pieces.own[moving[k]]), edge.normal
+                if t[k] not in met.get((i, f"{number}, None"), ()):
+                    yield Touch(float(t[k]), begins, i, -1, (-nx, -ny))
