@@ -195,8 +195,10 @@ def _sides(
     Each of the ``directions`` has the steps of the first inputs. There is one Jacobian only where
     the answers go straight on, and no slip ``turns`` there.
     """
-    if not turns and all(_is_straight(answer, inputs, steps) for steps in directions):
-        return _jacobian(answer, inputs)[1][np.newaxis]
+    if not turns:
+        here, jacobian = _jacobian(answer, inputs)
+        if all(_is_straight(answer, inputs, here.tolist(), steps) for steps in directions):
+            return jacobian[np.newaxis]
     both = [[way * step for step in steps] for steps in directions for way in (1.0, -1.0)]
     found = [_jacobian(answer, _moved(inputs, steps)) for steps in both]
     answers = np.array([values for values, _ in found])
@@ -206,12 +208,12 @@ def _sides(
     return np.array([slopes for _, slopes in found])
 
 
-def _is_straight(answer: Answer, inputs: Sequence[float], steps: Steps) -> bool:
-    """Tell whether the answers on either side are those of a straight line, to rounding."""
+def _is_straight(
+    answer: Answer, inputs: Sequence[float], here: Sequence[float], steps: Steps
+) -> bool:
+    """Tell whether the answers on either side and ``here`` lie on a line, to rounding."""
     wide = [WIDE * step for step in steps]
-    above, here, below = (
-        answer(_moved(inputs, [way * step for step in wide])) for way in (1.0, 0.0, -1.0)
-    )
+    above, below = (answer(_moved(inputs, [way * step for step in wide])) for way in (1.0, -1.0))
     bend = max(abs(a - 2.0 * b + c) for a, b, c in zip(above, here, below, strict=True))
     return bool(bend <= STRAIGHT * max(map(abs, inputs)))
 

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pool_pymunk.engine.decisions import instant
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, Vector, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
@@ -81,9 +80,9 @@ class Changes:
             if self.at[i] + 1 < len(knots) and knots[self.at[i] + 1][0] < t:
                 self._lose([i], "a contact lasts", knots[self.at[i] + 1][0])
             change = self._moved(i, t)[1]
-            if self.is_cut and change[2:].any() and self._rests_just_at(i, t):
+            if self.is_cut and change.any() and self._rests_just_at(i, t):
                 self._warn("a ball comes to rest just as the run ends", t)
-                change[2:] = math.nan  # Its velocity has a kink there, its place has none.
+                change[2:, change.any(axis=0)] = math.nan  # The place alone is smooth.
             changes.append(change)
         found = np.array(changes).reshape(len(self.knots), 4, self.inputs.count)
         return found[:, :2], found[:, 2:]
@@ -95,11 +94,24 @@ class Changes:
         changes = []
         for time in times:
             t = min(max(time, 0.0), self.run.duration)
-            _, k, change = kept[max(bisect_right(begun, t) - 1, 0)]
+            last = max(bisect_right(begun, t) - 1, 0)
+            _, k, change = kept[last]
             if k + 1 < len(knots) and knots[k + 1][0] < t:  # Nothing is known of what began there.
                 change = np.full_like(change, math.nan)
+            if any(self._is_hit(i, n, t) for n in (last, last + 1) if 0 < n < len(kept)):
+                change = np.where(change.any(axis=0), math.nan, change)
             changes.append(self._slid(knots[k], change, t)[1][:2])
         return np.array(changes).reshape(len(changes), 2, self.inputs.count)
+
+    def _is_hit(self, i: int, n: int, t: float) -> bool:
+        """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
+        begun, k, _ = self.kept[i][n]
+        t0, x, y, vx, vy = self.knots[i][self.kept[i][n - 1][1]]
+        before = slide(x, y, vx, vy, self.deceleration, t - t0)[2:]
+        after = self.knots[i][k][3:]
+        jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
+        is_end = t == self.run.duration and not self.is_cut  # It is held where balls rest.
+        return jump > AGREE * math.hypot(*before) and not is_end and self._is_now(begun, t, [i])
 
     # -- events ------------------------------------------------------------------------------------
 
@@ -130,35 +142,37 @@ class Changes:
             self.kept[i].append((event.t, self.at[i], self.change[i]))
 
     def _touch(self, touch: Touch) -> None:
-        """Lose what depends on whether a touch becomes a contact: by inputs that move its gap."""
+        """Lose what depends on whether a touch becomes a contact.
+
+        A contact that just closes changes velocities by the root of the change of the gap. So
+        every input that has changed one of the balls matters, also to second order.
+        """
         balls = [i for i in (touch.i, touch.j) if i >= 0]
-        moved = [self._moved(i, touch.t)[1].reshape(2, 2, -1) for i in balls]
-        apart = np.asarray(touch.normal) @ (moved[-1] * (len(balls) == 2) - moved[0])
-        by_gap = apart[0] + self._gap(balls)
-        moves = (by_gap != 0.0) | (touch.begins & (apart[1] != 0.0))
-        if moves.any() and not any(np.isnan(self.change[i]).all() for i in balls):
+        changes = [self._moved(i, touch.t)[1] for i in balls]
+        changes += [change for i in balls for _, _, change in self.kept[i]]
+        matters = np.any([change.any(axis=0) for change in changes], axis=0)
+        matters |= self._gap(balls) != 0.0
+        if matters.any() and not any(np.isnan(self.change[i]).all() for i in balls):
             self._warn("a path touches what it does not hit", touch.t)
         for i in balls:
-            self.change[i] = np.where(moves, math.nan, self.change[i])
+            self.change[i] = np.where(matters, math.nan, self.change[i])
             self.kept[i].append((touch.t, self.at[i], self.change[i]))
 
     def _is_now(self, t: float, now: float, balls: Sequence[int]) -> bool:
         """Tell whether a time (s) is that of an instant, to rounding, in the motion of balls."""
-        if t == now:
-            return True
-        knots = [self.knots[i][self.at[i]] for i in balls]
-        fastest = max(max(abs(vx), abs(vy)) for _, _, _, vx, vy in knots)
-        size = max(abs(x) + abs(y) for _, x, y, _, _ in knots)
-        radius = max(self.scene.balls[i].radius for i in balls)
-        return abs(t - now) <= instant(now, size, 0.0, radius, fastest or math.inf)
+        fastest, size = 0.0, 0.0
+        for i in balls if t != now else ():
+            _, x, y, vx, vy = self.knots[i][self.at[i]]
+            fastest = max(fastest, abs(vx), abs(vy))
+            size = max(size, abs(x) + abs(y) + self.scene.balls[i].radius)
+        return t == now or abs(t - now) * fastest < BLUR * (size * (fastest > 0.0) + now * fastest)
 
     def _rests_just_at(self, i: int, t: float) -> bool:
         """Tell whether a ball that moved comes to rest at this time (s)."""
         t0, _, _, vx, vy = self.knots[i][self.at[i]]
         speed = math.sqrt(vx * vx + vy * vy)
-        if speed == 0.0:
-            return False
-        return self._is_now(t0 + stopping_time(speed, self.deceleration), t, [i])
+        moved = speed > 0.0 or self.at[i] > 0
+        return moved and self._is_now(t0 + stopping_time(speed, self.deceleration), t, [i])
 
     def _shares_a_ball(self, k: int) -> bool:
         """Tell whether a contact has a ball in common with another event of its instant.
@@ -264,17 +278,24 @@ class Changes:
 
         They are unknown by inputs for which the sides of the ``law`` (S, M, K) have other answers.
         """
-        rows = len(parts)
-        varied = [rows + k for k, row in enumerate(told) if row is not None]
-        change = np.vstack([parts, *(row for row in told if row is not None)])
-        sides = law[:, :, [*range(rows), *varied]] @ change
+        sides = [self._by_law(side, parts, told) for side in law]
         if len(sides) == 1:
-            return np.asarray(sides[0])
+            return sides[0]
+        change = np.vstack([parts, *(row for row in told if row is not None)])
         size = np.abs(law).max() * np.abs(change).max(axis=0)
-        bent = (np.abs(sides - sides[0]) > SAME * size).any(axis=(0, 1))
+        bent = (np.abs(np.array(sides) - sides[0]) > SAME * size).any(axis=(0, 1))
         if bent.any():
             self._warn(f"law {self.law.name} has a kink, as between sticking and slipping", t)
-        return np.asarray(np.where(bent, math.nan, sides.mean(axis=0)))
+        return np.asarray(np.where(bent, math.nan, np.mean(sides, axis=0)))
+
+    def _by_law(self, law: Array, parts: Array, told: Told) -> Array:
+        """Return what one Jacobian of a law makes of these changes."""
+        rows = len(parts)
+        found = law[:, :rows] @ parts
+        for slopes, change in zip(law.T[rows:], told, strict=True):
+            if change is not None:
+                found += slopes[:, np.newaxis] * change
+        return np.asarray(found)
 
     def _told(self, balls: list[int]) -> Told:
         """Return the changes of what a law is told: masses, restitution and friction."""

@@ -22,6 +22,7 @@ BLUR = 256.0 * EPSILON
 GRAZE = 1e-6  # A contact that closes more slowly than this share of the speeds is a graze: rounding
 # has a say in whether it comes at all.
 CHUNK = 1 << 18  # pairs of pieces that are looked at together, in some 50 MB
+LAST = 1e-9  # of a piece; so long before its end it is asked whether a ball that stops parts
 HALVINGS = 60  # After so many halvings an interval of time is as short as rounding.
 
 Whole = NDArray[np.int64]
@@ -30,17 +31,15 @@ Pairs = tuple[Whole, Whole, Array, Array]  # two pieces, since when and until wh
 
 
 class Touch(NamedTuple):
-    """A touch is a place where ball ``i`` touches ball ``j``, or something at rest (-1).
+    """A touch is that of ball ``i`` with ball ``j``, or with something at rest (-1), at ``t`` (s).
 
-    ``normal`` is the unit vector from ball i to what it touches. ``begins`` tells that a path
-    begins there, along what it touches.
+    ``begins`` tells that a path begins there, along what it touches.
     """
 
     t: float
     begins: bool
     i: int
     j: int
-    normal: Vector
 
 
 class Pieces(NamedTuple):
@@ -126,7 +125,8 @@ def _of_discs(run: Run, pieces: Pieces, met: Times) -> Iterator[Touch]:
     p, q, since, until = _near(pieces)
     for t, begins in ((since, True), (until, False)):
         yield from _closed(run, pieces, (p, q, t), met, begins)
-    inner = (_rate(pieces, p, q, since)[0] < 0.0) & (_rate(pieces, p, q, until)[0] > 0.0)
+    last = until - LAST * (until - since)  # A velocity that is zero has no sign.
+    inner = (_rate(pieces, p, q, since)[0] < 0.0) & (_rate(pieces, p, q, last)[0] > 0.0)
     if inner.any():
         p, q = p[inner], q[inner]
         nearest = _nearest(pieces, p, q, since[inner], until[inner])
@@ -148,10 +148,9 @@ def _closed(
         found &= np.abs(rate) <= GRAZE * fastest * distance
     for k in np.flatnonzero(found).tolist():
         i, j = int(pieces.own[p[k]]), int(pieces.own[q[k]])
-        nx, ny = ((other[k] - place[k]) / distance[k]).tolist()
         key = (min(i, j), str(max(i, j))) if j >= 0 else (i, names[-1 - j])
         if t[k] not in met.get(key, ()):
-            yield Touch(float(t[k]), begins, i, max(j, -1), (nx, ny))
+            yield Touch(float(t[k]), begins, i, max(j, -1))
 
 
 def _rate(pieces: Pieces, p: Whole, q: Whole, t: Array) -> tuple[Array, Array]:
@@ -229,6 +228,6 @@ def _of_faces(run: Run, pieces: Pieces, met: Times) -> Iterator[Touch]:
             if begins:
                 found &= np.abs(velocity @ normal) <= GRAZE * np.abs(velocity).max(axis=1)
             for k in np.flatnonzero(found).tolist():
-                i, (nx, ny) = int(pieces.own[moving[k]]), edge.normal
+                i = int(pieces.own[moving[k]])
                 if t[k] not in met.get((i, f"{number}, None"), ()):
-                    yield Touch(float(t[k]), begins, i, -1, (-nx, -ny))
+                    yield Touch(float(t[k]), begins, i, -1)
