@@ -46,6 +46,8 @@ from pool_pymunk.studies.robust import (
 
 Mask = NDArray[np.bool_]
 
+MORE = 6  # So many rounds of further starts are made where what remains is implausible.
+CLOSE = 0.15  # of the range of every number; so far around the best ones every second round looks
 LOOKS = 64  # tries of the first look, for each number that is free
 MOST_LOOKS = 400
 STEPS = 60  # evaluations of one search
@@ -244,18 +246,27 @@ class _Search:
         """Search from several starts, and say what came of it."""
         self.used = self._sound(self._inside(self.own))
         tried = [self._refined(start, FIRST_ROUNDS) for start in self._starts(starts)]
-        best = self._refined(self._best(tried).values)
+        best = self._settled(self._refined(self._best(tried).values))
+        for k in range(MORE if starts > 1 and self.names else 0):
+            if self._optimum(best).is_plausible:
+                break
+            tried = [self._refined(start, FIRST_ROUNDS) for start in self._more(k, starts, best)]
+            best = self._settled(self._refined(self._best([best, *tried]).values))
+        best = self._nearest(best)
+        if self.error is not None:  # It is known, so it need not be estimated any more.
+            values = self._down(best.values, self.error) if self.names else best.values
+            best = _State(values, self.error)
+        return self._answer(best)
+
+    def _settled(self, best: _State) -> _State:
+        """Go down again until the places that have derivatives are the same ones."""
         for _ in range(5):
             sound = self._sound(best.values)
             if (sound == self.used).all():
                 break
             self.used = sound
             best = self._refined(best.values)
-        best = self._nearest(best)
-        if self.error is not None:  # It is known, so it need not be estimated any more.
-            values = self._down(best.values, self.error) if self.names else best.values
-            best = _State(values, self.error)
-        return self._answer(best)
+        return best
 
     def _sound(self, values: Array) -> Mask:
         """Tell which places have derivatives here."""
@@ -276,15 +287,33 @@ class _Search:
         """Return the scene's own numbers, and the best others of a first look."""
         if count == 1 or not self.names:
             return [self._inside(self.own)]
+        return [self._inside(self.own), *self._look(*self._spans(), count - 1)]
+
+    def _more(self, k: int, count: int, best: _State) -> list[Array]:
+        """Return further starts for the ``k``-th round: close to the best numbers, or anywhere."""
+        low, high = self._spans()
+        if k % 2 == 0:
+            close = CLOSE * (high - low) * 0.5 ** (k // 2)
+            low, high = best.values - close, best.values + close
+        return self._look(low, high, count, k + 1)
+
+    def _spans(self) -> tuple[Array, Array]:
+        """Return the ranges in which a search looks."""
         low, high = np.array([span(self.forecast.scene, name) for name in self.names]).T
+        return low, high
+
+    def _look(self, low: Array, high: Array, count: int, k: int = 0) -> list[Array]:
+        """Return the best numbers of the ``k``-th look at many between ``low`` and ``high``."""
         halton = _scipy("stats").qmc.Halton(len(self.names), scramble=False)
         shift = np.random.default_rng(self.seed).random(len(self.names))
-        draws = (halton.random(min(LOOKS * len(self.names), MOST_LOOKS)) + shift) % 1.0
-        tries = list(low + draws * (high - low))
+        looks = min(LOOKS * len(self.names), MOST_LOOKS)
+        halton.fast_forward(k * looks)
+        draws = (halton.random(looks) + shift) % 1.0
+        tries = list(np.clip(low + draws * (high - low), self.low, self.high))
         radius = min(ball.radius for ball in self.forecast.scene.balls)
         costs = [self._cost(values, radius) for values in tries]
-        order = np.argsort(costs, kind="stable")[: count - 1]
-        return [self._inside(self.own), *(tries[k] for k in order if math.isfinite(costs[k]))]
+        order = np.argsort(costs, kind="stable")[:count]
+        return [tries[k] for k in order if math.isfinite(costs[k])]
 
     def _cost(self, values: Array, scale: float) -> float:
         """Return Cauchy's loss for errors of this scale (m)."""
@@ -377,20 +406,23 @@ class _Search:
 
     # -- the answer --------------------------------------------------------------------------------
 
-    def _answer(self, best: _State) -> Fit:
-        """Return the fit, with standard errors and with what is to be doubted."""
-        forecast, values = self.forecast, best.values
-        optimum = Optimum(
-            forecast=forecast,
-            values=values,
+    def _optimum(self, best: _State) -> Optimum:
+        """Return a state with what its doubts need; a stated error is the scale."""
+        return Optimum(
+            forecast=self.forecast,
+            values=best.values,
             used=self.used,
-            jacobian=self._jacobian(values),
-            sigma=best.scale,
+            jacobian=self._jacobian(best.values),
+            sigma=self.error or best.scale,
             stated=self.error is not None,
             sizes=self.sizes,
             low=self.low,
             high=self.high,
         )
+
+    def _answer(self, best: _State) -> Fit:
+        """Return the fit, with standard errors and with what is to be doubted."""
+        forecast, values, optimum = self.forecast, best.values, self._optimum(best)
         return Fit(
             scene=forecast.scene_of(values),
             before=forecast.scene,

@@ -20,8 +20,9 @@ from pool_pymunk.studies.robust import (
     SAME,
     blind_part,
     covariances,
-    first_scale,
+    excess,
     hanging,
+    largest_excess,
     told,
     weights,
 )
@@ -32,7 +33,10 @@ FAR = 5.0  # sigma; what is farther off is named
 ALIKE = 0.99  # Numbers that are correlated more strongly are told apart badly.
 UPHILL = 0.5  # standard errors; a fit from which it goes downhill farther has not come to an end
 BENT = 0.5  # of what the derivatives say; places that are farther from there show a bend
-MUCH = 2.0  # What remains is more than this times the stated error.
+# of the smallest radius: a picture in which a ball is twenty pixels wide shows its centre to a
+# pixel, so errors of measurement are smaller.
+COARSE = 0.1
+ROUNDING = 1e-9  # m; residuals of measured places are larger
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +101,25 @@ class Optimum:
         return self.stated or self.has_spare
 
     @cached_property
+    def excess(self) -> float:
+        """Return the root mean square of what remains, blunders and all, in sigmas."""
+        return excess(self.off[self.hangs], self.sigma, self.told)
+
+    @property
+    def is_coarse(self) -> bool:
+        """Tell whether an error that nobody has stated is too large to be one of measurement."""
+        radius = min(ball.radius for ball in self.forecast.scene.balls)
+        return not self.stated and self.knows_sigma and self.sigma > COARSE * radius
+
+    @property
+    def is_plausible(self) -> bool:
+        """Tell whether errors of measurement may have left what remains."""
+        if not self.has_spare or np.abs(self.off).max(initial=0.0) <= ROUNDING:
+            return True
+        most = largest_excess(int(self.hangs.sum()) - self.told)
+        return self.excess <= most and not self.is_coarse
+
+    @cached_property
     def covariance(self) -> Array:
         """Return the covariances (P, P) of the fitted numbers; nan is what is not known."""
         found = covariances(self.jacobian * self.sizes, self.off, self.sigma)
@@ -126,7 +149,7 @@ def doubts(found: Optimum) -> Iterator[str]:
     yield from _at_jump(found)
     yield from _bent(found)
     yield from _far_off(found)
-    yield from _larger_than_stated(found)
+    yield from _implausible(found)
 
 
 def _left_out(found: Optimum) -> Iterator[str]:
@@ -250,20 +273,27 @@ def _length(vector: Array) -> float:
 
 
 def _far_off(found: Optimum) -> Iterator[str]:
-    far = (np.abs(found.residuals).max(axis=1) > FAR * found.sigma) & found.used
-    if far.any() and found.knows_sigma and found.sigma > EXACT:
+    far = (np.abs(found.residuals).max(axis=1) > max(FAR * found.sigma, ROUNDING)) & found.used
+    if far.any() and found.knows_sigma:
         yield (
             f"{int(far.sum())} of {len(far)} places are more than {FAR:g} sigma off, and hardly "
-            f"count ({_places(found, far)})"
+            f"count ({_places(found, far)}): blunders, or the fit has ended in a wrong minimum"
         )
 
 
-def _larger_than_stated(found: Optimum) -> Iterator[str]:
-    if not (found.stated and found.has_spare):
+def _implausible(found: Optimum) -> Iterator[str]:
+    """Doubt a fit that leaves more than errors of measurement do."""
+    if found.is_plausible:
         return
-    times = first_scale(found.off[found.hangs], found.told) / found.sigma
-    if times > MUCH:
+    units = found.forecast.scene.units
+    if found.stated:
         yield (
-            f"what remains is {times:.2g} times the stated error: the scene does not do what the "
-            "table did"
+            f"what remains is {found.excess:.2g} times the stated error: the scene does not do "
+            "what the table did, or the fit has ended in a wrong minimum; try more starts"
+        )
+    elif found.is_coarse:
+        yield (
+            f"the error of a coordinate comes out as {units.from_si(found.sigma, 'length'):.3g} "
+            f"{units.length}, more than {COARSE:g} of a ball's radius: the fit has probably ended "
+            "in a wrong minimum; try more starts, or state the error"
         )

@@ -23,6 +23,7 @@ PSI_SQUARED, PSI_SLOPE, WEIGHT = 0.51195288, 0.69739269, 0.87739713
 MEDIAN = 0.6744898  # the median size of a standard normal number
 ROUNDS = 200  # So often a scale is put into its own equation.
 SETTLED = 1e-6  # It is found when it changes by less than this share.
+RARE = 3.0902  # standard deviations, which a normal number passes once in a thousand times
 EXACT = 1e-12  # m; errors are never taken for smaller
 NOTHING = 1e-13  # of the largest derivative; rounding is smaller
 SAME = 1e-7  # Directions that matter less than this share of the strongest one do not matter.
@@ -77,6 +78,27 @@ def covariances(jacobian: Array, residuals: Array, scale: float) -> Array:
     unknown = np.diagonal(blind_part(jacobian)) > SAME
     found[unknown], found[:, unknown] = math.nan, math.nan
     return np.asarray(found)
+
+
+def excess(residuals: Array, sigma: float, free: int) -> float:
+    """Return the root mean square of what remains, in standard deviations ``sigma`` (m).
+
+    It is 0 where nothing is left over that could tell.
+    """
+    spare = len(residuals) - free
+    return math.sqrt(float(((residuals / sigma) ** 2).sum()) / spare) if spare > 0 else 0.0
+
+
+def largest_excess(spare: int) -> float:
+    """Return the excess that normal errors pass once in a thousand times.
+
+    It is the quantile of chi-squared by E. B. Wilson and M. M. Hilferty, PNAS 17, 1931, 684.
+
+    >>> round(largest_excess(10), 3), round(largest_excess(1000), 3)
+    (1.721, 1.069)
+    """
+    share = 2.0 / (9.0 * spare)
+    return math.sqrt((1.0 - share + RARE * math.sqrt(share)) ** 3)
 
 
 def blind_part(jacobian: Array) -> Array:
