@@ -248,10 +248,19 @@ class Run:
         from pool_pymunk.studies.derivatives import rounding
 
         linear = rounding(self)
-        if linear <= min(ball.radius for ball in self.scene.balls):
-            return linear
-        runs = [self.again(Variant(seed=seed)) for seed in range(ROUNDED_RUNS)]
-        return SURE * max(self._farthest(run) for run in runs)
+        if math.isnan(linear):
+            runs = [self.again(Variant(seed=seed)) for seed in range(ROUNDED_RUNS)]
+            linear = SURE * max(self._farthest(run) for run in runs)
+        return min(linear, self._size)
+
+    @property
+    def _size(self) -> float:
+        """How far apart (m) places on the table are at most, or those where balls were."""
+        table = self.scene.table
+        places = [knots[:, 1:3] for knots in self.knots]
+        if table is not None:
+            places.append(np.array(table.outline))
+        return float(np.linalg.norm(np.ptp(np.concatenate(places), axis=0)))
 
     def derivatives(self, wrt: str | Sequence[str] = ("position", "velocity")) -> Derivatives:
         """Differentiate the ends and the event times of an exact run by its inputs.

@@ -11,7 +11,7 @@ import numpy as np
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, Vector, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
-from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array, slide, stopping_time
 from pool_pymunk.physics.saltation import Meeting, State4, bounce, hit, slide_jacobian
 from pool_pymunk.physics.sides import Face, Post
@@ -409,3 +409,12 @@ def _agree(after: Sequence[Vector], answer: Sequence[NT], normal: Vector, fastes
         max(abs(a - b) for a, b in zip(split(v, normal), its, strict=True)) <= AGREE * fastest
         for v, its in zip(after, answer, strict=True)
     )
+
+
+def law_of(run: Run) -> Law:
+    """Return the law of a run; raise SettingError for one that the run does not keep."""
+    law = run.law_used or LAWS.get(run.law)
+    if law is None:
+        message = "is a law of one's own, which a run that was loaded or copied does not keep"
+        raise setting_error("law", run.law, message)
+    return law

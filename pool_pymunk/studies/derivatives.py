@@ -13,14 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pool_pymunk.model import SettingError
 from pool_pymunk.model.problems import listed, setting_error
-from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.solvers import SOLVERS, find_solver
-from pool_pymunk.studies.changes import Changes
-from pool_pymunk.studies.varied import Inputs, Names, Rounded, names_of
+from pool_pymunk.studies.changes import Changes, law_of
+from pool_pymunk.studies.rounding import rounding as rounding
+from pool_pymunk.studies.varied import Inputs, Names, names_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,34 +109,8 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
         message = f"is not exact, so its runs have no exact derivatives (exact are: {exact})"
         raise setting_error("solver", run.solver, message)
     names = names_of(run, wrt)
-    changes = Changes(run, _law_of(run), Inputs(run, names))
+    changes = Changes(run, law_of(run), Inputs(run, names))
     changes.follow()
     final, velocity = changes.ends()
     times = np.array(changes.times).reshape(len(run.events), len(names))
     return Derivatives(run, names, final, velocity, times, tuple(changes.warnings), changes)
-
-
-def rounding(run: Run) -> float:
-    """Return how far (m) rounding at every contact may have moved the ends, to first order.
-
-    Every new path begins with errors of random signs, each of one rounding error of the place and
-    of the velocity. The answer is four times the root mean square of what 32 such draws do to the
-    farthest ball. It is nan where a derivative does not exist, or the law cannot be differentiated.
-    """
-    if not find_solver(run.solver).exact:
-        return math.nan
-    try:
-        changes = Changes(run, _law_of(run), Rounded(run))
-        changes.follow()
-    except SettingError:
-        return math.nan
-    final, _ = changes.ends()
-    return float(4.0 * np.sqrt((final**2).sum(axis=1).mean(axis=1)).max())
-
-
-def _law_of(run: Run) -> Law:
-    law = run.law_used or LAWS.get(run.law)
-    if law is None:
-        message = "is a law of one's own, which a run that was loaded or copied does not keep"
-        raise setting_error("law", run.law, message)
-    return law

@@ -1,0 +1,411 @@
+"""This module works out how far rounding may have moved the ends of an exact run.
+
+Every path and every contact makes errors of a few units of rounding: of the place, of the time of
+the contact, of the normal, of the new velocities. They follow the run by the saltation matrices of
+:mod:`pool_pymunk.physics.saltation`, as ``COLUMNS`` draws with random signs. The matrices do not
+depend on the errors, so those of many events are worked out at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pool_pymunk.model import SettingError
+from pool_pymunk.physics.contact import NT
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import EPSILON, Array
+from pool_pymunk.physics.sides import Face, Post
+from pool_pymunk.results.run import SURE, Event, Run
+from pool_pymunk.solvers import find_solver
+from pool_pymunk.solvers.exact import walls
+from pool_pymunk.studies.changes import AGREE, law_of
+
+UNIT = EPSILON / 2.0  # A sum or a product errs by this share of itself at most.
+COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
+CHUNK = 2048  # So many events are worked out at once: their matrices take some 10 MB.
+STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
+JUMP = 1e3  # Velocities after a hit change so much faster than those before it at a jump only.
+TURNED = 0.5  # rad; what comes after a normal that may have turned so far is unknown
+
+
+class Unknown(Exception):
+    """This error says that something in the run has no derivative."""
+
+
+class Parted(Exception):
+    """This error says that errors have grown until other contacts may come."""
+
+
+class Step(NamedTuple):
+    """A step is an event, with the numbers of its balls and of their knots before it."""
+
+    balls: tuple[int, ...]
+    knots: tuple[int, ...]
+    event: Event
+
+
+class Leap(NamedTuple):
+    """A leap takes errors (4 C, COLUMNS) of C balls from the knots before a step to those after it.
+
+    They become ``matrix`` @ errors + ``own``. At a contact the gap is wrong by ``guard`` @ errors,
+    and so much over ``closing`` (m/s) is the contact late; ``late`` (4 C,) is what that does. The
+    normal turns by ``curvature`` (1/m) times the error along it, ``along`` @ errors at the time of
+    the contact, and by ``slip`` (m/s) times the delay.
+    """
+
+    matrix: Array
+    own: Array
+    guard: Array | None = None
+    along: Array | None = None
+    late: Array | None = None
+    closing: float = 0.0
+    slip: float = 0.0
+    curvature: float = 0.0
+
+
+def rounding(run: Run) -> float:
+    """Return how far (m) rounding may have moved the ends, to first order.
+
+    The answer is ``SURE`` times the root mean square of what the draws do to the farthest ball. It
+    is infinite where errors grow until other contacts may come, and nan where the run has no
+    derivative.
+    """
+    if not find_solver(run.solver).exact:
+        return math.nan
+    try:
+        with np.errstate(all="ignore"):
+            return Errors(run, law_of(run)).at_the_end()
+    except Parted:
+        return math.inf
+    except (SettingError, Unknown):
+        return math.nan
+
+
+class Errors:
+    """These are the errors ``now`` (N, 4, COLUMNS) of the balls' states at their last knots.
+
+    ``knots`` has the knots of all balls, one ball after the other, and ``until`` (s) tells when
+    their paths end.
+    """
+
+    def __init__(self, run: Run, law: Law) -> None:
+        self.run, self.law, self.scene = run, law, run.scene
+        self.walls = walls(run.scene)
+        self.random = np.random.default_rng(0)
+        ends = np.cumsum([len(knots) for knots in run.knots])
+        self.at: list[int] = [0, *ends[:-1].tolist()]  # the number of each ball's last knot
+        self.ends: list[int] = ends.tolist()
+        self.knots = np.concatenate(run.knots)
+        self.until = np.append(self.knots[1:, 0], run.duration)
+        self.until[ends - 1] = run.duration
+        self.masses = np.array([ball.mass for ball in run.scene.balls])
+        self.radii = np.array([ball.radius for ball in run.scene.balls])
+        own = self._of_paths(np.array(self.at))
+        self.now = own[..., np.newaxis] * self._signs(*own.shape)
+
+    def at_the_end(self) -> float:
+        """Follow the run, and return how far its ends may have moved (m)."""
+        steps, is_whole = self._steps()
+        for k in range(0, len(steps), CHUNK):
+            self._follow(steps[k : k + CHUNK])
+        if not is_whole:
+            raise Unknown
+        knots = np.array(self.at)
+        _, by_state = self._slide(knots, np.full(len(knots), self.run.duration))
+        moved = (by_state @ self.now)[:, :2]
+        return float(SURE * np.sqrt((moved**2).sum(axis=1).mean(axis=1)).max())
+
+    # -- steps -------------------------------------------------------------------------------------
+
+    def _steps(self) -> tuple[list[Step], bool]:
+        """Return the steps of the run, and whether they are all; move ``at`` on to the last knots.
+
+        They end where contacts of one instant share a ball, where a contact lasts, or where a
+        policy answers.
+        """
+        times, index, steps = self.knots[:, 0].tolist(), self.scene.index, list[Step]()
+        at_rest = (~self.knots[:, 3:].any(axis=1)).tolist()
+        at, instant, met = self.at, -1.0, set[int]()
+        for event in self.run.events:
+            balls = tuple([index[id_] for id_ in event.balls])
+            if event.t != instant:
+                instant, met = event.t, set()
+            if event.is_contact and not met.isdisjoint(balls):
+                return steps, False
+            met.update(balls)
+            if event.kind == "stop" and at_rest[at[balls[0]]]:
+                continue  # A contact has stopped the ball.
+            steps.append(Step(balls, tuple([at[i] for i in balls]), event))
+            for i in balls:
+                at[i] += 1
+                if at[i] == self.ends[i] or times[at[i]] != event.t:
+                    return steps[:-1], False
+                at[i] += event.pocket is not None  # Its last knot is the pocket's centre.
+        left = zip(at, self.ends, strict=True)
+        return steps, all(times[k + 1] >= self.run.duration for k, end in left if k + 1 < end)
+
+    def _follow(self, steps: Sequence[Step]) -> None:
+        """Take the errors through these steps."""
+        leaps = dict[int, Leap]()
+        kinds = {"ball-ball": self._contacts, "ball-cushion": self._contacts,
+                 "stop": self._stops, "pocket": self._falls}  # fmt: skip
+        for kind, found in kinds.items():
+            those = [k for k, step in enumerate(steps) if step.event.kind == kind]
+            if those:
+                leaps.update(zip(those, found([steps[k] for k in those]), strict=True))
+        now = self.now
+        for k, (balls, _, _) in enumerate(steps):
+            leap = leaps[k]
+            before = now[balls,].reshape(-1, COLUMNS)
+            after = leap.matrix @ before + leap.own
+            if leap.curvature > 0.0:
+                self._check(leap, before, after)
+            now[balls,] = after.reshape(-1, 4, COLUMNS)
+
+    def _check(self, leap: Leap, before: Array, after: Array) -> None:
+        """Correct the errors after a graze, whose closing speed the errors before it change.
+
+        A gap g changes a closing speed c, at the slip s and the curvature k, to the root of
+        c^2 +- 2 s^2 k g. It therefore changes c by s^2 k g / c, but by no more than s sqrt(2 k g).
+        That is what the linear map answers for a contact that closes at s sqrt(k g / 2).
+        """
+        assert leap.guard is not None and leap.along is not None and leap.late is not None
+        gaps = leap.guard @ before
+        gap, closing = SURE * _size(gaps), leap.closing
+        least = leap.slip * math.sqrt(leap.curvature * gap / 2.0)
+        if least > closing:
+            after += np.outer(leap.late, gaps * (1.0 / least - 1.0 / closing))
+            closing = least
+        along = SURE * _size(leap.along @ before) + leap.slip * gap / closing
+        if not leap.curvature * along <= TURNED:
+            raise Parted
+
+    # -- leaps -------------------------------------------------------------------------------------
+
+    def _stops(self, steps: Sequence[Step]) -> list[Leap]:
+        """Return how errors go on to where balls come to rest: their velocities do not."""
+        knots = np.array([step.knots[0] for step in steps])
+        _, by_state = self._slide(knots, self.until[knots])
+        by_state[:, 2:] = 0.0
+        own = np.zeros((4, COLUMNS))
+        return [Leap(matrix, own) for matrix in by_state]
+
+    def _falls(self, steps: Sequence[Step]) -> list[Leap]:
+        """Return the leaps of balls into pockets, which keep them where they are."""
+        leap = Leap(np.zeros((4, 4)), np.zeros((4, COLUMNS)))
+        return [leap] * len(steps)
+
+    def _contacts(self, steps: Sequence[Step]) -> list[Leap]:
+        """Return the leaps of hits, or of bounces: the saltation matrices, and the errors made."""
+        knots = np.array([step.knots for step in steps])
+        count, many = knots.shape
+        states, slid = self._slide(knots, self.until[knots])
+        after = self.knots[knots + 1][..., 3:]
+        ways, normal, curvature = self._geometry(steps, states)  # ways (C,): the gap's, along n
+        tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
+        axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
+        before_nt = np.einsum("kai,kci->kca", axes, states[..., 2:])
+        after_nt = np.einsum("kai,kci->kca", axes, after)
+        closing = -before_nt[..., 0] @ ways
+        slip = np.abs(before_nt[..., 1] @ ways)
+        law, missed = self._laws(steps, before_nt, after_nt)
+
+        place = np.zeros((count, 2, many, 4))  # what moves the contact along n and along t
+        place[..., :2] = axes[:, :, np.newaxis] * ways[:, np.newaxis]
+        guard, along = place.reshape(count, 2, -1).transpose(1, 0, 2)
+        rates, later = self._rates(states[..., 2:]), self._rates(after)
+
+        # The law answers velocities along axes that turn: (K, C, 2) changes by one rad.
+        spun = np.stack((before_nt[..., 1], -before_nt[..., 0]), axis=-1)
+        answer = np.einsum("kai,kcadb,kbj->kcidj", axes, law, axes)
+        turned = np.einsum("kai,kcadb,kdb->kci", axes, law, spun)
+        turned += np.stack((-after[..., 1], after[..., 0]), axis=-1)
+        saltation = np.zeros((count, many, 4, many, 4))
+        for c in range(many):
+            saltation[:, c, (0, 1), c, (0, 1)] = 1.0
+        saltation[:, :, 2:, :, 2:] = answer
+        saltation[:, :, 2:] += (
+            turned[..., np.newaxis, np.newaxis]
+            * (curvature[:, np.newaxis] * along).reshape(count, 1, 1, many, 4)
+        )  # fmt: skip
+        jump = saltation.reshape(count, 4 * many, 4 * many)
+        late = np.einsum("kij,kj->ki", jump, rates) - later
+
+        gap = self._gap_errors(knots, states)
+        closing = np.maximum(closing, slip * np.sqrt(curvature * gap / 2.0))
+        by_state = np.zeros((count, many, 4, many, 4))
+        for c in range(many):
+            by_state[:, c, :, c] = slid[:, c]
+        path = by_state.reshape(count, 4 * many, 4 * many)
+        guard = np.einsum("ki,kij->kj", guard, path)
+        along = np.einsum("ki,kij->kj", along, path)
+        matrix = jump @ path + late[:, :, np.newaxis] * (guard / closing[:, np.newaxis])[:, np.newaxis]
+
+        delay = gap / closing + UNIT * self.until[knots[:, 0]]
+        own = self._made(knots + 1, axes, before_nt, after_nt, missed, turned)
+        own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(count, 1)
+        return list(
+            map(Leap, matrix, own, guard, along, late,
+                closing.tolist(), slip.tolist(), curvature.tolist())
+        )  # fmt: skip
+
+    def _geometry(self, steps: Sequence[Step], states: Array) -> tuple[Array, Array, Array]:
+        """Return how each ball's way along n counts for the gap, the normals, and curvatures."""
+        if states.shape[1] == 2:
+            offset = states[:, 1, :2] - states[:, 0, :2]
+            distance = np.sqrt((offset**2).sum(axis=1))
+            return np.array([-1.0, 1.0]), offset / distance[:, np.newaxis], 1.0 / distance
+        normals, curvatures = [], []
+        for step, (x, y, _, _) in zip(steps, states[:, 0].tolist(), strict=True):
+            assert step.event.cushion is not None
+            side = self.walls[step.event.cushion].nearest(x, y, self.scene.balls[step.balls[0]].radius)
+            assert isinstance(side, Face | Post)
+            normals.append(side.normal(x, y))
+            curvatures.append(side.curvature(x, y))
+        return np.array([1.0]), np.array(normals), np.array(curvatures)
+
+    def _laws(
+        self, steps: Sequence[Step], before: Array, after: Array
+    ) -> tuple[Array, Array]:
+        """Return the law's derivatives (K, C, 2, C, 2), and how far the run is from its answers.
+
+        They are differences to the side where the balls close and slip more, so that neither a
+        graze nor a slip of zero is a kink.
+        """
+        many = before.shape[1]
+        found, missed = [], []
+        for step, b, a in zip(steps, before.tolist(), after.tolist(), strict=True):
+            velocities = [NT(*each) for each in b]
+            answer = self._answer(step, velocities)
+            fastest = max(abs(part) for each in b for part in each)
+            off = [abs(x - y) for mine, its in zip(answer, a, strict=True) for x, y in zip(mine, its, strict=True)]
+            if max(off) > AGREE * fastest:
+                raise Unknown
+            slip = b[0][1] - (b[1][1] if many == 2 else 0.0)
+            columns = []
+            for c in range(many):
+                side = 1.0 if c == 0 else -1.0
+                closer = side if many == 2 else -1.0
+                for axis, way in ((0, closer), (1, side if slip >= 0.0 else -side)):
+                    h = way * STEP * fastest
+                    beside = list(velocities)
+                    v = beside[c]
+                    beside[c] = NT(v.n + h, v.t) if axis == 0 else NT(v.n, v.t + h)
+                    moved = self._answer(step, beside)
+                    column = [(y - x) / h for one, other in zip(answer, moved, strict=True) for x, y in zip(one, other, strict=True)]
+                    if not max(map(abs, column)) < JUMP:
+                        if v != (0.0, 0.0):
+                            raise Unknown
+                        column = [0.0] * len(column)
+                    columns.append(column)
+            found.append(columns)
+            missed.append(off)
+        shape = (len(steps), many, 2)
+        return np.array(found).reshape(*shape, many, 2).transpose(0, 3, 4, 1, 2), np.array(missed).reshape(shape)
+
+    def _answer(self, step: Step, velocities: Sequence[NT]) -> Sequence[NT]:
+        """Return the law's answer; raise Unknown where it jumps."""
+        scene = self.scene
+        if len(velocities) == 1:
+            return [self.law.cushion(velocities[0], scene.restitution.cushion or 0.0, scene.friction.cushion)]
+        pair = scene.pair(*step.balls)
+        if self.law.jumps(*velocities, pair):
+            raise Unknown
+        return self.law.ball_ball(*velocities, pair)
+
+    # -- errors ------------------------------------------------------------------------------------
+
+    def _of_paths(self, knots: Array) -> Array:
+        """Return the errors (..., 4) of paths, as errors of the states at their starts.
+
+        A place on the way errs by a unit of its coordinate, and a velocity by one of its part. A
+        part of the motion that is zero has no error.
+        """
+        own = UNIT * np.abs(self.knots[knots, 1:])
+        ends = self._slide(knots, self.until[knots])[0][..., :2]
+        start = self.knots[knots, 1:3]
+        own[..., :2] = np.where(ends != start, np.maximum(own[..., :2], UNIT * np.abs(ends)), 0.0)
+        return own
+
+    def _gap_errors(self, knots: Array, states: Array) -> Array:
+        """Return the errors (K,) of the gaps: the search for the time of impact takes what is open
+        by four roundings of the distance and the reach for closed.
+        """
+        way = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
+        balls = np.searchsorted(self.ends, knots, side="right")
+        return EPSILON * (way + self.radii[balls].sum(axis=1))
+
+    def _made(
+        self, knots: Array, axes: Array, before: Array, after: Array, missed: Array, turned: Array
+    ) -> Array:
+        """Return the errors (K, 4 C, COLUMNS) that the contacts and the new paths make.
+
+        The parts of the velocities before a contact are sums of products, and so err by a unit of
+        each. A part that the law does not change keeps every bit. A normal errs by a unit.
+        """
+        count, many, _ = before.shape
+        own = self._of_paths(knots)[..., np.newaxis] * self._signs(count, many, 4)
+        share = np.ones((count, many))
+        if many == 2:
+            masses = self.masses[np.searchsorted(self.ends, knots, side="right")]
+            share = masses[:, ::-1] / masses.sum(axis=1)[:, np.newaxis]
+        # |v_x n_x| + |v_y n_y| and |v_x t_x| + |v_y t_y|, of all balls in the contact
+        velocity = np.abs(np.einsum("kai,kca->kci", axes, before))
+        parts = np.einsum("kai,kci->ka", np.abs(axes), velocity)
+        changed = np.abs(after - before) > 0.0
+        errors = 2.0 * UNIT * share[..., np.newaxis] * parts[:, np.newaxis] * changed + missed
+        signed = errors[..., np.newaxis] * self._signs(count, many, 2)
+        own[:, :, 2:] += np.einsum("kai,kcas->kcis", axes, signed)
+        skew = 2.0 * UNIT * np.abs(axes[:, 0]).prod(axis=1)
+        own[:, :, 2:] += (
+            (turned * skew[:, np.newaxis, np.newaxis])[..., np.newaxis] * self._signs(count, 1, 1)
+        )  # fmt: skip
+        return own.reshape(count, 4 * many, COLUMNS)
+
+    def _signs(self, *shape: int) -> Array:
+        """Return random signs (*shape, COLUMNS)."""
+        return self.random.integers(0, 2, (*shape, COLUMNS), dtype=np.int8) * 2.0 - 1.0
+
+    # -- motion ------------------------------------------------------------------------------------
+
+    def _slide(self, knots: Array, times: Array) -> tuple[Array, Array]:
+        """Return the states (..., 4) at these times (s), and the derivatives (..., 4, 4) by those
+        at the knots: :func:`~pool_pymunk.physics.saltation.slide_jacobian`, for many at once.
+        """
+        start = self.knots[knots]
+        velocity, time = start[..., 3:], times - start[..., 0]
+        speed = np.sqrt((velocity**2).sum(axis=-1))
+        a, moves = self.scene.deceleration, speed > 0.0
+        unit = np.where(moves[..., np.newaxis], velocity / speed[..., np.newaxis], 0.0)
+        if a > 0.0:
+            time = np.minimum(time, speed / a)
+        lost = np.where(moves, a * time / speed, 0.0)
+        way, left = time * (1.0 - lost / 2.0), 1.0 - lost
+        if a > 0.0:
+            left = np.where(moves, left, 0.0)
+        state = np.concatenate(
+            (start[..., 1:3] + velocity * way[..., np.newaxis], velocity * left[..., np.newaxis]), axis=-1
+        )
+        one, square = np.eye(2), unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
+        by_state = np.zeros((*np.shape(knots), 4, 4))
+        by_state[..., :2, :2] = one
+        by_state[..., :2, 2:] = (
+            way[..., np.newaxis, np.newaxis] * one + (lost * time / 2.0)[..., np.newaxis, np.newaxis] * square
+        )
+        by_state[..., 2:, 2:] = left[..., np.newaxis, np.newaxis] * one + lost[..., np.newaxis, np.newaxis] * square
+        return state, by_state
+
+    def _rates(self, velocity: Array) -> Array:
+        """Return how fast (K, 4 C) the states of balls with these velocities (K, C, 2) change."""
+        speed = np.sqrt((velocity**2).sum(axis=-1))[..., np.newaxis]
+        drag = np.where(speed > 0.0, self.scene.deceleration * velocity / speed, 0.0)
+        return np.concatenate((velocity, -drag), axis=-1).reshape(len(velocity), -1)
+
+
+def _size(errors: Array) -> float:
+    """Return the root mean square of the draws (COLUMNS,) of an error."""
+    return math.sqrt(errors @ errors / COLUMNS)
