@@ -104,8 +104,7 @@ class Errors:
         self.until[ends - 1] = run.duration
         self.masses = np.array([ball.mass for ball in run.scene.balls])
         self.radii = np.array([ball.radius for ball in run.scene.balls])
-        own = self._of_paths(np.array(self.at))
-        self.now = own[..., np.newaxis] * self._signs(*own.shape)
+        self.now = np.zeros((len(self.at), 4, COLUMNS))
 
     def at_the_end(self) -> float:
         """Follow the run, and return how far its ends may have moved (m)."""
@@ -115,8 +114,8 @@ class Errors:
         if not is_whole:
             raise Unknown
         knots = np.array(self.at)
-        _, by_state = self._slide(knots, np.full(len(knots), self.run.duration))
-        moved = (by_state @ self.now)[:, :2]
+        state, by_state = self._slide(knots, np.full(len(knots), self.run.duration))
+        moved = (by_state @ self.now + self._misplaced(knots, state))[:, :2]
         return float(SURE * np.sqrt((moved**2).sum(axis=1).mean(axis=1)).max())
 
     # -- steps -------------------------------------------------------------------------------------
@@ -189,10 +188,9 @@ class Errors:
     def _stops(self, steps: Sequence[Step]) -> list[Leap]:
         """Return how errors go on to where balls come to rest: their velocities do not."""
         knots = np.array([step.knots[0] for step in steps])
-        _, by_state = self._slide(knots, self.until[knots])
+        state, by_state = self._slide(knots, self.until[knots])
         by_state[:, 2:] = 0.0
-        own = np.zeros((4, COLUMNS))
-        return [Leap(matrix, own) for matrix in by_state]
+        return list(map(Leap, by_state, self._misplaced(knots, state)))
 
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps of balls into pockets, which keep them where they are."""
@@ -205,7 +203,7 @@ class Errors:
         count, many = knots.shape
         states, slid = self._slide(knots, self.until[knots])
         after = self.knots[knots + 1][..., 3:]
-        ways, normal, curvature = self._geometry(steps, states)  # ways (C,): the gap's, along n
+        ways, normal, curvature, faces = self._geometry(steps, states)  # ways (C,): the gap's, along n
         tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
         axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
         before_nt = np.einsum("kai,kci->kca", axes, states[..., 2:])
@@ -235,7 +233,7 @@ class Errors:
         jump = saltation.reshape(count, 4 * many, 4 * many)
         late = np.einsum("kij,kj->ki", jump, rates) - later
 
-        gap = self._gap_errors(knots, states)
+        gap = self._gap_errors(knots, states, faces, normal)
         closing = np.maximum(closing, slip * np.sqrt(curvature * gap / 2.0))
         by_state = np.zeros((count, many, 4, many, 4))
         for c in range(many):
@@ -246,27 +244,30 @@ class Errors:
         matrix = jump @ path + late[:, :, np.newaxis] * (guard / closing[:, np.newaxis])[:, np.newaxis]
 
         delay = gap / closing + UNIT * self.until[knots[:, 0]]
-        own = self._made(knots + 1, axes, before_nt, after_nt, missed, turned)
+        own = jump @ self._misplaced(knots, states).reshape(count, -1, COLUMNS)
+        own += self._made(knots, axes, before_nt, after_nt, missed, turned)
         own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(count, 1)
         return list(
             map(Leap, matrix, own, guard, along, late,
                 closing.tolist(), slip.tolist(), curvature.tolist())
         )  # fmt: skip
 
-    def _geometry(self, steps: Sequence[Step], states: Array) -> tuple[Array, Array, Array]:
+    def _geometry(self, steps: Sequence[Step], states: Array) -> tuple[Array, Array, Array, Array]:
         """Return how each ball's way along n counts for the gap, the normals, and curvatures."""
         if states.shape[1] == 2:
             offset = states[:, 1, :2] - states[:, 0, :2]
             distance = np.sqrt((offset**2).sum(axis=1))
-            return np.array([-1.0, 1.0]), offset / distance[:, np.newaxis], 1.0 / distance
-        normals, curvatures = [], []
+            return np.array([-1.0, 1.0]), offset / distance[:, np.newaxis], 1.0 / distance, offset
+        normals, curvatures, offsets = [], [], []
         for step, (x, y, _, _) in zip(steps, states[:, 0].tolist(), strict=True):
             assert step.event.cushion is not None
             side = self.walls[step.event.cushion].nearest(x, y, self.scene.balls[step.balls[0]].radius)
             assert isinstance(side, Face | Post)
             normals.append(side.normal(x, y))
             curvatures.append(side.curvature(x, y))
-        return np.array([1.0]), np.array(normals), np.array(curvatures)
+            x0, y0 = side.start if isinstance(side, Face) else side.center
+            offsets.append((x - x0, y - y0))
+        return np.array([1.0]), np.array(normals), np.array(curvatures), np.array(offsets)
 
     def _laws(
         self, steps: Sequence[Step], before: Array, after: Array
@@ -319,25 +320,38 @@ class Errors:
 
     # -- errors ------------------------------------------------------------------------------------
 
-    def _of_paths(self, knots: Array) -> Array:
-        """Return the errors (..., 4) of paths, as errors of the states at their starts.
+    def _misplaced(self, knots: Array, states: Array) -> Array:
+        """Return the errors (..., 4, COLUMNS) of the places at the ends of paths.
 
-        A place on the way errs by a unit of its coordinate, and a velocity by one of its part. A
-        part of the motion that is zero has no error.
+        A coordinate is rounded to a unit of itself, and the way there is a product of three factors
+        with such errors. What does not move has no error.
         """
-        own = UNIT * np.abs(self.knots[knots, 1:])
-        ends = self._slide(knots, self.until[knots])[0][..., :2]
-        start = self.knots[knots, 1:3]
-        own[..., :2] = np.where(ends != start, np.maximum(own[..., :2], UNIT * np.abs(ends)), 0.0)
-        return own
+        places, own = states[..., :2], np.zeros((*knots.shape, 4))
+        ways = np.abs(places - self.knots[knots, 1:3])
+        own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(places) + 2.0 * ways, 0.0)
+        return own[..., np.newaxis] * self._signs(*own.shape)
 
-    def _gap_errors(self, knots: Array, states: Array) -> Array:
-        """Return the errors (K,) of the gaps: the search for the time of impact takes what is open
-        by four roundings of the distance and the reach for closed.
+    def _gap_errors(self, knots: Array, states: Array, faces: Array, normal: Array) -> Array:
+        """Return the errors (K,) of the gaps at the times at which they are found closed.
+
+        A gap is worked out from the offset of one side from the other at the start of a path, and
+        errs by a unit of it. Where both balls move, the search takes a gap of up to eight units for
+        closed. There, or where the other ball still moved when this one set off, one of the balls
+        is at a place that has been worked out, and rounded.
         """
-        way = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
-        balls = np.searchsorted(self.ends, knots, side="right")
-        return EPSILON * (way + self.radii[balls].sum(axis=1))
+        ways = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
+        size = ways + self._of_balls(self.radii, knots).sum(axis=1)
+        if knots.shape[1] == 1:
+            return UNIT * (size + (np.abs(faces) * np.abs(normal)).sum(axis=1))
+        starts, moves = self.knots[knots, 0], self.knots[knots, 3:].any(axis=2)
+        earlier = starts.argmin(axis=1)[:, np.newaxis]
+        worked_out = np.take_along_axis(moves, earlier, axis=1)[:, 0] & (np.ptp(starts, axis=1) > 0.0)
+        places = np.abs(states[..., :2]).sum(axis=(1, 2))
+        return UNIT * (np.where(moves.all(axis=1), 2.0, 1.0) * size + places * worked_out)
+
+    def _of_balls(self, values: Array, knots: Array) -> Array:
+        """Return the values of the balls that have these knots."""
+        return np.asarray(values[np.searchsorted(self.ends, knots, side="right")])
 
     def _made(
         self, knots: Array, axes: Array, before: Array, after: Array, missed: Array, turned: Array
@@ -348,10 +362,12 @@ class Errors:
         each. A part that the law does not change keeps every bit. A normal errs by a unit.
         """
         count, many, _ = before.shape
-        own = self._of_paths(knots)[..., np.newaxis] * self._signs(count, many, 4)
+        own = np.zeros((count, many, 4))
+        own[..., 2:] = UNIT * np.abs(self.knots[knots + 1, 3:])
+        own = own[..., np.newaxis] * self._signs(count, many, 4)
         share = np.ones((count, many))
         if many == 2:
-            masses = self.masses[np.searchsorted(self.ends, knots, side="right")]
+            masses = self._of_balls(self.masses, knots)
             share = masses[:, ::-1] / masses.sum(axis=1)[:, np.newaxis]
         # |v_x n_x| + |v_y n_y| and |v_x t_x| + |v_y t_y|, of all balls in the contact
         velocity = np.abs(np.einsum("kai,kca->kci", axes, before))
