@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
@@ -25,11 +27,15 @@ from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies.changes import AGREE, law_of
 
 UNIT = EPSILON / 2.0  # A sum or a product errs by this share of itself at most.
-COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
+COLUMNS = 16  # draws of random signs; their root mean square is then right to some 18 %
 CHUNK = 2048  # So many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
 JUMP = 1e3  # Velocities after a hit change so much faster than those before it at a jump only.
+NOWHERE = (NT(math.nan, math.nan),) * 2
 TURNED = 0.5  # rad; what comes after a normal that may have turned so far is unknown
+
+
+Mask = NDArray[np.bool_]
 
 
 class Unknown(Exception):
@@ -59,6 +65,7 @@ class Leap(NamedTuple):
 
     matrix: Array
     own: Array
+    is_known: bool = True
     guard: Array | None = None
     along: Array | None = None
     late: Array | None = None
@@ -159,8 +166,11 @@ class Errors:
         now = self.now
         for k, (balls, _, _) in enumerate(steps):
             leap = leaps[k]
-            before = now[balls,].reshape(-1, COLUMNS)
-            after = leap.matrix @ before + leap.own
+            if not leap.is_known:
+                raise Unknown
+            before = now[balls[0]] if len(balls) == 1 else now[balls,].reshape(-1, COLUMNS)
+            after = leap.matrix @ before
+            after += leap.own
             if leap.curvature > 0.0:
                 self._check(leap, before, after)
             now[balls,] = after.reshape(-1, 4, COLUMNS)
@@ -210,7 +220,7 @@ class Errors:
         after_nt = np.einsum("kai,kci->kca", axes, after)
         closing = -before_nt[..., 0] @ ways
         slip = np.abs(before_nt[..., 1] @ ways)
-        law, missed = self._laws(steps, before_nt, after_nt)
+        law, missed, known = self._laws(steps, before_nt, after_nt)
 
         place = np.zeros((count, 2, many, 4))  # what moves the contact along n and along t
         place[..., :2] = axes[:, :, np.newaxis] * ways[:, np.newaxis]
@@ -248,7 +258,7 @@ class Errors:
         own += self._made(knots, axes, before_nt, after_nt, missed, turned)
         own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(count, 1)
         return list(
-            map(Leap, matrix, own, guard, along, late,
+            map(Leap, matrix, own, known.tolist(), guard, along, late,
                 closing.tolist(), slip.tolist(), curvature.tolist())
         )  # fmt: skip
 
@@ -258,65 +268,69 @@ class Errors:
             offset = states[:, 1, :2] - states[:, 0, :2]
             distance = np.sqrt((offset**2).sum(axis=1))
             return np.array([-1.0, 1.0]), offset / distance[:, np.newaxis], 1.0 / distance, offset
-        normals, curvatures, offsets = [], [], []
-        for step, (x, y, _, _) in zip(steps, states[:, 0].tolist(), strict=True):
-            assert step.event.cushion is not None
-            side = self.walls[step.event.cushion].nearest(x, y, self.scene.balls[step.balls[0]].radius)
-            assert isinstance(side, Face | Post)
-            normals.append(side.normal(x, y))
-            curvatures.append(side.curvature(x, y))
-            x0, y0 = side.start if isinstance(side, Face) else side.center
-            offsets.append((x - x0, y - y0))
-        return np.array([1.0]), np.array(normals), np.array(curvatures), np.array(offsets)
+        at = states[:, 0, :2].tolist()
+        sides = [self._side(step, x, y) for step, (x, y) in zip(steps, at, strict=True)]
+        normals = [side.normal(x, y) for side, (x, y) in zip(sides, at, strict=True)]
+        curvatures = [side.curvature(x, y) for side, (x, y) in zip(sides, at, strict=True)]
+        corners = [side.start if isinstance(side, Face) else side.center for side in sides]
+        offset = states[:, 0, :2] - np.array(corners)
+        return np.array([1.0]), np.array(normals), np.array(curvatures), offset
+
+    def _side(self, step: Step, x: float, y: float) -> Face | Post:
+        """Return the side of a cushion that a ball bounces off."""
+        assert step.event.cushion is not None
+        wall, sides = self.walls[step.event.cushion], self.walls[step.event.cushion].sides
+        radius = self.scene.balls[step.balls[0]].radius
+        side = sides[0] if len(sides) == 1 else wall.nearest(x, y, radius)
+        assert isinstance(side, Face | Post)
+        return side
 
     def _laws(
         self, steps: Sequence[Step], before: Array, after: Array
-    ) -> tuple[Array, Array]:
-        """Return the law's derivatives (K, C, 2, C, 2), and how far the run is from its answers.
+    ) -> tuple[Array, Array, Mask]:
+        """Return the law's derivatives (K, C, 2, C, 2), how far the run is from its answers, and
+        which derivatives are known: those where the law does not jump, and no policy answered.
 
         They are differences to the side where the balls close and slip more, so that neither a
         graze nor a slip of zero is a kink.
         """
-        many = before.shape[1]
-        found, missed = [], []
-        for step, b, a in zip(steps, before.tolist(), after.tolist(), strict=True):
-            velocities = [NT(*each) for each in b]
-            answer = self._answer(step, velocities)
-            fastest = max(abs(part) for each in b for part in each)
-            off = [abs(x - y) for mine, its in zip(answer, a, strict=True) for x, y in zip(mine, its, strict=True)]
-            if max(off) > AGREE * fastest:
-                raise Unknown
-            slip = b[0][1] - (b[1][1] if many == 2 else 0.0)
-            columns = []
-            for c in range(many):
-                side = 1.0 if c == 0 else -1.0
-                closer = side if many == 2 else -1.0
-                for axis, way in ((0, closer), (1, side if slip >= 0.0 else -side)):
-                    h = way * STEP * fastest
-                    beside = list(velocities)
-                    v = beside[c]
-                    beside[c] = NT(v.n + h, v.t) if axis == 0 else NT(v.n, v.t + h)
-                    moved = self._answer(step, beside)
-                    column = [(y - x) / h for one, other in zip(answer, moved, strict=True) for x, y in zip(one, other, strict=True)]
-                    if not max(map(abs, column)) < JUMP:
-                        if v != (0.0, 0.0):
-                            raise Unknown
-                        column = [0.0] * len(column)
-                    columns.append(column)
-            found.append(columns)
-            missed.append(off)
-        shape = (len(steps), many, 2)
-        return np.array(found).reshape(*shape, many, 2).transpose(0, 3, 4, 1, 2), np.array(missed).reshape(shape)
+        count, many, _ = before.shape
+        slip = before[:, 0, 1] - before[:, 1:, 1].sum(axis=1)
+        ways = np.ones((count, many, 2))
+        ways[:, :, 1] = np.where(slip < 0.0, -1.0, 1.0)[:, np.newaxis]
+        ways[:, -1] *= -1.0  # towards ball a, or into the cushion
+        if many == 1:
+            ways[:, 0, 1] *= -1.0
+        fastest = np.abs(before).max(axis=(1, 2))
+        steps_aside = (ways * STEP * fastest[:, np.newaxis, np.newaxis]).reshape(count, -1)
+        asked = np.repeat(before.reshape(count, 1, -1), 1 + 2 * many, axis=1)
+        for k in range(2 * many):
+            asked[:, 1 + k, k] += steps_aside[:, k]
+        answers = np.array(self._answers(steps, asked.tolist())).reshape(asked.shape)
+        law = (answers[:, 1:] - answers[:, :1]) / steps_aside[:, :, np.newaxis]  # by input
+        jumps = ~(np.abs(law).max(axis=2) < JUMP)
+        rests = np.repeat(~before.any(axis=2), 2, axis=1)
+        law[jumps & rests] = 0.0  # Nothing changes the velocity of a ball that rests.
+        missed = np.abs(answers[:, 0] - after.reshape(count, -1))
+        known = (missed.max(axis=1) <= AGREE * fastest) & ~(jumps & ~rests).any(axis=1)
+        shape = (count, many, 2)
+        return law.transpose(0, 2, 1).reshape(*shape, many, 2), missed.reshape(shape), known
 
-    def _answer(self, step: Step, velocities: Sequence[NT]) -> Sequence[NT]:
-        """Return the law's answer; raise Unknown where it jumps."""
-        scene = self.scene
-        if len(velocities) == 1:
-            return [self.law.cushion(velocities[0], scene.restitution.cushion or 0.0, scene.friction.cushion)]
-        pair = scene.pair(*step.balls)
-        if self.law.jumps(*velocities, pair):
-            raise Unknown
-        return self.law.ball_ball(*velocities, pair)
+    def _answers(self, steps: Sequence[Step], asked: list[list[list[float]]]) -> list[object]:
+        """Return the law's answers to several velocities at each step; nan where it jumps."""
+        law, scene = self.law, self.scene
+        if len(steps[0].balls) == 1:
+            e, mu = scene.restitution.cushion or 0.0, scene.friction.cushion
+            return [law.cushion(NT(*velocity), e, mu) for each in asked for velocity in each]
+        found: list[object] = []
+        pair_of = cache(scene.pair)
+        for step, each in zip(steps, asked, strict=True):
+            pair = pair_of(*step.balls)
+            an, at, bn, bt = each[0]
+            jumps = law.jumps(NT(an, at), NT(bn, bt), pair)
+            answers = [law.ball_ball(NT(an, at), NT(bn, bt), pair) for an, at, bn, bt in each]
+            found += [NOWHERE] * len(each) if jumps else answers
+        return found
 
     # -- errors ------------------------------------------------------------------------------------
 
