@@ -28,6 +28,11 @@ from pool_pymunk.studies.changes import AGREE, law_of
 
 UNIT = EPSILON / 2.0  # A sum or a product errs by this share of itself at most.
 COLUMNS = 16  # draws of random signs; their root mean square is then right to some 18 %
+# Like contacts err alike: where a ball goes to and fro, the same time is added to the time again and
+# again, and rounded the same way. Its mean error is at most half a spacing of the numbers, which is
+# at most a unit of the time: SURE times this share of it.
+ALIKE = 0.25
+PLACES = 16  # Contacts of so many kinds (by ball and cushion, or by balls) err alike each.
 CHUNK = 2048  # So many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
 JUMP = 1e3  # Velocities after a hit change so much faster than those before it at a jump only.
@@ -111,6 +116,7 @@ class Errors:
         self.until[ends - 1] = run.duration
         self.masses = np.array([ball.mass for ball in run.scene.balls])
         self.radii = np.array([ball.radius for ball in run.scene.balls])
+        self.alike = self._random(5, PLACES, 8)
         self.now = np.zeros((len(self.at), 4, COLUMNS))
 
     def at_the_end(self) -> float:
@@ -122,7 +128,8 @@ class Errors:
             raise Unknown
         knots = np.array(self.at)
         state, by_state = self._slide(knots, np.full(len(knots), self.run.duration))
-        moved = (by_state @ self.now + self._misplaced(knots, state))[:, :2]
+        places = np.zeros(len(knots), dtype=int)
+        moved = (by_state @ self.now + self._misplaced(places, knots, state))[:, :2]
         return float(SURE * np.sqrt((moved**2).sum(axis=1).mean(axis=1)).max())
 
     # -- steps -------------------------------------------------------------------------------------
@@ -200,7 +207,7 @@ class Errors:
         knots = np.array([step.knots[0] for step in steps])
         state, by_state = self._slide(knots, self.until[knots])
         by_state[:, 2:] = 0.0
-        return list(map(Leap, by_state, self._misplaced(knots, state)))
+        return list(map(Leap, by_state, self._misplaced(knots % PLACES, knots, state)))
 
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps of balls into pockets, which keep them where they are."""
@@ -211,6 +218,7 @@ class Errors:
         """Return the leaps of hits, or of bounces: the saltation matrices, and the errors made."""
         knots = np.array([step.knots for step in steps])
         count, many = knots.shape
+        places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
         states, slid = self._slide(knots, self.until[knots])
         after = self.knots[knots + 1][..., 3:]
         ways, normal, curvature, faces = self._geometry(steps, states)  # ways (C,): the gap's, along n
@@ -254,9 +262,9 @@ class Errors:
         matrix = jump @ path + late[:, :, np.newaxis] * (guard / closing[:, np.newaxis])[:, np.newaxis]
 
         delay = gap / closing + UNIT * self.until[knots[:, 0]]
-        own = jump @ self._misplaced(knots, states).reshape(count, -1, COLUMNS)
-        own += self._made(knots, axes, before_nt, after_nt, missed, turned)
-        own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(count, 1)
+        own = jump @ self._misplaced(places, knots, states).reshape(count, -1, COLUMNS)
+        own += self._made(places, knots, axes, before_nt, after_nt, missed, turned)
+        own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(0, places, 1)
         return list(
             map(Leap, matrix, own, known.tolist(), guard, along, late,
                 closing.tolist(), slip.tolist(), curvature.tolist())
@@ -334,16 +342,16 @@ class Errors:
 
     # -- errors ------------------------------------------------------------------------------------
 
-    def _misplaced(self, knots: Array, states: Array) -> Array:
+    def _misplaced(self, places: Array, knots: Array, states: Array) -> Array:
         """Return the errors (..., 4, COLUMNS) of the places at the ends of paths.
 
         A coordinate is rounded to a unit of itself, and the way there is a product of three factors
         with such errors. What does not move has no error.
         """
-        places, own = states[..., :2], np.zeros((*knots.shape, 4))
-        ways = np.abs(places - self.knots[knots, 1:3])
-        own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(places) + 2.0 * ways, 0.0)
-        return own[..., np.newaxis] * self._signs(*own.shape)
+        at, own = states[..., :2], np.zeros((*knots.shape, 4))
+        ways = np.abs(at - self.knots[knots, 1:3])
+        own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(at) + 2.0 * ways, 0.0)
+        return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
     def _gap_errors(self, knots: Array, states: Array, faces: Array, normal: Array) -> Array:
         """Return the errors (K,) of the gaps at the times at which they are found closed.
@@ -368,7 +376,14 @@ class Errors:
         return np.asarray(values[np.searchsorted(self.ends, knots, side="right")])
 
     def _made(
-        self, knots: Array, axes: Array, before: Array, after: Array, missed: Array, turned: Array
+        self,
+        places: Array,
+        knots: Array,
+        axes: Array,
+        before: Array,
+        after: Array,
+        missed: Array,
+        turned: Array,
     ) -> Array:
         """Return the errors (K, 4 C, COLUMNS) that the contacts and the new paths make.
 
@@ -378,7 +393,7 @@ class Errors:
         count, many, _ = before.shape
         own = np.zeros((count, many, 4))
         own[..., 2:] = UNIT * np.abs(self.knots[knots + 1, 3:])
-        own = own[..., np.newaxis] * self._signs(count, many, 4)
+        own = own[..., np.newaxis] * self._signs(2, places, many, 4)
         share = np.ones((count, many))
         if many == 2:
             masses = self._of_balls(self.masses, knots)
@@ -388,15 +403,22 @@ class Errors:
         parts = np.einsum("kai,kci->ka", np.abs(axes), velocity)
         changed = np.abs(after - before) > 0.0
         errors = 2.0 * UNIT * share[..., np.newaxis] * parts[:, np.newaxis] * changed + missed
-        signed = errors[..., np.newaxis] * self._signs(count, many, 2)
+        signed = errors[..., np.newaxis] * self._signs(3, places, many, 2)
         own[:, :, 2:] += np.einsum("kai,kcas->kcis", axes, signed)
         skew = 2.0 * UNIT * np.abs(axes[:, 0]).prod(axis=1)
         own[:, :, 2:] += (
-            (turned * skew[:, np.newaxis, np.newaxis])[..., np.newaxis] * self._signs(count, 1, 1)
+            (turned * skew[:, np.newaxis, np.newaxis])[..., np.newaxis] * self._signs(4, places, 1, 1)
         )  # fmt: skip
         return own.reshape(count, 4 * many, COLUMNS)
 
-    def _signs(self, *shape: int) -> Array:
+    def _signs(self, source: int, places: Array, *shape: int) -> Array:
+        """Return random signs (K, *shape, COLUMNS), with a share of those of the contact's place."""
+        signs = self._random(len(places), *shape)
+        slots = math.prod(shape)
+        signs += ALIKE * self.alike[source, places, :slots].reshape(signs.shape)
+        return signs
+
+    def _random(self, *shape: int) -> Array:
         """Return random signs (*shape, COLUMNS)."""
         return self.random.integers(0, 2, (*shape, COLUMNS), dtype=np.int8) * 2.0 - 1.0
 
