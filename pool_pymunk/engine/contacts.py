@@ -35,7 +35,7 @@ from pool_pymunk.physics.collapse import Collapse, Order
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import Path, arrival, motion_at, pair_time, set_off
+from pool_pymunk.physics.path import NOISE, Path, arrival, motion_at, pair_time, set_off
 from pool_pymunk.physics.sides import Wall, unit
 
 # This is two balls, lower number first; or a ball and -1 - a wall; or a ball twice, for its stop or
@@ -523,6 +523,8 @@ class ContactEngine:
     ) -> tuple[Motions, list[Contact]]:
         """Return how the balls move now, and their contacts, each of them once."""
         motions = {i: motion_at(self.paths[i], self.now) for key in keys for i in key if i >= 0}
+        if self.errors is not None:
+            motions = {i: self._misplaced(each) for i, each in motions.items()}
         found = [self.contact(key, motions) for key in keys]
         if with_gaps:
             gaps = [self._known_gap(key, motions) for key in keys]
@@ -563,8 +565,9 @@ class ContactEngine:
         """Give the balls their new paths."""
         for i, velocity in resolution.velocity.items():
             x, y, _, _ = motions[i]
-            if self.errors is not None:
-                x, y, velocity = self._with_errors(x, y, velocity, self.radii[i])
+            if self.errors is not None and velocity != (0.0, 0.0):
+                fastest, (vx, vy) = resolution.noise / NOISE, velocity
+                velocity = vx + self._error(fastest), vy + self._error(fastest)
             path = set_off(self.now, (x, y), velocity, self.deceleration, resolution.noise)
             if path.speed > 0.0:
                 self.rested[i] = math.inf
@@ -573,15 +576,19 @@ class ContactEngine:
                 self._stop(i, self.now, (x, y))
             self._begin(i, path)
 
-    def _with_errors(
-        self, x: float, y: float, velocity: Vector, radius: float
-    ) -> tuple[float, float, Vector]:
-        """Return a place (m) and a velocity (m/s) with random errors of the size of rounding."""
+    def _misplaced(self, motion: Motion) -> Motion:
+        """Return a motion whose place (m) has random errors of the size of rounding.
+
+        The place is that at the present time, which is rounded as well.
+        """
+        x, y, vx, vy = motion
+        late = self._error(self.now)
+        return x + self._error(x) + vx * late, y + self._error(y) + vy * late, vx, vy
+
+    def _error(self, number: float) -> float:
+        """Return a random rounding error of a number."""
         assert self.errors is not None
-        vx, vy = velocity
-        places, speeds = EPSILON * (abs(x) + abs(y) + radius), EPSILON * (abs(vx) + abs(vy))
-        dx, dy, du, dv = (self.errors.uniform(-1.0, 1.0) for _ in range(4))
-        return x + places * dx, y + places * dy, (vx + speeds * du, vy + speeds * dv)
+        return 0.5 * EPSILON * number * self.errors.uniform(-1.0, 1.0)
 
     def _begin(self, i: int, path: Path) -> None:
         self.paths[i] = path

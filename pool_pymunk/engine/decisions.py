@@ -39,8 +39,8 @@ class Variant(NamedTuple):
     Persistent contacts take ``longer`` times as long. With ``otherwise``, a slip that only rounding
     knows counts as slip, and balls that press on each other touch when another one hits them. With
     ``gaps``, contacts of one instant have the gaps of the pattern of that number
-    (:mod:`~pool_pymunk.engine.orders`). With a ``seed``, every new path begins with random errors
-    of the size of rounding.
+    (:mod:`~pool_pymunk.engine.orders`). With a ``seed``, places at contacts and new velocities have
+    random errors of the size of rounding.
     """
 
     longer: float = 1.0

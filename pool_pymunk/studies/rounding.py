@@ -26,12 +26,13 @@ from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies.changes import AGREE, law_of
 
-UNIT = EPSILON / 2.0  # A sum or a product errs by this share of itself at most.
-COLUMNS = 16  # draws of random signs; their root mean square is then right to some 18 %
+# A sum or a product errs by half a spacing of the numbers at most, and by any part of it alike: this
+# share of itself is the root mean square.
+UNIT = EPSILON / 2.0 / math.sqrt(3.0)
+COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
 # Like contacts err alike: where a ball goes to and fro, the same time is added to the time again and
-# again, and rounded the same way. Its mean error is at most half a spacing of the numbers, which is
-# at most a unit of the time: SURE times this share of it.
-ALIKE = 0.25
+# again, and rounded the same way. SURE times this share of UNIT is all of half a spacing.
+ALIKE = 0.43
 PLACES = 16  # Contacts of so many kinds (by ball and cushion, or by balls) err alike each.
 CHUNK = 2048  # So many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
@@ -251,7 +252,7 @@ class Errors:
         jump = saltation.reshape(count, 4 * many, 4 * many)
         late = np.einsum("kij,kj->ki", jump, rates) - later
 
-        gap = self._gap_errors(knots, states, faces, normal)
+        gap = self._gap_errors(knots, states, faces, normal, curvature)
         closing = np.maximum(closing, slip * np.sqrt(curvature * gap / 2.0))
         by_state = np.zeros((count, many, 4, many, 4))
         for c in range(many):
@@ -353,7 +354,9 @@ class Errors:
         own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(at) + 2.0 * ways, 0.0)
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
-    def _gap_errors(self, knots: Array, states: Array, faces: Array, normal: Array) -> Array:
+    def _gap_errors(
+        self, knots: Array, states: Array, faces: Array, normal: Array, curvature: Array
+    ) -> Array:
         """Return the errors (K,) of the gaps at the times at which they are found closed.
 
         A gap is worked out from the offset of one side from the other at the start of a path, and
@@ -361,8 +364,10 @@ class Errors:
         closed. There, or where the other ball still moved when this one set off, one of the balls
         is at a place that has been worked out, and rounded.
         """
-        ways = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
-        size = ways + self._of_balls(self.radii, knots).sum(axis=1)
+        ways = np.abs(states[..., :2] - self.knots[knots, 1:3])
+        if knots.shape[1] == 1:  # A straight side asks for the way along its normal alone.
+            ways = np.where(curvature[:, np.newaxis, np.newaxis] > 0.0, ways, ways * np.abs(normal)[:, np.newaxis])
+        size = ways.sum(axis=(1, 2)) + self._of_balls(self.radii, knots).sum(axis=1)
         if knots.shape[1] == 1:
             return UNIT * (size + (np.abs(faces) * np.abs(normal)).sum(axis=1))
         starts, moves = self.knots[knots, 0], self.knots[knots, 3:].any(axis=2)
@@ -401,13 +406,14 @@ class Errors:
         # |v_x n_x| + |v_y n_y| and |v_x t_x| + |v_y t_y|, of all balls in the contact
         velocity = np.abs(np.einsum("kai,kca->kci", axes, before))
         parts = np.einsum("kai,kci->ka", np.abs(axes), velocity)
+        skew = np.abs(axes[:, 0]).prod(axis=1)
+        parts *= 1.0 + (skew > 0.0)[:, np.newaxis]
         changed = np.abs(after - before) > 0.0
-        errors = 2.0 * UNIT * share[..., np.newaxis] * parts[:, np.newaxis] * changed + missed
+        errors = UNIT * share[..., np.newaxis] * parts[:, np.newaxis] * changed + missed
         signed = errors[..., np.newaxis] * self._signs(3, places, many, 2)
         own[:, :, 2:] += np.einsum("kai,kcas->kcis", axes, signed)
-        skew = 2.0 * UNIT * np.abs(axes[:, 0]).prod(axis=1)
         own[:, :, 2:] += (
-            (turned * skew[:, np.newaxis, np.newaxis])[..., np.newaxis] * self._signs(4, places, 1, 1)
+            (2.0 * UNIT * turned * skew[:, np.newaxis, np.newaxis])[..., np.newaxis] * self._signs(4, places, 1, 1)
         )  # fmt: skip
         return own.reshape(count, 4 * many, COLUMNS)
 
