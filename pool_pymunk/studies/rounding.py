@@ -33,6 +33,7 @@ COLUMNS = 32  # draws of random signs; their root mean square is then right to s
 # Like contacts err alike: where a ball goes to and fro, the same time is added to the time again and
 # again, and rounded the same way. SURE times this share of UNIT is all of half a spacing.
 ALIKE = 0.43
+POST = 4.0 * EPSILON  # A post is smaller by twice this share of the coordinates (Post.length_along).
 PLACES = 16  # Contacts of so many kinds (by ball and cushion, or by balls) err alike each.
 CHUNK = 2048  # So many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
@@ -208,7 +209,9 @@ class Errors:
         knots = np.array([step.knots[0] for step in steps])
         state, by_state = self._slide(knots, self.until[knots])
         by_state[:, 2:] = 0.0
-        return list(map(Leap, by_state, self._misplaced(knots % PLACES, knots, state)))
+        own = self._misplaced(knots % PLACES, knots, state)
+        own[:, 2:] = 0.0
+        return list(map(Leap, by_state, own))
 
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps of balls into pockets, which keep them where they are."""
@@ -352,6 +355,8 @@ class Errors:
         at, own = states[..., :2], np.zeros((*knots.shape, 4))
         ways = np.abs(at - self.knots[knots, 1:3])
         own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(at) + 2.0 * ways, 0.0)
+        if self.scene.deceleration > 0.0:
+            own[..., 2:] = 2.0 * UNIT * np.abs(self.knots[knots, 3:])
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
     def _gap_errors(
@@ -367,9 +372,13 @@ class Errors:
         ways = np.abs(states[..., :2] - self.knots[knots, 1:3])
         if knots.shape[1] == 1:  # A straight side asks for the way along its normal alone.
             ways = np.where(curvature[:, np.newaxis, np.newaxis] > 0.0, ways, ways * np.abs(normal)[:, np.newaxis])
-        size = ways.sum(axis=(1, 2)) + self._of_balls(self.radii, knots).sum(axis=1)
+        size = ways.sum(axis=(1, 2)) + 2.0 * self._of_balls(self.radii, knots).sum(axis=1)
         if knots.shape[1] == 1:
-            return UNIT * (size + (np.abs(faces) * np.abs(normal)).sum(axis=1))
+            start = np.abs(self.knots[knots[:, 0], 1:3]).sum(axis=1) + self._of_balls(self.radii, knots)[:, 0]
+            return np.where(
+                curvature > 0.0, POST * start,
+                UNIT * (size + (np.abs(faces) * np.abs(normal)).sum(axis=1)),
+            )
         starts, moves = self.knots[knots, 0], self.knots[knots, 3:].any(axis=2)
         earlier = starts.argmin(axis=1)[:, np.newaxis]
         worked_out = np.take_along_axis(moves, earlier, axis=1)[:, 0] & (np.ptp(starts, axis=1) > 0.0)
