@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # So many runs with random rounding errors tell how far rounding moved the ends.
+EARLY = 1_000  # events; balls that are apart by then never come together again
 SURE = 4.0  # A figure is so many times the largest change that was seen.
 COLUMNS = ("t", "ball", "x", "y", "vx", "vy")  # of a table of samples
 
@@ -98,7 +99,7 @@ class Run:
     off: frozenset[str] = frozenset()
     policies: frozenset[str] = frozenset()
     known_shift: float | None = field(default=None, repr=False)
-    again: Callable[[Variant], Run] | None = field(default=None, repr=False)
+    again: Callable[..., Run] | None = field(default=None, repr=False)
     variants: tuple[Variant, ...] = field(default=(), repr=False)
     law_used: Law | None = field(default=None, repr=False)
 
@@ -229,13 +230,16 @@ class Run:
 
     @cached_property
     def rounding(self) -> float:
-        """How far (m) rounding at every contact may have moved the ends.
+        """How far (m) rounding may have moved the ends.
 
-        Every new path begins with an error of the size of rounding, and the run's derivatives tell
-        what that does to the ends (:func:`pool_pymunk.studies.derivatives.rounding`). Where there
-        are none, or the ends would move by more than a radius, a few more runs tell it, in which
-        every new path begins with random errors
-        (stochastic arithmetic: Vignes, Mathematics and Computers in Simulation 35, 1993, 233). It
+        The errors of places, times, normals and velocities at every contact follow the run, to
+        first order (:func:`pool_pymunk.studies.rounding.rounding`). Where they grow until other
+        contacts may come, the ends are anywhere, and the answer is the size of the table. Where the
+        run has no derivatives, a few more runs tell it, in which places at contacts and new
+        velocities have random errors
+        (stochastic arithmetic: Vignes, Mathematics and Computers in Simulation 35, 1993, 233). The
+        first of these are cut off early, and say whether a long one is worth its time. The figure
+        knows nothing of contacts that nearly came. It
         is nan where it is not known: for a solver without the contact engine, and for a run that
         was loaded from a file.
 
@@ -247,11 +251,20 @@ class Run:
             return math.nan
         from pool_pymunk.studies.derivatives import rounding
 
-        linear = rounding(self)
-        if math.isnan(linear):
-            runs = [self.again(Variant(seed=seed)) for seed in range(ROUNDED_RUNS)]
-            linear = SURE * max(self._farthest(run) for run in runs)
-        return min(linear, self._size)
+        found = rounding(self)
+        if math.isnan(found):
+            found = self._moved_by_errors(EARLY)
+            if found > min(ball.radius for ball in self.scene.balls):
+                found = math.inf
+            elif len(self.events) > EARLY:
+                found = self._moved_by_errors(None)
+        return min(found, self._size)
+
+    def _moved_by_errors(self, most: int | None) -> float:
+        """Return how far (m) random rounding errors move the ends of runs of so many events."""
+        assert self.again is not None
+        runs = [self.again(Variant(seed=seed), most) for seed in range(ROUNDED_RUNS)]
+        return SURE * max(self._farthest(run) for run in runs)
 
     @property
     def _size(self) -> float:
@@ -301,10 +314,15 @@ class Run:
         return SURE * max(self._farthest(self.again(variant)) for variant in self.variants)
 
     def _farthest(self, other: Run) -> float:
-        """Return how far (m) the balls of another run end from those of this one at most."""
-        at = max(self.duration, other.duration)
-        ends = zip(self.at(at)[0], other.at(at)[0], strict=True)
-        return max(math.dist(mine, its) for mine, its in ends)
+        """Return how far (m) the balls of another run end from those of this one at most.
+
+        They are looked at when both have ended, or before, when the other one is cut off.
+        """
+        t = max(self.duration, other.duration)
+        if other.status == "max_events":
+            t = min(self.duration, other.duration)
+        places = zip(self.at(t)[0], other.at(t)[0], strict=True)
+        return max(math.dist(mine, its) for mine, its in places)
 
     @cached_property
     def energy(self) -> dict[str, float]:

@@ -31,7 +31,7 @@ from pool_pymunk.results.trace import POCKET, ZERO_SLIP, Trace
 from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
-from pool_pymunk.solvers.settings import OnTime, Settings
+from pool_pymunk.solvers.settings import NEVER_SETTLES, OnTime, Settings
 
 PATIENCE = 2.0  # s; a run that took longer is not played again to measure its policies
 
@@ -148,9 +148,12 @@ class Request(NamedTuple):
             return Event(t, kind, ids, pocket=self.scene.pockets[where].id)
         return Event(t, kind, ids, where)
 
-    def _again(self, shot: Shot | None, start: State, variant: Variant) -> Run:
-        """Play a variant of the run."""
-        trace = self._solve(start, variant)
+    def _again(
+        self, shot: Shot | None, start: State, variant: Variant, most: int | None = None
+    ) -> Run:
+        """Play a variant of the run, of at most so many events."""
+        bounds = self.settings._replace(max_events=min(most or NEVER_SETTLES, self.settings.most))
+        trace = self._replace(settings=bounds)._solve(start, variant)
         return self._run(shot, start, trace, 0.0)
 
 

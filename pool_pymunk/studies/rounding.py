@@ -9,8 +9,9 @@ depend on the errors, so those of many events are worked out at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -38,7 +39,7 @@ PLACES = 16  # Contacts of so many kinds (by ball and cushion, or by balls) err 
 CHUNK = 2048  # So many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
 JUMP = 1e3  # Velocities after a hit change so much faster than those before it at a jump only.
-NOWHERE = (NT(math.nan, math.nan),) * 2
+NOWHERE = (NT(math.nan, math.nan), NT(math.nan, math.nan))  # where a law jumps
 TURNED = 0.5  # rad; what comes after a normal that may have turned so far is unknown
 
 
@@ -318,7 +319,7 @@ class Errors:
         asked = np.repeat(before.reshape(count, 1, -1), 1 + 2 * many, axis=1)
         for k in range(2 * many):
             asked[:, 1 + k, k] += steps_aside[:, k]
-        answers = np.array(self._answers(steps, asked.tolist())).reshape(asked.shape)
+        answers = np.fromiter(self._answers(steps, asked.tolist()), float).reshape(asked.shape)
         law = (answers[:, 1:] - answers[:, :1]) / steps_aside[:, :, np.newaxis]  # by input
         jumps = ~(np.abs(law).max(axis=2) < JUMP)
         rests = np.repeat(~before.any(axis=2), 2, axis=1)
@@ -328,21 +329,23 @@ class Errors:
         shape = (count, many, 2)
         return law.transpose(0, 2, 1).reshape(*shape, many, 2), missed.reshape(shape), known
 
-    def _answers(self, steps: Sequence[Step], asked: list[list[list[float]]]) -> list[object]:
+    def _answers(self, steps: Sequence[Step], asked: list[list[list[float]]]) -> Iterator[float]:
         """Return the law's answers to several velocities at each step; nan where it jumps."""
         law, scene = self.law, self.scene
         if len(steps[0].balls) == 1:
             e, mu = scene.restitution.cushion or 0.0, scene.friction.cushion
-            return [law.cushion(NT(*velocity), e, mu) for each in asked for velocity in each]
-        found: list[object] = []
+            bounces = (law.cushion(NT(n, t), e, mu) for each in asked for n, t in each)
+            return chain.from_iterable(bounces)
+        found: list[tuple[NT, NT]] = []
         pair_of = cache(scene.pair)
         for step, each in zip(steps, asked, strict=True):
             pair = pair_of(*step.balls)
             an, at, bn, bt = each[0]
-            jumps = law.jumps(NT(an, at), NT(bn, bt), pair)
-            answers = [law.ball_ball(NT(an, at), NT(bn, bt), pair) for an, at, bn, bt in each]
-            found += [NOWHERE] * len(each) if jumps else answers
-        return found
+            if law.jumps(NT(an, at), NT(bn, bt), pair):
+                found += [NOWHERE] * len(each)
+            else:
+                found += [law.ball_ball(NT(an, at), NT(bn, bt), pair) for an, at, bn, bt in each]
+        return chain.from_iterable(chain.from_iterable(found))
 
     # -- errors ------------------------------------------------------------------------------------
 
@@ -356,7 +359,7 @@ class Errors:
         ways = np.abs(at - self.knots[knots, 1:3])
         own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(at) + 2.0 * ways, 0.0)
         if self.scene.deceleration > 0.0:
-            own[..., 2:] = 2.0 * UNIT * np.abs(self.knots[knots, 3:])
+            own[..., 2:] = UNIT * np.abs(self.knots[knots, 3:])
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
     def _gap_errors(
