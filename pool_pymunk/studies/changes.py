@@ -368,8 +368,7 @@ class Changes:
     def _set(self, i: int, change: Array) -> None:
         """Begin a new path with this change."""
         self.at[i] += 1
-        _, x, y, vx, vy = self.knots[i][self.at[i]]
-        self.change[i] = self.inputs.at_knot(change, (x, y), (vx, vy))
+        self.change[i] = change
 
     def _come_to(self, i: int, t: float) -> None:
         """Go on to a ball's last knot of this time."""

@@ -27,14 +27,16 @@ from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies.changes import AGREE, law_of
 
-# A sum or a product errs by half a spacing of the numbers at most, and by any part of it alike: this
+# A sum or a product errs by half a spacing of the numbers at most, and by any part of that. This
 # share of itself is the root mean square.
 UNIT = EPSILON / 2.0 / math.sqrt(3.0)
 COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
-# Like contacts err alike: where a ball goes to and fro, the same time is added to the time again and
-# again, and rounded the same way. SURE times this share of UNIT is all of half a spacing.
+# Like contacts err alike: where a ball goes to and fro, the same time is added to the time over and
+# over, and rounded the same way. SURE times this share of UNIT is half a spacing.
 ALIKE = 0.43
-POST = 4.0 * EPSILON  # A post is smaller by twice this share of the coordinates (Post.length_along).
+# Post.length_along takes a post for smaller by eight spacings of the coordinates; SURE times this
+# share is twice that.
+POST = 4.0 * EPSILON
 PLACES = 16  # Contacts of so many kinds (by ball and cushion, or by balls) err alike each.
 CHUNK = 2048  # So many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
@@ -226,7 +228,7 @@ class Errors:
         places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
         states, slid = self._slide(knots, self.until[knots])
         after = self.knots[knots + 1][..., 3:]
-        ways, normal, curvature, faces = self._geometry(steps, states)  # ways (C,): the gap's, along n
+        ways, normal, curvature, faces = self._geometry(steps, states)
         tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
         axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
         before_nt = np.einsum("kai,kci->kca", axes, states[..., 2:])
@@ -264,7 +266,9 @@ class Errors:
         path = by_state.reshape(count, 4 * many, 4 * many)
         guard = np.einsum("ki,kij->kj", guard, path)
         along = np.einsum("ki,kij->kj", along, path)
-        matrix = jump @ path + late[:, :, np.newaxis] * (guard / closing[:, np.newaxis])[:, np.newaxis]
+        matrix = (
+            jump @ path + late[:, :, np.newaxis] * (guard / closing[:, np.newaxis])[:, np.newaxis]
+        )
 
         delay = gap / closing + UNIT * self.until[knots[:, 0]]
         own = jump @ self._misplaced(places, knots, states).reshape(count, -1, COLUMNS)
@@ -374,17 +378,27 @@ class Errors:
         """
         ways = np.abs(states[..., :2] - self.knots[knots, 1:3])
         if knots.shape[1] == 1:  # A straight side asks for the way along its normal alone.
-            ways = np.where(curvature[:, np.newaxis, np.newaxis] > 0.0, ways, ways * np.abs(normal)[:, np.newaxis])
+            ways = np.where(
+                curvature[:, np.newaxis, np.newaxis] > 0.0,
+                ways,
+                ways * np.abs(normal)[:, np.newaxis],
+            )
         size = ways.sum(axis=(1, 2)) + 2.0 * self._of_balls(self.radii, knots).sum(axis=1)
         if knots.shape[1] == 1:
-            start = np.abs(self.knots[knots[:, 0], 1:3]).sum(axis=1) + self._of_balls(self.radii, knots)[:, 0]
+            start = (
+                np.abs(self.knots[knots[:, 0], 1:3]).sum(axis=1)
+                + self._of_balls(self.radii, knots)[:, 0]
+            )
             return np.where(
-                curvature > 0.0, POST * start,
+                curvature > 0.0,
+                POST * start,
                 UNIT * (size + (np.abs(faces) * np.abs(normal)).sum(axis=1)),
             )
         starts, moves = self.knots[knots, 0], self.knots[knots, 3:].any(axis=2)
         earlier = starts.argmin(axis=1)[:, np.newaxis]
-        worked_out = np.take_along_axis(moves, earlier, axis=1)[:, 0] & (np.ptp(starts, axis=1) > 0.0)
+        worked_out = np.take_along_axis(moves, earlier, axis=1)[:, 0] & (
+            np.ptp(starts, axis=1) > 0.0
+        )
         places = np.abs(states[..., :2]).sum(axis=(1, 2))
         return UNIT * (np.where(moves.all(axis=1), 2.0, 1.0) * size + places * worked_out)
 
@@ -430,7 +444,7 @@ class Errors:
         return own.reshape(count, 4 * many, COLUMNS)
 
     def _signs(self, source: int, places: Array, *shape: int) -> Array:
-        """Return random signs (K, *shape, COLUMNS), with a share of those of the contact's place."""
+        """Return random signs (K, *shape, COLUMNS), and a share of signs that a place keeps."""
         signs = self._random(len(places), *shape)
         slots = math.prod(shape)
         signs += ALIKE * self.alike[source, places, :slots].reshape(signs.shape)
@@ -458,15 +472,19 @@ class Errors:
         if a > 0.0:
             left = np.where(moves, left, 0.0)
         state = np.concatenate(
-            (start[..., 1:3] + velocity * way[..., np.newaxis], velocity * left[..., np.newaxis]), axis=-1
+            (start[..., 1:3] + velocity * way[..., np.newaxis], velocity * left[..., np.newaxis]),
+            axis=-1,
         )
         one, square = np.eye(2), unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
         by_state = np.zeros((*np.shape(knots), 4, 4))
         by_state[..., :2, :2] = one
         by_state[..., :2, 2:] = (
-            way[..., np.newaxis, np.newaxis] * one + (lost * time / 2.0)[..., np.newaxis, np.newaxis] * square
+            way[..., np.newaxis, np.newaxis] * one
+            + (lost * time / 2.0)[..., np.newaxis, np.newaxis] * square
         )
-        by_state[..., 2:, 2:] = left[..., np.newaxis, np.newaxis] * one + lost[..., np.newaxis, np.newaxis] * square
+        by_state[..., 2:, 2:] = (
+            left[..., np.newaxis, np.newaxis] * one + lost[..., np.newaxis, np.newaxis] * square
+        )
         return state, by_state
 
     def _rates(self, velocity: Array) -> Array:

@@ -8,14 +8,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from pool_pymunk.model.problems import setting_error, suggestion
-from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion import EPSILON, Array
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 
 RESTITUTIONS = ("ball_ball", "cue_ball", "cushion")
 FRICTIONS = ("surface", "ball_ball", "cushion")
 GROUPS = ("position", "velocity", "speed", "angle", "mass", "radius", "restitution", "friction")
-ROUNDED = 32  # columns of random rounding errors
 
 Names = tuple[str, ...]
 
@@ -84,10 +82,6 @@ class Inputs:
                 change[2:, self.column["angle"]] = math.radians(-vy), math.radians(vx)
         return change
 
-    def at_knot(self, change: Array, place: Vector, velocity: Vector) -> Array:
-        """Return the change of a new path's start; nothing is added to it."""
-        return change
-
     def unit(self, name: str) -> Array | None:
         """Return the change of one input itself; None if it is not varied."""
         column = self.column.get(name)
@@ -104,22 +98,3 @@ class Inputs:
     def mass(self, i: int) -> Array | None:
         """Return the change of a ball's mass."""
         return self.unit(f"mass.{self.run.scene.balls[i].id}")
-
-
-class Rounded(Inputs):
-    """These inputs are rounding errors of random signs, in every new path."""
-
-    def __init__(self, run: Run) -> None:
-        super().__init__(run, ())
-        self.count = ROUNDED
-        self.random = np.random.default_rng(0)
-
-    def start(self, i: int) -> Array:
-        """Return no change."""
-        return np.zeros((4, ROUNDED))
-
-    def at_knot(self, change: Array, place: Vector, velocity: Vector) -> Array:
-        """Return the change with a rounding error of the path's start."""
-        far, fast = (EPSILON * (abs(x) + abs(y)) for x, y in (place, velocity))
-        signs = self.random.choice((-1.0, 1.0), size=(4, ROUNDED))
-        return np.asarray(change + np.array([[far], [far], [fast], [fast]]) * signs)

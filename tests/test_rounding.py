@@ -1,0 +1,133 @@
+"""The figure of a run covers what rounding did to its ends, and is not much too large."""
+
+from __future__ import annotations
+
+import math
+import random
+import statistics
+import time
+from collections.abc import Callable
+from fractions import Fraction
+
+import pytest
+import reference
+from mpmath import mp, mpf
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
+
+SCENES = 40
+MOST_TOO_LARGE = 30.0  # in the median
+
+
+def shot(
+    rng: random.Random,
+    across: float,
+    *,
+    e: float = 0.9,
+    friction: float = 0.0,
+    far: float = 0.0,
+    way: float = 1.0,
+    max_time: float = 3.0,
+    mass: float = 0.2,
+) -> Scene:
+    """Return a ball on its way to another, which it meets ``across`` of the reach off the line."""
+    turn, side, speed = rng.uniform(-3, 3), rng.uniform(-3, 3), rng.uniform(0.5, 3.0)
+    u, r = (math.cos(turn), math.sin(turn)), (rng.uniform(0.02, 0.07), rng.uniform(0.02, 0.07))
+    x, y = far * math.cos(side), far * math.sin(side)
+    off = across * (r[0] + r[1])
+    balls = (
+        Ball("a", (x, y), r[0], 0.2, velocity=(speed * u[0], speed * u[1])),
+        Ball("b", (x + u[0] * way - u[1] * off, y + u[1] * way + u[0] * off), r[1], mass),
+    )
+    return Scene(balls, None, Restitution(e), Friction(0.0, 0.0, friction),
+                 Physics(max_time=max_time + way / speed))  # fmt: skip
+
+
+def along_a_cushion(rng: random.Random) -> Scene:
+    slope = 10 ** rng.uniform(-8, -1)
+    ball = Ball("a", (0.2, 0.05 + slope), 0.05, 0.2, velocity=(1.0, -slope))
+    return Scene((ball,), Table.rectangle(4.0, 1.0), Restitution(cushion=rng.uniform(0.3, 1.0)),
+                 physics=Physics(max_time=2.0))  # fmt: skip
+
+
+def past_a_corner(rng: random.Random) -> Scene:
+    outline = ((0.0, 0.0), (2.0, 0.0), (2.0, 0.8), (0.9, 0.8), (0.9, 1.7), (0.0, 1.7))
+    x = 0.9 + rng.uniform(-0.04, 0.0)
+    ball = Ball("a", (x, 0.3), 0.05, 0.2, velocity=(0.0, rng.uniform(0.5, 1.0)))
+    return Scene((ball,), Table(outline), Restitution(cushion=0.9), physics=Physics(max_time=2.0))
+
+
+CLASSES: dict[str, Callable[[random.Random], Scene]] = {
+    "a hit": lambda rng: shot(rng, rng.uniform(-0.9, 0.9)),
+    "with friction": lambda rng: shot(rng, rng.uniform(-0.9, 0.9), friction=0.2),
+    "far away": lambda rng: shot(rng, rng.uniform(-0.9, 0.9), far=10 ** rng.uniform(1, 6)),
+    "a long way": lambda rng: shot(rng, rng.uniform(-0.8, 0.8), way=10 ** rng.uniform(1, 4)),
+    "a graze": lambda rng: shot(rng, 1.0 - 10 ** rng.uniform(-10, -1)),
+    "nearly plastic": lambda rng: shot(
+        rng, 0.0, e=10 ** rng.uniform(-16, -1), max_time=10 ** rng.uniform(1, 6)
+    ),
+    "unequal": lambda rng: shot(rng, rng.uniform(-0.9, 0.9), mass=10 ** rng.uniform(-5, 3)),
+    "along a cushion": along_a_cushion,
+    "past a corner": past_a_corner,
+}
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_the_figure_covers_what_rounding_did(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reference, "GENTLE", mpf(10) ** -25)
+    too_large = []
+    for k in range(SCENES):
+        scene = CLASSES[name](random.Random(f"{name} {k}"))
+        run, truth = simulate(scene, solver="event-driven"), reference.reference_run(scene)
+        with mp.workdps(reference.DIGITS):
+            ends = zip(run.end.position, truth.final, strict=True)
+            off = max(float(mp.hypot(p[0] - x, p[1] - y)) for p, (x, y) in ends)
+        assert off <= run.rounding
+        if off > 0.0:
+            too_large.append(run.rounding / off)
+    assert statistics.median(too_large) <= MOST_TOO_LARGE
+
+
+def folded(place: Fraction, low: Fraction, high: Fraction) -> Fraction:
+    """Return where a ball is between two cushions, from where it would be without them."""
+    way = (place - low) % (2 * (high - low))
+    return low + min(way, 2 * (high - low) - way)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.7])
+def test_the_errors_of_like_contacts_add_up(slope: float) -> None:
+    """A ball between cushions, without any loss: its end is a rational number."""
+    ball = Ball("a", (0.3, 0.4), 0.05, 0.2, velocity=(1.1, 1.1 * slope))
+    scene = Scene((ball,), Table.rectangle(2.0, 1.0), Restitution(cushion=1.0),
+                  physics=Physics(max_time=4_000.0))  # fmt: skip
+    run, r = simulate(scene, solver="event-driven"), Fraction(0.05)
+    ways = [Fraction(p) + 4_000 * Fraction(v)
+            for p, v in zip(ball.position, ball.velocity, strict=True)]  # fmt: skip
+    truth = [folded(way, r, side - r) for way, side in zip(ways, (2, 1), strict=True)]
+    ends = zip(run.end.position[0], truth, strict=True)
+    off = math.hypot(*(float(Fraction(p) - q) for p, q in ends))
+    assert off <= run.rounding <= 100.0 * off
+
+
+def test_chaos_is_as_large_as_the_table_and_soon_known() -> None:
+    """Ten balls without any loss: after some dozen contacts nothing is known of them."""
+    balls = tuple(
+        Ball(str(k), (0.2 + 0.36 * (k % 5), 0.3 + 0.4 * (k // 5)), 0.05, 0.2,
+             velocity=(math.cos(2.4 * k), math.sin(2.4 * k)))
+        for k in range(10)
+    )  # fmt: skip
+    scene = Scene(balls, Table.rectangle(2.0, 1.0), Restitution(1.0, cushion=1.0),
+                  physics=Physics(max_time=1e6))  # fmt: skip
+    run = simulate(scene, solver="event-driven", max_events=3_000)
+    assert run.rounding == math.hypot(2.0, 1.0)
+
+
+def test_the_figure_of_a_long_run_takes_no_longer_than_three_such_runs() -> None:
+    ball = Ball("a", (0.3, 0.4), 0.05, 0.2, velocity=(1.1, 0.7))
+    scene = Scene((ball,), Table.rectangle(2.0, 1.0), Restitution(cushion=1.0),
+                  physics=Physics(max_time=1e6))  # fmt: skip
+    began = time.process_time()
+    run = simulate(scene, solver="event-driven", max_events=5_000)
+    played = time.process_time()
+    assert 0.0 < run.rounding < 1e-6
+    assert time.process_time() - played < 3.0 * (played - began)
