@@ -237,11 +237,10 @@ class Run:
         contacts may come, the ends are anywhere, and the answer is the size of the table. Where the
         run has no derivatives, a few more runs tell it, in which places at contacts and new
         velocities have random errors
-        (stochastic arithmetic: Vignes, Mathematics and Computers in Simulation 35, 1993, 233). The
-        first of these are cut off early, and say whether a long one is worth its time. The figure
-        knows nothing of contacts that nearly came. It
-        is nan where it is not known: for a solver without the contact engine, and for a run that
-        was loaded from a file.
+        (stochastic arithmetic: Vignes, Mathematics and Computers in Simulation 35, 1993, 233). They
+        are cut off early first: balls that are apart by then stay apart. The figure knows nothing
+        of a contact that nearly came. It is nan where it is not known: for a solver without the
+        contact engine, and for a run that was loaded from a file.
 
         >>> from pool_pymunk import load, simulate
         >>> 0.0 < simulate(load("report"), "Simulation 1", solver="event-driven").rounding < 1e-11

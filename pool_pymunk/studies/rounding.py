@@ -70,7 +70,8 @@ class Leap(NamedTuple):
     They become ``matrix`` @ errors + ``own``. At a contact the gap is wrong by ``guard`` @ errors,
     and so much over ``closing`` (m/s) is the contact late; ``late`` (4 C,) is what that does. The
     normal turns by ``curvature`` (1/m) times the error along it, ``along`` @ errors at the time of
-    the contact, and by ``slip`` (m/s) times the delay.
+    the contact, and by ``slip`` (m/s) times the delay. A ball that a pocket takes in passes its rim
+    ``within`` (m) the point where it would miss it, and is ``along`` @ errors off to the side.
     """
 
     matrix: Array
@@ -82,6 +83,7 @@ class Leap(NamedTuple):
     closing: float = 0.0
     slip: float = 0.0
     curvature: float = 0.0
+    within: float = math.inf
 
 
 def rounding(run: Run) -> float:
@@ -146,7 +148,7 @@ class Errors:
         policy answers.
         """
         times, index, steps = self.knots[:, 0].tolist(), self.scene.index, list[Step]()
-        at_rest = (~self.knots[:, 3:].any(axis=1)).tolist()
+        at_rest: list[bool] = np.all(self.knots[:, 3:] == 0.0, axis=1).tolist()
         at, instant, met = self.at, -1.0, set[int]()
         for event in self.run.events:
             balls = tuple([index[id_] for id_ in event.balls])
@@ -194,7 +196,11 @@ class Errors:
         c^2 +- 2 s^2 k g. It therefore changes c by s^2 k g / c, but by no more than s sqrt(2 k g).
         That is what the linear map answers for a contact that closes at s sqrt(k g / 2).
         """
-        assert leap.guard is not None and leap.along is not None and leap.late is not None
+        assert leap.along is not None
+        if leap.guard is None or leap.late is None:
+            if SURE * _size(leap.along @ before) >= leap.within:
+                raise Unknown
+            return
         gaps = leap.guard @ before
         gap, closing = SURE * _size(gaps), leap.closing
         least = leap.slip * math.sqrt(leap.curvature * gap / 2.0)
@@ -217,9 +223,24 @@ class Errors:
         return list(map(Leap, by_state, own))
 
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return the leaps of balls into pockets, which keep them where they are."""
-        leap = Leap(np.zeros((4, 4)), np.zeros((4, COLUMNS)))
-        return [leap] * len(steps)
+        """Return the leaps of balls into pockets, which keep them where they are.
+
+        A ball that grazes a rim may not fall: the chord of its way is then as short as what twice
+        the errors of its place leave of the pocket's radius.
+        """
+        knots = np.array([step.knots[0] for step in steps])
+        states, path = self._slide(knots, self.until[knots])
+        own = np.zeros((4, COLUMNS))
+        leaps = []
+        holes = {hole.id: hole for hole in self.scene.pockets}
+        for step, (x, y, vx, vy), slid in zip(steps, states.tolist(), path, strict=True):
+            hole = holes[str(step.event.pocket)]
+            dx, dy, speed = x - hole.position[0], y - hole.position[1], math.hypot(vx, vy)
+            within = hole.radius - abs(dx * vy - dy * vx) / speed
+            across = np.array((-vy, vx)) @ slid[:2] / speed
+            bend = 1.0 / hole.radius
+            leaps.append(Leap(np.zeros((4, 4)), own, along=across, within=within, curvature=bend))
+        return leaps
 
     def _contacts(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps of hits, or of bounces: the saltation matrices, and the errors made."""
@@ -228,7 +249,7 @@ class Errors:
         places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
         states, slid = self._slide(knots, self.until[knots])
         after = self.knots[knots + 1][..., 3:]
-        ways, normal, curvature, faces = self._geometry(steps, states)
+        ways, normal, curvature, offset = self._geometry(steps, states)
         tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
         axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
         before_nt = np.einsum("kai,kci->kca", axes, states[..., 2:])
@@ -237,47 +258,35 @@ class Errors:
         slip = np.abs(before_nt[..., 1] @ ways)
         law, missed, known = self._laws(steps, before_nt, after_nt)
 
-        place = np.zeros((count, 2, many, 4))  # what moves the contact along n and along t
-        place[..., :2] = axes[:, :, np.newaxis] * ways[:, np.newaxis]
-        guard, along = place.reshape(count, 2, -1).transpose(1, 0, 2)
-        rates, later = self._rates(states[..., 2:]), self._rates(after)
-
-        # The law answers velocities along axes that turn: (K, C, 2) changes by one rad.
+        toward = np.zeros((count, 2, many, 4))  # what moves the contact along n and along t
+        toward[..., :2] = axes[:, :, np.newaxis] * ways[:, np.newaxis]
+        guard, along = toward.reshape(count, 2, -1).transpose(1, 0, 2)
         spun = np.stack((before_nt[..., 1], -before_nt[..., 0]), axis=-1)
-        answer = np.einsum("kai,kcadb,kbj->kcidj", axes, law, axes)
         turned = np.einsum("kai,kcadb,kdb->kci", axes, law, spun)
         turned += np.stack((-after[..., 1], after[..., 0]), axis=-1)
-        saltation = np.zeros((count, many, 4, many, 4))
-        for c in range(many):
-            saltation[:, c, (0, 1), c, (0, 1)] = 1.0
-        saltation[:, :, 2:, :, 2:] = answer
-        saltation[:, :, 2:] += (
-            turned[..., np.newaxis, np.newaxis]
-            * (curvature[:, np.newaxis] * along).reshape(count, 1, 1, many, 4)
-        )  # fmt: skip
-        jump = saltation.reshape(count, 4 * many, 4 * many)
-        late = np.einsum("kij,kj->ki", jump, rates) - later
+        jump = _jump(axes, law, turned, curvature[:, np.newaxis] * along)
+        late = np.einsum("kij,kj->ki", jump, self._rates(states[..., 2:])) - self._rates(after)
 
-        gap = self._gap_errors(knots, states, faces, normal, curvature)
-        closing = np.maximum(closing, slip * np.sqrt(curvature * gap / 2.0))
-        by_state = np.zeros((count, many, 4, many, 4))
-        for c in range(many):
-            by_state[:, c, :, c] = slid[:, c]
-        path = by_state.reshape(count, 4 * many, 4 * many)
-        guard = np.einsum("ki,kij->kj", guard, path)
-        along = np.einsum("ki,kij->kj", along, path)
-        matrix = (
-            jump @ path + late[:, :, np.newaxis] * (guard / closing[:, np.newaxis])[:, np.newaxis]
+        gap = (
+            self._gap_errors(knots, states)
+            if many == 2
+            else self._side_errors(knots, states, offset, normal, curvature)
         )
+        closing = np.maximum(closing, slip * np.sqrt(curvature * gap / 2.0))  # See _check.
+        paths = np.zeros((count, many, 4, many, 4))
+        for c in range(many):
+            paths[:, c, :, c] = slid[:, c]
+        slides = paths.reshape(jump.shape)
+        guard, along = (np.einsum("ki,kij->kj", each, slides) for each in (guard, along))
+        delays = guard / closing[:, np.newaxis]
+        matrix = jump @ slides + late[:, :, np.newaxis] * delays[:, np.newaxis]
 
         delay = gap / closing + UNIT * self.until[knots[:, 0]]
         own = jump @ self._misplaced(places, knots, states).reshape(count, -1, COLUMNS)
         own += self._made(places, knots, axes, before_nt, after_nt, missed, turned)
         own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(0, places, 1)
-        return list(
-            map(Leap, matrix, own, known.tolist(), guard, along, late,
-                closing.tolist(), slip.tolist(), curvature.tolist())
-        )  # fmt: skip
+        return list(map(Leap, matrix, own, known.tolist(), guard, along, late,
+                        closing.tolist(), slip.tolist(), curvature.tolist()))  # fmt: skip
 
     def _geometry(self, steps: Sequence[Step], states: Array) -> tuple[Array, Array, Array, Array]:
         """Return how each ball's way along n counts for the gap, the normals, and curvatures."""
@@ -366,41 +375,36 @@ class Errors:
             own[..., 2:] = UNIT * np.abs(self.knots[knots, 3:])
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
-    def _gap_errors(
-        self, knots: Array, states: Array, faces: Array, normal: Array, curvature: Array
-    ) -> Array:
-        """Return the errors (K,) of the gaps at the times at which they are found closed.
+    def _gap_errors(self, knots: Array, states: Array) -> Array:
+        """Return the errors (K,) of the gaps between balls that are found closed.
 
-        A gap is worked out from the offset of one side from the other at the start of a path, and
-        errs by a unit of it. Where both balls move, the search takes a gap of up to eight units for
-        closed. There, or where the other ball still moved when this one set off, one of the balls
-        is at a place that has been worked out, and rounded.
+        A gap is worked out from the offset of the balls at the start of a path, and errs by a unit
+        of it. Where both balls move, the search takes a gap of up to eight units for closed. Where
+        the ball that set off first still moved when the other one did, its place was worked out
+        then, and rounded.
         """
-        ways = np.abs(states[..., :2] - self.knots[knots, 1:3])
-        if knots.shape[1] == 1:  # A straight side asks for the way along its normal alone.
-            ways = np.where(
-                curvature[:, np.newaxis, np.newaxis] > 0.0,
-                ways,
-                ways * np.abs(normal)[:, np.newaxis],
-            )
-        size = ways.sum(axis=(1, 2)) + 2.0 * self._of_balls(self.radii, knots).sum(axis=1)
-        if knots.shape[1] == 1:
-            start = (
-                np.abs(self.knots[knots[:, 0], 1:3]).sum(axis=1)
-                + self._of_balls(self.radii, knots)[:, 0]
-            )
-            return np.where(
-                curvature > 0.0,
-                POST * start,
-                UNIT * (size + (np.abs(faces) * np.abs(normal)).sum(axis=1)),
-            )
-        starts, moves = self.knots[knots, 0], self.knots[knots, 3:].any(axis=2)
-        earlier = starts.argmin(axis=1)[:, np.newaxis]
-        worked_out = np.take_along_axis(moves, earlier, axis=1)[:, 0] & (
-            np.ptp(starts, axis=1) > 0.0
-        )
-        places = np.abs(states[..., :2]).sum(axis=(1, 2))
-        return UNIT * (np.where(moves.all(axis=1), 2.0, 1.0) * size + places * worked_out)
+        ways = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
+        size = ways + 2.0 * self._of_balls(self.radii, knots).sum(axis=1)
+        starts, moves = self.knots[knots, 0], np.any(self.knots[knots, 3:] != 0.0, axis=2)
+        first = np.take_along_axis(moves, starts.argmin(axis=1)[:, np.newaxis], axis=1)[:, 0]
+        worked_out = first & (np.ptp(starts, axis=1) > 0.0)
+        places = np.abs(states[..., :2]).sum(axis=(1, 2)) * worked_out
+        return np.asarray(UNIT * (np.where(moves.all(axis=1), 2.0, 1.0) * size + places))
+
+    def _side_errors(
+        self, knots: Array, states: Array, offset: Array, normal: Array, curvature: Array
+    ) -> Array:
+        """Return the errors (K,) of the gaps to cushions that are found closed.
+
+        A straight side asks for the way along its normal, and for the ``offset`` (m) from its start
+        along it. A corner is smaller than it is by some spacings of the coordinates.
+        """
+        start = self.knots[knots[:, 0], 1:3]
+        radius = self._of_balls(self.radii, knots)[:, 0]
+        way = np.abs(states[:, 0, :2] - start) + np.abs(offset)
+        straight = UNIT * ((way * np.abs(normal)).sum(axis=1) + 2.0 * radius)
+        corner = POST * (np.abs(start).sum(axis=1) + radius)
+        return np.asarray(np.where(curvature > 0.0, corner, straight))
 
     def _of_balls(self, values: Array, knots: Array) -> Array:
         """Return the values of the balls that have these knots."""
@@ -438,21 +442,19 @@ class Errors:
         errors = UNIT * share[..., np.newaxis] * parts[:, np.newaxis] * changed + missed
         signed = errors[..., np.newaxis] * self._signs(3, places, many, 2)
         own[:, :, 2:] += np.einsum("kai,kcas->kcis", axes, signed)
-        own[:, :, 2:] += (
-            (2.0 * UNIT * turned * skew[:, np.newaxis, np.newaxis])[..., np.newaxis] * self._signs(4, places, 1, 1)
-        )  # fmt: skip
+        tilted = 2.0 * UNIT * turned * skew[:, np.newaxis, np.newaxis]
+        own[:, :, 2:] += tilted[..., np.newaxis] * self._signs(4, places, 1, 1)
         return own.reshape(count, 4 * many, COLUMNS)
 
     def _signs(self, source: int, places: Array, *shape: int) -> Array:
         """Return random signs (K, *shape, COLUMNS), and a share of signs that a place keeps."""
         signs = self._random(len(places), *shape)
-        slots = math.prod(shape)
-        signs += ALIKE * self.alike[source, places, :slots].reshape(signs.shape)
-        return signs
+        kept = self.alike[source, places, : math.prod(shape)]
+        return np.asarray(signs + ALIKE * kept.reshape(signs.shape))
 
     def _random(self, *shape: int) -> Array:
         """Return random signs (*shape, COLUMNS)."""
-        return self.random.integers(0, 2, (*shape, COLUMNS), dtype=np.int8) * 2.0 - 1.0
+        return np.asarray(self.random.integers(0, 2, (*shape, COLUMNS), dtype=np.int8) * 2.0 - 1.0)
 
     # -- motion ------------------------------------------------------------------------------------
 
@@ -492,6 +494,21 @@ class Errors:
         speed = np.sqrt((velocity**2).sum(axis=-1))[..., np.newaxis]
         drag = np.where(speed > 0.0, self.scene.deceleration * velocity / speed, 0.0)
         return np.concatenate((velocity, -drag), axis=-1).reshape(len(velocity), -1)
+
+
+def _jump(axes: Array, law: Array, turned: Array, turning: Array) -> Array:
+    """Return what contacts do to the states (K, 4 C, 4 C) at their times.
+
+    The law answers along ``axes``; where these turn, velocities change by ``turned`` (K, C, 2) a
+    radian. They turn by ``turning`` (K, 4 C) times the change of the states.
+    """
+    count, many = turned.shape[:2]
+    found = np.zeros((count, many, 4, many, 4))
+    for c in range(many):
+        found[:, c, (0, 1), c, (0, 1)] = 1.0
+    found[:, :, 2:, :, 2:] = np.einsum("kai,kcadb,kbj->kcidj", axes, law, axes)
+    found[:, :, 2:] += np.einsum("kci,kj->kcij", turned, turning).reshape(count, many, 2, many, 4)
+    return found.reshape(count, 4 * many, 4 * many)
 
 
 def _size(errors: Array) -> float:
