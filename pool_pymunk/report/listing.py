@@ -67,7 +67,7 @@ def shot_lines(run: Run) -> Iterator[str]:
 def _doubts(run: Run) -> Iterator[str]:
     """Yield how far policies and rounding may have moved the ends, if the printed digits show it.
 
-    Both take further runs, so rounding is not measured where one run takes more than ``PATIENCE``.
+    Both may take further runs, so rounding is not measured where one takes more than ``PATIENCE``.
     """
     if run.again is None:
         return
@@ -80,7 +80,7 @@ def _doubts(run: Run) -> Iterator[str]:
             f"by up to {shift:.2g} {units.length}"
         )
     if run.wall_time > PATIENCE:
-        yield "    Rounding was not measured, because that takes four more runs as long as this one"
+        yield "    Rounding was not measured: that may take four more runs as long as this one"
         return
     rounding = units.from_si(run.rounding, "length")
     if rounding >= shown:
