@@ -94,7 +94,7 @@ def test_many_random_frozen_balls(form: str, at_cushion: bool) -> None:
         assert not found["false alarm"]
 
 
-# -- contacts that strong friction makes unstable ---------------------------------------------------
+# -- contacts that strong friction makes unstable --------------------------------------------------
 
 
 def wedged(closing: float) -> Scene:

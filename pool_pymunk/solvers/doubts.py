@@ -15,8 +15,12 @@ GAINED = 1e-9  # A contact that gains a smaller share of the kinetic energy gain
 
 
 def farthest(one: Trace, other: Trace, deceleration: float) -> float:
-    """Return how far (m) the balls of two traces lie apart at most when both have ended."""
-    at = max(one.duration, other.duration)
+    """Return how far (m) the balls of two traces lie apart at most when both have ended.
+
+    Where one of them is cut off, they are looked at before.
+    """
+    is_cut = "max_events" in (one.status, other.status)
+    at = (min if is_cut else max)(one.duration, other.duration)
     return max(
         math.dist(_motion(a, at, deceleration)[:2], _motion(b, at, deceleration)[:2])
         for a, b in zip(one.knots, other.knots, strict=True)
