@@ -14,20 +14,16 @@ from typing import NamedTuple
 
 from pool_pymunk.physics.contact import Contact, Vector, Velocities
 
-# Every contact of a few is once the only one with a gap, and once the only one without.
 Motions = dict[int, tuple[float, float, float, float]]  # x, y (m), vx, vy (m/s), by ball number
 
-FEW = 12
-# This many patterns are random. A cluster of five contacts has rarely more than ten outcomes, and
-# half as many patterns miss some of them (``python -m tests.frozen`` counts).
+FEW = 12  # Each of up to this many contacts is once the only one with a gap, and once without.
+# This many patterns are random. A cluster of five contacts rarely has more than ten outcomes; half
+# as many patterns miss some of them (``python -m tests.hard_random`` counts).
 RANDOM = 24
-ALIKE = 1e-9  # of the largest distance between contacts; places that are nearer are the same
+DECADES = 4.0  # Random gaps differ by up to this power of ten.
 # m; nobody sees a gap of 1e-6 m between balls that lie frozen. A few random draws seldom meet the
 # worst one, so they are four times as wide.
 WIDEST = 4e-6
-DECADES = 4.0  # Random gaps differ by up to this power of ten.
-
-
 # This pattern has no gaps. Its outcome is that of velocities which differ a little. Contacts are
 # unstable if, in one of KICKS tries, a difference of KICK of the fastest speed becomes GROWS times
 # larger. Hits of stable contacts make it a few times larger, as masses differ.

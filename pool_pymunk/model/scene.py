@@ -110,6 +110,14 @@ class Scene:
         return {ball.id: i for i, ball in enumerate(self.balls)}
 
     @property
+    def diagonal(self) -> float:
+        """The length (m) of the diagonal of the table's bounding box; infinite without a table."""
+        if self.table is None:
+            return math.inf
+        xs, ys = zip(*self.table.outline, strict=True)
+        return math.hypot(max(xs) - min(xs), max(ys) - min(ys))
+
+    @property
     def deceleration(self) -> float:
         """What surface friction takes from a moving ball's speed, a = mu_s g (m/s^2, Eq. 10)."""
         return _deceleration(self.friction, self.physics)

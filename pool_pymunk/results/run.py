@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pool_pymunk.engine.decisions import Variant
 from pool_pymunk.model import Point, Scene, Shot, State
@@ -67,6 +67,14 @@ class Event:
         record: dict[str, object] = {"t": self.t, "kind": self.kind, "balls": list(self.balls)}
         said = {"cushion": self.cushion, "pocket": self.pocket}
         return record | {key: value for key, value in said.items() if value is not None}
+
+
+def extent(scene: Scene, knots: Sequence[ArrayLike]) -> float:
+    """Return how far apart (m) places on the table are at most, or those where balls were."""
+    places = [np.asarray(each)[:, 1:3] for each in knots]
+    if scene.table is not None:
+        places.append(np.array(scene.table.outline))
+    return float(np.linalg.norm(np.ptp(np.concatenate(places), axis=0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,22 +265,13 @@ class Run:
                 found = math.inf
             elif len(self.events) > EARLY:
                 found = self._moved_by_errors(None)
-        return min(found, self._size)
+        return min(found, extent(self.scene, self.knots))
 
     def _moved_by_errors(self, most: int | None) -> float:
         """Return how far (m) random rounding errors move the ends of runs of so many events."""
         assert self.again is not None
         runs = [self.again(Variant(seed=seed), most) for seed in range(ROUNDED_RUNS)]
         return SURE * max(self._farthest(run) for run in runs)
-
-    @property
-    def _size(self) -> float:
-        """How far apart (m) places on the table are at most, or those where balls were."""
-        table = self.scene.table
-        places = [knots[:, 1:3] for knots in self.knots]
-        if table is not None:
-            places.append(np.array(table.outline))
-        return float(np.linalg.norm(np.ptp(np.concatenate(places), axis=0)))
 
     def derivatives(self, wrt: str | Sequence[str] = ("position", "velocity")) -> Derivatives:
         """Differentiate the ends and the event times of an exact run by its inputs.
@@ -302,7 +301,8 @@ class Run:
         It is 0 where everything had an exact answer. Otherwise up to fifteen more runs tell it. In
         these, persistent contacts take longer, a slip that only rounding knows counts as slip, and
         tiny gaps give the contacts of one instant another order. The answer is four times the
-        largest change. It is nan where it is not known.
+        largest change, or the table's diagonal if that is less. It is nan where
+        it is not known.
         """
         if not self.policies:
             return 0.0
@@ -310,7 +310,8 @@ class Run:
             return self.known_shift
         if self.again is None:
             return math.nan
-        return SURE * max(self._farthest(self.again(variant)) for variant in self.variants)
+        farthest = max(self._farthest(self.again(variant)) for variant in self.variants)
+        return min(SURE * farthest, self.scene.diagonal)
 
     def _farthest(self, other: Run) -> float:
         """Return how far (m) the balls of another run end from those of this one at most.

@@ -92,11 +92,13 @@ class Request(NamedTuple):
             return None
         a = self.scene.deceleration
         others = [self._solve(state, variant) for variant in trace.variants]
-        shift = SURE * max(farthest(trace, other, a) for other in others)
+        changed = SURE * max(farthest(trace, other, a) for other in others)
+        shift = min(changed, self.scene.diagonal)
+        said = f"{SURE:g} times what other answers change"
         trace.warn(
             f"the ends may lie up to {shift:.2g} m elsewhere, because some contacts have no exact "
-            f"answer ({', '.join(sorted(trace.policies))}): this is {SURE:g} times what other "
-            "answers change",
+            f"answer ({', '.join(sorted(trace.policies))}): this is "
+            f"{said if shift == changed else 'the diagonal of the table'}",
             trace.duration,
         )
         return shift
