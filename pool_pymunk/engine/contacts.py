@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 from random import Random
 
 from pool_pymunk.engine import decisions
@@ -42,6 +42,7 @@ from pool_pymunk.physics.sides import Wall, unit
 # for another look ahead.
 Key = tuple[int, int]
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
+SHORT = 1000  # A shorter queue is not looked through for void predictions: that takes 0.1 ms.
 
 
 class Recorder:
@@ -122,6 +123,7 @@ class ContactEngine:
         self.is_finite = True
         self.errors: Random | None = None  # If given, every new path gets some of these.
         self._queue: list[Due] = []
+        self._full = SHORT  # From this length on void predictions leave the queue.
         self._order = 0
         self._instant = -math.inf  # the time at which the present rounds of contacts began
         self._rounds = 0
@@ -255,6 +257,19 @@ class ContactEngine:
         i, j = key
         path = self.paths[i]
         heappush(self._queue, (t, self._order, key, path, self.paths[j] if j >= 0 else path))
+        if len(self._queue) > self._full:
+            self._leave_out_void()
+
+    def _leave_out_void(self) -> None:
+        """Leave out of the queue what is void, and what is in it twice.
+
+        The queue may then double its length until the next time, so that a push stays cheap.
+        """
+        queue = self._queue
+        first = {(due[0], due[2]): due for due in sorted(queue, reverse=True)}
+        queue[:] = [due for due in first.values() if self._is_current(due)]
+        heapify(queue)
+        self._full = max(SHORT, 2 * len(queue))
 
     def _is_current(self, due: Due) -> bool:
         _, _, (i, j), path, other = due
@@ -295,7 +310,8 @@ class ContactEngine:
             return
         self.answered += 1
         if key[0] == key[1]:
-            self._stop(key[0], path.stop, (path.rest_x, path.rest_y))
+            if self.rested[key[0]] == math.inf:  # A path may have been predicted twice.
+                self._stop(key[0], path.stop, (path.rest_x, path.rest_y))
         else:
             speed = max(path.speed, other.speed)
             latest = self.now + decisions.nearly_now(self.radii[key[0]], speed)

@@ -18,8 +18,8 @@ class Ball:
     ``is_on_table`` says whether it has not been pocketed or removed.
     """
 
-    __slots__ = ("_engine", "body", "circle", "id", "is_on_table", "joint", "number", "radius",
-                 "sensor", "shapes", "type")  # fmt: skip
+    __slots__ = ("_engine", "before", "body", "circle", "id", "is_on_table", "joint", "number",
+                 "radius", "sensor", "shapes", "type")  # fmt: skip
 
     def __init__(
         self, number: int, circle: pymunk.Circle, sensor: pymunk.Circle, engine: ContactEngine
@@ -36,6 +36,7 @@ class Ball:
         self.type = circle.collision_type
         # what leaves the space with the ball, and comes back with it
         self.shapes: tuple[pymunk.Shape, ...] = ()
+        self.before: Path | None = None  # its path before the contact of which on_contact tells
         self._engine = engine
 
     def __repr__(self) -> str:
@@ -44,8 +45,8 @@ class Ball:
 
     @property
     def path(self) -> Path:
-        """The ball's exact path."""
-        return self._engine.paths[self.number]
+        """The ball's exact path; for ``on_contact`` it is the path before the contact."""
+        return self.before or self._engine.paths[self.number]
 
 
 class ContactEvent(NamedTuple):

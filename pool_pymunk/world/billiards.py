@@ -22,7 +22,6 @@ import itertools
 import math
 import weakref
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any, Literal, get_args
 
 import pymunk
@@ -33,7 +32,7 @@ from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON, slid
 from pool_pymunk.physics.path import Path, motion_at, set_off
-from pool_pymunk.physics.sides import Nothing, Side, Wall, pocket
+from pool_pymunk.physics.sides import Nothing, Side, Wall, pocket, unit
 from pool_pymunk.world.ball import Ball, ContactEvent, TableState
 from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase, EndOfStep
 from pool_pymunk.world.checks import (
@@ -65,6 +64,8 @@ HAIR = 1e-9  # radii; the sensor of a ball that moves is larger by this
 # With discrete contacts, the sensor of a resting ball is smaller by this: then balls that rest in
 # touch do not call in every step.
 
+# This is a callback's name, what it is called with, and balls' paths before it.
+Told = tuple[str, tuple[object, ...], dict[Ball, Path]]
 
 _tables: weakref.WeakKeyDictionary[pymunk.Space, weakref.ref[Billiards]]
 _tables = weakref.WeakKeyDictionary()
@@ -85,7 +86,9 @@ class Billiards:
     circles themselves are the sensors, and :meth:`step` steps the space, which is faster.
 
     Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to be told
-    what happens; from within them you may add, remove, place and strike balls.
+    what happens. They are called in the middle of a step, when the instant of which they tell is
+    over. What you change from within them (all but :meth:`restore_state` and a step) counts from
+    that instant on, as it would between two steps.
 
     Raises ValueError, in one sentence that names the argument, for what cannot be.
 
@@ -138,6 +141,7 @@ class Billiards:
         self.on_stop_revoked: Callable[[Ball, float], object] | None = None
         self.on_pocket: Callable[[Ball, int, float], object] | None = None
         self._wall_count = 0
+        self._unused: list[int] = []  # the engine's places of walls that were removed
         self._carriers: set[pymunk.Shape] = set()  # shapes of walls whose sides are others
         self.balls: list[Ball] = []
         self.moving: dict[int, Ball] = {}
@@ -154,8 +158,9 @@ class Billiards:
         self._error: Exception | None = None
         self._is_other = False  # The step is of another length than the one before.
         self._inside = False  # It plays the instants of a step.
-        self._plays = False  # It is in the middle of an instant, and changes have to wait.
-        self._later: list[Callable[[], object]] = []
+        self._told: list[Told] = []  # what has happened in the present instant
+        # While a callback runs, this is how the table left each body: place (m) and velocity (m/s).
+        self._left: dict[Ball, tuple[Vector, Vector]] | None = None
         self._install()
         self._others = None if alone else Others(self)
         self._step = space.step  # This is how a table steps a space of its own.
@@ -199,6 +204,7 @@ class Billiards:
         pocket.
         """
         check_circle(circle)
+        self._check_is_open()
         self._catch_up()
         body = circle.body
         assert body is not None
@@ -231,9 +237,8 @@ class Billiards:
         self.balls.append(ball)
         self.near.sensors.append(sensor)
         self._enter(ball)
-        if path.speed > 0.0:
-            self.engine.predict([number])
-            self._carry(ball)
+        if path.speed > 0.0 or self._inside:
+            self._let_go(ball)
         elif not self._is_swept:
             sensor.unsafe_set_radius(radius * (1.0 - HAIR))
         return ball
@@ -260,7 +265,10 @@ class Billiards:
     def _discs(self, without: Ball | None = None) -> list[tuple[Vector, float]]:
         """Return places and radii (m) of the balls on the table, perhaps ``without`` one."""
         now, balls = self._now, self._ball_of.values()
-        return [(ball.path.at(now)[0], ball.radius) for ball in balls if ball is not without]
+        paths = self.engine.paths
+        return [
+            (paths[ball.number].at(now)[0], ball.radius) for ball in balls if ball is not without
+        ]
 
     def _join(self, *things: pymunk.Body | pymunk.Shape) -> None:
         self.space.add(*[thing for thing in things if thing.space is None])
@@ -271,7 +279,7 @@ class Billiards:
         Its body and shapes leave the space. You may do this from within a callback.
         """
         self._check_ball(ball)
-        self._do(lambda: self.drop(ball))
+        self.drop(ball)
 
     def drop(self, ball: Ball) -> None:
         """Take a ball off the table now, unless it is off it already."""
@@ -286,32 +294,40 @@ class Billiards:
             self.remove_ball(ball)
 
     def _check_ball(self, ball: Ball) -> None:
-        if not isinstance(ball, Ball) or ball not in self.balls:
+        own = self.balls
+        if not isinstance(ball, Ball) or own[ball.number : ball.number + 1] != [ball]:
             raise setting_error("ball", shown(ball), "must be what add_ball of this table returned")
         if not ball.is_on_table:
             message = "the ball is off the table: add_ball(ball.circle) makes a new one of it"
             raise setting_error("ball", ball.number, message)
         self._catch_up()
+        if not ball.is_on_table:
+            raise setting_error("ball", ball.number, "the ball was taken out of the space")
 
     def ball_of(self, shape: pymunk.Shape) -> Ball | None:
         """Return the ball on the table to which a shape belongs, or None."""
         return None if shape.body is None else self._ball_of.get(shape.body)
 
     def _catch_up(self) -> None:
-        """Follow what others have done to the balls since the last step."""
-        if self._others is not None and not self._inside:
+        """Follow what others have done to the balls since the last step, or in a callback."""
+        if self._left is not None:
+            self._follow_callback(self._left)
+        elif self._inside:
+            message = "wait for on_contact: the table cannot be used while a contact is answered"
+            raise setting_error("pair", "a change", message)
+        elif self._others is not None:
             self._others.catch_up()
+
+    def _check_is_open(self) -> None:
+        """Refuse a change while pymunk steps the space, which is closed to it."""
+        if self._others is not None and self._others.is_stepping and not self._inside:
+            message = "pymunk is stepping the space: do this between steps, or from on_contact"
+            self.note(error := setting_error("space", "locked", message))
+            raise error
 
     def on_table(self) -> list[Ball]:
         """Return the balls that are on the table."""
         return list(self._ball_of.values())
-
-    def _do(self, change: Callable[[], object]) -> None:
-        """Make a change now, or if an instant is being played as soon as that is over."""
-        if self._plays:
-            self._later.append(change)
-        else:
-            change()
 
     def add_wall(
         self,
@@ -332,21 +348,33 @@ class Billiards:
             raise setting_error("shape", "taken", "this shape is a wall already")
         restitution = read_share("restitution", restitution)
         friction = read_from_zero("friction", friction)
+        self._check_is_open()
+        self._catch_up()
+        wall = Wall(sides or sides_of(shape), restitution, friction, self._wall_count)
         self._join(shape)
         if self._others is not None and shape.body is not None:
             self._others.stand(shape.body)
-        shape.collision_type = WALL
         self.near.filters = self.near.filters or shape.filter != EVERYTHING
-        walls, number = self.engine.walls, self._wall_count
-        self._wall_count += 1
-        self.near.numbers[shape] = -1 - len(walls)
         if sides:
             self._carriers.add(shape)
-        walls.append(Wall(sides or sides_of(shape), restitution, friction, number))
-        return number
+        self._wall_count += 1
+        self._put_up(shape, wall)
+        return wall.number
+
+    def _put_up(self, shape: pymunk.Shape, wall: Wall) -> None:
+        """Let balls meet a wall or pocket, which is where its shape is."""
+        walls, shape.collision_type = self.engine.walls, WALL
+        place = self._unused.pop() if self._unused else len(walls)
+        walls[place : place + 1] = [wall]
+        self.near.numbers[shape] = -1 - place
+        if self._inside:  # pymunk reports the balls that are near it in the next step only.
+            for i in self.moving:
+                self.engine.meet_wall(i, place)
 
     def remove_wall(self, wall: int) -> None:
         """Take the wall of this number out of the space; the other walls keep their numbers."""
+        self._check_is_open()
+        self._catch_up()
         walls = self.engine.walls
         own = (k for k, each in enumerate(walls) if not each.is_pocket and each.number == wall)
         place = next(own, None)
@@ -354,9 +382,16 @@ class Billiards:
             raise setting_error("wall", shown(wall), "there is no wall of this number")
         shapes = self.near.numbers.items()
         shape = next(shape for shape, number in shapes if number == -1 - place)
-        del self.near.numbers[shape]
-        self.space.remove(shape)
+        self.near.forget(shape)
+        self._carriers.discard(shape)
+        shape.collision_type = 0
+        if shape.space is not None:
+            self.space.remove(shape)
+        bodies = {each.body for each in self.near.numbers}
+        if self._others is not None and shape.body not in bodies:
+            self._others.let_go(shape.body)
         walls[place] = Wall((Nothing(),), 0.0, 0.0, -1)
+        self._unused.append(place)
         self._predict_anew()
 
     def add_pocket(self, position: Vector, radius: float) -> int:
@@ -366,16 +401,15 @@ class Billiards:
         ValueError if a ball lies within it now.
         """
         position, radius = read_vector("position", position), read_size("radius", radius)
+        self._check_is_open()
+        self._catch_up()
         if any(math.dist(position, place) < radius for place, _ in self._discs()):
             raise setting_error("position", list(position), "a ball lies within this pocket")
         shape = pymunk.Circle(self.space.static_body, radius, position)
         shape.sensor = True
-        shape.collision_type = WALL
         self.space.add(shape)
-        walls = self.engine.walls
-        number = sum(wall.is_pocket for wall in walls)
-        self.near.numbers[shape] = -1 - len(walls)
-        walls.append(pocket(position, radius, number))
+        number = sum(wall.is_pocket for wall in self.engine.walls)
+        self._put_up(shape, pocket(position, radius, number))
         return number
 
     def strike(self, ball: Ball, velocity: Vector) -> None:
@@ -383,28 +417,24 @@ class Billiards:
         self._check_ball(ball)
         velocity = read_vector("velocity", velocity)
         check_unchanged(ball, self.engine.masses[ball.number])
-        self._do(lambda: self._send(ball, None, velocity))
+        self._send(ball, None, velocity)
 
     def place(self, ball: Ball, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
 
         Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket.
         """
+        self._check_is_open()
         self._check_ball(ball)
         position = read_vector("position", position)
         check_place(position, ball.radius, self._discs(without=ball), self._obstacles())
-        self._do(lambda: self._send(ball, position, (0.0, 0.0)))
+        self._send(ball, position, (0.0, 0.0))
 
-    def _send(self, ball: Ball, position: Vector | None, velocity: Vector) -> None:
-        """Set a ball off from where it is, or from a position (m)."""
-        if not ball.is_on_table:
-            return
+    def _send(self, ball: Ball, position: Vector | None, velocity: Vector | None) -> None:
+        """Set a ball off from a position (m), or from where it is; perhaps as fast as it is."""
         now = self._now
-        if self._others is not None and self._others.is_stepping:
-            self._others.last_word(ball)
-            self.moved_by_others.append(ball.number)
-        place = ball.path.at(now)[0] if position is None else position
-        path = set_off(now, place, velocity, self.deceleration)
+        place, goes = self.engine.paths[ball.number].at(now)
+        path = set_off(now, position or place, velocity or goes, self.deceleration)
         self.engine.now = now
         self.engine.set_off(ball.number, path)
         if path.speed == 0.0:
@@ -412,7 +442,17 @@ class Billiards:
         self._carry(ball)
         if position is not None:
             self._move_sensor(ball)
-        self.engine.predict([ball.number])
+        self._let_go(ball)
+
+    def _let_go(self, ball: Ball) -> None:
+        """Predict what a ball on a new path meets, in the rest of this step or from now on."""
+        is_stepping = self._others is not None and self._others.is_stepping
+        if self._others is not None and is_stepping:
+            self._others.last_word(ball)
+        if is_stepping and not self._inside:
+            self.moved_by_others.append(ball.number)  # pymunk is still at this step.
+        else:
+            self.engine.predict([ball.number])
         self._carry(ball)
 
     @property
@@ -425,15 +465,22 @@ class Billiards:
     def save_state(self) -> TableState:
         """Return where the balls are and how they move, for :meth:`restore_state`."""
         self._catch_up()
-        motions = {ball.number: motion_at(ball.path, self.time) for ball in self.on_table()}
-        return TableState(self.time, motions, dict(self.engine.resolver.history))
+        now, paths = self._now, self.engine.paths
+        motions = {ball.number: motion_at(paths[ball.number], now) for ball in self.on_table()}
+        return TableState(now, motions, dict(self.engine.resolver.history))
 
     def restore_state(self, state: TableState) -> None:
         """Put the balls back to where they were, and the clock.
 
         Balls that have left the table since come back, those that have come since leave it. The
-        velocities are the exact ones, so the table goes on as it did. Do this between two steps.
+        velocities are the exact ones, so the table goes on as it did. Do this between two steps;
+        raises ValueError from within a callback, or for a state of another table.
         """
+        self._check_between_steps("restore_state")
+        if not isinstance(state, TableState) or not state.motions.keys() <= set(
+            range(len(self.balls))
+        ):
+            raise setting_error("state", shown(state), "must be what save_state of this table gave")
         for ball in self.on_table():
             if ball.number not in state.motions:
                 self.drop(ball)
@@ -506,12 +553,13 @@ class Billiards:
 
     def _predict_anew(self) -> None:
         """Put all balls on their paths, and predict again what they meet."""
-        self.near.until = self.engine.now = self.time
+        if not self._inside:
+            self.near.until = self.engine.now = self.time
+        now = self._now
         for ball in self._ball_of.values():
-            path = ball.path
+            x, y, vx, vy = motion_at(self.engine.paths[ball.number], now)
+            path = set_off(now, (x, y), (vx, vy), self.deceleration)
             if path.speed > 0.0:
-                x, y, vx, vy = motion_at(path, self.time)
-                path = set_off(self.time, (x, y), (vx, vy), self.deceleration)
                 self.engine.set_off(ball.number, path)
             self._carry(ball)
             self._move_sensor(ball)
@@ -536,6 +584,7 @@ class Billiards:
         """
         if not self.alone:
             raise setting_error("alone", False, "the space is shared: call space.step(dt)")
+        self._check_between_steps("step")
         if dt is not None and dt != self.dt:
             dt = float(dt)
             if not 0.0 < dt <= LONGEST * self.max_dt:
@@ -549,6 +598,11 @@ class Billiards:
             self.carry_all()
             self._is_other = False
         self.raise_noted()
+
+    def _check_between_steps(self, call: str) -> None:
+        """Refuse a call that is for the time between two steps."""
+        if self._inside or (self._others is not None and self._others.is_stepping):
+            raise setting_error(call, "in a step", "wait until the present step is over")
 
     def carry_all(self) -> None:
         """Put all moving bodies on their paths.
@@ -569,6 +623,8 @@ class Billiards:
 
         ``on_time`` is called now and then with the time (s).
         """
+        self._check_between_steps("play")
+        self._wake = -math.inf  # Balls may have been struck since.
         while self.moving and self.time < self.latest:
             self._make_steps(self._steps_until_due())
             self.answer_step()
@@ -625,16 +681,13 @@ class Billiards:
         """Answer the contacts of the step that began at ``since`` (s), in their order."""
         engine, near = self.engine, self.near
         engine.now, near.until = since, self.time
-        if self._others is not None:
-            self._others.look_at_walls()
         near.foresee()
-        moved, self.moved_by_others = self.moved_by_others, []
-        engine.predict(moved)
+        moved, self.moved_by_others = dict.fromkeys(self.moved_by_others), []
+        engine.predict([i for i in moved if self.balls[i].is_on_table])
         self._advance()
         for i in near.changed:
             self._carry(self.balls[i])
         near.changed.clear()
-        self._take_out(near.gone)
 
     def _take_out(self, gone: list[int]) -> None:
         """Take the bodies and shapes of balls that have left the table out of the space."""
@@ -642,7 +695,8 @@ class Billiards:
             ball = self.balls[i]
             self._rest(ball)
             ball.is_on_table = False
-            ball.body.position = ball.path.x, ball.path.y
+            path = self.engine.paths[i]
+            ball.body.position = path.x, path.y
             ball.circle.collision_type = 0
             del self._ball_of[ball.body]
             ball.shapes = tuple(each for each in ball.body.shapes if each.space is not None)
@@ -651,19 +705,22 @@ class Billiards:
         gone.clear()
 
     def _advance(self) -> None:
-        """Play the instants of this step; changes from within callbacks come after each."""
+        """Play the instants of this step, and call the callbacks after each."""
         engine = self.engine
         self._inside = True
         try:
             while engine.is_finite and not engine.is_over and engine.upcoming() <= self.time:
-                self._plays = True
                 engine.next()
-                self._plays = False
-                while self._later:
-                    self._later.pop(0)()
+                if self.near.gone:
+                    self._take_out(self.near.gone)
+                if self._told:
+                    self._tell()
+        except Exception:  # A law or pair of the user's has failed: its contact is still due.
+            engine.predict(list(self.moving))
+            raise
         finally:
-            self._plays = self._inside = False
-            self._later.clear()
+            self._inside = False
+            self._told.clear()
 
     def expected(self, path: Path) -> Motion:
         """Return where a body on this path is now (m), and its velocity (m/s) in this step."""
@@ -673,6 +730,15 @@ class Billiards:
         time, left = slid(path.speed, path.deceleration, self.time - path.t)
         mean = left - path.deceleration * self.dt / (2.0 * path.speed)
         return path.x + path.vx * time, path.y + path.vy * time, path.vx * mean, path.vy * mean
+
+    def steps_on(self, path: Path) -> float:
+        """Return how many steps at most pymunk itself has taken a body along this path.
+
+        Each of them rounds its place and velocity.
+        """
+        if path.stop <= self.time:
+            return 0.0
+        return 2.0 + min(self._count, (self.time - path.t) / self.dt)
 
     @property
     def count(self) -> int:
@@ -699,20 +765,61 @@ class Billiards:
         except Exception as error:
             self.note(error)
 
-    def call(self, callback: Callable[..., object] | None, *happened: object) -> None:
-        """Call a callback, and do what it has done to bodies; keep an error to the step's end."""
-        if callback is None:
-            return
-        before = [(ball, ball.body.position, ball.body.velocity) for ball in self.on_table()]
-        try:
-            callback(*happened)
-        except Exception as error:
-            self.note(error)
-        for ball, place, velocity in before:
-            now, goes = ball.body.position, ball.body.velocity
-            if ball.is_on_table and (now != place or goes != velocity):
-                there = None if now == place else (now.x, now.y)
-                self._do(partial(self._send, ball, there, (goes.x, goes.y)))
+    def tell(self, key: str, said: tuple[object, ...], balls: Sequence[int] = ()) -> None:
+        """Call the callback of this name as soon as the present instant is over.
+
+        The ``path`` of these balls is for it what it is now.
+        """
+        if getattr(self, key) is not None:
+            self._told.append((key, said, {self.balls[i]: self.engine.paths[i] for i in balls}))
+
+    def _tell(self) -> None:
+        """Call the callbacks of this instant; errors of theirs are kept to the step's end."""
+        told, self._told = self._told, []
+        for key, said, paths in told:
+            callback = getattr(self, key)
+            if callback is None:
+                continue
+            for ball, path in paths.items():
+                ball.before = path
+            bodies = ((ball, ball.body) for ball in self._ball_of.values())
+            self._left = {ball: (body.position, body.velocity) for ball, body in bodies}
+            try:
+                callback(*said)
+                self._follow_callback(self._left)
+            except Exception as error:
+                self.note(error)
+            finally:
+                self._left = None
+                for ball in paths:
+                    ball.before = None
+
+    def _follow_callback(self, left: dict[Ball, tuple[Vector, Vector]]) -> None:
+        """Follow what a callback has done to bodies itself."""
+        for ball, (place, velocity) in list(left.items()):
+            body = ball.body
+            if ball.is_on_table and (body.space is None or ball.circle.space is None):
+                self.drop(ball)
+            elif ball.is_on_table and (body.position != place or body.velocity != velocity):
+                (x, y), goes = body.position, body.velocity
+                there = None if (x, y) == place else self.beside(ball, x, y)
+                self._send(ball, there, None if goes == velocity else goes)
+
+    def beside(self, ball: Ball, x: float, y: float) -> Vector:
+        """Return where a ball lies that was pushed into balls and walls: it touches them."""
+        radius, now, engine = ball.radius, self._now, self.engine
+        for other in self._ball_of.values():
+            (u, v), reach = engine.paths[other.number].at(now)[0], radius + other.radius
+            if other is not ball and math.dist((x, y), (u, v)) < reach:
+                nx, ny = unit(x - u, y - v)
+                x, y = u + reach * nx, v + reach * ny
+        for wall in engine.walls:
+            for side in () if wall.is_pocket else wall.sides:
+                gap = side.gap(x, y, radius)
+                if -radius <= gap < 0.0:
+                    nx, ny = side.normal(x, y)
+                    x, y = x - gap * nx, y - gap * ny
+        return x, y
 
     def note(self, error: Exception) -> None:
         """Keep an error until the step's end, because pymunk only prints what a callback raises."""
@@ -726,17 +833,26 @@ class Billiards:
         try:
             now = self._since + (self._count + 1) * self.dt
             ball = self._ball_of[body]
-            velocity = self._mean_velocity(ball.path, now)
+            velocity = self._mean_velocity(self.engine.paths[ball.number], now)
             body.force = (0.0, 0.0)
             body.velocity = velocity if self._others is None else self._others.damp(ball, velocity)
         except Exception as error:
             self.note(error)
 
     def _mean_velocity(self, path: Path, t: float) -> Vector:
-        """Return the velocity (m/s) that takes a body along its path from ``t`` to ``t + dt``."""
-        x0, y0, _, _ = motion_at(path, t)
-        x1, y1, _, _ = motion_at(path, t + self.dt)
-        return ((x1 - x0) / self.dt, (y1 - y0) / self.dt)
+        """Return the velocity (m/s) that takes a body along its path from ``t`` to ``t + dt``.
+
+        A difference of two places would know it to rounding of a place over ``dt`` only.
+        """
+        moves = path.stop - t
+        if moves <= 0.0:
+            return 0.0, 0.0
+        _, left = slid(path.speed, path.deceleration, t - path.t)
+        if moves > self.dt:
+            mean = left - path.deceleration * self.dt / (2.0 * path.speed)
+        else:
+            mean = left * moves / (2.0 * self.dt)
+        return path.vx * mean, path.vy * mean
 
     # -- bodies on their paths -------------------------------------------------------------------
 
@@ -744,13 +860,16 @@ class Billiards:
         """Put a ball's body on its path at the end of this step, or to rest."""
         if self._others is not None:
             self._others.feel_push(ball)
-        path = ball.path
+        path = self.engine.paths[ball.number]
         x, y, vx, vy = motion_at(path, self.time)
         ball.body.position = x, y
+        goes = self._mean_velocity(path, self.time)
+        if self._left is not None:
+            self._left[ball] = (x, y), goes
         if path.stop <= self.time:
             self._rest(ball)
             return
-        ball.body.velocity = self._mean_velocity(path, self.time)
+        ball.body.velocity = goes
         margin = 0.0
         if self._is_swept:
             margin = math.sqrt(vx * vx + vy * vy) * self.max_dt
@@ -797,11 +916,13 @@ class Billiards:
     def _stop_balls(self) -> None:
         """Put balls to rest whose paths have ended, and steer those that stop in the next step."""
         for ball in list(self.moving.values()):
-            if ball.path.stop <= self.time:
+            path = self.engine.paths[ball.number]
+            if path.stop <= self.time:
                 self._carry(ball)
-            elif ball.path.stop <= self.time + self.dt:
-                ball.body.velocity = self._mean_velocity(ball.path, self.time)
-        self._next_stop = min((ball.path.stop for ball in self.moving.values()), default=math.inf)
+            elif path.stop <= self.time + self.dt:
+                ball.body.velocity = self._mean_velocity(path, self.time)
+        paths = self.engine.paths
+        self._next_stop = min((paths[i].stop for i in self.moving), default=math.inf)
 
 
 class Callbacks(Recorder):
@@ -811,25 +932,26 @@ class Callbacks(Recorder):
         self.table = table
 
     def contact(self, contact: Contact, t: float) -> None:
-        """Call ``on_contact``."""
-        if self.table.on_contact is not None:
-            velocity = {i: self.table.balls[i].path.at(t)[1] for i in contact.balls}
+        """Tell ``on_contact``."""
+        table = self.table
+        if table.on_contact is not None:
+            velocity = {i: table.engine.paths[i].at(t)[1] for i in contact.balls}
             closing = closing_speed(contact, velocity)
-            balls = tuple(self.table.balls[i] for i in contact.balls)
+            balls = tuple(table.balls[i] for i in contact.balls)
             event = ContactEvent(t, balls, contact.cushion, contact.point, contact.normal, closing)
-            self.table.call(self.table.on_contact, event)
+            table.tell("on_contact", (event,), contact.balls)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
-        """Call ``on_stop``."""
-        self.table.call(self.table.on_stop, self.table.balls[i], t)
+        """Tell ``on_stop``."""
+        self.table.tell("on_stop", (self.table.balls[i], t))
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        """Call ``on_pocket`` with the ball, the number of the pocket, and the time (s)."""
-        self.table.call(self.table.on_pocket, self.table.balls[i], pocket, t)
+        """Tell ``on_pocket`` the ball, the number of the pocket, and the time (s)."""
+        self.table.tell("on_pocket", (self.table.balls[i], pocket, t))
 
     def stop_revoked(self, i: int, t: float) -> None:
-        """Call ``on_stop_revoked``, because the ball had not come to rest."""
-        self.table.call(self.table.on_stop_revoked, self.table.balls[i], t)
+        """Tell ``on_stop_revoked``, because the ball had not come to rest."""
+        self.table.tell("on_stop_revoked", (self.table.balls[i], t))
 
 
 def _friction_joint(

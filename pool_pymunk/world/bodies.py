@@ -29,6 +29,7 @@ class Bodies:
         self._buffer = Buffer()
         self._order = b""
         self.ids: list[int] = []  # of the bodies, in pymunk's order
+        self.place: dict[int, int] = {}  # the places of the bodies in that order
         self.has_new_order = False  # Some body has come or gone, fallen asleep or woken up.
 
     def read(self, dt: float) -> list[Moves]:
@@ -40,6 +41,7 @@ class Bodies:
         self.has_new_order = order != self._order
         if self.has_new_order:
             self._order, self.ids = order, memoryview(order).cast("P").tolist()
+            self.place = {body: k for k, body in enumerate(self.ids)}
         numbers: Any = buffer.float_buf()
         moves: list[Any] = list(iter_unpack("6d", numbers))
         for k, body in enumerate(self.ids):

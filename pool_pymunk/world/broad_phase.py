@@ -89,6 +89,12 @@ class BroadPhase:
         self._touching = [pair for pair in self._touching if i not in pair]
         self.gone.append(i)
 
+    def forget(self, shape: pymunk.Shape) -> None:
+        """Leave out from now on the wall or pocket that this shape is."""
+        k = self.numbers.pop(shape)
+        self.pairs = {pair: None for pair in self.pairs if k not in pair}
+        self._touching = [pair for pair in self._touching if k not in pair]
+
     def _look_around(self, i: int) -> list[int]:
         """Return what is near ball ``i`` in the rest of the step, or near its sensor.
 

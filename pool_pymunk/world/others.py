@@ -15,7 +15,7 @@ import pymunk
 
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion import slid
+from pool_pymunk.physics.motion import EPSILON, slid
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.world.ball import Ball
@@ -26,7 +26,14 @@ if TYPE_CHECKING:
     from pool_pymunk.world.billiards import Billiards
 
 NOTHING = (0.0, 0.0)
-SAME = 1e-9  # A body is on its path if its place and velocity are right to this share.
+# A place or velocity set by hand differs from that of the path by more than this share. What
+# differs less is a push: it is added to what the path says.
+SET = 1e-9
+# A step of pymunk rounds a velocity by less than this share of it, and a place too: some operations
+# round by half an EPSILON each.
+STEP_ROUNDING = 4.0 * EPSILON
+# In a step pymunk's solver goes over all joints ten times, and each time rounds the velocity.
+PUSH_ROUNDING = 64.0 * EPSILON
 
 
 class Others:
@@ -44,6 +51,11 @@ class Others:
         self._is_refused = False
         # how all bodies moved as this step began; the balls on the table, each with its place there
         self._moves: list[Moves] = []
+        # m/s, by joints that keep impulses from a step of another length, and how they change
+        self._kept: dict[Ball, Vector] = {}
+        self._longer = 1.0
+        self._last: list[Moves] = []  # the moves of the step before
+        self._inner: dict[int, Moves] | None = None  # those of a step within this step, by bodies
         self._rows: list[tuple[Ball, int]] = []
         self._circles: set[pymunk.Shape] = set()
         self._kicks: dict[Ball, Vector] = {}  # m/s^2, by gravity and forces
@@ -54,8 +66,7 @@ class Others:
         self._lost: list[Ball] = []  # These balls were taken out of the space.
         self._walls: dict[pymunk.Body, tuple[Vector, float]] = {}  # their places (m) and angles
         self._is_other = False  # This step is of another length than the one before.
-        self._has_new_joints = False  # No joint keeps an impulse from the step before,
-        self._knows_pull = True  # so it is known how each of them pulls in this step.
+        self._has_new_joints = False  # No joint keeps an impulse from the step before.
         self.clock = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
         self.clock.position_func = self._on_step
         self.space.add(self.clock)
@@ -65,6 +76,11 @@ class Others:
         """Note where a wall's body stands."""
         self._walls[body] = (body.position, body.angle)
 
+    def let_go(self, body: pymunk.Body | None) -> None:
+        """Forget a body that carries no wall any more."""
+        if body is not None:
+            self._walls.pop(body, None)
+
     # -- between two steps -----------------------------------------------------------------------
 
     def catch_up(self) -> None:
@@ -73,12 +89,13 @@ class Others:
             return
         if self.clock.space is None:  # Somebody has emptied the space.
             self.space.add(self.clock)
-        moved = []
+        moved, paths = [], self.table.engine.paths
         for ball in self.table.on_table():
             body = ball.body
+            move = (*body.position, *body.velocity, *body.force)
             if body.space is None or ball.circle.space is None:
                 self.table.drop(ball)
-            elif self._follow(ball, ball.path, (*body.position, *body.velocity, *body.force)):
+            elif self._follow(ball, paths[ball.number], move):
                 moved.append(ball)
         self.table.set_out(moved)
 
@@ -87,13 +104,22 @@ class Others:
     def _on_step(self, _clock: pymunk.Body, dt: float) -> None:
         """Notice which balls others have moved, and what acts on them."""
         try:
-            self.is_stepping = True
             self.space.add_post_step_callback(self._after_step, self)
-            self._dt = dt
+            if self.is_stepping:  # Somebody steps the space from within a callback.
+                bodies = Bodies(self.space, self.clock)
+                moves = bodies.read(dt)
+                self._inner = dict(zip(bodies.ids, moves, strict=True))
+                return
+            self.is_stepping = True
+            self._longer, self._dt = dt / self._dt, dt
             self._is_refused = not 0.0 < dt <= LONGEST * self.table.max_dt
+            self._is_other = self._is_other or dt != self.table.dt
             self._moves = self._bodies.read(dt)
-            for each in (self._kicks, self._pushes, self._damped_to):
+            for each in (self._kicks, self._pushes, self._damped_to, self._kept):
                 each.clear()
+            if self._bodies.has_new_order:
+                self._last = []
+                self._rows.clear()
             if not self._is_refused:
                 self._look_at_balls()
         except Exception as error:
@@ -101,7 +127,7 @@ class Others:
 
     def _find_balls(self) -> None:
         """Find the balls among the bodies, and note those that were taken out of the space."""
-        place = {body: k for k, body in enumerate(self._bodies.ids)}
+        place = self._bodies.place
         there, shapes = self.table.on_table(), self.space.shapes
         self._lost = [b for b in there if b.id not in place or b.circle not in shapes]
         kept = [ball for ball in there if ball not in self._lost]
@@ -112,12 +138,10 @@ class Others:
         """Follow the balls that others have moved, and note which forces act in this step."""
         table, space, moves, moving = self.table, self.space, self._moves, self.table.moving
         paths, masses = table.engine.paths, table.engine.masses
-        if (
-            self._bodies.has_new_order
-            or len(self._rows) != table.count
-            or not self._circles <= space.shapes
-        ):
+        if len(self._rows) != table.count or not self._circles <= space.shapes:
             self._find_balls()
+        if self._is_other and not self._has_new_joints:
+            self._recall()
         (gx, gy), damping = space.gravity, space.damping
         self._damping = damping**self._dt
         falls = gx != 0.0 or gy != 0.0 or damping != 1.0
@@ -132,7 +156,20 @@ class Others:
                 mass = masses[number]
                 self._kicks[ball] = (gx + fx / mass, gy + fy / mass)
 
-    def look_at_walls(self) -> None:
+    def _recall(self) -> None:
+        """Note what joints of moving balls keep from the step before, which was of other length.
+
+        It is against the velocity with which the ball began that step.
+        """
+        place = self._bodies.place
+        for ball in self.table.moving.values():
+            if ball.joint is not None and ball.id in place and self._last:
+                _, _, vx, vy, _, _ = self._last[place[ball.id]]
+                nx, ny = unit(vx, vy)
+                gain = -ball.joint.impulse / ball.body.mass
+                self._kept[ball] = gain * nx, gain * ny
+
+    def _look_at_walls(self) -> None:
         """Refuse walls that have moved."""
         for body, (place, angle) in self._walls.items():
             if body.position != place or body.angle != angle:
@@ -144,36 +181,26 @@ class Others:
         x, y, vx, vy, _, _ = move
         table = self.table
         x0, y0, ex, ey = table.expected(path)
-        size = abs(vx) + abs(vy) + abs(ex) + abs(ey)
-        slack = SAME * (ball.radius + abs(x) + abs(y))
-        is_there = abs(x - x0) + abs(y - y0) <= slack
-        is_as_fast = abs(vx - ex) + abs(vy - ey) <= SAME * size
+        off, gain = abs(x - x0) + abs(y - y0), abs(vx - ex) + abs(vy - ey)
+        if off == gain == 0.0:
+            return False
+        size, speed = abs(x) + abs(y) + ball.radius, abs(vx) + abs(vy) + abs(ex) + abs(ey)
+        rounding = STEP_ROUNDING * table.steps_on(path)
+        is_there = off <= rounding * (size + path.speed * (table.time - path.t))
+        is_as_fast = gain <= rounding * path.speed
         if is_there and is_as_fast:
             return False
+        px, py, pvx, pvy = motion_at(path, table.time)
         if is_as_fast:  # Only its place is new.
-            _, _, vx, vy = motion_at(path, table.time)
-        place = (x, y) if is_there else self._beside(ball, x, y)
+            vx, vy = pvx, pvy
+        elif gain <= SET * speed:
+            vx, vy = pvx + vx - ex, pvy + vy - ey
+        place = (px, py) if is_there else table.beside(ball, x, y)
         path = set_off(table.time, place, (vx, vy), table.deceleration)
         table.engine.set_off(ball.number, path)
         if path.speed == 0.0:
             table.engine.rested[ball.number] = table.time
         return True
-
-    def _beside(self, ball: Ball, x: float, y: float) -> Vector:
-        """Return where a ball lies that was pushed into balls and walls: it touches them."""
-        radius, now = ball.radius, self.table.time
-        for other in self.table.on_table():
-            (u, v), reach = other.path.at(now)[0], radius + other.radius
-            if other is not ball and math.dist((x, y), (u, v)) < reach:
-                nx, ny = unit(x - u, y - v)
-                x, y = u + reach * nx, v + reach * ny
-        for wall in self.table.engine.walls:
-            for side in () if wall.is_pocket else wall.sides:
-                gap = side.gap(x, y, radius)
-                if -radius <= gap < 0.0:
-                    nx, ny = side.normal(x, y)
-                    x, y = x - gap * nx, y - gap * ny
-        return x, y
 
     # -- in a step -------------------------------------------------------------------------------
 
@@ -182,8 +209,11 @@ class Others:
 
         What springs and joints have given it before in this step is added.
         """
-        (x, y), (_, _, vx, vy, _, _) = ball.body.velocity, self._began(ball)
         self._damped_to[ball] = velocity
+        began = self._began(ball)
+        if began is None:
+            return velocity
+        (x, y), (_, _, vx, vy, _, _) = ball.body.velocity, began
         return velocity[0] + x - vx, velocity[1] + y - vy
 
     def last_word(self, ball: Ball) -> None:
@@ -194,26 +224,30 @@ class Others:
 
     def feel_push(self, ball: Ball) -> None:
         """Note what others than friction and forces have added to a velocity in this step."""
-        is_pulled = ball.joint is not None and ball.number in self.table.moving
-        known = ball in self._pushes or not self._moves
-        if known or (is_pulled and not self._knows_pull):
+        began = None if ball in self._pushes else self._began(ball)
+        if began is None:
             return
-        vx, vy = self._damped_to.get(ball) or self._velocity_without_others(ball)
+        _, _, bx, by, _, _ = began
+        vx, vy = self._damped_to.get(ball) or self._velocity_without_others(ball, (bx, by))
         wx, wy = ball.body.velocity
-        if abs(wx - vx) + abs(wy - vy) > SAME * (abs(vx) + abs(vy) + abs(wx) + abs(wy)):
+        speed = abs(bx) + abs(by) + abs(vx) + abs(vy) + abs(wx) + abs(wy)
+        if abs(wx - vx) + abs(wy - vy) > PUSH_ROUNDING * speed:
             self._pushes[ball] = (wx - vx, wy - vy)
 
-    def _began(self, ball: Ball) -> Moves:
-        """Return how a ball moved as this step began."""
-        return self._moves[self._bodies.ids.index(ball.id)]
+    def _began(self, ball: Ball) -> Moves | None:
+        """Return how a ball moved as this step began, or None if nobody knows."""
+        place = self._bodies.place.get(ball.id)
+        return self._moves[place] if self._moves and place is not None else None
 
-    def _velocity_without_others(self, ball: Ball) -> Vector:
+    def _velocity_without_others(self, ball: Ball, began: Vector) -> Vector:
         """Return the velocity (m/s) that pymunk gives a body by forces and the friction joint."""
-        _, _, vx, vy, _, _ = self._began(ball)
         (ax, ay), dt = self._kicks.get(ball, NOTHING), self._dt
-        vx, vy = vx * self._damping + ax * dt, vy * self._damping + ay * dt
+        vx, vy = began[0] * self._damping + ax * dt, began[1] * self._damping + ay * dt
         if ball.joint is None or ball.number not in self.table.moving:
             return vx, vy
+        most = self.table.deceleration * dt
+        if ball in self._kept:
+            return _pulled((vx, vy), self._kept[ball], self._longer, most, self.space.iterations)
         _, left = slid(math.sqrt(vx * vx + vy * vy), self.table.deceleration, dt)
         return vx * left, vy * left
 
@@ -221,26 +255,52 @@ class Others:
 
     def _after_step(self, *_: object) -> None:
         """Let the table answer this step, and let then act what others did in it."""
-        table = self.table
+        if self._inner is not None:
+            inner, self._inner = self._inner, None
+            self._put_back(inner)
+            message = "a callback cannot step the space: wait until the present step is over"
+            raise setting_error("dt", self._dt, message)
+        if not self.is_stepping:  # pymunk calls again what raised an error in the step before.
+            return
         if self._is_refused:
             self._undo()
-            raise step_error(self._dt, table.max_dt)
+            raise step_error(self._dt, self.table.max_dt)
+        if self._is_due():
+            try:
+                self._look_at_walls()
+            except ValueError:
+                self._undo()
+                raise
+        try:
+            self._answer()
+        finally:
+            self._moves, self.is_stepping = [], False
+        self.table.raise_noted()
+
+    def _is_due(self) -> bool:
+        """Tell whether balls may meet something in this step."""
+        table = self.table
+        end = table.time + self._dt
+        return bool(table.near.pairs or table.moved_by_others or table.engine.upcoming() <= end)
+
+    def _answer(self) -> None:
+        """Let the table answer this step, and let then act what others did in it."""
+        table = self.table
         for ball in self._lost:
             table.drop(ball)
         self._lost.clear()
-        is_other, self._is_other = self._is_other or self._dt != table.dt, False
-        self._knows_pull = self._has_new_joints or not is_other
+        is_other, self._is_other = self._is_other, False
         table.take_steps_of(self._dt)
-        has_others = len(self.space.constraints) > table.joints
-        for ball in table.on_table() if has_others else self._kicks:
+        # What others do to the balls that are put on their paths would be lost.
+        may_sleep = self.space.sleep_time_threshold < math.inf
+        felt = is_other or may_sleep or len(self.space.constraints) > table.joints
+        for ball in table.on_table() if felt else self._kicks:
             self.feel_push(ball)
         table.answer_step()
-        self._moves = []  # From now on velocities are what the table makes of them.
+        self._last, self._moves = self._moves, []  # Velocities are now what the table makes them.
         if self._kicks or self._pushes:
             self._let_act()
-        self._put_right(is_other)
-        self.is_stepping = False
-        table.raise_noted()
+        self._put_right(is_other, may_sleep)
 
     def _let_act(self) -> None:
         """Let forces and pushes act, each once."""
@@ -257,7 +317,7 @@ class Others:
         table, dt = self.table, self._dt
         (ax, ay), damping = acceleration or NOTHING, self._damping if acceleration else 1.0
         gain_x, gain_y = ax * dt + push[0], ay * dt + push[1]
-        x, y, vx, vy = motion_at(ball.path, table.time)
+        x, y, vx, vy = motion_at(table.engine.paths[ball.number], table.time)
         gain = math.sqrt(gain_x * gain_x + gain_y * gain_y)
         if vx == vy == 0.0 and gain <= table.deceleration * dt:
             ball.body.velocity = NOTHING
@@ -266,16 +326,17 @@ class Others:
         table.engine.now = table.time
         path = set_off(table.time, (x, y), kicked, table.deceleration)
         table.engine.set_off(ball.number, path)
+        if path.speed == 0.0:
+            table.engine.rested[ball.number] = table.time
         table.set_out([ball])
 
-    def _put_right(self, is_other: bool) -> None:
+    def _put_right(self, is_other: bool, may_sleep: bool) -> None:
         """Put bodies on their paths where pymunk does not keep them there.
 
         Joints keep impulses from step to step, and take it that steps are equally long; new ones
         have nothing to keep. A ball that moves must not fall asleep.
         """
         table = self.table
-        may_sleep = self.space.sleep_time_threshold < math.inf
         if may_sleep:
             for ball in table.moving.values():
                 ball.body.activate()
@@ -286,16 +347,45 @@ class Others:
         self._has_new_joints = is_other
 
     def _undo(self) -> None:
-        """Put the balls back to where they were before a step that cannot be."""
+        """Put all back to where it was before a step that cannot be."""
         self._lost.clear()
+        self._rows.clear()
+        table, moves = self.table, dict(zip(self._bodies.ids, self._moves, strict=True))
+        self._last, self._moves, self.is_stepping = [], [], False
+        self._put_back(moves)
+        moved, table.moved_by_others = dict.fromkeys(table.moved_by_others), []
+        table.set_out([table.balls[i] for i in moved if table.balls[i].is_on_table])
+
+    def _put_back(self, moves: dict[int, Moves]) -> None:
+        """Put the balls back to where they were as a step began."""
         self._is_other = True
-        at = {body: k for k, body in enumerate(self._bodies.ids)}
         for ball in self.table.on_table():
-            move = self._moves[at[ball.id]] if ball.id in at else None
+            move = moves.get(ball.id)
             if not math.isfinite(ball.body.angle):  # Else its place could not be set.
                 ball.body.angle = ball.body.angular_velocity = 0.0
             if move is not None and math.isfinite(sum(move)):
                 ball.body.position, ball.body.velocity = move[:2], move[2:4]
+                ball.body.force = move[4:]
                 self.space.reindex_shapes_for_body(ball.body)
-        self._moves = []
-        self.is_stepping = False
+        self.table.renew_joints()
+
+
+def _pulled(
+    velocity: Vector, kept: Vector, longer: float, most: float, rounds: int
+) -> Vector:  # fmt: skip
+    """Return the velocity (m/s) that pymunk's solver makes of one with a friction joint.
+
+    The joint has ``kept`` an impulse (m/s) from the step before. First the solver lets that act
+    again, as ``longer`` as this step is. Then it changes the impulse in some ``rounds``, so that
+    the body stands if ``most`` (m/s) is enough for that.
+    """
+    (vx, vy), (jx, jy) = velocity, kept
+    vx, vy = vx + longer * jx, vy + longer * jy
+    for _ in range(rounds):
+        kx, ky = jx - vx, jy - vy
+        size = math.sqrt(kx * kx + ky * ky)
+        if size > most:
+            kx, ky = kx * most / size, ky * most / size
+        vx, vy = vx + kx - jx, vy + ky - jy
+        jx, jy = kx, ky
+    return vx, vy
