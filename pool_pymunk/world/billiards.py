@@ -248,6 +248,7 @@ class Billiards:
         if not self.alone:
             ball.circle.collision_type = BALL
             ball.sensor.filter = ball.circle.filter
+            ball.sensor.body = ball.body
             self._join(ball.sensor)
         ball.sensor.collision_type = SENSOR
         ball.type = ball.circle.collision_type
@@ -666,11 +667,14 @@ class Billiards:
 
     def answer_step(self) -> None:
         """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
-        since = self.time
+        since, end = self.time, min(self._since + (self._count + 1) * self.dt, self.latest)
+        is_due = self.near.pairs or self.moved_by_others or self.engine.upcoming() <= end
+        if is_due and self._others is not None:
+            self._others.look_at_walls()
         self.steps += 1
         self._count += 1
-        self.time = min(self._since + self._count * self.dt, self.latest)
-        if self.near.pairs or self.moved_by_others or self.engine.upcoming() <= self.time:
+        self.time = end
+        if is_due:
             self._answer_contacts(since)
         ahead = 0.0 if self.alone else self.max_dt  # in a shared space others see how a ball stops
         if self.time + ahead >= self._next_stop:
@@ -699,9 +703,14 @@ class Billiards:
             ball.body.position = path.x, path.y
             ball.circle.collision_type = 0
             del self._ball_of[ball.body]
-            ball.shapes = tuple(each for each in ball.body.shapes if each.space is not None)
-            things: list[pymunk.Body | pymunk.Shape] = [ball.body, *ball.shapes]
+            there = [each for each in ball.body.shapes if each.space is not None]
+            things: list[pymunk.Body | pymunk.Shape] = [ball.body, *there]
             self.space.remove(*[thing for thing in things if thing.space is not None])
+            if not self.alone:
+                there = [each for each in there if each is not ball.sensor]
+                if ball.sensor.space is None:
+                    ball.sensor.body = None  # Its body may come back as another ball.
+            ball.shapes = tuple(there)
         gone.clear()
 
     def _advance(self) -> None:
@@ -736,9 +745,8 @@ class Billiards:
 
         Each of them rounds its place and velocity.
         """
-        if path.stop <= self.time:
-            return 0.0
-        return 2.0 + min(self._count, (self.time - path.t) / self.dt)
+        steps = (self.time - path.t) / self.dt
+        return 2.0 + (steps if steps < self._count else self._count)
 
     @property
     def count(self) -> int:

@@ -56,7 +56,7 @@ class Others:
         self._longer = 1.0
         self._last: list[Moves] = []  # the moves of the step before
         self._inner: dict[int, Moves] | None = None  # those of a step within this step, by bodies
-        self._rows: list[tuple[Ball, int]] = []
+        self._rows: list[tuple[Ball, int, int]] = []  # the balls, their numbers and their places
         self._circles: set[pymunk.Shape] = set()
         self._kicks: dict[Ball, Vector] = {}  # m/s^2, by gravity and forces
         self._damping = 1.0  # the share of a velocity that the space's damping leaves in this step
@@ -115,7 +115,7 @@ class Others:
             self._is_refused = not 0.0 < dt <= LONGEST * self.table.max_dt
             self._is_other = self._is_other or dt != self.table.dt
             self._moves = self._bodies.read(dt)
-            for each in (self._kicks, self._pushes, self._damped_to, self._kept):
+            for each in (self._kicks, self._pushes, self._damped_to):
                 each.clear()
             if self._bodies.has_new_order:
                 self._last = []
@@ -131,7 +131,7 @@ class Others:
         there, shapes = self.table.on_table(), self.space.shapes
         self._lost = [b for b in there if b.id not in place or b.circle not in shapes]
         kept = [ball for ball in there if ball not in self._lost]
-        self._rows = [(ball, place[ball.id]) for ball in kept]
+        self._rows = [(ball, ball.number, place[ball.id]) for ball in kept]
         self._circles = {ball.circle for ball in kept}
 
     def _look_at_balls(self) -> None:
@@ -140,14 +140,13 @@ class Others:
         paths, masses = table.engine.paths, table.engine.masses
         if len(self._rows) != table.count or not self._circles <= space.shapes:
             self._find_balls()
-        if self._is_other and not self._has_new_joints:
+        if self._is_other:
             self._recall()
         (gx, gy), damping = space.gravity, space.damping
         self._damping = damping**self._dt
         falls = gx != 0.0 or gy != 0.0 or damping != 1.0
-        for ball, row in self._rows:
+        for ball, number, row in self._rows:
             x, y, vx, vy, fx, fy = move = moves[row]
-            number = ball.number
             path = paths[number]
             rests = vx == vy == 0.0 and x == path.rest_x and y == path.rest_y
             if (not rests or number in moving) and self._follow(ball, path, move):
@@ -161,19 +160,21 @@ class Others:
 
         It is against the velocity with which the ball began that step.
         """
+        self._kept.clear()
         place = self._bodies.place
-        for ball in self.table.moving.values():
-            if ball.joint is not None and ball.id in place and self._last:
+        for ball in () if self._has_new_joints or not self._last else self.table.moving.values():
+            if ball.joint is not None and ball.id in place:
                 _, _, vx, vy, _, _ = self._last[place[ball.id]]
                 nx, ny = unit(vx, vy)
                 gain = -ball.joint.impulse / ball.body.mass
                 self._kept[ball] = gain * nx, gain * ny
 
-    def _look_at_walls(self) -> None:
-        """Refuse walls that have moved."""
+    def look_at_walls(self) -> None:
+        """Refuse a step in which balls may meet something if walls have moved."""
         for body, (place, angle) in self._walls.items():
             if body.position != place or body.angle != angle:
                 message = "a wall's body stands still: to move a wall, remove it and add it again"
+                self._undo()
                 raise setting_error("position", list(body.position), message)
 
     def _follow(self, ball: Ball, path: Path, move: Moves) -> bool:
@@ -182,14 +183,15 @@ class Others:
         table = self.table
         x0, y0, ex, ey = table.expected(path)
         off, gain = abs(x - x0) + abs(y - y0), abs(vx - ex) + abs(vy - ey)
-        if off == gain == 0.0:
+        size, rounding = abs(x) + abs(y), STEP_ROUNDING if path.stop > table.time else 0.0
+        if gain <= rounding * path.speed and off <= rounding * size:
             return False
-        size, speed = abs(x) + abs(y) + ball.radius, abs(vx) + abs(vy) + abs(ex) + abs(ey)
-        rounding = STEP_ROUNDING * table.steps_on(path)
-        is_there = off <= rounding * (size + path.speed * (table.time - path.t))
+        rounding *= table.steps_on(path)
         is_as_fast = gain <= rounding * path.speed
+        is_there = off <= rounding * (size + path.speed * (table.time - path.t) + ball.radius)
         if is_there and is_as_fast:
             return False
+        speed = abs(vx) + abs(vy) + abs(ex) + abs(ey)
         px, py, pvx, pvy = motion_at(path, table.time)
         if is_as_fast:  # Only its place is new.
             vx, vy = pvx, pvy
@@ -223,7 +225,10 @@ class Others:
             self._kicks.pop(ball, None)
 
     def feel_push(self, ball: Ball) -> None:
-        """Note what others than friction and forces have added to a velocity in this step."""
+        """Note what others than friction and forces have added to a velocity in this step.
+
+        It is noted once, before the table itself changes the body's velocity.
+        """
         began = None if ball in self._pushes else self._began(ball)
         if began is None:
             return
@@ -231,8 +236,8 @@ class Others:
         vx, vy = self._damped_to.get(ball) or self._velocity_without_others(ball, (bx, by))
         wx, wy = ball.body.velocity
         speed = abs(bx) + abs(by) + abs(vx) + abs(vy) + abs(wx) + abs(wy)
-        if abs(wx - vx) + abs(wy - vy) > PUSH_ROUNDING * speed:
-            self._pushes[ball] = (wx - vx, wy - vy)
+        is_pushed = abs(wx - vx) + abs(wy - vy) > PUSH_ROUNDING * speed
+        self._pushes[ball] = (wx - vx, wy - vy) if is_pushed else NOTHING
 
     def _began(self, ball: Ball) -> Moves | None:
         """Return how a ball moved as this step began, or None if nobody knows."""
@@ -265,23 +270,11 @@ class Others:
         if self._is_refused:
             self._undo()
             raise step_error(self._dt, self.table.max_dt)
-        if self._is_due():
-            try:
-                self._look_at_walls()
-            except ValueError:
-                self._undo()
-                raise
         try:
             self._answer()
         finally:
             self._moves, self.is_stepping = [], False
         self.table.raise_noted()
-
-    def _is_due(self) -> bool:
-        """Tell whether balls may meet something in this step."""
-        table = self.table
-        end = table.time + self._dt
-        return bool(table.near.pairs or table.moved_by_others or table.engine.upcoming() <= end)
 
     def _answer(self) -> None:
         """Let the table answer this step, and let then act what others did in it."""
@@ -300,6 +293,8 @@ class Others:
         self._last, self._moves = self._moves, []  # Velocities are now what the table makes them.
         if self._kicks or self._pushes:
             self._let_act()
+        if is_other:
+            self._kept.clear()
         self._put_right(is_other, may_sleep)
 
     def _let_act(self) -> None:
