@@ -478,10 +478,11 @@ class Billiards:
         raises ValueError from within a callback, or for a state of another table.
         """
         self._check_between_steps("restore_state")
-        if not isinstance(state, TableState) or not state.motions.keys() <= set(
-            range(len(self.balls))
-        ):
-            raise setting_error("state", shown(state), "must be what save_state of this table gave")
+        if not isinstance(state, TableState):
+            raise setting_error("state", shown(state), "must be what save_state of a table gave")
+        strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
+        if strangers:
+            raise setting_error("state", strangers, "this table has had no balls of these numbers")
         for ball in self.on_table():
             if ball.number not in state.motions:
                 self.drop(ball)

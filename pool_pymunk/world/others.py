@@ -55,7 +55,9 @@ class Others:
         self._kept: dict[Ball, Vector] = {}
         self._longer = 1.0
         self._last: list[Moves] = []  # the moves of the step before
-        self._inner: dict[int, Moves] | None = None  # those of a step within this step, by bodies
+        self._is_after_refusal = self._has_to_mend = False  # The step before was refused.
+        self._is_answering = False  # The table answers this step, and calls callbacks.
+        self._inner: dict[int, Moves] = {}  # by bodies: the moves of a step within this step
         self._rows: list[tuple[Ball, int, int]] = []  # the balls, their numbers and their places
         self._circles: set[pymunk.Shape] = set()
         self._kicks: dict[Ball, Vector] = {}  # m/s^2, by gravity and forces
@@ -105,13 +107,14 @@ class Others:
         """Notice which balls others have moved, and what acts on them."""
         try:
             self.space.add_post_step_callback(self._after_step, self)
-            if self.is_stepping:  # Somebody steps the space from within a callback.
+            if self._is_answering:  # Somebody steps the space from within a callback.
                 bodies = Bodies(self.space, self.clock)
                 moves = bodies.read(dt)
                 self._inner = dict(zip(bodies.ids, moves, strict=True))
                 return
             self.is_stepping = True
             self._longer, self._dt = dt / self._dt, dt
+            self._has_to_mend, self._is_after_refusal = self._is_after_refusal, False
             self._is_refused = not 0.0 < dt <= LONGEST * self.table.max_dt
             self._is_other = self._is_other or dt != self.table.dt
             self._moves = self._bodies.read(dt)
@@ -260,9 +263,10 @@ class Others:
 
     def _after_step(self, *_: object) -> None:
         """Let the table answer this step, and let then act what others did in it."""
-        if self._inner is not None:
-            inner, self._inner = self._inner, None
-            self._put_back(inner)
+        if self._is_answering:
+            if self._inner:  # There is none for a step of 0 s.
+                self._put_back(self._inner)
+                self._inner = {}
             message = "a callback cannot step the space: wait until the present step is over"
             raise setting_error("dt", self._dt, message)
         if not self.is_stepping:  # pymunk calls again what raised an error in the step before.
@@ -270,10 +274,11 @@ class Others:
         if self._is_refused:
             self._undo()
             raise step_error(self._dt, self.table.max_dt)
+        self._is_answering = True
         try:
             self._answer()
         finally:
-            self._moves, self.is_stepping = [], False
+            self._moves, self.is_stepping, self._is_answering = [], False, False
         self.table.raise_noted()
 
     def _answer(self) -> None:
@@ -296,6 +301,8 @@ class Others:
         if is_other:
             self._kept.clear()
         self._put_right(is_other, may_sleep)
+        if self._has_to_mend:
+            self._mend()
 
     def _let_act(self) -> None:
         """Let forces and pushes act, each once."""
@@ -353,16 +360,32 @@ class Others:
 
     def _put_back(self, moves: dict[int, Moves]) -> None:
         """Put the balls back to where they were as a step began."""
-        self._is_other = True
+        self._is_other = self._is_after_refusal = True
+        table = self.table
+        for ball in table.on_table():
+            move, body = moves.get(ball.id), ball.body
+            if move is None or not math.isfinite(sum(move)):
+                move = (*table.expected(table.engine.paths[ball.number]), 0.0, 0.0)
+            self._stop_turning(body)  # Else its place could not be set.
+            body.position, body.velocity, body.force = move[:2], move[2:4], move[4:]
+            self.space.reindex_shapes_for_body(body)
+        table.renew_joints()
+
+    def _mend(self) -> None:
+        """Mend the velocities that friction joints have spoilt.
+
+        pymunk scales the impulses of joints by the length of the step before, which was refused and
+        may have been no number. The paths are as they were.
+        """
         for ball in self.table.on_table():
-            move = moves.get(ball.id)
-            if not math.isfinite(ball.body.angle):  # Else its place could not be set.
-                ball.body.angle = ball.body.angular_velocity = 0.0
-            if move is not None and math.isfinite(sum(move)):
-                ball.body.position, ball.body.velocity = move[:2], move[2:4]
-                ball.body.force = move[4:]
-                self.space.reindex_shapes_for_body(ball.body)
-        self.table.renew_joints()
+            self._stop_turning(ball.body)
+        ground = self.space.static_body
+        ground.velocity, ground.angular_velocity = NOTHING, 0.0
+
+    def _stop_turning(self, body: pymunk.Body) -> None:
+        """Mend how a body turns if a step of no length in numbers has spoilt it."""
+        if not math.isfinite(body.angle + body.angular_velocity):
+            body.angle = body.angular_velocity = 0.0
 
 
 def _pulled(
