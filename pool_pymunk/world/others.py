@@ -54,7 +54,8 @@ class Others:
         # m/s, by joints that keep impulses from a step of another length, and how they change
         self._kept: dict[Ball, Vector] = {}
         self._longer = 1.0
-        self._last: list[Moves] = []  # the moves of the step before
+        # the moves of the step before, and the bodies' places there
+        self._last: tuple[dict[int, int], list[Moves]] = {}, []
         self._is_after_refusal = self._has_to_mend = False  # The step before was refused.
         self._is_answering = False  # The table answers this step, and calls callbacks.
         self._inner: dict[int, Moves] = {}  # by bodies: the moves of a step within this step
@@ -121,7 +122,6 @@ class Others:
             for each in (self._kicks, self._pushes, self._damped_to):
                 each.clear()
             if self._bodies.has_new_order:
-                self._last = []
                 self._rows.clear()
             if not self._is_refused:
                 self._look_at_balls()
@@ -164,10 +164,10 @@ class Others:
         It is against the velocity with which the ball began that step.
         """
         self._kept.clear()
-        place = self._bodies.place
-        for ball in () if self._has_new_joints or not self._last else self.table.moving.values():
+        place, moves = self._last
+        for ball in () if self._has_new_joints else self.table.moving.values():
             if ball.joint is not None and ball.id in place:
-                _, _, vx, vy, _, _ = self._last[place[ball.id]]
+                _, _, vx, vy, _, _ = moves[place[ball.id]]
                 nx, ny = unit(vx, vy)
                 gain = -ball.joint.impulse / ball.body.mass
                 self._kept[ball] = gain * nx, gain * ny
@@ -287,6 +287,8 @@ class Others:
         for ball in self._lost:
             table.drop(ball)
         self._lost.clear()
+        if self._has_to_mend:
+            self._mend()
         is_other, self._is_other = self._is_other, False
         table.take_steps_of(self._dt)
         # What others do to the balls that are put on their paths would be lost.
@@ -295,14 +297,13 @@ class Others:
         for ball in table.on_table() if felt else self._kicks:
             self.feel_push(ball)
         table.answer_step()
-        self._last, self._moves = self._moves, []  # Velocities are now what the table makes them.
+        # From now on velocities are what the table makes of them.
+        self._last, self._moves = (self._bodies.place, self._moves), []
         if self._kicks or self._pushes:
             self._let_act()
         if is_other:
             self._kept.clear()
         self._put_right(is_other, may_sleep)
-        if self._has_to_mend:
-            self._mend()
 
     def _let_act(self) -> None:
         """Let forces and pushes act, each once."""
@@ -353,7 +354,7 @@ class Others:
         self._lost.clear()
         self._rows.clear()
         table, moves = self.table, dict(zip(self._bodies.ids, self._moves, strict=True))
-        self._last, self._moves, self.is_stepping = [], [], False
+        self._last, self._moves, self.is_stepping = ({}, []), [], False
         self._put_back(moves)
         moved, table.moved_by_others = dict.fromkeys(table.moved_by_others), []
         table.set_out([table.balls[i] for i in moved if table.balls[i].is_on_table])
@@ -378,6 +379,9 @@ class Others:
         may have been no number. The paths are as they were.
         """
         for ball in self.table.on_table():
+            began = self._began(ball)
+            if began and not math.isfinite(sum(ball.body.velocity)):
+                ball.body.velocity = self._velocity_without_others(ball, began[2:4])
             self._stop_turning(ball.body)
         ground = self.space.static_body
         ground.velocity, ground.angular_velocity = NOTHING, 0.0
