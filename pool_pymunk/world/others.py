@@ -146,7 +146,7 @@ class Others:
         if self._is_other:
             self._recall()
         (gx, gy), damping = space.gravity, space.damping
-        self._damping = damping**self._dt
+        self._damping = damping**self._dt if damping != 1.0 else 1.0
         falls = gx != 0.0 or gy != 0.0 or damping != 1.0
         for ball, number, row in self._rows:
             x, y, vx, vy, fx, fy = move = moves[row]
@@ -284,13 +284,13 @@ class Others:
     def _answer(self) -> None:
         """Let the table answer this step, and let then act what others did in it."""
         table = self.table
-        for ball in self._lost:
-            table.drop(ball)
-        self._lost.clear()
+        while self._lost:
+            table.drop(self._lost.pop())
         if self._has_to_mend:
             self._mend()
         is_other, self._is_other = self._is_other, False
-        table.take_steps_of(self._dt)
+        if is_other:
+            table.take_steps_of(self._dt)
         # What others do to the balls that are put on their paths would be lost.
         may_sleep = self.space.sleep_time_threshold < math.inf
         felt = is_other or may_sleep or len(self.space.constraints) > table.joints
@@ -301,9 +301,9 @@ class Others:
         self._last, self._moves = (self._bodies.place, self._moves), []
         if self._kicks or self._pushes:
             self._let_act()
-        if is_other:
-            self._kept.clear()
-        self._put_right(is_other, may_sleep)
+        if is_other or may_sleep:
+            self._put_right(is_other, may_sleep)
+        self._has_new_joints = is_other
 
     def _let_act(self) -> None:
         """Let forces and pushes act, each once."""
@@ -343,11 +343,10 @@ class Others:
         if may_sleep:
             for ball in table.moving.values():
                 ball.body.activate()
-        if is_other or may_sleep:
-            table.carry_all()
+        table.carry_all()
         if is_other:
+            self._kept.clear()
             table.renew_joints()
-        self._has_new_joints = is_other
 
     def _undo(self) -> None:
         """Put all back to where it was before a step that cannot be."""
