@@ -256,6 +256,38 @@ def test_each_stop_is_told_once(alone: bool) -> None:
     assert stops == [1.0]
 
 
+def test_a_state_is_refused_if_a_wall_is_now_where_a_ball_was() -> None:
+    space = pymunk.Space()
+    table = Billiards(space, LONGEST, pair=PAIR, deceleration=A)
+    one = ball(table, 0.0)
+    saved = table.save_state()
+    table.place(one, (0.5, 0.0))
+    wall = table.add_wall(pymunk.Segment(space.static_body, (0, -1), (0, 1), 0.0), 0.8)
+    with pytest.raises(ValueError, match="the ball overlaps wall 0"):
+        table.restore_state(saved)
+    assert one.body.position.x == 0.5
+    table.remove_wall(wall)
+    table.restore_state(saved)
+    assert one.body.position.x == 0.0
+
+
+def test_undo_gives_a_body_back_to_the_ball_that_it_was() -> None:
+    space = pymunk.Space()
+    table = Billiards(space, LONGEST, pair=PAIR, deceleration=A)
+    first = ball(table, 0.0)
+    saved = table.save_state()
+    table.remove_ball(first)
+    second = table.add_ball(first.circle)
+    table.strike(second, (1.0, 0.0))
+    space.step(LONGEST)
+    table.restore_state(saved)
+    first.body.velocity = 1.0, 0.0
+    while table.time < 5.0:
+        space.step(LONGEST)
+    assert first.is_on_table and not second.is_on_table
+    assert first.body.position.x == pytest.approx(1 / (2 * A), abs=1e-12)
+
+
 def test_play_after_another_strike() -> None:
     """A table of its own is played to its end, struck, and played again."""
     space = pymunk.Space()

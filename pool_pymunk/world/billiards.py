@@ -255,6 +255,8 @@ class Billiards:
         self.near.numbers[ball.sensor] = ball.number
         self._ball_of[ball.body] = ball
         ball.is_on_table = True
+        if self._others is not None:
+            self._others.look_for_balls()
 
     def _obstacles(self) -> list[tuple[pymunk.Shape | None, Wall]]:
         """Return the walls and pockets, each with its shape if the sides are those of the shape."""
@@ -475,7 +477,8 @@ class Billiards:
 
         Balls that have left the table since come back, those that have come since leave it. The
         velocities are the exact ones, so the table goes on as it did. Do this between two steps;
-        raises ValueError from within a callback, or for a state of another table.
+        raises ValueError from within a callback, for a state of another table, and if a wall or a
+        pocket is now where a ball was.
         """
         self._check_between_steps("restore_state")
         if not isinstance(state, TableState):
@@ -483,6 +486,9 @@ class Billiards:
         strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
+        if self._is_swept:  # Walls and pockets may have come since.
+            for i, (x, y, _, _) in state.motions.items():
+                check_place((x, y), self.balls[i].radius, (), self._obstacles())
         for ball in self.on_table():
             if ball.number not in state.motions:
                 self.drop(ball)

@@ -84,6 +84,10 @@ class Others:
         if body is not None:
             self._walls.pop(body, None)
 
+    def look_for_balls(self) -> None:
+        """Find the balls among the bodies anew: one has come, perhaps with a body of another."""
+        self._rows.clear()
+
     # -- between two steps -----------------------------------------------------------------------
 
     def catch_up(self) -> None:
