@@ -204,7 +204,8 @@ class RandomTable:
         table, told = self.table, len(self.told)
         table.save_state()  # follows what was done by hand
         before = set(table.moving)
-        self.at_rest_by_hand.clear()
+        if not table._inside:
+            self.at_rest_by_hand.clear()
         table.step(dt) if self.alone else self.space.step(dt)
         rest = {i for i in before - set(table.moving) if table.balls[i].is_on_table}
         assert rest <= {i for i, _ in self.told[told:]} | self.at_rest_by_hand
