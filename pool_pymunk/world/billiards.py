@@ -256,7 +256,7 @@ class Billiards:
         self._ball_of[ball.body] = ball
         ball.is_on_table = True
         if self._others is not None:
-            self._others.look_for_balls()
+            self._others.welcome(ball.body)
 
     def _obstacles(self) -> list[tuple[pymunk.Shape | None, Wall]]:
         """Return the walls and pockets, each with its shape if the sides are those of the shape."""

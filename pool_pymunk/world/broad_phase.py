@@ -44,7 +44,9 @@ class BroadPhase:
 
     def touched(self, a: pymunk.Shape, b: pymunk.Shape) -> None:
         """Note that two shapes came so near that their balls may have met during this step."""
-        i, j = self.numbers[a], self.numbers[b]
+        i, j = self.numbers.get(a), self.numbers.get(b)
+        if i is None or j is None:  # A handler has removed a ball or wall in this very step.
+            return
         self.pairs[(i, j) if j < 0 or i < j else (j, i)] = None
 
     def foresee(self) -> None:

@@ -84,9 +84,10 @@ class Others:
         if body is not None:
             self._walls.pop(body, None)
 
-    def look_for_balls(self) -> None:
+    def welcome(self, body: pymunk.Body) -> None:
         """Find the balls among the bodies anew: one has come, perhaps with a body of another."""
         self._rows.clear()
+        self._stop_turning(body)
 
     # -- between two steps -----------------------------------------------------------------------
 
@@ -170,7 +171,7 @@ class Others:
         self._kept.clear()
         place, moves = self._last
         for ball in () if self._has_new_joints else self.table.moving.values():
-            if ball.joint is not None and ball.id in place:
+            if ball.joint is not None and ball.id in place and ball.joint.impulse > 0.0:
                 _, _, vx, vy, _, _ = moves[place[ball.id]]
                 nx, ny = unit(vx, vy)
                 gain = -ball.joint.impulse / ball.body.mass
