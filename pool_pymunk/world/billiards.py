@@ -698,7 +698,7 @@ class Billiards:
         self._advance()
         for i in near.changed:
             self._carry(self.balls[i])
-        near.changed.clear()
+        near.settle()
 
     def _take_out(self, gone: list[int]) -> None:
         """Take the bodies and shapes of balls that have left the table out of the space."""

@@ -8,11 +8,14 @@ from collections.abc import Iterable
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine, Key
+from pool_pymunk.engine.near import ManyBoxes
 from pool_pymunk.physics.contact import closing_speed
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 
 EVERYTHING = pymunk.ShapeFilter()
+# Up to this number of changed balls, meeting all of them is cheaper than boxes around their paths.
+FEW = 32
 
 
 def rejects(a: pymunk.ShapeFilter, b: pymunk.ShapeFilter) -> bool:
@@ -41,6 +44,10 @@ class BroadPhase:
         self.gone: list[int] = []  # the balls that have left the table in this step
         self._touching: list[Key] = []
         self._around: dict[int, list[int]] = {}
+        # around the rest of this step on the paths of the changed balls, if they are many
+        self._boxes = ManyBoxes(0, 0)
+        self._boxed: set[int] = set()
+        self._unboxed: list[int] = []
 
     def touched(self, a: pymunk.Shape, b: pymunk.Shape) -> None:
         """Note that two shapes came so near that their balls may have met during this step."""
@@ -72,21 +79,32 @@ class BroadPhase:
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
         """Note that the body of ball ``i`` is to be put on a new path."""
         self.changed[i] = None
+        self._unboxed.append(i)
+
+    def settle(self) -> None:
+        """Note that all bodies are on their paths again."""
+        self.changed.clear()
+        self._unboxed.clear()
+        for i in self._boxed:
+            self._boxes.remove(i)
+        self._boxed.clear()
 
     def balls(self, i: int, now: float) -> Iterable[int]:
         """Return the balls that ball ``i`` may meet in the rest of the step."""
         found = self._around.pop(i, None) or self._look_around(i)
-        others = dict.fromkeys((*found, *self.changed))
+        others = dict.fromkeys((*found, *self._changed_near(i)))
         return [j for j in others if j >= 0 and j != i]
 
     def touching(self, i: int, now: float) -> Iterable[int]:
         """Return the balls and walls near ball ``i``."""
-        found = dict.fromkeys((*self._look_around(i), *self.changed))
+        found = dict.fromkeys((*self._look_around(i), *self._changed_near(i)))
         return [j for j in found if j != i]
 
     def remove(self, i: int) -> None:
         """Leave ball ``i`` out from now on."""
         self.changed.pop(i, None)
+        if i in self._boxed:
+            self._boxes.remove(i)
         self.numbers.pop(self.sensors[i], None)
         self._touching = [pair for pair in self._touching if i not in pair]
         self.gone.append(i)
@@ -96,6 +114,25 @@ class BroadPhase:
         k = self.numbers.pop(shape)
         self.pairs = {pair: None for pair in self.pairs if k not in pair}
         self._touching = [pair for pair in self._touching if k not in pair]
+
+    def _changed_near(self, i: int) -> Iterable[int]:
+        """Return the changed balls that may come to ball ``i`` in the rest of the step.
+
+        Of a few it returns all.
+        """
+        if len(self.changed) <= FEW:
+            return self.changed
+        paths, radii, now = self.engine.paths, self.engine.radii, self.engine.now
+        if len(self._boxes.boxes) < len(paths):
+            self._boxes = ManyBoxes(2 * len(paths), 0)
+            self._boxed.clear()
+            self._unboxed = list(self.changed)
+        for j in {*self._unboxed, i} if i not in self._boxed else self._unboxed:
+            if j in self.changed or j == i:
+                self._boxed.add(j)
+                self._boxes.begin(j, paths[j], radii[j], now, max(self.until, paths[j].t))
+        self._unboxed.clear()
+        return self._boxes.balls(i, now)
 
     def _look_around(self, i: int) -> list[int]:
         """Return what is near ball ``i`` in the rest of the step, or near its sensor.
