@@ -76,6 +76,27 @@ def frozen_rack(gap: float, e: float = 0.95, law: str = "coulomb") -> Scene:
     return Scene(tuple(balls), None, Restitution(e), friction, Physics(law=law))
 
 
+def gas(count: int, share: float, max_time: float) -> Scene:
+    """Return balls that all move from the start, and cover this share of the table."""
+    rnd = random.Random(7)
+    r, columns = 0.03, math.ceil(math.sqrt(2 * count))
+    rows, pitch = math.ceil(count / columns), r * math.sqrt(math.pi / share)
+    shake, balls = 0.9 * (pitch / 2 - r), []
+    for k in range(count):
+        x, y = (k % columns + 0.5) * pitch, (k // columns + 0.5) * pitch
+        place = (x + rnd.uniform(-shake, shake), y + rnd.uniform(-shake, shake))
+        angle, fast = rnd.uniform(0, 2 * math.pi), rnd.uniform(0.4, 2.0)
+        velocity = (fast * math.cos(angle), fast * math.sin(angle))
+        balls.append(Ball(str(k), place, r, 0.17, velocity=velocity))
+    return Scene(
+        balls=tuple(balls),
+        table=Table.rectangle(columns * pitch, rows * pitch),
+        restitution=Restitution(0.9, 0.9, 0.7),
+        friction=Friction(0.2, 0.2, 0.05),
+        physics=Physics(max_time=max_time),
+    )
+
+
 def asymmetry(run: Run) -> float:
     """Return how far (m) a ball of the frozen rack ends from its mirror image's end, at most."""
     ends = {(row, k): run.final[f"{row}.{k}"] for row in range(5) for k in range(row + 1)}

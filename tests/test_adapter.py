@@ -10,7 +10,16 @@ from functools import partial
 import numpy as np
 import pymunk
 import pytest
-from scenes import INCH, contact_list, exact_run, largest_distance, off_exact, random_scene
+from scenes import (
+    INCH,
+    contact_list,
+    exact_run,
+    gas,
+    largest_distance,
+    lines_run,
+    off_exact,
+    random_scene,
+)
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.physics.contact import Pair
@@ -50,6 +59,27 @@ def test_random_scenes_end_where_the_exact_solver_ends(table: str, law: str, see
     assert contact_list(run) == contact_list(exact)
     assert largest_distance(run, exact) < 1e-8  # This is rounding times the scene's amplification.
     assert run.status == exact.status
+
+
+@pytest.mark.parametrize("solver", ["pymunk", "pymunk-discrete"])
+@pytest.mark.parametrize("share", [0.04, 0.6])
+def test_work_grows_little_faster_than_the_balls_that_move(share: float, solver: str) -> None:
+    """All of them set off in one step, and many meet in each of the others."""
+    few, many = (
+        lines_run(partial(simulate, gas(count, share, 0.05), solver=solver, dt=1 / 60))
+        for count in (60, 240)
+    )
+    assert many < few * 4**1.2
+
+
+@pytest.mark.parametrize("share", [0.04, 0.6])
+def test_many_balls_that_move_end_where_the_exact_solver_ends(share: float) -> None:
+    scene = gas(200, share, 0.25)
+    exact = simulate(scene, solver="event-driven")
+    for dt in (1 / 60, 1 / 1000):
+        run = simulate(scene, solver="pymunk", dt=dt)
+        assert contact_list(run) == contact_list(exact)
+        assert largest_distance(run, exact) < 1e-9  # This is rounding times the amplification.
 
 
 def test_no_ball_is_lost_at_a_thousand_metres_a_second() -> None:

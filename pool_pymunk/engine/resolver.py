@@ -358,15 +358,18 @@ def distinct(contacts: Iterable[Contact]) -> list[Contact]:
     Two cushions that run on straight give the same contact twice.
     """
     kept: list[Contact] = []
+    of_sides: dict[tuple[int, int], list[Contact]] = {}
     for contact in contacts:
-        if not any(_same(contact, other) for other in kept):
+        others = of_sides.setdefault((contact.a, contact.b), [])
+        if not any(_same(contact, other) for other in others):
+            others.append(contact)
             kept.append(contact)
     return kept
 
 
 def _same(one: Contact, other: Contact) -> bool:
     turn = one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1]
-    return (one.a, one.b) == (other.a, other.b) and turn > 1.0 - SAME_NORMAL
+    return turn > 1.0 - SAME_NORMAL
 
 
 def _along(v: Vector, normal: Vector) -> Vector:

@@ -98,12 +98,18 @@ def closing_speed(contact: Contact, velocity: Mapping[int, Vector]) -> float:
 
 def groups(contacts: Sequence[Contact]) -> Iterator[list[Contact]]:
     """Sort contacts into groups, so that two contacts that share a ball are in one group."""
-    left = list(contacts)
-    while left:
-        group = [left.pop(0)]
-        balls = set(group[0].balls)
-        while joined := [contact for contact in left if balls.intersection(contact.balls)]:
-            left = [contact for contact in left if contact not in joined]
+    with_ball: dict[int, list[int]] = {}
+    for k, contact in enumerate(contacts):
+        for ball in contact.balls:
+            with_ball.setdefault(ball, []).append(k)
+    sorted_in: set[int] = set()
+    for first in range(len(contacts)):
+        group: list[int] = []
+        joined = [first] if first not in sorted_in else []
+        while joined:
+            sorted_in.update(joined)
             group += joined
-            balls.update(ball for contact in joined for ball in contact.balls)
-        yield group
+            near = {k for j in joined for ball in contacts[j].balls for k in with_ball[ball]}
+            joined = sorted(near - sorted_in)
+        if group:
+            yield [contacts[k] for k in group]

@@ -42,7 +42,6 @@ class BroadPhase:
         self.changed: dict[int, None] = {}
         self.filters = False  # Some ball or wall has a filter of its own.
         self.gone: list[int] = []  # the balls that have left the table in this step
-        self._touching: list[Key] = []
         self._around: dict[int, list[int]] = {}
         # around the rest of this step on the paths of the changed balls, if they are many
         self._boxes = ManyBoxes(0, 0)
@@ -106,7 +105,6 @@ class BroadPhase:
         if i in self._boxed:
             self._boxes.remove(i)
         self.numbers.pop(self.sensors[i], None)
-        self._touching = [pair for pair in self._touching if i not in pair]
         self.gone.append(i)
 
     def forget(self, shape: pymunk.Shape) -> None:
@@ -163,11 +161,18 @@ class EndOfStep(BroadPhase):
     to a step late, and it never comes where a ball only grazed or tunnelled.
     """
 
+    def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
+        super().__init__(space, engine)
+        self._touching: dict[int, list[Key]] = {}  # the pairs that touched, of each ball and wall
+
     def foresee(self) -> None:
         """Put into the queue the pairs that touched, if they overlap and close."""
-        self._touching = list(self.pairs)
+        self._touching.clear()
+        for pair in self.pairs:
+            for i in pair:
+                self._touching.setdefault(i, []).append(pair)
+        self._queue_if_closing(self.pairs)
         self.pairs.clear()
-        self._queue_if_closing(self._touching)
 
     def walls(self, i: int) -> Iterable[int]:
         """Return nothing: a new path meets no wall before the step is over."""
@@ -178,12 +183,19 @@ class EndOfStep(BroadPhase):
 
         But what the ball touches already may close now, and is put into the queue.
         """
-        self._queue_if_closing([pair for pair in self._touching if i in pair])
+        self._queue_if_closing(self._touching.get(i, ()))
         return ()
 
     def touching(self, i: int, now: float) -> Iterable[int]:
         """Return what the ball touched in this step."""
-        return [j for pair in self._touching if i in pair for j in pair if j != i]
+        return [j for pair in self._touching.get(i, ()) for j in pair if j != i]
+
+    def remove(self, i: int) -> None:
+        """Leave ball ``i`` out from now on."""
+        super().remove(i)
+        for pair in self._touching.pop(i, ()):
+            other = pair[0] + pair[1] - i
+            self._touching[other].remove(pair)
 
     def _queue_if_closing(self, pairs: Iterable[Key]) -> None:
         engine = self.engine

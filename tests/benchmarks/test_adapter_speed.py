@@ -15,6 +15,7 @@ from typing import Any
 
 import pymunk
 import pytest
+from scenes import gas
 
 from pool_pymunk import (
     Ball,
@@ -160,3 +161,21 @@ def test_a_break_at_sixty_frames_a_second(benchmark: Any, alone: bool) -> None:
     play(space, table)
     benchmark.extra_info["ms_a_frame"] = (time.perf_counter() - began) * 1e3 / 600
     assert not table.moving
+
+
+@pytest.mark.parametrize(("solver", "dt"), [("pymunk", 1 / 60), ("pymunk", 1 / 1000)])
+@pytest.mark.parametrize("share", [0.04, 0.3, 0.6])
+def test_how_it_grows_with_the_balls_that_move(
+    benchmark: Any, share: float, solver: str, dt: float
+) -> None:
+    """All balls move from the start, and the exponent is that from 250 to 1,000 of them."""
+
+    def seconds(count: int, **how: Any) -> float:
+        return min(simulate(gas(count, share, 0.5), **how).wall_time for _ in range(3))
+
+    def exponent(**how: Any) -> float:
+        return math.log(seconds(1000, **how) / seconds(250, **how)) / math.log(4)
+
+    benchmark.pedantic(partial(seconds, 1000, solver=solver, dt=dt), rounds=1)
+    benchmark.extra_info["exponent"] = round(exponent(solver=solver, dt=dt), 2)
+    benchmark.extra_info["event-driven"] = round(exponent(solver="event-driven"), 2)
