@@ -67,7 +67,7 @@ def atlas(
         found = play(
             scene, chosen, angle=_range("--angle", angle), size=(width, height), ball=ball, law=law,
             speed=None if speed is None else _range("--speed", speed, scene.units),
-            on_done=lambda done: bar.update(bar.task_ids[0], advance=done),
+            show=show, on_done=lambda done: bar.update(bar.task_ids[0], advance=done),
         )  # fmt: skip
     from pool_pymunk.render.atlas import atlas_picture
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -22,7 +23,7 @@ from pool_pymunk.render.style import SCREEN, Style, default_color
 from pool_pymunk.safety.files import whole
 from pool_pymunk.studies.atlas import Atlas, Floats
 
-Image = NDArray[np.float64]  # (H, W, 3), from 0 to 1
+Image = NDArray[np.uint8]  # (H, W, 3)
 
 DPI = 100.0
 SMALL, LARGE = 13.0, 17.0  # points, for a map of 800 rows
@@ -30,11 +31,12 @@ MARGIN = (1.0, 2.5, 0.9, 0.65)  # inches left, right, bottom and top of a map of
 COLD, WARM = "#1f5fd0", "#ff9d1e"
 NEVER = "#3a4148"  # the colour of what did not happen
 MOST_HITS = 0.995  # of the shots have no more hits than the scale
+AT_ONCE = 100  # rows; a map is coloured piece by piece, because colours take 24 bytes at first
 
 
 def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) -> None:
     """Draw an atlas; ``show`` is one of ``SHOWS``. The suffix of ``path`` gives the format."""
-    height, width = found.hits.shape
+    height, width = len(found.speed), len(found.angle)
     size = height / 800.0
     left, right, bottom, top = (size * inches for inches in MARGIN)
     inches = (width / DPI + left + right, height / DPI + bottom + top)
@@ -100,7 +102,9 @@ def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Image:
         x0, y0, x1, y1 = table.bounds
     else:
         (x0, x1), (y0, y1) = (np.nanquantile(v, (0.01, 0.99)) for v in (x, y))
-    image = _two_ways((x - x0) / max(x1 - x0, 1e-9), (y - y0) / max(y1 - y0, 1e-9))
+    wide, high = max(x1 - x0, 1e-9), max(y1 - y0, 1e-9)
+    image = _in_pieces(lambda end: _two_ways((end[..., 0] - x0) / wide, (end[..., 1] - y0) / high),
+                       found.end)  # fmt: skip
     legend = _inset(side, (0.0, 0.78, 1.0, 0.2))
     u, v = np.meshgrid(np.linspace(0, 1, 120), np.linspace(0, 1, 60))
     units = found.scene.units
@@ -112,6 +116,12 @@ def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Image:
     return image
 
 
+def _in_pieces(color: Callable[[NDArray[Any]], Image], values: NDArray[Any]) -> Image:
+    """Colour a map, some rows at once."""
+    rows = range(0, len(values), AT_ONCE)
+    return np.concatenate([color(values[first : first + AT_ONCE]) for first in rows])
+
+
 def _two_ways(u: Floats, v: Floats) -> Image:
     """Return colours that go from blue to orange along u, and from dark to light along v."""
     u, v = (np.clip(np.nan_to_num(each, nan=0.0), 0.0, 1.0)[..., np.newaxis] for each in (u, v))
@@ -119,7 +129,12 @@ def _two_ways(u: Floats, v: Floats) -> Image:
     middle = np.array([0.72, 0.72, 0.72])
     hue = np.where(u < 0.5, cold + (middle - cold) * 2 * u, middle + (warm - middle) * (2 * u - 1))
     dark = hue * (0.25 + 0.75 * np.minimum(2.0 * v, 1.0))
-    return np.asarray(dark + (1.0 - dark) * 0.8 * np.maximum(2.0 * v - 1.0, 0.0))
+    return _bytes(dark + (1.0 - dark) * 0.8 * np.maximum(2.0 * v - 1.0, 0.0))
+
+
+def _bytes(colors: Floats) -> Image:
+    """Return colours as bytes, of numbers from 0 to 1."""
+    return np.rint(255.0 * colors).astype(np.uint8)
 
 
 def _names(
@@ -137,7 +152,7 @@ def _names(
         handles=patches, loc="upper left", frameon=False, fontsize=LARGE * size * 0.85,
         labelcolor=style.ink, borderaxespad=0.0, handlelength=1.2, handleheight=1.2,
     )  # fmt: skip
-    return rows[numbers + 1]
+    return _bytes(rows)[numbers + 1]
 
 
 def _first_hits(found: Atlas, side: Axes, size: float, style: Style) -> Image:
@@ -152,7 +167,7 @@ def _pockets(found: Atlas, side: Axes, size: float, style: Style) -> Image:
 
 def _hits(found: Atlas, side: Axes, size: float, style: Style) -> Image:
     most = max(int(np.quantile(found.hits, MOST_HITS)), 1)
-    return _scaled(found.hits / 1.0, (0.0, float(most)), "viridis", "hits", side, size, style)
+    return _scaled(found.hits, (0.0, float(most)), "viridis", "hits", side, size, style)
 
 
 def _durations(found: Atlas, side: Axes, size: float, style: Style) -> Image:
@@ -161,7 +176,7 @@ def _durations(found: Atlas, side: Axes, size: float, style: Style) -> Image:
 
 
 def _scaled(
-    values: Floats,
+    values: NDArray[Any],
     limits: tuple[float, float],
     name: str,
     label: str,
@@ -182,7 +197,7 @@ def _scaled(
     legend.yaxis.tick_right()
     legend.tick_params(labelsize=SMALL * size, colors=style.ink)
     legend.set_title(label, fontsize=SMALL * size, color=style.ink, loc="left")
-    return np.asarray(colors(scale(np.nan_to_num(values)))[..., :3])
+    return _in_pieces(lambda some: colors(scale(np.nan_to_num(some)), bytes=True)[..., :3], values)
 
 
 def _inset(side: Axes, box: tuple[float, float, float, float]) -> Axes:

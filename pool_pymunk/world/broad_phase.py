@@ -14,8 +14,8 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 
 EVERYTHING = pymunk.ShapeFilter()
-# Up to this number of changed balls, meeting all of them costs no more than boxes around their paths:
-# of 4, 8, 16 and 32, it was the fastest or within 3 % of it for 16 to 1,000 moving balls.
+# Up to this number of changed balls, meeting all of them costs no more than boxes around their
+# paths: of 4, 8, 16 and 32, it was the fastest or nearly so for 16 to 1,000 moving balls.
 FEW = 8
 
 
