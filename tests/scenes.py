@@ -1,4 +1,4 @@
-"""These are random scenes, exact ends and a measure of work that several tests share."""
+"""These are random scenes, exact ends, a measure of work and Ctrl-C, which several tests share."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 import math
 import os
 import random
+import signal
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -126,6 +127,17 @@ def off_exact(run: Run, law: str, shot: int) -> float:
     """Return how far (m) the worst end of a run lies from the exact one."""
     final = exact_run(law, shot)["final"]
     return max(math.dist(run.final[i], (float(x), float(y))) for i, (x, y) in final.items())
+
+
+def at_a_terminal() -> None:
+    """Let Ctrl-C count in a new process, even where the tests run in the background and ignore it.
+
+    ``subprocess`` calls this as ``preexec_fn``.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+AT_A_TERMINAL = None if sys.platform == "win32" else at_a_terminal  # Windows knows no preexec_fn.
 
 
 def lines_run(work: Callable[[], object]) -> int:

@@ -16,6 +16,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from scenes import AT_A_TERMINAL
 
 from pool_pymunk import SOLVERS, Scene, SettingError, State, load, simulate, simulate_all
 from pool_pymunk.cli import choices, main
@@ -358,7 +359,7 @@ def long_run(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     options = ("--solver", "time-slice", "--dt", "1e-10", "--no-pictures", "--out", str(tmp_path))
     with subprocess.Popen(
         [sys.executable, "-m", "pool_pymunk", "run", "report", *options],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=AT_A_TERMINAL,
     ) as program:  # fmt: skip
         try:
             yield program

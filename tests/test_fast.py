@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import TABLES, frozen_rack, random_scene, seeds
+from scenes import AT_A_TERMINAL, TABLES, frozen_rack, random_scene, seeds
 
 from pool_pymunk import (
     Ball,
@@ -405,7 +405,9 @@ def script(cache: Path, shots: int = 10) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", SCRIPT, str(shots)]
     environment = os.environ | {compiled.CACHE: str(cache)}
     pipe = subprocess.PIPE
-    return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=environment)
+    return subprocess.Popen(
+        command, stdout=pipe, stderr=pipe, text=True, env=environment, preexec_fn=AT_A_TERMINAL
+    )
 
 
 def finished(process: subprocess.Popen[str]) -> tuple[float, float, str]:

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes import at_a_terminal
 
 from pool_pymunk import SOLVERS
 from pool_pymunk.cli import main
@@ -46,18 +47,13 @@ def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=_on_a_full_disk if limited else _at_a_terminal,
+        preexec_fn=_on_a_full_disk if limited else at_a_terminal,
     )
-
-
-def _at_a_terminal() -> None:
-    """Let Ctrl-C count, even where the tests were started in the background and ignore it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _on_a_full_disk() -> None:
     """Limit the size of files, so that writing more fails as it does on a full disk."""
-    _at_a_terminal()
+    at_a_terminal()
     resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES, MOST_BYTES))
 
 

@@ -104,3 +104,12 @@ def test_handlers_are_as_they_were() -> None:
     with pytest.raises(KeyboardInterrupt):
         ctrl_c()
         wait()
+
+
+def test_what_ignores_ctrl_c_goes_on_to_ignore_it() -> None:
+    """A shell's job in the background ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with patient_interrupts():
+        ctrl_c()
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+        raise_pending()

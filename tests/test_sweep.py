@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import AT_A_TERMINAL
 
 import pool_pymunk
 from pool_pymunk import Scene, SettingError, load, simulate, sweep
@@ -382,7 +383,7 @@ def test_killed_ten_times_it_has_every_shot_once(tmp_path: Path) -> None:
 def test_an_interrupt_keeps_what_was_finished(tmp_path: Path) -> None:
     command = [*COMMAND, "--out", str(tmp_path)]
     command[command.index("60000")] = "3000000"
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=AT_A_TERMINAL)
     while not list(tmp_path.glob("part-*")):
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)

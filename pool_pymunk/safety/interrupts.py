@@ -28,10 +28,14 @@ class _Waiting:
 
 @contextmanager
 def patient_interrupts() -> Iterator[None]:
-    """Delay a Ctrl-C in this block until it does no harm; a second one is raised at once."""
+    """Delay a Ctrl-C in this block until it does no harm; a second one is raised at once.
+
+    Where Ctrl-C is ignored, as in a job that a shell started in the background, it stays ignored.
+    """
     if (
         not hasattr(signal, "setitimer")
         or threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     ):
         yield
         return
