@@ -6,6 +6,7 @@ import inspect
 import json
 import math
 import os
+import pickle
 import random
 import re
 import signal
@@ -442,6 +443,64 @@ def test_an_interrupt_ends_it_at_once(tmp_path: Path) -> None:
     process.communicate(timeout=60)
     assert process.returncode != 0
     assert time.perf_counter() - began < 2.0
+
+
+def cut_short(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def one_wrong_byte(path: Path) -> None:
+    held = bytearray(path.read_bytes())
+    held[len(held) // 2] ^= 1
+    path.write_bytes(held)
+
+
+def a_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def twice(n: int) -> int:
+    return 2 * n
+
+
+DAMAGES: list[Callable[[Path], object]] = [
+    cut_short, one_wrong_byte, a_folder, Path.unlink, lambda path: path.write_bytes(b""),
+    lambda path: path.write_bytes(b"\x80\x04garbage"),
+    lambda path: path.write_bytes(pickle.dumps("0.1")),
+]  # fmt: skip
+
+
+@needs_numba
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("files", ["*.nbi", "*.nbc", "*.sha256"])
+def test_what_is_damaged_in_the_cache_is_compiled_anew(
+    files: str, damage: Callable[[Path], object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv(compiled.CACHE, str(tmp_path))
+    said: list[str] = []
+
+    def play() -> int:
+        return compiled._compiled(twice, lambda: said.append("compiles"))(21)
+
+    assert (play(), len(said)) == (42, 1)
+    assert (play(), len(said)) == (42, 1)
+    [path] = tmp_path.rglob(files)
+    damage(path)
+    assert (play(), len(said)) == (42, 2)
+    assert (play(), len(said)) == (42, 3 if path.is_dir() else 2)
+
+
+@needs_numba
+@pytest.mark.slow
+def test_shots_are_played_where_the_cache_is_damaged(tmp_path: Path) -> None:
+    total, _, _ = finished(script(tmp_path))
+    for path in tmp_path.rglob("*play_shots*"):
+        cut_short(path)
+    again, _, said = finished(script(tmp_path))
+    assert again == total
+    assert said == "Compiling the shots for this machine: this takes some seconds, once.\n"
+    assert finished(script(tmp_path))[2] == ""
 
 
 def test_a_cache_that_cannot_be_written_is_left(monkeypatch: pytest.MonkeyPatch) -> None:

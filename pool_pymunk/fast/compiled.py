@@ -1,7 +1,8 @@
 """This module compiles the shots: the loop, and the project's own functions that it calls.
 
 numba compiles them once a machine. The compiled code is kept in a folder of the user's cache, which
-is named by a hash of all sources from which it is made, because numba itself looks at one of them.
+is named by a hash of Python's version and of all sources from which it is made, because numba
+itself looks at one of them.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import Any, cast
 
 from pool_pymunk.engine import decisions, near
 from pool_pymunk.fast import loop
+from pool_pymunk.fast.cache import SealedCache
 from pool_pymunk.model import outline
 from pool_pymunk.physics import contact, laws, motion, path, sides
 
@@ -61,30 +63,31 @@ def play_shots() -> Callable[..., int]:
     register_jitable = import_module("numba.extending").register_jitable
     for function in (*SHARED, *_helpers()):
         register_jitable(function)
-    folder = cache_folder()
-    compiled = _compiled(loop.play_shots, folder)
-    if not any(folder.rglob(f"*{loop.play_shots.__name__}*.nbi")):
-        print(
-            "Compiling the shots for this machine: this takes some seconds, once.", file=sys.stderr
-        )
-    return compiled
+    return _compiled(loop.play_shots, _say_that_it_compiles)
+
+
+def _say_that_it_compiles() -> None:
+    print("Compiling the shots for this machine: this takes some seconds, once.", file=sys.stderr)
 
 
 @cache
 def alone(function: Callable[..., int]) -> Callable[..., int]:
     """Return a function compiled that calls no other; without numba return it as it is."""
-    return _compiled(function, cache_folder()) if is_there() else function
+    return _compiled(function) if is_there() else function
 
 
-def _compiled(function: Callable[..., int], folder: Path) -> Callable[..., int]:
-    """Return a function that numba compiles, or takes from a folder, when it is called."""
+def _compiled(
+    function: Callable[..., int], compiles: Callable[[], object] = lambda: None
+) -> Callable[..., int]:
+    """Return a function that numba compiles, or takes from its cache, when it is called."""
     numba: Any = import_module("numba")
     config = numba.config
-    before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
+    before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
     try:
         compiled = numba.njit(nogil=True, cache=True, error_model="numpy")(function)
     finally:
         config.CACHE_DIR = before
+    compiled._cache = SealedCache(compiled._cache, function.__name__, compiles)
     return cast("Callable[..., int]", compiled)
 
 
@@ -98,7 +101,7 @@ def _helpers() -> Iterator[FunctionType]:
 
 def cache_folder() -> Path:
     """Return the folder for what is compiled from the present sources."""
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(sys.version.encode())
     for module in SOURCES:
         digest.update(inspect.getsource(module).encode())
     asked = os.environ.get(CACHE)
