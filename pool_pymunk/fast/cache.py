@@ -1,8 +1,8 @@
 """This module keeps numba from what is damaged in its cache.
 
 numba reads back what it has compiled without a check. A file that was cut short raises an error,
-and machine code with a wrong byte does whatever it likes. So a seal, the hash of a function's files,
-lies beside them, and files that differ from it are compiled anew.
+and machine code with a wrong byte does whatever it likes. So a seal, the hash of a function's
+files, lies beside them, and files that differ from it are compiled anew.
 """
 
 from __future__ import annotations
