@@ -7,7 +7,7 @@ palette.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from pool_pymunk.safety.files import whole
 from pool_pymunk.studies.atlas import Atlas, Floats
 
 Image = NDArray[np.uint8]  # (H, W, 3)
+Pieces = Iterator[Image]  # of a map, from its lowest row on
 
 DPI = 100.0
 SMALL, LARGE = 13.0, 17.0  # points, for a map of 800 rows
@@ -31,7 +32,9 @@ MARGIN = (1.0, 2.5, 0.9, 0.65)  # inches left, right, bottom and top of a map of
 COLD, WARM = "#1f5fd0", "#ff9d1e"
 NEVER = "#3a4148"  # the colour of what did not happen
 MOST_HITS = 0.995  # of the shots have no more hits than the scale
-AT_ONCE = 100  # rows; a map is coloured piece by piece, because colours take 24 bytes at first
+# A map is coloured and drawn in pieces of this number of rows: a pixel of three bytes takes 24 of
+# them while it is coloured, and some 110 while matplotlib draws it.
+AT_ONCE = 100
 
 
 def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) -> None:
@@ -47,8 +50,8 @@ def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) ->
         (box[0] + box[2] + 0.55 * size / inches[0], box[1], 1.75 * size / inches[0], box[3])
     )
     side.axis("off")
-    image = SHOWS[show](found, side, size, style)
-    _draw_map(axes, found, image, size, style)
+    pieces = SHOWS[show](found, side, size, style)
+    _draw_map(axes, found, pieces, size, style)
     axes.set_title(_title(found, show), fontsize=LARGE * size, color=style.ink, loc="left")
     with whole(path) as part:
         figure.savefig(part, dpi=DPI, facecolor=style.page)
@@ -67,15 +70,21 @@ def _title(found: Atlas, show: str) -> str:
     return f"{scene.title or 'Scene'}, {shot.name if shot else 'shot'}: {what}"
 
 
-def _draw_map(axes: Axes, found: Atlas, image: Image, size: float, style: Style) -> None:
-    """Draw the image with its axes, and mark the shot itself."""
+def _draw_map(axes: Axes, found: Atlas, pieces: Pieces, size: float, style: Style) -> None:
+    """Draw the map with its axes, and mark the shot itself."""
     units = found.scene.units
     speed = np.array([units.from_si(v, "speed") for v in (found.speed[0], found.speed[-1])])
     half_x = (found.angle[-1] - found.angle[0]) / (len(found.angle) - 1) / 2.0
     half_y = (speed[1] - speed[0]) / (len(found.speed) - 1) / 2.0
     extent = (found.angle[0] - half_x, found.angle[-1] + half_x, speed[0] - half_y,
               speed[1] + half_y)  # fmt: skip
-    axes.imshow(image, origin="lower", extent=extent, aspect="auto", interpolation="none")
+    low, row = extent[2], (extent[3] - extent[2]) / len(found.speed)
+    for piece in pieces:
+        high = low + len(piece) * row
+        axes.imshow(piece, origin="lower", extent=(*extent[:2], low, high), aspect="auto",
+                    interpolation="none")  # fmt: skip
+        low = high
+    axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.set_xlabel("angle of the shot (degrees)", fontsize=LARGE * size, color=style.ink)
     axes.set_ylabel(f"speed ({units.speed})", fontsize=LARGE * size, color=style.ink)
     axes.tick_params(labelsize=SMALL * size, colors=style.ink)
@@ -94,7 +103,7 @@ def _draw_map(axes: Axes, found: Atlas, image: Image, size: float, style: Style)
 # -- what is shown ---------------------------------------------------------------------------------
 
 
-def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Image:
+def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
     """Colour where the ball ends; the legend is the table in these colours."""
     x, y = found.end[..., 0], found.end[..., 1]
     table = found.scene.table
@@ -103,8 +112,6 @@ def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Image:
     else:
         (x0, x1), (y0, y1) = (np.nanquantile(v, (0.01, 0.99)) for v in (x, y))
     wide, high = max(x1 - x0, 1e-9), max(y1 - y0, 1e-9)
-    image = _in_pieces(lambda end: _two_ways((end[..., 0] - x0) / wide, (end[..., 1] - y0) / high),
-                       found.end)  # fmt: skip
     legend = _inset(side, (0.0, 0.78, 1.0, 0.2))
     u, v = np.meshgrid(np.linspace(0, 1, 120), np.linspace(0, 1, 60))
     units = found.scene.units
@@ -113,13 +120,15 @@ def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Image:
     legend.tick_params(labelsize=SMALL * size, colors=style.ink)
     legend.set_xlabel(f"x of the end ({units.length})", fontsize=SMALL * size, color=style.ink)
     legend.set_ylabel("y", fontsize=SMALL * size, color=style.ink, rotation=0.0)
-    return image
+    return _in_pieces(
+        lambda end: _two_ways((end[..., 0] - x0) / wide, (end[..., 1] - y0) / high), found.end
+    )
 
 
-def _in_pieces(color: Callable[[NDArray[Any]], Image], values: NDArray[Any]) -> Image:
+def _in_pieces(color: Callable[[NDArray[Any]], Image], values: NDArray[Any]) -> Pieces:
     """Colour a map, some rows at once."""
-    rows = range(0, len(values), AT_ONCE)
-    return np.concatenate([color(values[first : first + AT_ONCE]) for first in rows])
+    for first in range(0, len(values), AT_ONCE):
+        yield color(values[first : first + AT_ONCE])
 
 
 def _two_ways(u: Floats, v: Floats) -> Image:
@@ -139,7 +148,7 @@ def _bytes(colors: Floats) -> Image:
 
 def _names(
     numbers: NDArray[np.int32], names: list[str], never: str, side: Axes, size: float, style: Style
-) -> Image:
+) -> Pieces:
     """Colour numbers that stand for names; -1 is what never happened."""
     there = np.unique(numbers).tolist()
     colors = {number: default_color(k + (k >= 7)) for k, number in enumerate(range(len(names)))}
@@ -152,25 +161,26 @@ def _names(
         handles=patches, loc="upper left", frameon=False, fontsize=LARGE * size * 0.85,
         labelcolor=style.ink, borderaxespad=0.0, handlelength=1.2, handleheight=1.2,
     )  # fmt: skip
-    return _bytes(rows)[numbers + 1]
+    palette = _bytes(rows)
+    return _in_pieces(lambda some: palette[some + 1], numbers)
 
 
-def _first_hits(found: Atlas, side: Axes, size: float, style: Style) -> Image:
+def _first_hits(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
     names = [f"ball {ball.id}" for ball in found.scene.balls]
     return _names(found.first_hit, names, "none", side, size, style)
 
 
-def _pockets(found: Atlas, side: Axes, size: float, style: Style) -> Image:
+def _pockets(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
     names = [hole.id for hole in found.scene.pockets]
     return _names(found.pocketed, names, "stays", side, size, style)
 
 
-def _hits(found: Atlas, side: Axes, size: float, style: Style) -> Image:
+def _hits(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
     most = max(int(np.quantile(found.hits, MOST_HITS)), 1)
     return _scaled(found.hits, (0.0, float(most)), "viridis", "hits", side, size, style)
 
 
-def _durations(found: Atlas, side: Axes, size: float, style: Style) -> Image:
+def _durations(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
     low, high = np.nanquantile(found.duration, (0.005, 0.995)).tolist()
     return _scaled(found.duration, (low, high), "cividis", "rest (s)", side, size, style)
 
@@ -183,7 +193,7 @@ def _scaled(
     side: Axes,
     size: float,
     style: Style,
-) -> Image:
+) -> Pieces:
     """Colour numbers on a scale."""
     low, high = limits
     scale, colors = Normalize(low, max(high, low + 1e-9), clip=True), colormaps[name]
@@ -207,7 +217,7 @@ def _inset(side: Axes, box: tuple[float, float, float, float]) -> Axes:
     return inset
 
 
-SHOWS: dict[str, Callable[[Atlas, Axes, float, Style], Image]] = {
+SHOWS: dict[str, Callable[[Atlas, Axes, float, Style], Pieces]] = {
     "end": _ends,
     "first-hit": _first_hits,
     "hits": _hits,
