@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 
 from pool_pymunk import Batch, Scene, SettingError, Shot, atlas, find, load, simulate
 from pool_pymunk.cli import main
+from pool_pymunk.render.atlas import atlas_picture
+from pool_pymunk.studies.atlas import MAPS
 
 pytestmark = pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
 
@@ -62,6 +65,40 @@ def test_the_command_draws_it(
     assert image.shape[1] > 120
     colors = np.unique(image.reshape(-1, 3), axis=0)
     assert len(colors) > 5
+
+
+@pytest.mark.parametrize("show", MAPS)
+def test_an_atlas_for_one_map_has_what_this_map_shows(show: str) -> None:
+    scene = load("eight-ball")
+    how: dict[str, Any] = {"size": (40, 30), "angle": (-8, 8)}
+    every, one = atlas(scene, 1, **how), atlas(scene, 1, **how, show=show)
+    for name, key in MAPS.items():
+        found, whole = getattr(one, key), getattr(every, key)
+        if name == show:
+            assert np.array_equal(
+                found, whole.astype(found.dtype), equal_nan=found.dtype.kind == "f"
+            )
+            assert found.itemsize == 4
+        else:
+            assert found.size == 0
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("show", ["end", "hits"])
+def test_a_map_is_drawn_in_little_memory(show: str, tmp_path: Path) -> None:
+    """What is kept of a pixel, its bytes in the picture, and twice those of the whole page."""
+    height, width = 1200, 1000
+    few = atlas(load("eight-ball"), 1, size=(10, 12), show=show)
+    wide: dict[str, Any]
+    wide = {key: np.kron(each, np.ones((100, 100, 1)[: each.ndim], each.dtype))
+            for key, each in vars(few).items() if key in MAPS.values() and each.size}  # fmt: skip
+    angle, speed = np.linspace(-30, 30, width), np.linspace(1, 2, height)
+    found = replace(few, angle=angle, speed=speed, **wide)
+    tracemalloc.start()
+    atlas_picture(found, show, tmp_path / "map.png")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 45 * height * width  # bytes
 
 
 @pytest.mark.parametrize(
