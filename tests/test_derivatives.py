@@ -581,3 +581,22 @@ def test_rounding_is_of_the_size_that_runs_with_random_rounding_have() -> None:
 def test_rounding_is_measured_by_runs_where_there_are_no_derivatives() -> None:
     run = simulate(load("report"), 4, solver="event-driven")
     assert math.isnan(rounding(run)) and 0.0 < run.rounding < 1e-12
+
+
+def test_derivatives_that_outgrow_the_numbers_are_lost_and_it_is_said() -> None:
+    """The tests turn NumPy's warning of an overflow into an error."""
+    balls = tuple(
+        Ball(
+            str(k), (0.2 + 0.6 * (k % 2), 0.2 + 0.25 * (k // 2)), 0.1, 0.2, velocity=(3.0 - k, 1.3)
+        )
+        for k in range(6)
+    )
+    elastic = Restitution(1.0, None, 1.0)
+    scene = Scene(balls, Table.rectangle(1.2, 0.9), elastic, physics=Physics(max_time=60.0))
+    run = simulate(scene, solver="event-driven")
+    found = run.derivatives()
+    assert np.isnan(found.final).any()
+    assert any("the derivatives have grown beyond 1e+150" in each for each in found.warnings)
+    known = found.times[np.isfinite(found.times)]
+    assert 1e100 < np.abs(known).max() < 1e300
+    assert np.isnan(found.amplification()["0"])

@@ -66,6 +66,7 @@ def play_shots() -> Callable[..., int]:
     return _compiled(loop.play_shots, _say_that_it_compiles)
 
 
+@cache
 def _say_that_it_compiles() -> None:
     print("Compiling the shots for this machine: this takes some seconds, once.", file=sys.stderr)
 

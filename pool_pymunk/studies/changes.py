@@ -21,6 +21,9 @@ from pool_pymunk.studies.touches import BLUR, GRAZE, Touch, touches
 from pool_pymunk.studies.varied import Inputs
 
 AGREE = 1e-8  # of the speeds; a velocity farther off what the law answers is a policy's
+# A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
+# largest number, so a square of it, or its product with what one contact does, does not overflow.
+MOST = 1e150
 EDGE = 1e-9  # of a radius; a ball that meets a cushion so near to its end may meet the corner
 
 Told = list[Array | None]
@@ -138,6 +141,8 @@ class Changes:
         except Lost as why:
             self.times.append(self.unknown)
             self._lose(balls, str(why), event.t)
+        if any((np.abs(self.change[i]) > MOST).any() for i in balls):
+            self._lose(balls, f"the derivatives have grown beyond {MOST:g}", event.t)
         for i in balls:
             self.kept[i].append((event.t, self.at[i], self.change[i]))
 
