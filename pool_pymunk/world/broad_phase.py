@@ -106,13 +106,17 @@ class BroadPhase:
         if i in self._boxed:
             self._boxes.remove(i)
         self.numbers.pop(self.sensors[i], None)
+        self.leave_out(i)
         self.gone.append(i)
 
     def forget(self, shape: pymunk.Shape) -> None:
         """Leave out from now on the wall or pocket that this shape is."""
         k = self.numbers.pop(shape)
         self.pairs = {pair: None for pair in self.pairs if k not in pair}
-        self._touching = [pair for pair in self._touching if k not in pair]
+        self.leave_out(k)
+
+    def leave_out(self, number: int) -> None:
+        """Forget what this ball or wall has touched; only the end of a step asks for it."""
 
     def _changed_near(self, i: int) -> Iterable[int]:
         """Return the changed balls that may come to ball ``i`` in the rest of the step.
@@ -191,11 +195,10 @@ class EndOfStep(BroadPhase):
         """Return what the ball touched in this step."""
         return [j for pair in self._touching.get(i, ()) for j in pair if j != i]
 
-    def remove(self, i: int) -> None:
-        """Leave ball ``i`` out from now on."""
-        super().remove(i)
-        for pair in self._touching.pop(i, ()):
-            other = pair[0] + pair[1] - i
+    def leave_out(self, number: int) -> None:
+        """Forget what this ball or wall has touched."""
+        for pair in self._touching.pop(number, ()):
+            other = pair[0] + pair[1] - number
             self._touching[other].remove(pair)
 
     def _queue_if_closing(self, pairs: Iterable[Key]) -> None:
