@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 Range = tuple[float, float]
 Wanted = Callable[[Batch], Any]
 
+AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
 TALL = 60  # speeds of the first look; the other tries are angles
 CANDIDATES = 12  # So many places are looked at closely, for each shot that is wanted.
 STEPS = 4  # So often a shot is moved to the middle of the tries around it that did what is wanted.
@@ -176,7 +177,12 @@ class _Search:
         return simulate_many(self.scene, self.position, velocity)
 
     def does(self, angle: Floats, speed: Floats) -> NDArray[np.bool_]:
-        """Tell which of these shots do what is wanted."""
+        """Tell which of these shots do what is wanted; some at once are kept in memory."""
+        pieces = range(0, len(angle), AT_ONCE)
+        found = [self._do(angle[k : k + AT_ONCE], speed[k : k + AT_ONCE]) for k in pieces]
+        return np.concatenate(found)
+
+    def _do(self, angle: Floats, speed: Floats) -> NDArray[np.bool_]:
         answer = np.asarray(self.wanted(self.play(angle, speed)))
         if answer.shape != angle.shape or answer.dtype != np.bool_:
             said = f"{answer.dtype} of shape {answer.shape}"
