@@ -520,10 +520,12 @@ def test_the_cache_goes_by_the_sources(
     assert compiled.cache_folder() != before
 
 
-@needs_numba
-def test_every_function_that_is_compiled_has_its_source_in_the_cache_key() -> None:
-    modules = {module.__name__ for module in compiled.SOURCES}
-    assert {function.__module__ for function in compiled.SHARED} <= modules
+def test_what_is_compiled_is_found_by_its_calls() -> None:
+    """A method that stands in a table of the loop counts, and a function behind a module's name."""
+    found = {f"{each.__module__}.{each.__qualname__}" for each in compiled.functions()}
+    for name in ("physics.laws.Published.jumps", "physics.laws.clamped", "engine.decisions.lasts"):
+        assert f"pool_pymunk.{name}" in found
+    assert {"pool_pymunk.physics.laws", "pool_pymunk.physics.path"} <= set(compiled.sources())
 
 
 @needs_numba

@@ -1,13 +1,14 @@
 """This module has the words that options take, for --help and for the shell's completion.
 
-Nothing is imported for them: --help must come at once. tests/test_cli_manners.py holds them to what
-the library has.
+Nothing slow is imported for them, because --help must come at once: of the library only the laws.
+tests/test_cli_manners.py holds the other words to what the library has.
 """
 
 from __future__ import annotations
 
+from pool_pymunk.physics.laws import LAWS
+
 SOLVERS = ("pymunk", "pymunk-discrete", "pymunk-builtin", "event-driven", "time-slice")
-LAWS = ("coulomb", "published")
 FRICTION = ("joint", "callback")
 SHOWS = ("end", "first-hit", "hits", "pocket", "duration")
 UNITS = {"length": ("m", "cm", "mm", "in"), "mass": ("kg", "g"), "speed": ("m/s", "in/s")}

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pool_pymunk.cli.choices import LAWS, UNITS, law_names
+from pool_pymunk.cli.choices import UNITS, law_names
 from pool_pymunk.cli.common import InputError
+from pool_pymunk.physics.laws import LAWS
 
 if TYPE_CHECKING:
     from rich.table import Table

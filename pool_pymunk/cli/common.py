@@ -15,7 +15,6 @@ import typer
 
 from pool_pymunk.cli.choices import (
     FRICTION,
-    LAWS,
     SOLVERS,
     friction_names,
     law_names,
@@ -23,6 +22,7 @@ from pool_pymunk.cli.choices import (
     solver_lists,
     solver_names,
 )
+from pool_pymunk.physics.laws import LAWS
 
 if TYPE_CHECKING:
     from rich.progress import Progress

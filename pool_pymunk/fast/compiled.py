@@ -17,39 +17,14 @@ from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from types import FunctionType, ModuleType
+from types import FunctionType
 from typing import Any, cast
 
-from pool_pymunk.engine import decisions, near
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.cache import SealedCache
-from pool_pymunk.model import outline
-from pool_pymunk.physics import contact, laws, motion, path, sides
 
-SOURCES: tuple[ModuleType, ...] = (
-    contact, motion, path, sides, laws, decisions, near, outline, loop,
-)  # fmt: skip
+PACKAGE = "pool_pymunk."
 CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
-
-# These are the functions of other modules that the loop calls, and those that they call.
-SHARED: tuple[Any, ...] = (
-    contact.split, contact.changed, contact.approach, contact.wall_approach,
-    motion.stopping_time, motion.slid, motion.slide, motion.time_to_slide, motion.path_to_disc,
-    motion.time_of_impact, motion.pressing,
-    path.set_off, path.motion_at, path.arrival, path._braking_distance, path._one_moves,
-    path._relative, path._allowed_penetration, path._both_move, path.pair_time, path.least_bounce,
-    path.Path.is_lost,
-    sides.unit, sides.Face.gap, sides.Face.normal, sides.Face.length_along, sides.Post.gap,
-    sides.Post.normal, sides.Post.length_along, sides.Rim.gap, sides.Rim.normal,
-    sides.Rim.length_along,
-    laws._sign, laws._not_reversed, laws.clamped, laws.coulomb, laws.published, laws.cushion,
-    laws.slips_by_rounding, laws.published_jumps,
-    decisions.nearly_now, decisions.is_closed, decisions.is_hit, decisions.contact_time,
-    decisions.sinks, decisions.least_parting, decisions.noise_after, decisions.lasts,
-    decisions.is_micro,    decisions.instant,
-    near.box, near.piece, near.horizon,
-    outline.crosses,
-)  # fmt: skip
 
 
 def is_there() -> bool:
@@ -61,7 +36,7 @@ def is_there() -> bool:
 def play_shots() -> Callable[..., int]:
     """Return the compiled loop; compile it if this machine has not done so yet."""
     register_jitable = import_module("numba.extending").register_jitable
-    for function in (*SHARED, *_helpers()):
+    for function in functions() - {loop.play_shots}:
         register_jitable(function)
     return _compiled(loop.play_shots, _say_that_it_compiles)
 
@@ -92,19 +67,39 @@ def _compiled(
     return cast("Callable[..., int]", compiled)
 
 
-def _helpers() -> Iterator[FunctionType]:
-    """Yield the loop's own functions, but the one that is compiled itself."""
-    for function in vars(loop).values():
-        is_own = inspect.isfunction(function) and function.__module__ == loop.__name__
-        if is_own and function is not loop.play_shots:
-            yield function
+@cache
+def functions() -> frozenset[FunctionType]:
+    """Return the loop, and all functions of this project that it calls, directly or not."""
+    found: set[FunctionType] = set()
+    waiting: list[Any] = [loop.play_shots]
+    while waiting:
+        value = waiting.pop()
+        is_own = inspect.isfunction(value) and value.__module__.startswith(PACKAGE)
+        if is_own and value not in found:
+            found.add(value)
+            waiting += _named(value)
+    return frozenset(found)
+
+
+def _named(function: FunctionType) -> Iterator[object]:
+    """Yield what the names in a function stand for, those behind a module's name among it."""
+    scope = inspect.getclosurevars(function)
+    for value in (*scope.globals.values(), *scope.nonlocals.values()):
+        yield value
+        if inspect.ismodule(value):
+            yield from (getattr(value, name, None) for name in function.__code__.co_names)
+
+
+def sources() -> list[str]:
+    """Return the names of the modules from which the loop is compiled."""
+    return sorted({function.__module__ for function in functions()})
 
 
 def cache_folder() -> Path:
     """Return the folder for what is compiled from the present sources."""
     digest = hashlib.sha256(sys.version.encode())
-    for module in SOURCES:
-        digest.update(inspect.getsource(module).encode())
+    for name in sources():
+        digest.update(inspect.getsource(sys.modules[name]).encode())
     asked = os.environ.get(CACHE)
     try:
         folder = (Path(asked) if asked else _user_cache()) / digest.hexdigest()[:16]

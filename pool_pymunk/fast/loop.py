@@ -12,6 +12,7 @@ again, rounding decides, or a ball is lost.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,8 +21,8 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import NOWHERE, box, horizon, piece
 from pool_pymunk.model.outline import crosses
 from pool_pymunk.model.problems import TOUCHING
-from pool_pymunk.physics import laws
 from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
+from pool_pymunk.physics.laws import COMPILED
 from pool_pymunk.physics.motion import slide
 from pool_pymunk.physics.path import Lasting, Path, arrival, motion_at, pair_time, set_off
 from pool_pymunk.physics.sides import Face, Post, Rim, unit
@@ -36,7 +37,6 @@ MOST_KNOTS = 4096  # A track with more breakpoints goes to the engine.
 
 # how a shot ends; one that is doubtful may be one that cannot start
 SETTLED, OUT_OF_TIME, HARD, DOUBTFUL = 0, 1, -1, -2
-COULOMB, PUBLISHED = 0, 1  # the laws
 FACE, POST, RIM = 0, 1, 2  # the kinds of sides
 NOTHING, STOP, LOOK, MEET = -1, -2, -3, -4  # what is due for a ball; from 0 on it is a wall
 
@@ -44,6 +44,24 @@ is_lost = Path.is_lost
 face_gap, face_normal, face_length = Face.gap, Face.normal, Face.length_along
 post_gap, post_normal, post_length = Post.gap, Post.normal, Post.length_along
 rim_gap, rim_normal, rim_length = Rim.gap, Rim.normal, Rim.length_along
+
+
+def by_number(methods: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
+    """Return a function that calls the law with a number, in place of ``self``, of these."""
+    first, *others = methods
+    if not others:
+        return first
+    other = by_number(others)
+
+    def called(law: int, *told: Any) -> Any:
+        return first(law, *told) if law == 0 else other(law - 1, *told)
+
+    return called
+
+
+ball_ball = by_number([law.ball_ball for law in COMPILED])
+cushion = by_number([law.cushion for law in COMPILED])
+jumps = by_number([law.jumps for law in COMPILED])
 
 
 class Table(NamedTuple):
@@ -507,11 +525,12 @@ def answer_hit(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
     if closing < 0.0 or not decisions.is_hit(closing, noise, least) or e * closing < least:
         return False
     pair = Pair(w.mass[i], w.mass[j], e, w.ball_friction)
-    if w.law == PUBLISHED and laws.published_jumps(
-        split((ax, ay), normal), split((bx, by), normal), pair
-    ):
+    before_a, before_b = split((ax, ay), normal), split((bx, by), normal)
+    if jumps(w.law, before_a, before_b, pair):
         return False
-    after_a, after_b = after_hit(w.law, (ax, ay), (bx, by), normal, pair)
+    parts_a, parts_b = ball_ball(w.law, before_a, before_b, pair)
+    after_a = changed((ax, ay), before_a, parts_a, normal)
+    after_b = changed((bx, by), before_b, parts_b, normal)
     if w.deceleration > 0.0:
         w.met[i, j], w.last[i, j] = met, w.now
     note_hit(w, i, j)
@@ -521,18 +540,6 @@ def answer_hit(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
     is_sound &= begin(w, j, (u, v), after_b, noise)
     predict_two(w, walls, sides, i, j)
     return is_sound
-
-
-def after_hit(
-    law: int, a: Vector, b: Vector, normal: Vector, pair: Pair
-) -> tuple[Vector, Vector]:  # fmt: skip
-    """Return the velocities (m/s) of A and B after their hit, by the law."""
-    before_a, before_b = split(a, normal), split(b, normal)
-    if law == PUBLISHED:
-        parts_a, parts_b = laws.published(before_a, before_b, pair)
-    else:
-        parts_a, parts_b = laws.coulomb(before_a, before_b, pair)
-    return changed(a, before_a, parts_a, normal), changed(b, before_b, parts_b, normal)
 
 
 def note_hit(w: Work, i: int, j: int) -> None:
@@ -572,7 +579,7 @@ def answer_cushion(w: Work, walls: Walls, sides: Sides, i: int, wall: int) -> bo
     if closing < 0.0 or not decisions.is_hit(closing, path.noise, 0.0):
         return False
     before = split((vx, vy), normal)
-    parts = laws.cushion(before, w.cushion, w.cushion_friction)
+    parts = cushion(w.law, before, w.cushion, w.cushion_friction)
     after = changed((vx, vy), before, parts, normal)
     w.events += 1
     w.cushions += 1

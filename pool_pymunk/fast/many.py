@@ -13,13 +13,13 @@ import numpy as np
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
-from pool_pymunk.fast.loop import HARD, MOST_BALLS, NOTHING, Model, Out, Table
+from pool_pymunk.fast.loop import HARD, NOTHING, Model, Out, Table
 from pool_pymunk.fast.shots import Source, read_source
-from pool_pymunk.fast.tables import table_of, work_of
+from pool_pymunk.fast.tables import can_compile, law_number, table_of, work_of
 from pool_pymunk.model import Scene, SceneError
 from pool_pymunk.model.plain import read_number
 from pool_pymunk.model.problems import number_problems, setting_error
-from pool_pymunk.physics.laws import LAWS, Law
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 
 STUDIED = ("left", "same", "halt")  # These are not part of a Batch.
@@ -56,8 +56,9 @@ def simulate_many(
     ``n`` more shots are done.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba installed (``pip
-    install 'pool-pymunk[fast]'``) ordinary shots are compiled; without it, with a law of your own
-    and with more than 64 balls, all shots take the Python solver. A shot takes 25 + 21 N bytes in
+    install 'pool-pymunk[fast]'``) ordinary shots are compiled. Without it, with more than 64 balls,
+    and with a law of your own that answers single hits otherwise than Coulomb, all shots take the
+    Python solver. A shot takes 25 + 21 N bytes in
     the result. Raises SettingError, in one line that names the argument.
 
     >>> import numpy as np
@@ -115,9 +116,7 @@ def empty(count: int, balls: int, beside_model: bool = False) -> Out:
 
 def _compiles(source: Source) -> bool:
     """Tell whether ordinary shots can be compiled."""
-    own = source.asked.settings.law
-    known = own is None or LAWS.get(own.name) is own
-    if not known or len(source.scene.balls) > MOST_BALLS:
+    if not can_compile(source.scene, source.law):
         return False
     if not compiled.is_there():
         warnings.warn(SLOW, stacklevel=3)
@@ -199,7 +198,8 @@ def play_chunk(
 ) -> int:
     """Play some shots by the compiled loop, and return how many."""
     latest = source.asked.settings.max_time
-    work = work_of(source.scene, source.watched, np.inf if latest is None else latest)
+    latest = np.inf if latest is None else latest
+    work = work_of(source.scene, law_number(source.law), source.watched, latest)
     work.keeps = model is not None
     own = Out(*(each if each is out.halt else each[part] for each in out))
     return play(work, table, source.shots(part), own, model or NO_MODEL, 0, len(own.status))

@@ -54,6 +54,11 @@ class Source(NamedTuple):
         moves = np.flatnonzero(np.nan_to_num(self.velocity[0]).any(axis=-1))
         return int(moves[0]) if len(moves) else NOTHING
 
+    @property
+    def law(self) -> Law:
+        """The law of every contact."""
+        return self.asked.settings.law_of(self.scene)
+
     def scene_of(self, k: int) -> Scene:
         """Return the scene with the coefficients and masses of shot ``k``."""
         scene = replace(self.scene, shots=())

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast.loop import (
-    COULOMB,
     FACE,
+    MOST_BALLS,
     NOTHING,
     POST,
-    PUBLISHED,
     RIM,
     SIDE,
     WALL,
@@ -21,10 +20,24 @@ from pool_pymunk.fast.loop import (
     Table,
 )
 from pool_pymunk.model import Scene
+from pool_pymunk.physics.laws import COMPILED, Law
 from pool_pymunk.physics.sides import Face, Post, Rim, Side, Wall
 from pool_pymunk.solvers.exact import pockets, walls
 
-LAWS = {"coulomb": COULOMB, "published": PUBLISHED}
+HITS = ("ball_ball", "cushion", "jumps")  # what a law answers of a contact that comes alone
+
+
+def law_number(law: Law) -> int:
+    """Return the number of the compiled law with the same single hits, -1 if there is none.
+
+    >>> law_number(Law()), law_number(LAWS["published"])
+    (0, 1)
+    """
+    own = [getattr(getattr(law, name), "__func__", None) for name in HITS]
+    for number, known in enumerate(COMPILED):
+        if own == [getattr(known, name) for name in HITS]:
+            return number
+    return NOTHING
 
 
 def table_of(scene: Scene) -> Table:
@@ -37,6 +50,11 @@ def table_of(scene: Scene) -> Table:
         sides=np.array(sides, dtype=SIDE).view(np.recarray),
         corners=corners,
     )
+
+
+def can_compile(scene: Scene, law: Law) -> bool:
+    """Tell whether numba can compile the ordinary shots of this scene by this law."""
+    return law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
 
 
 def _walls(found: Sequence[Wall]) -> list[tuple[Any, ...]]:
@@ -59,15 +77,15 @@ def _side(side: Side) -> tuple[Any, ...]:
     return RIM, side.center, nowhere, nowhere, 0.0, side.radius
 
 
-def work_of(scene: Scene, watched: int, latest: float) -> Any:
+def work_of(scene: Scene, law: int, watched: int, latest: float) -> Any:
     """Return a record in which the scene's shots can be played, until ``latest`` (s) at most.
 
-    The first hit of the ``watched`` ball is written down.
+    ``law`` is the number of the law. The first hit of the ``watched`` ball is written down.
     """
     work = np.zeros(1, dtype=WORK).view(np.recarray)[0]
     count = len(scene.balls)
     work.balls, work.cue, work.watched, work.latest = count, cue_of(scene), watched, latest
-    work.law = LAWS[scene.physics.law]
+    work.law = law
     work.radius[:count] = [ball.radius for ball in scene.balls]
     return work
 

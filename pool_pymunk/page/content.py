@@ -85,12 +85,7 @@ def _table(table: Table, scene: Scene) -> dict[str, Any]:
 def _runs(shot: Sequence[Run]) -> list[dict[str, Any]]:
     """Return the runs of one shot; their labels say the laws where they differ in them."""
     laws = {run.law for run in shot} - {run.solver for run in shot}
-    return [_run(run, _label(run, with_law=len(laws) > 1)) for run in shot]
-
-
-def _label(run: Run, with_law: bool) -> str:
-    """Return solver and step, and the law on demand; a solver's own law goes without saying."""
-    return setting(run) + f", {run.law} law" * (with_law and run.law != run.solver)
+    return [_run(run, setting(run, with_law=len(laws) > 1)) for run in shot]
 
 
 def _run(run: Run, label: str) -> dict[str, Any]:

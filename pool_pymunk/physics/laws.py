@@ -13,7 +13,7 @@ What you do not override stays Coulomb's.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import final
 
@@ -28,7 +28,6 @@ from pool_pymunk.physics.contact import (
     groups,
     split,
 )
-from pool_pymunk.physics.together import at_once, mean_over_orders
 
 # A slip below this share of the closing speed is rounding, and `published` jumps at zero slip.
 ZERO_SLIP = 1e-9
@@ -148,6 +147,8 @@ class Law:
         orders in which the hits could have come
         (:func:`~pool_pymunk.physics.together.mean_over_orders`).
         """
+        from pool_pymunk.physics.together import mean_over_orders
+
         mean_over_orders(contacts, velocity, respond)
 
     @property
@@ -180,8 +181,10 @@ class Coulomb(Law):
         respond: Callable[[Contact, Velocities], object],
     ) -> None:
         """Solve for all impulses at once (:func:`~pool_pymunk.physics.together.at_once`)."""
+        from pool_pymunk.physics.together import at_once
+
         if not at_once(contacts, velocity):
-            mean_over_orders(contacts, velocity, respond)
+            super().together(contacts, velocity, respond)
 
 
 @final
@@ -210,7 +213,12 @@ class Published(Law):
         return published_jumps(a, b, pair)
 
 
-LAWS: Mapping[str, Law] = {law.name: law for law in (Coulomb(), Published())}
+# A scenario file, an option and an argument may name these laws. You may add a law of your own.
+LAWS: dict[str, Law] = {law.name: law for law in (Coulomb(), Published())}
+
+# The compiled shots have the single hits of these classes. Their methods `ball_ball`, `cushion` and
+# `jumps` leave `self` alone, and numba can compile them.
+COMPILED: tuple[type[Law], ...] = (Coulomb, Published)
 
 
 def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:

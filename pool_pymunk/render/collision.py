@@ -15,6 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, FancyArrowPatch
 
+from pool_pymunk.physics.laws import find_law
 from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
@@ -237,6 +238,6 @@ def _facts(hit: Collision, units: Units) -> tuple[str, str]:
     material = hit.material
     return (
         f"A: {m_a}, B: {m_b}; restitution {material.restitution:g}, friction {material.friction:g}"
-        f", law {material.law}; energy {before:.4g} J before, {after:.4g} J after",
+        f", law {find_law(material.law).name}; energy {before:.4g} J before, {after:.4g} J after",
         f"speeds ({units.speed}): {speeds}",
     )

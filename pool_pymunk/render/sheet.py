@@ -73,7 +73,7 @@ class Show:
 
     def settings(self) -> list[str]:
         """Return the setting of each run, with the contact law if they differ in it."""
-        laws = {run.scene.physics.law for run in self.runs}
+        laws = {run.law for run in self.runs} - {run.solver for run in self.runs}
         return [setting(run, with_law=len(laws) > 1) for run in self.runs]
 
     def caption(self, *more: str) -> str:
@@ -87,12 +87,15 @@ class Show:
 
 
 def setting(run: Run, with_law: bool = False) -> str:
-    """Return solver and time step as "pymunk, dt = 1/240 s", with the law on demand."""
+    """Return solver and time step as "pymunk, dt = 1/240 s", with the law on demand.
+
+    A solver's own law goes without saying.
+    """
     parts = [run.solver] if run.solver else []
     if run.dt is not None:
         parts.append(f"dt = {step(run.dt)} s")
-    if with_law:
-        parts.append(f"{run.scene.physics.law} law")
+    if with_law and run.law != run.solver:
+        parts.append(f"{run.law} law")
     return ", ".join(parts)
 
 

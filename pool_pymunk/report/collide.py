@@ -34,7 +34,7 @@ from dataclasses import asdict, dataclass
 from pool_pymunk.model import Point, Problem, SceneError
 from pool_pymunk.model.problems import number_problems, size_problems, suggestion
 from pool_pymunk.physics.contact import NT, Contact, Pair, split
-from pool_pymunk.physics.laws import LAWS, respond
+from pool_pymunk.physics.laws import LAWS, Law, find_law, respond
 from pool_pymunk.physics.motion import kinetic_energy
 
 
@@ -49,11 +49,14 @@ class Disc:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """A material is how two balls answer: restitution, coefficient of friction, contact law."""
+    """A material is how two balls answer: restitution, coefficient of friction, contact law.
+
+    The ``law`` is a name or an object, as in :func:`~pool_pymunk.simulate`.
+    """
 
     restitution: float = 1.0
     friction: float = 0.0
-    law: str = "coulomb"
+    law: str | Law = "coulomb"
 
 
 ELASTIC = Material()
@@ -217,16 +220,16 @@ def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> 
 
 def _answered(a: Disc, b: Disc, material: Material, normal: Point) -> Collision:
     """Answer the collision by the contact law, as every solver does."""
-    law = LAWS[material.law]
+    law = find_law(material.law)
     velocity = {0: a.velocity, 1: b.velocity}
     pair = Pair(a.mass, b.mass, material.restitution, material.friction)
     jumps = respond(law, Contact(0, 1, normal, pair), velocity)
-    warnings = (ZERO_SLIP_WARNING,) if jumps else ()
+    warnings = (ZERO_SLIP_WARNING.format(law.name),) if jumps else ()
     return Collision(a, b, material, normal, velocity[0], velocity[1], warnings)
 
 
 ZERO_SLIP_WARNING = (
-    "law published jumps at zero slip: the slip was below 1e-9 of the closing speed and was taken "
+    "law {} jumps at zero slip: the slip was below 1e-9 of the closing speed and was taken "
     "for zero (no friction); rounding would have decided"
 )
 
@@ -239,7 +242,7 @@ def _problems(a: Disc, b: Disc, material: Material) -> Iterator[Problem]:
             yield from number_problems(f"{name}.velocity", abs(v), 0.0)
     yield from number_problems("restitution", material.restitution, 0.0, 1.0)
     yield from number_problems("friction", material.friction, 0.0)
-    if material.law not in LAWS:
+    if not isinstance(material.law, Law) and material.law not in LAWS:
         message = f"must be one of {', '.join(LAWS)}{suggestion(material.law, LAWS)}"
         yield Problem("law", material.law, message)
 

@@ -140,7 +140,7 @@ class Request(NamedTuple):
             known_shift=shift,
             variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,
-            law_used=self.settings.law,
+            law_used=None if self.solver.own_law else self.settings.law_of(self.scene),
         )
 
     def _event(self, t: float, kind: str, balls: tuple[int, ...], where: int | None) -> Event:

@@ -212,7 +212,7 @@ class Slices:
         a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
         if self.law.jumps(a, b, pair):
             ids = self.scene.balls[i].id, self.scene.balls[j].id
-            self.trace.warn(sign_warning(*ids, a.t - b.t), t)
+            self.trace.warn(sign_warning(self.law.name, *ids, a.t - b.t), t)
         after = self.law.ball_ball(a, b, pair)
         for ball, v in zip((i, j), after, strict=True):
             self.vx[ball] = cos(impact) * v.n - cos(pi / 2 - impact) * v.t
@@ -290,10 +290,10 @@ class Slices:
                 yield i, j, abs(distance - self.radius[i] - self.radius[j])
 
 
-def sign_warning(a: str, b: str, slip: float) -> str:
+def sign_warning(law: str, a: str, b: str, slip: float) -> str:
     """Return the warning that in the listing's arithmetic rounding decides."""
     return (
-        f"law published jumps at zero slip: in the head-on hit of balls {a} and {b} the slip was "
+        f"law {law} jumps at zero slip: in the head-on hit of balls {a} and {b} the slip was "
         f"{slip:.0e} m/s, a rounding error, and its sign decided, as in the report"
     )
 

@@ -15,6 +15,7 @@ from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.parts import NEAREST
 from pool_pymunk.model.plain import read_number, read_pair
 from pool_pymunk.model.problems import number_problems, setting_error, suggestion
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
 
@@ -70,7 +71,7 @@ def atlas(
     speed: Range | None = None,
     size: tuple[int, int] = SIZE,
     ball: str | None = None,
-    law: str | None = None,
+    law: str | Law | None = None,
     max_time: float | None = None,
     show: str | None = None,
     on_done: Callable[[int], object] | None = None,
@@ -106,8 +107,9 @@ def atlas(
         shots = plan.shots_of(part)
         inputs = plan.draw(shots)
         batch = simulate_many(
-            plan.scene, inputs.position, inputs.velocity, vary=inputs.vary, on_done=on_done
-        )
+            plan.scene, inputs.position, inputs.velocity, law=plan.law, vary=inputs.vary,
+            on_done=on_done,
+        )  # fmt: skip
         _keep(kept, batch, watched, slice(shots.start, shots.stop))
         by_reference += batch.by_reference
     shaped = {key: each.reshape(height, width, *each.shape[1:]) if len(each) else each

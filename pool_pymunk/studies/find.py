@@ -14,6 +14,7 @@ from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Point, Scene, Shot
 from pool_pymunk.model.plain import read_number, read_pair
 from pool_pymunk.model.problems import listed, number_problems, setting_error, size_problems
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.derivatives import derivatives
@@ -71,6 +72,7 @@ def find(
     best: int = 5,
     seed: int = 0,
     ends: Mapping[str, Point] | None = None,
+    law: str | Law | None = None,
 ) -> list[Found]:
     """Return the shots that do what is wanted, those that forgive the largest errors first.
 
@@ -86,6 +88,7 @@ def find(
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then improved by its
     derivatives (Gauss-Newton): it is moved to where the squares of the distances of these balls
     from their ends are least, as long as it does what is wanted. The nearest shots come first.
+    ``law`` is that of every contact (default: the scene's).
 
     Raises SettingError, in one line that names the argument.
 
@@ -101,7 +104,7 @@ def find(
     chosen = find_shot(scene, shot)
     if chosen is None:
         raise setting_error("shot", None, "is wanted: the scene has none")
-    search = _Search(scene, chosen, wanted, angle_error, speed_error, seed)
+    search = _Search(scene, chosen, wanted, angle_error, speed_error, seed, law)
     search.aim_for({} if ends is None else ends)
     angle, speed = search.read_ranges(angle, speed)
     for key, count, least in (
@@ -122,9 +125,10 @@ class _Search:
     """A search knows the scene, what is wanted, and the player."""
 
     def __init__(
-        self, scene: Scene, shot: Shot, wanted: Wanted, angle: float, speed: float, seed: int
-    ) -> None:
-        self.scene, self.shot, self.wanted, self.seed = scene, shot, wanted, seed
+        self, scene: Scene, shot: Shot, wanted: Wanted, angle: float, speed: float, seed: int,
+        law: str | Law | None,
+    ) -> None:  # fmt: skip
+        self.scene, self.shot, self.wanted, self.seed, self.law = scene, shot, wanted, seed, law
         self.errors = tuple(
             read_number(key, value, size_problems)
             for key, value in (("angle_error", angle), ("speed_error", speed))
@@ -174,7 +178,7 @@ class _Search:
         turned = np.radians(angle)
         velocity[:, self.ball, 0] = speed * np.cos(turned)
         velocity[:, self.ball, 1] = speed * np.sin(turned)
-        return simulate_many(self.scene, self.position, velocity)
+        return simulate_many(self.scene, self.position, velocity, law=self.law)
 
     def does(self, angle: Floats, speed: Floats) -> NDArray[np.bool_]:
         """Tell which of these shots do what is wanted; some at once are kept in memory."""

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from pool_pymunk.model import Scene
 from pool_pymunk.model.plain import read_number
 from pool_pymunk.model.problems import listed, number_problems, setting_error, size_problems
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.studies.fit_doubts import Optimum, doubts
 from pool_pymunk.studies.forecast import Forecast
@@ -182,6 +183,7 @@ def fit(
     error: float | None = None,
     starts: int = 8,
     seed: int = 0,
+    law: str | Law | None = None,
 ) -> Fit:
     """Fit numbers of a scene to where its balls were measured.
 
@@ -194,7 +196,8 @@ def fit(
     ``error`` (m) is the standard deviation of one measured coordinate, if it is known; it is
     estimated from the residuals otherwise. The loss is robust, so a few blunders do no harm. The
     search starts from the scene's own numbers and from ``starts`` - 1 others, the best of a first
-    look with the random numbers of ``seed``.
+    look with the random numbers of ``seed``. ``law`` is that of every contact (default: the
+    scene's).
 
     All runs are exact, whatever solver the measured ends may come from. Raises SceneError or
     SettingError, one line a problem, and ImportError without SciPy.
@@ -213,7 +216,7 @@ def fit(
     if error is not None:
         error = read_number("error", error, size_problems)
     count, first = _whole("starts", starts, 1.0), _whole("seed", seed, 0.0)
-    return _Search(Forecast(scene, names, rows), error, first).fit(count)
+    return _Search(Forecast(scene, names, rows, law), error, first).fit(count)
 
 
 def _whole(key: str, value: object, least: float) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Scene, SceneError, Shot
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import request, yardstick
@@ -42,8 +43,14 @@ class Forecast:
     predicted, and the derivatives (M, 2, P) of the predicted places.
     """
 
-    def __init__(self, scene: Scene, names: Names, measured: Sequence[Measurement]) -> None:
-        self.scene, self.names, self.measured = scene, names, measured
+    def __init__(
+        self,
+        scene: Scene,
+        names: Names,
+        measured: Sequence[Measurement],
+        law: str | Law | None = None,
+    ) -> None:
+        self.scene, self.names, self.measured, self.law = scene, names, measured, law
         self.own = np.array([input_value(scene, name) for name in names])
         self.places = np.array([(one.x, one.y) for one in measured])
         self.looks = _looks(scene, measured)
@@ -64,7 +71,7 @@ class Forecast:
 
     def _play(self, values: Values) -> Runs | None:
         try:
-            asked = request(self._scene(values), yardstick().name)
+            asked = request(self._scene(values), yardstick().name, law=self.law)
             runs: dict[int, Run] = {}
             for k in self.chain:
                 shot = asked.scene.shots[k - 1] if asked.scene.shots else None

@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from pool_pymunk.model import Scene, Shot
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
@@ -76,12 +77,18 @@ def _known(std: Sequence[float]) -> list[float] | None:
 
 
 def linear(
-    scene: Scene, shot: Shot | str | int | None, uncertainty: Uncertainty, *, seed: int = 0
+    scene: Scene,
+    shot: Shot | str | int | None,
+    uncertainty: Uncertainty,
+    *,
+    seed: int = 0,
+    law: str | Law | None = None,
 ) -> Linear:
     """Differentiate a shot's ends, and find out how far the derivatives can be believed.
 
     The errors are those of :func:`~pool_pymunk.sensitivity`: a shot that aims at a ball aims at
     where that ball is, and a shot that goes on from the one before starts where that one ends.
+    ``law`` is that of every contact (default: the scene's).
     Raises SettingError as :func:`~pool_pymunk.sensitivity` does.
 
     >>> from pool_pymunk import load
@@ -89,7 +96,7 @@ def linear(
     >>> round(float(found.std.max()) / 0.0254, 4), found.holds > 1.0
     (0.0034, True)
     """
-    study = read_study(scene, find_shot(scene, shot), uncertainty)
+    study = read_study(scene, find_shot(scene, shot), uncertainty, law)
     by_errors, warnings = _chained(study, uncertainty)
     sound = np.isfinite(by_errors).all() and bool(np.any(by_errors))
     holds = _reach(study, uncertainty, by_errors, seed) if sound else math.nan

@@ -22,10 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast import compiled
-from pool_pymunk.fast.loop import MOST_BALLS, Model
+from pool_pymunk.fast.loop import Model
 from pool_pymunk.fast.many import empty, play_compiled
 from pool_pymunk.fast.shots import read_source
+from pool_pymunk.fast.tables import can_compile
 from pool_pymunk.model import Point, Scene, Shot, State
+from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES, Event, Run
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
@@ -269,12 +271,14 @@ def sensitivity(
     seed: int = 0,
     processes: int | None = None,
     *,
+    law: str | Law | None = None,
     on_done: Callable[[int], object] | None = None,
 ) -> Sensitivity:
     """Play ``samples`` starts drawn within ``uncertainty``, with the exact solver.
 
-    ``shot`` is chosen as in :func:`~pool_pymunk.simulate`. ``processes`` (None: one for each core)
-    share the work. The numbers depend only on ``seed``, not on how many processes there are. With
+    ``shot`` is chosen as in :func:`~pool_pymunk.simulate`, and so is the ``law`` of every contact,
+    which other processes must be able to import. ``processes`` (None: one for each core) share the
+    work. The numbers depend only on ``seed``, not on how many processes there are. With
     numba installed (``pip install 'pool-pymunk[fast]'``) from 500 samples on they are compiled,
     and give the same numbers. Where Python starts processes afresh (Windows, macOS), a script must
     call this under ``if __name__ == "__main__"``. ``on_done(n)`` is called whenever ``n`` more
@@ -294,7 +298,7 @@ def sensitivity(
     if seed < 0:
         raise SettingError(f"seed = {seed}: must be 0 or more")
     began = time.perf_counter()
-    study = read_study(scene, find_shot(scene, shot), uncertainty)
+    study = read_study(scene, find_shot(scene, shot), uncertainty, law)
     starts, errors, rejected = _draw(study, uncertainty, samples, np.random.default_rng(seed))
     cores, done = _processes(processes), on_done or _nothing
     played = _play_samples(study, starts, errors, cores, done)
@@ -338,10 +342,12 @@ class Study:
     chain: tuple[Shot | None, ...]
     reference: Run
     agree: float
+    law: Law
 
     def runs(self) -> list[Run]:
         """Play the unperturbed shots up to this one, each from where the one before ends."""
-        return list(simulate_all(self.reference.scene, self.chain, solver=yardstick().name))
+        scene, exact = self.reference.scene, yardstick().name
+        return list(simulate_all(scene, self.chain, solver=exact, law=self.law))
 
     def sample(self, uncertainty: Uncertainty, count: int, seed: int) -> Sampled:
         """Play so many starts drawn within an uncertainty; leave out what cannot be finished."""
@@ -353,7 +359,7 @@ class Study:
     @property
     def can_be_compiled(self) -> bool:
         """Tell whether samples can be played compiled."""
-        return compiled.is_there() and len(self.reference.scene.balls) <= MOST_BALLS
+        return compiled.is_there() and can_compile(self.reference.scene, self.law)
 
     @cached_property
     def model(self) -> Model:
@@ -394,19 +400,21 @@ class Study:
         return self.reference.at(self.times)[0]
 
 
-def read_study(scene: Scene, shot: Shot | None, uncertainty: Uncertainty) -> Study:
+def read_study(
+    scene: Scene, shot: Shot | None, uncertainty: Uncertainty, law: str | Law | None = None
+) -> Study:
     """Play the unperturbed shot; raise SettingError where it cannot be studied."""
     chain: list[Shot | None] = [shot]
     while (first := chain[0]) is not None and first.from_previous:
         chain.insert(0, scene.shots[scene.shots.index(first) - 1])
     if shot is None and (uncertainty.speed or uncertainty.angle):
         raise SettingError("shot = none: there is no shot whose speed or angle could be uncertain")
-    reference = simulate(scene, shot, solver=yardstick().name)
+    reference = simulate(scene, shot, solver=yardstick().name, law=law)
     if reference.status in UNFINISHED:
         raise SettingError(f"shot = {reference.name}: {STATUSES[reference.status]}")
     digit = 2.0 * float(uncertainty.widths(scene).max())
     agree = digit or scene.units.to_si(10.0**-PRINTED_DECIMALS, "length")
-    return Study(tuple(chain), reference, agree)
+    return Study(tuple(chain), reference, agree, find_law(law or reference.scene.physics.law))
 
 
 def _draw(
@@ -481,7 +489,7 @@ def _play_compiled(
         is_last = k == len(study.chain) - 1
         velocity = _struck_all(scene, shot, position, velocity, pocketed, errors[:, k])
         places = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
-        source = read_source(scene, places, velocity, None, None, None)
+        source = read_source(scene, places, velocity, None, study.law, None)
         out = empty(count, len(scene.balls), is_last)
         play_compiled(
             source, out, threads, on_done if is_last else _nothing, study.model if is_last else None
@@ -583,7 +591,7 @@ def _run(
     scene = study.reference.scene
     numbers = {pocket.id: k for k, pocket in enumerate(scene.pockets)}
     pocketed = [-1] * len(scene.balls)
-    asked = request(scene, yardstick().name)
+    asked = request(scene, yardstick().name, law=study.law)
     asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
     state = State(tuple((x, y) for x, y in start), tuple(ball.velocity for ball in scene.balls))
     for shot, (faster, turned) in zip(study.chain, errors, strict=True):

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from pool_pymunk.fast import simulate_many
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.studies.sweep.parts import begin, read_manifest, write_part
 from pool_pymunk.studies.sweep.plan import Inputs, Plan, make_plan
 
@@ -56,7 +57,7 @@ def sweep(
     seed: int = 0,
     out: str | Path,
     chunk: int = CHUNK,
-    law: str | None = None,
+    law: str | Law | None = None,
     max_time: float | None = None,
     executor: Executor | None = None,
     resume: bool = True,
@@ -73,7 +74,8 @@ def sweep(
     ``on_done(done)`` is called after each part, and first with what was there already.
 
     Raises SettingError, in one line that names the argument: for what makes no sense, and for a
-    folder that has another sweep. Needs ``pip install 'pool-pymunk[fast,sweep]'``.
+    folder that has another sweep. A law of your own is known by its name alone, and workers must be
+    able to import its class. Needs ``pip install 'pool-pymunk[fast,sweep]'``.
 
     >>> import tempfile
     >>> from pool_pymunk import load
@@ -111,8 +113,9 @@ def play_part(plan: Plan, folder: Path, part: int, threads: int | None = 1) -> D
 
 def _play(plan: Plan, inputs: Inputs, threads: int | None) -> Any:
     return simulate_many(
-        plan.scene, inputs.position, inputs.velocity, vary=inputs.vary, threads=threads
-    )
+        plan.scene, inputs.position, inputs.velocity, law=plan.law, vary=inputs.vary,
+        threads=threads,
+    )  # fmt: skip
 
 
 def _write(plan: Plan, folder: Path, part: int, inputs: Inputs, batch: Any) -> Done:

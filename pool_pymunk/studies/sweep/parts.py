@@ -62,7 +62,7 @@ def _write_manifest(path: Path, plan: Plan) -> None:
     from pyarrow import parquet
 
     inputs = plan.draw(range(1))
-    batch = simulate_many(plan.scene, inputs.position, 0.0 * inputs.velocity)
+    batch = simulate_many(plan.scene, inputs.position, 0.0 * inputs.velocity, law=plan.law)
     table = table_of(plan, range(1), inputs, batch).slice(0, 0)
     said = {**(table.schema.metadata or {}), PLAN: json.dumps(plan.manifest).encode()}
     with whole(path) as part:

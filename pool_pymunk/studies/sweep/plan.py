@@ -24,6 +24,7 @@ from pool_pymunk.model.parts import NEAREST
 from pool_pymunk.model.plain import read_number
 from pool_pymunk.model.problems import number_problems, setting_error, suggestion
 from pool_pymunk.model.scenario_out import scenario_text
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.solvers import find_shot, request, simulate, yardstick
 from pool_pymunk.studies.uncertainty import StartSampler
 
@@ -58,7 +59,8 @@ class Plan:
     (degrees) are the standard deviations of the player's errors. ``grid`` has (low, high, count)
     for each key that takes values at equal distances, ends included; all are combined, the last
     key's values come first. The keys are ``speed`` (m/s), ``angle`` (degrees, relative to the
-    shot's), ``mass`` (kg, of the struck ball), ``restitution.*`` and ``friction.*``.
+    shot's), ``mass`` (kg, of the struck ball), ``restitution.*`` and ``friction.*``. The manifest
+    knows the ``law`` of every contact by its name alone.
     """
 
     scene: Scene
@@ -68,6 +70,7 @@ class Plan:
     samples: int
     seed: int
     chunk: int
+    law: Law
 
     @property
     def parts(self) -> int:
@@ -88,7 +91,7 @@ class Plan:
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
             "shot": None if self.shot is None else self._said_shot(),
-            "law": self.scene.physics.law,
+            "law": self.law.name,
             "vary": {key: list(values) for key, values in sorted(self.vary.items())},
             "grid": {key: list(values) for key, values in self.grid.items()},
             "samples": self.samples,
@@ -232,7 +235,7 @@ def make_plan(
     samples: int | None,
     seed: int,
     chunk: int,
-    law: str | None,
+    law: str | Law | None,
     max_time: float | None,
 ) -> Plan:
     """Check what a sweep is asked for; raises SettingError, in one line that names the argument."""
@@ -252,7 +255,7 @@ def make_plan(
         raise setting_error("samples", total, f"the grid has {points:,} points")
     plan = Plan(
         scene, find_shot(scene, shot), varied, steps, total, _count("seed", seed, 0),
-        _count("chunk", chunk),
+        _count("chunk", chunk), asked.settings.law_of(scene),
     )  # fmt: skip
     moving = {"speed", "angle", "noise.speed", "noise.angle"} & (varied.keys() | steps.keys())
     if moving and plan._struck_velocity == (0.0, 0.0):
