@@ -30,6 +30,7 @@ HITS = ("ball_ball", "cushion", "jumps")  # what a law answers of a contact that
 def law_number(law: Law) -> int:
     """Return the number of the compiled law with the same single hits, -1 if there is none.
 
+    >>> from pool_pymunk.physics.laws import LAWS
     >>> law_number(Law()), law_number(LAWS["published"])
     (0, 1)
     """
