@@ -532,7 +532,7 @@ def test_a_ball_twice_or_in_another_one() -> None:
     assert said(lambda: table.add_ball(pymunk.Circle(one.body, R))) == (
         "circle = taken: this body is a ball already"
     )
-    deep = "the ball overlaps another one by 0.01 m (0.33 radii)"
+    deep = "the ball overlaps ball 0 by 0.01 m (0.33 radii)"
     assert said(lambda: ball(table, 0.05)) == f"position = [0.05, 0.0]: {deep}"
     other = ball(table, 1.0)
     assert said(lambda: table.place(other, (0.05, 0.0))) == f"position = [0.05, 0.0]: {deep}"
@@ -544,11 +544,14 @@ def test_a_ball_within_a_pocket_or_a_wall() -> None:
     table.add_pocket((0.5, 0.0), 0.1)
     resting = ball(table, 0.0)
     for attempt in (lambda: ball(table, 0.45), lambda: table.place(resting, (0.45, 0.0))):
-        assert said(attempt) == "position = [0.45, 0.0]: the ball is within pocket 0"
+        assert said(attempt) == (
+            "position = [0.45, 0.0]: the ball is within pocket 0 by 0.05 m (1.7 radii)"
+        )
     edge = math.sqrt(0.75)
     ball(table, 0.0, edge - R)  # It touches the wall.
     for attempt in (lambda: ball(table, 0.1, edge), lambda: table.place(resting, (0.1, edge))):
-        assert said(attempt) == f"position = [0.1, {edge}]: the ball overlaps wall 1"
+        deep = "the ball overlaps wall 1 by 0.03 m (1 radii)"
+        assert said(attempt) == f"position = [0.1, {edge}]: {deep}"
     assert said(lambda: table.add_pocket((0.0, 0.02), 0.05)) == (
         "position = [0.0, 0.02]: a ball lies within this pocket"
     )
@@ -861,7 +864,8 @@ def test_the_nearest_free_spot_is_the_nearest() -> None:
 def test_there_is_no_room_within_a_wall() -> None:
     space, table = plane()
     table.add_wall(pymunk.Poly.create_box(space.static_body, (1.0, 1.0)), 0.8)
-    assert said(lambda: ball(table, 0.1)) == "position = [0.1, 0.0]: the ball overlaps wall 0"
+    deep = "the ball overlaps wall 0 by 0.43 m (14 radii)"
+    assert said(lambda: ball(table, 0.1)) == f"position = [0.1, 0.0]: {deep}"
     assert table.free_spot((0.1, 0.0), R) == pytest.approx((0.53, 0.0))
 
 

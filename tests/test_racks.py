@@ -134,7 +134,7 @@ def test_a_file_has_its_racks_in_its_own_units() -> None:
         ("gap = 0.01", 'ids = ["1", "2", "3", "4", "5", "cue"]', [
             'racks[0].ids = ["1", "2", "3", "4", "5", "cue"]: is the id of balls[0] already']),
         ("[20, 0]", "[2, 0]", [
-            'racks[0].apex = [2, 0]: ball "1" overlaps ball "cue" by 0.0064 m (0.22 radii)']),
+            'racks[0].apex = [2, 0]: ball "1" overlaps ball "cue" by 0.25 in (0.22 radii)']),
         ("[[racks]]", "[racks]", ["racks = {rows = 3, apex = [20, 0], gap = 0.01}: must be a list: "
          "write [[racks]] above each of them"]),
     ],
@@ -153,7 +153,7 @@ def test_a_rack_off_the_table_is_said_once() -> None:
         loads(text.replace("[20, 0]", "[29, 20]"))
     lines = [str(problem) for problem in caught.value.problems]
     assert [line for line in lines if "racks" in line] == [
-        'racks[0].apex = [29, 20]: ball "1" overlaps cushion 1 by 0.0032 m (0.11 radii)'
+        'racks[0].apex = [29, 20]: ball "1" overlaps cushion 1 by 0.12 in (0.11 radii)'
     ]
 
 

@@ -569,7 +569,7 @@ BALLS: dict[str, Case] = {
     ),
     "overlapping balls": (
         changed(("[40, 21]", "[62.5, 22.25]")),
-        ['balls[1].position = [62.5, 22.25]: ball "1" overlaps ball "C" by 0.025 m (0.44 radii)'],
+        ['balls[1].position = [62.5, 22.25]: ball "1" overlaps ball "C" by 0.99 in (0.44 radii)'],
     ),
     "ball off the table": (
         changed(("[40, 21]", "[40, 44.5]")),
@@ -577,11 +577,11 @@ BALLS: dict[str, Case] = {
     ),
     "ball in a cushion": (
         changed(("[40, 21]", "[40, 2.2]")),
-        ['balls[1].position = [40, 2.2]: ball "1" overlaps cushion 0 by 0.0013 m (0.022 radii)'],
+        ['balls[1].position = [40, 2.2]: ball "1" overlaps cushion 0 by 0.05 in (0.022 radii)'],
     ),
     "ball in two cushions": (
         changed(("[40, 21]", "[87, 43]")),
-        ['balls[1].position = [87, 43]: ball "1" overlaps cushions 1, 2 by 0.032 m (0.56 radii)'],
+        ['balls[1].position = [87, 43]: ball "1" overlaps cushions 1, 2 by 1.3 in (0.56 radii)'],
     ),
     "hits without restitution": (
         changed(("ball_ball = 0.9", "")),
@@ -765,7 +765,7 @@ def test_places_are_checked_although_something_else_is_wrong() -> None:
     text = changed(("[66, 22]", "[66, 1]"), ("[40, 21]", "[99, 21]"), (LAUNCH, 'ball = "8"'))
     assert problems(text) == [
         "shots[0].velocity = (left out): is wanted (or speed and angle, or speed and aim)",
-        'balls[0].position = [66, 1]: ball "C" overlaps cushion 0 by 0.032 m (0.56 radii)',
+        'balls[0].position = [66, 1]: ball "C" overlaps cushion 0 by 1.2 in (0.56 radii)',
         'balls[1].position = [99, 21]: ball "1" is off the table',
         'shots[0].ball = "8": there is no such ball (there are: C, 1)',
     ]
@@ -775,7 +775,7 @@ def test_one_unsound_ball_does_not_hide_another() -> None:
     text = changed(('id = "C"', 'id = "C"\nmass = "x"'), ("[40, 21]", "[40, 1]"))
     assert problems(text) == [
         'balls[0].mass = "x": must be a number',
-        'balls[1].position = [40, 1]: ball "1" overlaps cushion 0 by 0.032 m (0.56 radii)',
+        'balls[1].position = [40, 1]: ball "1" overlaps cushion 0 by 1.2 in (0.56 radii)',
     ]
 
 

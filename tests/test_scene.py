@@ -449,7 +449,7 @@ def test_a_ball_at_a_corner_that_sticks_out() -> None:
     one_on(table, 1.0 - side, 1.0 - side)
     inside = side - 1e-6
     (line,) = problems(lambda: one_on(table, 1.0 - inside, 1.0 - inside))
-    assert 'ball "1" overlaps cushions 2, 3 by 1.4e-06 m (2.8e-05 radii)' in line
+    assert 'ball "1" overlaps cushion 3 by 1.4e-06 m (2.8e-05 radii)' in line
 
 
 def rack(away: float = 0.0) -> list[Ball]:

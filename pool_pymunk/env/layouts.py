@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast import compiled
+from pool_pymunk.fast.loop import misplaced
+from pool_pymunk.fast.tables import arrays_of, plain
 from pool_pymunk.model import Scene
+from pool_pymunk.model.places import TOUCHING
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.studies.uncertainty import off_table
+from pool_pymunk.physics.sides import Post, Wall
+from pool_pymunk.solvers.exact import walls
 
 Floats = NDArray[np.float64]
 Hands = Sequence[np.random.Generator]
@@ -30,9 +34,12 @@ class Layouts:
 
     def __init__(self, scene: Scene) -> None:
         assert scene.table is not None, "a game has a table"
-        self.table, self.pockets = scene.table, scene.pockets
+        # No part of a ball shall lie over a pocket, so that pockets are posts here.
+        posts = [Wall((Post(each.position, each.radius),), 0.0, 0.0, 0) for each in scene.pockets]
+        table = arrays_of([*walls(scene), *posts], scene.table)
+        self.table = table if compiled.is_there() else plain(table)
         self.radius = np.array([ball.radius for ball in scene.balls])
-        x0, y0, x1, y1 = self.table.bounds
+        x0, y0, x1, y1 = scene.table.bounds
         self.corner = np.array([x0, y0]) + self.radius[:, np.newaxis]
         self.size = np.array([x1, y1]) - self.radius[:, np.newaxis] - self.corner
 
@@ -42,9 +49,7 @@ class Layouts:
         waiting = np.arange(len(hands))
         for _ in range(MOST_DRAWN):
             places = self._places([hands[s] for s in waiting.tolist()])
-            compiled.alone(place)(
-                layouts, placed, waiting, places, self._on_the_table(places), self.radius
-            )
+            compiled.alone(place)(self.table, layouts, placed, waiting, places, self.radius)
             waiting = waiting[placed[waiting] < len(self.radius)]
             if not len(waiting):
                 return layouts
@@ -60,41 +65,24 @@ class Layouts:
         places += self.corner
         return places
 
-    def _on_the_table(self, places: Floats) -> NDArray[np.bool_]:
-        """Tell which places (S, PLACES, N) touch no cushion and no pocket."""
-        free = np.ones(places.shape[:-1], np.bool_)
-        for pocket in self.pockets:
-            dx, dy = places[..., 0] - pocket.position[0], places[..., 1] - pocket.position[1]
-            free &= dx * dx + dy * dy >= (pocket.radius + self.radius) ** 2
-        if not self.table.is_rectangle:
-            for i, radius in enumerate(self.radius.tolist()):
-                off = off_table(self.table, places[:, :, i].reshape(-1, 2), radius)
-                free[:, :, i] &= ~off.reshape(-1, PLACES)
-        return free
-
 
 def place(
-    layouts: Any, placed: Any, tables: Any, places: Any, on_the_table: Any, radius: Any
-) -> int:
+    table: Any, layouts: Any, placed: Any, waiting: Any, places: Any, radius: Any
+) -> int:  # fmt: skip
     """Put balls at the first of their places that is free; numba can compile it.
 
-    Each of the ``tables`` has the first ``placed`` of its balls in its layout already. Return how
-    many balls were put.
+    Each of the layouts that are ``waiting`` has the first ``placed`` of its balls already. Return
+    how many balls were put.
     """
-    count = 0
-    for s in range(len(tables)):
-        table = tables[s]
-        i, k = placed[table], 0
+    count, is_off = 0, np.zeros(len(radius), np.int64)
+    for s in range(len(waiting)):
+        layout = layouts[waiting[s]]
+        i, k = placed[waiting[s]], 0
         while i < len(radius) and k < places.shape[1]:
-            x, y = places[s, k, i, 0], places[s, k, i, 1]
-            free = on_the_table[s, k, i]
-            for j in range(i):
-                dx, dy = x - layouts[table, j, 0], y - layouts[table, j, 1]
-                free = free and dx * dx + dy * dy >= (radius[i] + radius[j]) ** 2
+            layout[i] = places[s, k, i]
             k += 1
-            if free:
-                layouts[table, i, 0], layouts[table, i, 1] = x, y
+            if misplaced(table, layout, is_off, radius, TOUCHING, i, i + 1) > i:
                 i, k = i + 1, 0
                 count += 1
-        placed[table] = i
+        placed[waiting[s]] = i
     return count

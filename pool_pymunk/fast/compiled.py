@@ -22,9 +22,13 @@ from typing import Any, cast
 
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.cache import SealedCache
+from pool_pymunk.model import outline
 
 PACKAGE = "pool_pymunk."
 CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
+
+# A call with arrays counts references, which takes as long as the work of this one.
+INLINE = (outline.contains,)
 
 
 def is_there() -> bool:
@@ -35,9 +39,6 @@ def is_there() -> bool:
 @cache
 def play_shots() -> Callable[..., int]:
     """Return the compiled loop; compile it if this machine has not done so yet."""
-    register_jitable = import_module("numba.extending").register_jitable
-    for function in functions() - {loop.play_shots}:
-        register_jitable(function)
     return _compiled(loop.play_shots, _say_that_it_compiles)
 
 
@@ -48,7 +49,10 @@ def _say_that_it_compiles() -> None:
 
 @cache
 def alone(function: Callable[..., int]) -> Callable[..., int]:
-    """Return a function compiled that calls no other; without numba return it as it is."""
+    """Return a function compiled, with those of this project that it calls.
+
+    Without numba return it as it is.
+    """
     return _compiled(function) if is_there() else function
 
 
@@ -57,6 +61,9 @@ def _compiled(
 ) -> Callable[..., int]:
     """Return a function that numba compiles, or takes from its cache, when it is called."""
     numba: Any = import_module("numba")
+    for called in functions(function):
+        if called is not function:
+            _register(called)
     config = numba.config
     before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
     try:
@@ -68,10 +75,10 @@ def _compiled(
 
 
 @cache
-def functions() -> frozenset[FunctionType]:
-    """Return the loop, and all functions of this project that it calls, directly or not."""
+def functions(root: Callable[..., int] = loop.play_shots) -> frozenset[FunctionType]:
+    """Return a function, and all functions of this project that it calls, directly or not."""
     found: set[FunctionType] = set()
-    waiting: list[Any] = [loop.play_shots]
+    waiting: list[Any] = [root]
     while waiting:
         value = waiting.pop()
         is_own = inspect.isfunction(value) and value.__module__.startswith(PACKAGE)
@@ -88,6 +95,13 @@ def _named(function: FunctionType) -> Iterator[object]:
         yield value
         if inspect.ismodule(value):
             yield from (getattr(value, name, None) for name in function.__code__.co_names)
+
+
+@cache
+def _register(function: FunctionType) -> None:
+    """Tell numba that compiled functions may call this one."""
+    register_jitable = import_module("numba.extending").register_jitable
+    register_jitable(inline="always" if function in INLINE else "never")(function)
 
 
 def sources() -> list[str]:

@@ -19,8 +19,8 @@ import numpy as np
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import NOWHERE, box, horizon, piece
-from pool_pymunk.model.outline import crosses
-from pool_pymunk.model.problems import TOUCHING
+from pool_pymunk.model.outline import contains
+from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
 from pool_pymunk.physics.laws import COMPILED
 from pool_pymunk.physics.motion import slide
@@ -65,11 +65,12 @@ jumps = by_number([law.jumps for law in COMPILED])
 
 
 class Table(NamedTuple):
-    """A table has the walls, their sides, and the corners (C, 2) of the outline, in arrays."""
+    """A table has the walls, their sides, and the corners (C,) of the outline, in arrays."""
 
     walls: Walls
     sides: Sides
-    corners: Any
+    xs: Any
+    ys: Any
 
 
 class Shots(NamedTuple):
@@ -127,7 +128,7 @@ class Out(NamedTuple):
 
 N, F, I = MOST_BALLS, np.float64, np.int64  # noqa: E741
 SIDE = np.dtype([("kind", I), ("start", F, 2), ("tangent", F, 2), ("outward", F, 2), ("length", F),
-                 ("radius", F)])  # fmt: skip
+                 ("radius", F), ("core", F)])  # fmt: skip
 WALL = np.dtype([("first", I), ("count", I), ("pocket", I), ("center", F, 2)])
 # A ball's knots are where its path begins anew: ball, t, x, y, vx, vy.
 KNOT = 6
@@ -166,7 +167,8 @@ def play_shots(
             return s - first
         read_shot(w, shots, s)
         status = DOUBTFUL
-        if is_clear(w, table, shots.position[s]):
+        place = shots.position[s]
+        if misplaced(table, place, w.is_off, w.radius, TOUCHING, 0, w.balls) == w.balls:
             status = HARD
             if start(w, table.walls, table.sides, shots.position[s], shots.velocity[s]):
                 status = play(w, table.walls, table.sides)
@@ -193,29 +195,31 @@ def read_shot(w: Work, shots: Shots, s: int) -> None:
     w.deceleration, w.cushion_friction, w.ball_friction = c[s, 3], c[s, 4], c[s, 5]
 
 
-def is_clear(w: Work, table: Table, position: Any) -> bool:
-    """Tell whether no ball is off the table, in a pocket, in a cushion or in another ball."""
-    corners = table.corners
-    for i in range(w.balls):
-        if w.is_off[i]:
+def misplaced(
+    table: Table, position: Any, is_off: Any, radius: Any, share: float, first: int, last: int
+) -> int:
+    """Return the first ball, from ``first`` up to ``last``, that may not lie where it is.
+
+    It is off the table, in a wall or a pocket, or in a ball before it. If there is none, ``last``
+    is returned.
+    """
+    for i in range(first, last):
+        x, y, r = float(position[i, 0]), float(position[i, 1]), float(radius[i])
+        if is_off[i]:
             continue
-        x, y, r = position[i, 0], position[i, 1], w.radius[i]
-        inside = len(corners) == 0
-        for k in range(len(corners)):
-            a, b = corners[k - 1], corners[k]
-            inside ^= crosses(a[0], a[1], b[0], b[1], x, y)
-        if not inside:
-            return False
+        if len(table.xs) > 0 and not contains(table.xs, table.ys, x, y):
+            return i
         for k in range(len(table.sides)):
             side = table.sides[k]
-            slack = TOUCHING * (side.radius if side.kind == RIM else r)
-            if -r <= gap(side, x, y, r) < -slack or (side.kind == RIM and gap(side, x, y, r) < 0.0):
-                return False
+            room = gap(side, x, y, r)
+            size, own = (side.core, TOUCHING) if side.kind == RIM else (r, share)
+            if room < 0.0 and is_beside(room, r, side.core) and sinks(room, size, x, y, own):
+                return i
         for j in range(i):
-            dx, dy, q = x - position[j, 0], y - position[j, 1], w.radius[j]
-            if not w.is_off[j] and math.sqrt(dx * dx + dy * dy) < r + q - TOUCHING * min(r, q):
-                return False
-    return True
+            u, v, q = float(position[j, 0]), float(position[j, 1]), float(radius[j])
+            if not is_off[j] and overlap(x, y, r, u, v, q, share):
+                return i
+    return last
 
 
 def write_shot(w: Work, out: Out, s: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from pool_pymunk.fast.loop import (
     Table,
 )
 from pool_pymunk.model import Scene
+from pool_pymunk.model import Table as Outline
 from pool_pymunk.physics.laws import COMPILED, Law
 from pool_pymunk.physics.sides import Face, Post, Rim, Side, Wall
 from pool_pymunk.solvers.exact import pockets, walls
@@ -43,19 +45,34 @@ def law_number(law: Law) -> int:
 
 def table_of(scene: Scene) -> Table:
     """Return the scene's walls and pockets in arrays."""
-    found = [*walls(scene), *pockets(scene)]
+    return arrays_of([*walls(scene), *pockets(scene)], scene.table)
+
+
+def arrays_of(found: Sequence[Wall], outline: Outline | None) -> Table:
+    """Return walls and pockets in arrays, with the corners of the table's outline."""
     sides = [_side(side) for wall in found for side in wall.sides]
-    corners = np.array(scene.table.outline if scene.table else np.empty((0, 2)))
+    corners = np.array(outline.outline if outline else np.empty((0, 2)))
+    xs, ys = corners.T.copy()
     return Table(
         walls=np.array(list(_walls(found)), dtype=WALL).view(np.recarray),
         sides=np.array(sides, dtype=SIDE).view(np.recarray),
-        corners=corners,
+        xs=xs,
+        ys=ys,
     )
 
 
 def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
     return law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
+
+
+def plain(table: Table) -> Table:
+    """Return a table with objects for records: plain Python reads them several times as fast."""
+    walls, sides = (
+        [SimpleNamespace(**dict(zip(rows.dtype.names, row, strict=True))) for row in rows.tolist()]
+        for rows in (table.walls, table.sides)
+    )
+    return Table(walls, sides, table.xs.tolist(), table.ys.tolist())
 
 
 def _walls(found: Sequence[Wall]) -> list[tuple[Any, ...]]:
@@ -71,11 +88,11 @@ def _walls(found: Sequence[Wall]) -> list[tuple[Any, ...]]:
 def _side(side: Side) -> tuple[Any, ...]:
     nowhere = (0.0, 0.0)
     if isinstance(side, Face):
-        return FACE, side.start, side.tangent, side.outward, side.length, side.radius
+        return FACE, side.start, side.tangent, side.outward, side.length, side.radius, side.core
     if isinstance(side, Post):
-        return POST, side.center, nowhere, nowhere, 0.0, side.radius
+        return POST, side.center, nowhere, nowhere, 0.0, side.radius, side.core
     assert isinstance(side, Rim), "a scene has no other sides"
-    return RIM, side.center, nowhere, nowhere, 0.0, side.radius
+    return RIM, side.center, nowhere, nowhere, 0.0, side.radius, side.core
 
 
 def work_of(scene: Scene, law: int, watched: int, latest: float) -> Any:

@@ -14,7 +14,8 @@ from pool_pymunk.model.parts import (
     Restitution,
     Shot,
 )
-from pool_pymunk.model.problems import TOUCHING, Point, Problem, SceneError, SettingError
+from pool_pymunk.model.places import TOUCHING
+from pool_pymunk.model.problems import Point, Problem, SceneError, SettingError
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import State
 from pool_pymunk.model.units import UNITS, Units

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pool_pymunk.model.plain import make_plain, number, points, read
 from pool_pymunk.model.problems import (
@@ -17,6 +17,7 @@ from pool_pymunk.model.problems import (
     raise_any,
     size_problems,
 )
+from pool_pymunk.physics.sides import Face, Post, Wall
 
 
 class Edge(NamedTuple):
@@ -116,9 +117,23 @@ class Table:
         return tuple(k for k, t in enumerate(tangents) if _cross(tangents[k - 1], t) < 0.0)
 
     @cached_property
+    def walls(self) -> tuple[Wall, ...]:
+        """The cushions as walls without coefficients, in order along the outline.
+
+        Each wall has the cushion's face, and the cushion's first corner if it sticks out into the
+        table.
+        """
+        found = []
+        for k, edge in enumerate(self.edges):
+            face = Face(edge.start, edge.tangent, edge.normal, edge.length)
+            corner = (Post(edge.start),) if k in self.reflex_corners else ()
+            found.append(Wall((face, *corner), 0.0, 0.0, k))
+        return tuple(found)
+
+    @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
         """Smallest x, smallest y, largest x, largest y (m)."""
-        xs, ys = zip(*self.outline, strict=True)
+        xs, ys = self._corners
         return min(xs), min(ys), max(xs), max(ys)
 
     @cached_property
@@ -129,10 +144,20 @@ class Table:
 
     def contains(self, x: float, y: float) -> bool:
         """Whether a point is on the table (even-odd rule)."""
-        inside = False
-        for edge in self.edges:
-            inside ^= crosses(*edge.start, *edge.end, x, y)
-        return inside
+        return contains(*self._corners, x, y)
+
+    @cached_property
+    def _corners(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        xs, ys = zip(*self.outline, strict=True)
+        return xs, ys
+
+
+def contains(xs: Any, ys: Any, x: float, y: float) -> bool:
+    """Tell whether a point is within an outline, by its corners; numba can compile it."""
+    inside = False
+    for k in range(len(xs)):
+        inside ^= crosses(xs[k - 1], ys[k - 1], xs[k], ys[k], x, y)
+    return inside
 
 
 def crosses(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> bool:

@@ -17,10 +17,7 @@ Point = tuple[float, float]
 
 LEFT_OUT = "(left out)"
 
-# Balls may overlap by this share of the smaller radius, because somebody rounded the coordinates of
-# a frozen rack: they touch. They may also overlap by the rounding of the coordinates themselves,
-# far from the origin.
-TOUCHING = 1e-6
+# Coordinates are known to this share of themselves, far from the origin: four rounding errors.
 COORDINATE_ROUNDING = 4 * 2.0**-52
 
 # Numbers (SI) stay within these bounds, sizes within both: squares and products of a few of them

@@ -29,6 +29,7 @@ from pool_pymunk.model.parts import (
     Restitution,
     Shot,
 )
+from pool_pymunk.model.places import place_problems
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     TOO_LARGE,
@@ -44,7 +45,6 @@ from pool_pymunk.model.racks import MOST_ROWS, SHAPES, rack, rack_ids
 from pool_pymunk.model.scene import (
     Scene,
     id_problems,
-    place_problems,
     repeated,
     rest_needs,
     restitution_needs,
@@ -504,7 +504,9 @@ class _Builder:
         holes = {k: pocket.id for k, pocket in pockets.items()}
         self._note_all(map(self._as_written, id_problems(ids, cues)))
         self._note_all(repeated("pockets", "id", holes))
-        self._note_all(map(self._as_written, place_problems(balls, table, tuple(pockets.values()))))
+        holes_there = tuple(pockets.values())
+        places = place_problems(balls, table, holes_there, units=self.written)
+        self._note_all(map(self._as_written, places))
 
     def _as_written(self, problem: Problem) -> Problem:
         """Name the rack of a ball that the file does not list itself."""

@@ -10,32 +10,24 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import islice
 from pathlib import Path
-from typing import Any, NamedTuple, overload
+from typing import Any, overload
 
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Pocket, Restitution, Shot
+from pool_pymunk.model.places import SUNK, place_problems, placed
 from pool_pymunk.model.plain import make_plain, one, optional, row, text
 from pool_pymunk.model.problems import (
-    COORDINATE_ROUNDING,
     LEFT_OUT,
-    TOUCHING,
     Point,
     Problem,
     key_of,
     listed,
     raise_any,
-    shown,
 )
 from pool_pymunk.model.state import State, read_state
 from pool_pymunk.model.units import Units
 from pool_pymunk.physics.contact import Pair
-
-MOST_OVERLAPS = 100  # reported of one scene
-# Radii by which balls may overlap where a run starts, as they do where others end: in persistent
-# contacts by 1e-4, where contacts are found late by the way that a ball travels in a step.
-SUNK = 1e-2
 
 
 @dataclass(frozen=True)
@@ -187,14 +179,10 @@ class Scene:
         where runs end that find contacts late. Raises SceneError for what cannot be, with the ball.
         """
         state = read_state(value, self.index)
-        placed = {
-            i: Placed(ball.id, position, ball.radius)
-            for i, (ball, position) in enumerate(zip(self.balls, state.position, strict=True))
-            if ball.id not in state.off
-        }
+        there = placed(self.balls, state)
         raise_any(
             replace(problem, key=_start_key(problem.key))
-            for problem in place_problems(placed, self.table, self.pockets, SUNK)
+            for problem in place_problems(there, self.table, self.pockets, SUNK)
         )
         return state
 
@@ -253,90 +241,6 @@ def repeated(key: str, field: str, names: Mapping[int, str]) -> Iterator[Problem
             yield Problem(
                 f"{key}[{k}].{field}", name, f"is the {field} of {key}[{seen[name]}] already"
             )
-
-
-class Placed(NamedTuple):
-    """This ball is at a place that is not its own in the scene."""
-
-    id: str
-    position: Point
-    radius: float
-
-
-def place_problems(
-    balls: Mapping[int, Ball | Placed],
-    table: Table | None,
-    pockets: Sequence[Pocket] = (),
-    sunk: float = TOUCHING,
-) -> Iterator[Problem]:
-    """Find balls off the table, in a cushion, in each other, by more than ``sunk`` radii.
-
-    Find balls within pockets, too.
-    """
-    for k, ball in balls.items():
-        if table is not None:
-            yield from _table_problems(k, ball, table, sunk)
-        yield from _pocket_problems(k, ball, pockets)
-    for i, j in sorted(islice(_overlaps(balls, sunk), MOST_OVERLAPS)):
-        a, b = balls[i], balls[j]
-        overlap = a.radius + b.radius - math.dist(a.position, b.position)
-        deep = _depth(overlap, min(a.radius, b.radius))
-        message = f"ball {shown(b.id)} overlaps ball {shown(a.id)} {deep}"
-        yield Problem(f"balls[{j}].position", list(b.position), message)
-
-
-def _depth(overlap: float, radius: float) -> str:
-    """Say how deep an overlap is."""
-    return f"by {overlap:.2g} m ({overlap / radius:.2g} radii)"
-
-
-def _pocket_problems(
-    k: int, ball: Ball | Placed, pockets: Sequence[Pocket]
-) -> Iterator[Problem]:  # fmt: skip
-    for pocket in pockets:
-        slack = TOUCHING * pocket.radius
-        if math.dist(ball.position, pocket.position) < pocket.radius - slack:
-            message = f"ball {shown(ball.id)} is within pocket {shown(pocket.id)}"
-            yield Problem(f"balls[{k}].position", list(ball.position), message)
-
-
-def _table_problems(
-    k: int, ball: Ball | Placed, table: Table, sunk: float
-) -> Iterator[Problem]:  # fmt: skip
-    x, y = ball.position
-    slack = sunk * ball.radius + COORDINATE_ROUNDING * max(map(abs, table.bounds))
-    key, name = f"balls[{k}].position", f"ball {shown(ball.id)}"
-    if not table.contains(x, y):
-        yield Problem(key, [x, y], f"{name} is off the table")
-        return
-    depths = {str(n): ball.radius - edge.distance(x, y) for n, edge in enumerate(table.edges)}
-    touched = [n for n, depth in depths.items() if depth > slack]
-    if touched:
-        cushions = f"{'cushion' if len(touched) == 1 else 'cushions'} {listed(touched)}"
-        deep = _depth(max(depths.values()), ball.radius)
-        yield Problem(key, [x, y], f"{name} overlaps {cushions} {deep}")
-
-
-def _overlaps(balls: Mapping[int, Ball | Placed], sunk: float) -> Iterator[tuple[int, int]]:
-    """Overlapping balls, by a sweep along the longer side of what the balls cover."""
-    if not balls:
-        return
-    spread = [max(s) - min(s) for s in zip(*(b.position for b in balls.values()), strict=True)]
-    axis = spread.index(max(spread))
-    active: list[int] = []
-    for i in sorted(balls, key=lambda k: balls[k].position[axis] - balls[k].radius):
-        near = balls[i].position[axis] - balls[i].radius
-        active = [j for j in active if balls[j].position[axis] + balls[j].radius > near]
-        yield from ((min(i, j), max(i, j)) for j in active if _overlap(balls[i], balls[j], sunk))
-        active.append(i)
-
-
-def _overlap(a: Ball | Placed, b: Ball | Placed, sunk: float) -> bool:
-    reach = a.radius + b.radius
-    slack = sunk * min(a.radius, b.radius) + COORDINATE_ROUNDING * max(
-        map(abs, (*a.position, *b.position))
-    )
-    return math.dist(a.position, b.position) < reach - slack
 
 
 def shot_problems(shots: Mapping[int, Shot], ids: Collection[str]) -> Iterator[Problem]:

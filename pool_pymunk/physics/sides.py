@@ -26,6 +26,9 @@ class Side(Protocol):
     not beside the side. ``normal`` is the unit vector from the side to a ball there.
     ``length_along`` is the path length (m) after which a ball of radius ``r`` meets the side; it is
     infinite if the ball does not.
+
+    A side may have a ``core``: how far (m) it is solid below its surface, 0 if it does not say. A
+    ball whose centre is deeper lies behind the side, and not in it.
     """
 
     def gap(self, x: float, y: float, r: float) -> float: ...
@@ -47,6 +50,11 @@ class Face(NamedTuple):
     outward: Vector
     length: float
     radius: float = 0.0
+
+    @property
+    def core(self) -> float:
+        """Return half the cushion's thickness."""
+        return self.radius
 
     def gap(self, x: float, y: float, r: float) -> float:
         """Return the distance (m) from the ball.
@@ -96,6 +104,11 @@ class Post(NamedTuple):
     center: Vector
     radius: float = 0.0
 
+    @property
+    def core(self) -> float:
+        """Return the radius: all of the post is solid."""
+        return self.radius
+
     def gap(self, x: float, y: float, r: float) -> float:
         """Return the distance (m) from the ball."""
         dx, dy = x - self.center[0], y - self.center[1]
@@ -135,6 +148,11 @@ class Rim(NamedTuple):
 
     center: Vector
     radius: float
+
+    @property
+    def core(self) -> float:
+        """Return the radius: a ball lies in the pocket up to its centre."""
+        return self.radius
 
     def gap(self, x: float, y: float, r: float) -> float:
         """Return the distance (m) from the ball's centre to the rim; negative within it."""
@@ -215,6 +233,11 @@ def pocket(center: Vector, radius: float, number: int) -> Wall:
     wall = Wall((Rim(center, radius),), 0.0, 0.0, number)
     wall.center = center
     return wall
+
+
+def core_of(side: Side) -> float:
+    """Return how far (m) a side is solid below its surface."""
+    return float(getattr(side, "core", 0.0))
 
 
 def face_between(start: Vector, end: Vector, radius: float = 0.0) -> Face:

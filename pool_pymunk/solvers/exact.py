@@ -12,27 +12,19 @@ from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at
-from pool_pymunk.physics.sides import Face, Post, Wall, pocket
+from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.results.trace import COLLAPSE, ONE_INSTANT, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.settings import Settings
 
 
 def walls(scene: Scene) -> list[Wall]:
-    """Return the scene's cushions as walls.
-
-    Each wall has the cushion's face, and the cushion's first corner if it sticks out into the
-    table.
-    """
+    """Return the scene's cushions as walls."""
     if scene.table is None:
         return []
     e = scene.restitution.cushion
     assert e is not None, "a scene with a table has this restitution"
-    found = []
-    for number, edge in enumerate(scene.table.edges):
-        face = Face(edge.start, edge.tangent, edge.normal, edge.length)
-        corner = (Post(edge.start),) if number in scene.table.reflex_corners else ()
-        found.append(Wall((face, *corner), e, scene.friction.cushion, number))
-    return found
+    friction = scene.friction.cushion
+    return [Wall(each.sides, e, friction, each.number) for each in scene.table.walls]
 
 
 def pockets(scene: Scene) -> list[Wall]:

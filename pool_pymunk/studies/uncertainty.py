@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.model import TOUCHING, Edge, Point, Scene, Table, Units
+from pool_pymunk.fast.places import may_lie
+from pool_pymunk.model import Edge, Point, Scene, Units
 from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
@@ -160,8 +161,7 @@ class StartSampler:
     """
 
     def __init__(self, scene: Scene, widths: Array) -> None:
-        self.table = scene.table
-        self.pockets = scene.pockets
+        self.scene = scene
         self.widths = widths
         self.base = np.array([ball.position for ball in scene.balls])
         self.radius = np.array([ball.radius for ball in scene.balls])
@@ -179,7 +179,7 @@ class StartSampler:
 
     def _cushions(self, reach: float) -> list[tuple[int, Edge]]:
         """Return the balls that are nearer than ``reach`` (m) to a cushion, each with it."""
-        edges = self.table.edges if self.table else ()
+        edges = self.scene.table.edges if self.scene.table else ()
         return [
             (i, edge)
             for i, (x, y) in enumerate(self.base.tolist())
@@ -194,9 +194,9 @@ class StartSampler:
         for _ in range(ATTEMPTS):
             count = int(missing.sum())
             drawn = self.base + self.widths * rng.uniform(-1.0, 1.0, (count, *self.base.shape))
-            self.overlapping += int(self._overlaps(drawn).sum())
+            self.overlapping += int((~may_lie(self.scene, drawn)).sum())
             starts[missing] = self.apart(drawn)
-            missing[missing] = self._overlaps(starts[missing]).any(axis=1)
+            missing[missing] = ~may_lie(self.scene, starts[missing]).all(axis=1)
             if not missing.any():
                 return starts
         raise SettingError(
@@ -235,40 +235,7 @@ class StartSampler:
                 break
         return starts
 
-    def _overlaps(self, starts: Array) -> Mask:
-        """Tell which balls (S, N) overlap a ball before them, or a cushion."""
-        found = np.zeros(starts.shape[:2], dtype=bool)
-        for i, j in self.pairs:
-            reach = self.radius[i] + self.radius[j] - TOUCHING * min(self.radius[i], self.radius[j])
-            found[:, j] |= np.hypot(*(starts[:, j] - starts[:, i]).T) < reach
-        for pocket in self.pockets:
-            found |= np.hypot(*(starts - pocket.position).transpose(2, 0, 1)) < pocket.radius
-        if self.table is not None:
-            for i, radius in enumerate(self.radius.tolist()):
-                found[:, i] |= off_table(self.table, starts[:, i], (1.0 - TOUCHING) * radius)
-        return found
-
 
 def _unit(offsets: Array) -> Array:
     """Return unit vectors (S, 2) along offsets (S, 2)."""
     return np.asarray(offsets / np.hypot(*offsets.T)[:, None])
-
-
-def off_table(table: Table, at: Array, radius: float) -> Mask:
-    """Tell which points (S, 2) are off the table, or nearer than ``radius`` (m) to a cushion."""
-    inside, near = np.zeros(len(at), dtype=bool), np.zeros(len(at), dtype=bool)
-    x, y = at.T
-    for edge in table.edges:
-        (ax, ay), (bx, by) = edge.start, edge.end
-        crossed = (ay > y) != (by > y)
-        if crossed.any():
-            inside ^= crossed & (x < ax + (y - ay) / (by - ay) * (bx - ax))
-        near |= _distance(edge, x, y) < radius
-    return near | ~inside
-
-
-def _distance(edge: Edge, x: Array, y: Array) -> Array:
-    """Return the distances (S,) of points from a cushion, ends included (m)."""
-    along = np.clip(edge.along(x, y), 0.0, edge.length)  # type: ignore[arg-type]
-    (ax, ay), (tx, ty) = edge.start, edge.tangent
-    return np.asarray(np.hypot(x - ax - along * tx, y - ay - along * ty))

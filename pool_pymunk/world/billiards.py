@@ -27,6 +27,7 @@ from typing import Any, Literal, get_args
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
+from pool_pymunk.model.places import lies_in, room_beside
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
@@ -265,13 +266,14 @@ class Billiards:
             (None if shape in self._carriers else shape, self.engine.walls[k]) for shape, k in walls
         ]
 
-    def _discs(self, without: Ball | None = None) -> list[tuple[Vector, float]]:
-        """Return places and radii (m) of the balls on the table, perhaps ``without`` one."""
-        now, balls = self._now, self._ball_of.values()
-        paths = self.engine.paths
-        return [
-            (paths[ball.number].at(now)[0], ball.radius) for ball in balls if ball is not without
-        ]
+    def _discs(self, without: Ball | None = None) -> dict[int, tuple[Vector, float]]:
+        """Return place and radius (m) of each ball by its number, perhaps ``without`` one."""
+        now, balls, paths = self._now, self._ball_of.values(), self.engine.paths
+        return {
+            ball.number: (paths[ball.number].at(now)[0], ball.radius)
+            for ball in balls
+            if ball is not without
+        }
 
     def _join(self, *things: pymunk.Body | pymunk.Shape) -> None:
         self.space.add(*[thing for thing in things if thing.space is None])
@@ -406,13 +408,15 @@ class Billiards:
         position, radius = read_vector("position", position), read_size("radius", radius)
         self._check_is_open()
         self._catch_up()
-        if any(math.dist(position, place) < radius for place, _ in self._discs()):
-            raise setting_error("position", list(position), "a ball lies within this pocket")
+        number = sum(wall.is_pocket for wall in self.engine.walls)
+        hole = pocket(position, radius, number)
+        for place, r in self._discs().values():
+            if lies_in(hole, room_beside(hole.sides, *place, r), *place, r):
+                raise setting_error("position", list(position), "a ball lies within this pocket")
         shape = pymunk.Circle(self.space.static_body, radius, position)
         shape.sensor = True
         self.space.add(shape)
-        number = sum(wall.is_pocket for wall in self.engine.walls)
-        self._put_up(shape, pocket(position, radius, number))
+        self._put_up(shape, hole)
         return number
 
     def strike(self, ball: Ball, velocity: Vector) -> None:
@@ -488,7 +492,7 @@ class Billiards:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
         if self._is_swept:  # Walls and pockets may have come since.
             for i, (x, y, _, _) in state.motions.items():
-                check_place((x, y), self.balls[i].radius, (), self._obstacles())
+                check_place((x, y), self.balls[i].radius, {}, self._obstacles())
         for ball in self.on_table():
             if ball.number not in state.motions:
                 self.drop(ball)
@@ -535,7 +539,7 @@ class Billiards:
         elif radius is None and not self.balls:
             raise setting_error("radius", None, "is wanted where there is no ball")
         size = self.balls[0].radius if radius is None else read_size("radius", radius)
-        found = free_spot(near, size, self._discs(without=ball), self._obstacles())
+        found = free_spot(near, size, list(self._discs(without=ball).values()), self._obstacles())
         if found is None:
             raise setting_error("near", list(near), "there is no room for a ball near this place")
         return found

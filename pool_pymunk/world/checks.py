@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pymunk
 
+from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside_ball, said
 from pool_pymunk.model.plain import Unfit, point, read_number
 from pool_pymunk.model.problems import (
-    TOUCHING,
     SettingError,
     number_problems,
     setting_error,
@@ -143,24 +143,20 @@ def _check_type(key: str, shape: pymunk.Shape) -> None:
 def check_place(
     center: Vector,
     radius: float,
-    discs: Sequence[tuple[Vector, float]],
+    discs: Mapping[int, tuple[Vector, float]],
     obstacles: Sequence[tuple[pymunk.Shape | None, Wall]],
 ) -> None:
-    """Refuse a ball that overlaps another ball or a wall by more than counts as touching.
-
-    Refuse one within a pocket, too.
-    """
+    """Refuse a ball that lies in another ball, a wall or a pocket."""
     for shape, wall in obstacles:
-        if room(center, radius, shape, wall) < -TOUCHING * radius:
-            where = "is within pocket" if wall.is_pocket else "overlaps wall"
-            raise setting_error("position", list(center), f"the ball {where} {wall.number}")
-    for place, other in discs:
-        overlap = radius + other - math.dist(center, place)
-        smaller = min(radius, other)
-        if overlap > TOUCHING * smaller:
-            message = (
-                f"the ball overlaps another one by {overlap:.2g} m ({overlap / smaller:.2g} radii)"
-            )
+        left = room(center, radius, shape, wall)
+        if lies_in(wall, left, *center, radius):
+            how, what = ("is within", "pocket") if wall.is_pocket else ("overlaps", "wall")
+            message = said("the ball", f"{what} {wall.number}", left, radius, how=how)
+            raise setting_error("position", list(center), message)
+    for number, (place, other) in discs.items():
+        if overlap(*center, radius, *place, other, TOUCHING):
+            left = room_beside_ball(*center, radius, *place, other)
+            message = said("the ball", f"ball {number}", left, min(radius, other))
             raise setting_error("position", list(center), message)
 
 

@@ -11,6 +11,7 @@ import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
+from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at, set_off
@@ -180,9 +181,11 @@ def _is_free(
 
     A wall in which ``near`` lies is not between them.
     """
-    if any(math.dist(spot, place) < radius + other for place, other in discs):
+    if any(overlap(*spot, radius, *place, other, TOUCHING) for place, other in discs):
         return False
-    if any(room(spot, radius, shape, wall) < 0.0 for shape, wall in obstacles):
+    if any(
+        lies_in(wall, room(spot, radius, shape, wall), *spot, radius) for shape, wall in obstacles
+    ):
         return False
     reach = math.dist(near, spot)
     way = set_off(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
@@ -196,12 +199,8 @@ def room(center: Vector, radius: float, shape: pymunk.Shape | None, wall: Wall) 
     """Return how much room (m) is left between a ball and a wall; it is negative if they overlap.
 
     For a pocket it is the room between the ball's centre and the rim. Without a shape the wall's
-    sides are asked; a side that turns its back on the ball has a gap of less than -``radius``, and
-    does not count.
+    sides are asked.
     """
-    if wall.is_pocket:
-        return wall.sides[0].gap(*center, radius)
-    if shape is not None:
-        return shape.point_query(center).distance - radius
-    gaps = [side.gap(*center, radius) for side in wall.sides]
-    return min([gap for gap in gaps if gap >= -radius], default=math.inf)
+    if shape is None or wall.is_pocket:
+        return room_beside(wall.sides, *center, radius)
+    return shape.point_query(center).distance - radius

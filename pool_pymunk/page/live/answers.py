@@ -19,8 +19,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pool_pymunk.fast import compiled, simulate_many
 from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
+from pool_pymunk.model.places import place_problems, placed
 from pool_pymunk.model.problems import listed, shown
-from pool_pymunk.model.scene import Placed, place_problems
 from pool_pymunk.model.state import read_state
 from pool_pymunk.page.content import content
 from pool_pymunk.page.document import page
@@ -146,15 +146,12 @@ class Answers:
             known = listed(self.scene.index)
             return refusal(400, f"ball = {shown(asked.ball)}: there is no such ball ({known})")
         number = self.scene.index[asked.ball]
-        balls = {
-            i: Placed(ball.id, position, ball.radius)
-            for i, (ball, position) in enumerate(zip(self.scene.balls, state.position, strict=True))
-            if ball.id not in state.off
-        }
+        balls = placed(self.scene.balls, state)
         others = {i: ball for i, ball in balls.items() if i != number}
-        table, pockets = self.scene.table, self.scene.pockets
-        before = list(place_problems(others, table, pockets))
-        new = [one for one in place_problems(balls, table, pockets) if one not in before]
+        table, pockets, units = self.scene.table, self.scene.pockets, self.scene.units
+        before = list(place_problems(others, table, pockets, units=units))
+        found = place_problems(balls, table, pockets, units=units)
+        new = [one for one in found if one not in before]
         if new:
             return refusal(400, *(one.message for one in new[:MOST_LINES]))
         return _json({})
