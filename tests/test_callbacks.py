@@ -191,7 +191,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     ),
     "place in another": (
         lambda w: w.table.place(w.balls["still"], w.balls["runner"].path.at(now(w))[0]),
-        "the ball overlaps another one",
+        "the ball overlaps ball ",
     ),
     "a ball twice": (
         lambda w: w.table.add_ball(pymunk.Circle(w.balls["still"].body, R)),
