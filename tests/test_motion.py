@@ -9,7 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pool_pymunk.physics.motion import kinetic_energy, slide, slide_many, stopping_time
+from pool_pymunk.physics.motion import (
+    free_motion,
+    free_motions,
+    kinetic_energy,
+    slide,
+    stopping_time,
+)
 
 EPSILON = 2.0**-52
 G = 9.80665
@@ -131,33 +137,18 @@ def test_no_time_no_change(x: float, y: float, speed: float, angle: float, a: fl
     st.lists(st.tuples(times, coordinates, coordinates, speeds, angles, times), max_size=20),
     decelerations,
 )
-def test_slide_many_is_slide_many_times(
+def test_free_motions_are_free_motion_many_times(
     rows: list[tuple[float, float, float, float, float, float]], a: float
 ) -> None:
-    knots = [(t, x, y, *along(speed, angle)) for t, x, y, speed, angle, _ in rows]
-    elapsed = [row[-1] for row in rows]
-    at = np.array([knot[0] for knot in knots]) + np.array(elapsed)
-    position, velocity = slide_many(np.array(knots).reshape(-1, 5), a, at)
-    for k, (t, x, y, vx, vy) in enumerate(knots):
-        single = slide(x, y, vx, vy, a, at[k] - t)
-        speed = math.hypot(vx, vy)
-        assert math.dist(position[k], single[:2]) <= rounding(speed, at[k] - t)
-        assert math.dist(velocity[k], single[2:]) <= 16 * EPSILON * speed
+    knots = [(t, x, y, *along(speed, angle), a, -a / 3.0) for t, x, y, speed, angle, _ in rows]
+    at = np.array([knot[0] for knot in knots]) + np.array([row[-1] for row in rows])
+    position, velocity = free_motions(np.array(knots).reshape(-1, 7), at)
+    for k, (t, *motion) in enumerate(knots):
+        assert (*position[k], *velocity[k]) == free_motion(at[k] - t, *motion)
 
 
-@given(
-    speed=st.floats(1e-3, 1e3), angle=angles, a=st.floats(1e-3, 100.0), late=st.floats(1e-9, 9.0)
-)
-def test_slide_many_stops_balls_exactly(speed: float, angle: float, a: float, late: float) -> None:
-    vx, vy = along(speed, angle)
-    knot = np.array([[0.0, 0.0, 0.0, vx, vy]])
-    time = stopping_time(math.hypot(vx, vy), a) * (1.0 + late)
-    _, velocity = slide_many(knot, a, np.array([time]))
-    assert velocity.tolist() == [[0.0, 0.0]]
-
-
-def test_slide_many_of_nothing() -> None:
-    position, velocity = slide_many(np.empty((0, 5)), 1.0, np.empty(0))
+def test_free_motions_of_nothing() -> None:
+    position, velocity = free_motions(np.empty((0, 7)), np.empty(0))
     assert position.shape == velocity.shape == (0, 2)
 
 

@@ -121,7 +121,8 @@ def test_runs_of_other_tables_are_refused(report: list[Run]) -> None:
 
 
 def test_numbers_out_of_range_become_null(report: list[Run]) -> None:
-    knots = tuple(np.vstack([rows, [[1.0, np.inf, np.nan, 0.0, 0.0]]]) for rows in report[0].knots)
+    last = [1.0, np.inf, np.nan, 0.0, 0.0, 0.0, 0.0]
+    knots = tuple(np.vstack([rows, [last]]) for rows in report[0].knots)
     document = replace(report[0], knots=knots, status="non_finite").to_html()
     assert content_of(document)["shots"][0]["runs"][0]["knots"][0][-1][:3] == [1.0, None, None]
 

@@ -176,6 +176,7 @@ def assert_same_bits(scene: Scene, shot: Shot | None, dt: float, max_time: float
         for t, kind, balls, number in sorted(plain.events, key=lambda event: event[0])
     ]
     assert [(e.t, e.kind, e.balls, e.cushion) for e in run.events] == events
+    plain.complete(scene.surface)
     for i, knots in enumerate(run.knots):
         found = knots.tolist()
         if run.status != "settled" and len(found) > len(plain.knots[i]):

@@ -28,6 +28,7 @@ from pool_pymunk.model.problems import (
 from pool_pymunk.model.state import State, read_state
 from pool_pymunk.model.units import Units
 from pool_pymunk.physics.contact import Pair
+from pool_pymunk.physics.surface import Sliding
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,11 @@ class Scene:
             return math.inf
         xs, ys = zip(*self.table.outline, strict=True)
         return math.hypot(max(xs) - min(xs), max(ys) - min(ys))
+
+    @property
+    def surface(self) -> Sliding:
+        """How balls move on the table between contacts."""
+        return Sliding(self.deceleration)
 
     @property
     def deceleration(self) -> float:

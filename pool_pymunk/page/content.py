@@ -97,7 +97,6 @@ def _run(run: Run, label: str) -> dict[str, Any]:
         "message": run.message if run.solver else "",
         "warnings": list(run.warnings),
         "duration": run.duration,
-        "deceleration": run.scene.deceleration,
         "off": [index[id_] for id_ in sorted(gone, key=lambda id_: index[id_])],
         "events": [
             event.as_dict() | {"balls": [index[id_] for id_ in event.balls]} for event in run.events

@@ -57,22 +57,30 @@ def slid(speed: float, deceleration: float, time: float) -> tuple[float, float]:
     return time * (1.0 - lost / 2.0), 1.0 - lost
 
 
-def slide_many(knot: Array, deceleration: float, times: Array) -> tuple[Array, Array]:
-    """Do what :func:`slide` does, for many times at once.
+def free_motion(
+    time: float, x: float, y: float, vx: float, vy: float, ax: float, ay: float
+) -> tuple[float, float, float, float]:
+    """Return position (m) and velocity (m/s) after ``time`` (s) at a constant acceleration (m/s^2).
 
-    ``knot`` (T, 5) holds t, x, y, vx, vy of the last knot before each of the ``times`` (T,). Return
-    positions (T, 2) and velocities (T, 2).
+    >>> free_motion(2.0, 0.0, 0.0, 2.0, 0.0, -0.5, 0.0)
+    (3.0, 0.0, 1.0, 0.0)
     """
-    elapsed = times - knot[:, 0]
-    velocity = knot[:, 3:5]
-    speed = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        stop = np.where(speed > 0.0, speed / deceleration, 0.0) if deceleration > 0 else np.inf
-        moving = np.minimum(elapsed, stop)
-        lost = np.where(speed > 0.0, deceleration * moving / speed, 0.0)
-    position = knot[:, 1:3] + velocity * (moving * (1.0 - lost / 2.0))[:, None]
-    left = np.where(elapsed >= stop, 0.0, 1.0 - lost)
-    return position, velocity * left[:, None]
+    return (
+        x + time * (vx + time * ax / 2.0), y + time * (vy + time * ay / 2.0),
+        vx + time * ax, vy + time * ay,
+    )  # fmt: skip
+
+
+def free_motions(breakpoints: Array, times: Array) -> tuple[Array, Array]:
+    """Do what :func:`free_motion` does, for many times (s) at once.
+
+    ``breakpoints`` (..., 7) holds t, x, y, vx, vy, ax, ay of the last breakpoint before each of the
+    ``times`` (...). Return positions (..., 2) and velocities (..., 2).
+    """
+    place, velocity, acceleration = np.split(breakpoints[..., 1:7], 3, axis=-1)
+    time = (times - breakpoints[..., 0])[..., np.newaxis]
+    position = place + time * (velocity + time * acceleration / 2.0)
+    return position, velocity + time * acceleration
 
 
 def time_to_slide(distance: float, speed: float, deceleration: float) -> float:

@@ -74,6 +74,12 @@ class Path(NamedTuple):
         x, y, vx, vy = motion_at(self, t)
         return (x, y), (vx, vy)
 
+    @property
+    def acceleration(self) -> Vector:
+        """The acceleration (m/s^2) of the ball up to the path's end."""
+        drag = self.deceleration if self.speed > 0.0 else 0.0
+        return -drag * self.ux, -drag * self.uy
+
     def is_lost(self, radius: float) -> bool:
         """Tell whether the ball is so fast, or so far off, that its contacts mean nothing.
 

@@ -106,7 +106,8 @@ def _show(what: Run | Scene | Show) -> Show:
 def as_set_up(scene: Scene) -> Run:
     """Return a run in which nothing happens."""
     start = scene.start(None)
-    knots = [np.array([[0.0, *p, *v]]) for p, v in zip(start.position, start.velocity, strict=True)]
+    motions = zip(start.position, start.velocity, strict=True)
+    knots = [np.array([[0.0, *p, *v, 0.0, 0.0]]) for p, v in motions]
     return Run(
         scene=scene, shot=None, solver="", law=scene.physics.law, dt=None, knots=tuple(knots),
         events=(), status="settled", duration=0.0, steps=0, warnings=(), wall_time=0.0,

@@ -1,8 +1,8 @@
 """What every solver returns: a :class:`Run`, made from the :class:`Trace` it kept on the way.
 
-A solver notes a *knot* (time, position, velocity) wherever a ball's velocity changes: at the
-start, at a contact, when it stops. Between knots a ball slides in closed form, so a Run can be
-asked for the positions at any time.
+A solver notes a *breakpoint* (time, position, velocity, acceleration) wherever a ball's motion
+changes: at the start, at a contact, when it stops. Up to the next one the acceleration is constant,
+so a Run can be asked for the positions at any time.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from pool_pymunk.engine.decisions import Variant
 from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.physics.motion import Array, kinetic_energy, slide_many
+from pool_pymunk.physics.motion import Array, free_motions, kinetic_energy
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -82,8 +82,9 @@ class Run:
     """One shot, simulated: what happened, where every ball was at any time, and what it cost.
 
     ``t`` (T,), ``position`` (T, N, 2) and ``velocity`` (T, N, 2) are samples in s, m and m/s, N in
-    the order of ``scene.balls``; ``final`` maps each ball to its end (m). ``law`` names the law
-    that answered the contacts. ``off`` has the ids of the balls that are off the table at the end;
+    the order of ``scene.balls``; ``final`` maps each ball to its end (m). ``knots`` has the
+    breakpoints (K, 7) of each ball: t, x, y, vx, vy, ax, ay. ``law`` names the law that answered
+    the contacts. ``off`` has the ids of the balls that are off the table at the end;
     a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off"; see :attr:`policy_shift`.
@@ -206,7 +207,7 @@ class Run:
         velocity = np.empty_like(position)
         for i, knots in enumerate(self.knots):
             last = np.searchsorted(knots[:, 0], t, side="right") - 1
-            position[:, i], velocity[:, i] = slide_many(knots[last], self.scene.deceleration, t)
+            position[:, i], velocity[:, i] = free_motions(knots[last], t)
         return position, velocity
 
     def on_table(self, times: Array | Sequence[float] | float) -> NDArray[np.bool_]:

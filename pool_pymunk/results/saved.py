@@ -13,9 +13,11 @@ from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import SettingError, setting_error
 from pool_pymunk.model.scenario import loads
 from pool_pymunk.results.run import Event, Run
+from pool_pymunk.results.trace import completed
 from pool_pymunk.safety.files import whole
 
-FORMAT = "pool-pymunk run 1"
+FORMAT = "pool-pymunk run 2"
+BEFORE = "pool-pymunk run 1"  # Its breakpoints have no accelerations: the balls of then slid.
 PLAIN = ("solver", "law", "dt", "status", "duration", "steps", "wall_time")  # as in the JSON
 
 
@@ -52,9 +54,13 @@ def load(path: str | Path) -> Run:
             knots = np.split(archive["knots"], np.cumsum(archive["counts"])[:-1])
     except (ValueError, KeyError, TypeError, EOFError, BadZipFile):
         raise _no_run(path) from None
-    if about.get("format") != FORMAT:
+    if about.get("format") not in (FORMAT, BEFORE):
         raise _no_run(path)
     scene = loads(about["scene"])
+    if about["format"] == BEFORE:
+        knots = [
+            np.array(completed(rows.tolist(), scene.surface, about["duration"])) for rows in knots
+        ]
     return Run(scene=scene, knots=tuple(knots), **_parts(about, scene))
 
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.decisions import Variant
+from pool_pymunk.physics.surface import Sliding
 
 if TYPE_CHECKING:
     from pool_pymunk.model import Point, State
 
 
-Knot = tuple[float, float, float, float, float]  # t (s), x, y (m), vx, vy (m/s)
-
+# t (s), x, y (m), vx, vy (m/s), ax, ay (m/s^2)
+Knot = tuple[float, float, float, float, float, float, float]
+UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface is to tell
+NONE = (0.0, 0.0)
 
 POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
 
@@ -34,7 +39,7 @@ class Trace:
 
     def __init__(self, start: State) -> None:
         self.knots: list[list[Knot]] = [
-            [(0.0, *p, *v)] for p, v in zip(start.position, start.velocity, strict=True)
+            [(0.0, *p, *v, *UNKNOWN)] for p, v in zip(start.position, start.velocity, strict=True)
         ]
         # the time, the kind, the balls, and the number of the cushion or of the pocket
         self.events: list[tuple[float, str, tuple[int, ...], int | None]] = []
@@ -56,9 +61,14 @@ class Trace:
             return (*OTHERWISE, *gaps)
         return (*OTHERWISE[:1], *gaps) if self.policies - {ONE_INSTANT} else gaps
 
-    def knot(self, i: int, t: float, position: Point, velocity: Point) -> None:
-        """Ball ``i`` moves on from ``position`` with a new ``velocity`` at ``t``."""
-        self.knots[i].append((t, *position, *velocity))
+    def knot(
+        self, i: int, t: float, position: Point, velocity: Point, acceleration: Point = UNKNOWN
+    ) -> None:
+        """Ball ``i`` moves on from ``position`` with a new ``velocity`` at ``t``.
+
+        By default its ``acceleration`` is that of a ball that slides on the scene's surface.
+        """
+        self.knots[i].append((t, *position, *velocity, *acceleration))
 
     def ball_ball(self, t: float, i: int, j: int) -> None:
         """Balls ``i`` and ``j`` met."""
@@ -70,7 +80,7 @@ class Trace:
 
     def stop(self, i: int, t: float, position: Point) -> None:
         """Ball ``i`` came to rest."""
-        self.knots[i].append((t, *position, 0.0, 0.0))
+        self.knots[i].append((t, *position, *NONE, *NONE))
         self.events.append((t, "stop", (i,), None))
         self.duration = max(self.duration, t)
 
@@ -83,8 +93,8 @@ class Trace:
         center: Point,
     ) -> None:
         """Ball ``i`` came to a pocket with this ``motion`` (m, m/s), and lies at its ``center``."""
-        self.knots[i].append((t, *motion))
-        self.knots[i].append((t, *center, 0.0, 0.0))
+        self.knots[i].append((t, *motion, *NONE))
+        self.knots[i].append((t, *center, *NONE, *NONE))
         self.events.append((t, POCKET, (i,), pocket))
         self.duration = max(self.duration, t)
 
@@ -110,6 +120,12 @@ class Trace:
             while knots[-1][0] > self.duration:
                 knots.pop()
 
+    def complete(self, surface: Sliding) -> None:
+        """Let balls slide on from those breakpoints that know no acceleration."""
+        for i, knots in enumerate(self.knots):
+            if any(math.isnan(knot[5]) for knot in knots):
+                self.knots[i] = completed(knots, surface, self.duration)
+
     def warn(self, text: str, t: float, figure: float = 0.0) -> None:
         """Note what the user should know of what happened at ``t`` (s).
 
@@ -126,3 +142,21 @@ class Trace:
             f"({f'{times} times, first ' if times > 1 else ''}at {first:.6g} s)"
             for text, (first, times, largest) in self.warned.items()
         )
+
+
+def completed(knots: Sequence[Sequence[float]], surface: Sliding, end: float) -> list[Knot]:
+    """Return breakpoints; from those that know no acceleration a ball moves on as on the surface.
+
+    Each may have five numbers. The ball rests if it comes to rest before the next breakpoint, or
+    before the ``end`` (s) of the run.
+    """
+    found: list[Knot] = []
+    for knot, until in zip(knots, [*(later[0] for later in knots[1:]), end], strict=True):
+        t, x, y, vx, vy, *known = knot
+        path = surface.path(t, (x, y), (vx, vy))
+        is_known = len(known) == 2 and not math.isnan(known[0])
+        ax, ay = known if is_known else path.acceleration
+        found.append((t, x, y, vx, vy, ax, ay))
+        if not is_known and t < path.stop < until:
+            found.append((path.stop, path.rest_x, path.rest_y, *NONE, *NONE))
+    return found

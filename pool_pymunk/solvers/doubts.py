@@ -7,14 +7,14 @@ from itertools import groupby, pairwise
 from operator import itemgetter
 
 from pool_pymunk.model import Scene
-from pool_pymunk.physics.motion import kinetic_energy, slide
+from pool_pymunk.physics.motion import free_motion, kinetic_energy
 from pool_pymunk.results.trace import Knot, Trace
 from pool_pymunk.results.words import counted
 
 GAINED = 1e-9  # A contact that gains a smaller share of the kinetic energy gained none.
 
 
-def farthest(one: Trace, other: Trace, deceleration: float) -> float:
+def farthest(one: Trace, other: Trace) -> float:
     """Return how far (m) the balls of two traces lie apart at most when both have ended.
 
     Where one of them is cut off, they are looked at before.
@@ -22,7 +22,7 @@ def farthest(one: Trace, other: Trace, deceleration: float) -> float:
     is_cut = "max_events" in (one.status, other.status)
     at = (min if is_cut else max)(one.duration, other.duration)
     return max(
-        math.dist(_motion(a, at, deceleration)[:2], _motion(b, at, deceleration)[:2])
+        math.dist(_motion(a, at)[:2], _motion(b, at)[:2])
         for a, b in zip(one.knots, other.knots, strict=True)
     )
 
@@ -30,7 +30,7 @@ def farthest(one: Trace, other: Trace, deceleration: float) -> float:
 def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     """Warn if contacts gained kinetic energy: how much, how often, and which was the first."""
     masses, knots = [ball.mass for ball in scene.balls], trace.knots
-    initial = sum(kinetic_energy(m, *k[0][3:]) for m, k in zip(masses, knots, strict=True))
+    initial = sum(kinetic_energy(m, *k[0][3:5]) for m, k in zip(masses, knots, strict=True))
     steps = sorted((new[0], i, old, new) for i, k in enumerate(knots) for old, new in pairwise(k))
     gained = 0.0
     first: tuple[float, list[int]] | None = None
@@ -38,10 +38,10 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     for t, changes in groupby(steps, key=itemgetter(0)):
         before = after = 0.0
         balls = []
-        for _, i, (t0, x, y, vx, vy), new in changes:
-            old = slide(x, y, vx, vy, scene.deceleration, t - t0)[2:]
+        for _, i, (t0, *motion), new in changes:
+            old = free_motion(t - t0, *motion)[2:]
             before += kinetic_energy(masses[i], *old)
-            after += kinetic_energy(masses[i], *new[3:])
+            after += kinetic_energy(masses[i], *new[3:5])
             balls.append(i)
         if after - before > GAINED * initial:
             gained, times, first = gained + after - before, times + 1, first or (t, balls)
@@ -56,7 +56,7 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     )
 
 
-def _motion(knots: list[Knot], t: float, deceleration: float) -> tuple[float, float, float, float]:
+def _motion(knots: list[Knot], t: float) -> tuple[float, float, float, float]:
     """Return where a ball is at ``t`` (s), and its velocity, from its breakpoints."""
-    t0, x, y, vx, vy = next(knot for knot in reversed(knots) if knot[0] <= t)
-    return slide(x, y, vx, vy, deceleration, t - t0)
+    t0, *motion = next(knot for knot in reversed(knots) if knot[0] <= t)
+    return free_motion(t - t0, *motion)

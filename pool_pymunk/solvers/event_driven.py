@@ -14,7 +14,7 @@ from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.path import set_off
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, bound, cut_off, pockets, walls
+from pool_pymunk.solvers.exact import TraceRecorder, begin, bound, cut_off, pockets, walls
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 
@@ -27,6 +27,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     trace = Trace(start)
     engine = set_up(scene, start, settings, trace)
     latest = math.inf if settings.max_time is None else settings.max_time
+    begin(trace, engine)
     bound(engine, settings)
     engine.advance(latest)
     trace.steps = engine.answered

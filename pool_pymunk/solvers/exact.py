@@ -13,7 +13,7 @@ from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import Wall, pocket
-from pool_pymunk.results.trace import COLLAPSE, ONE_INSTANT, PERSISTENT, ZERO_SLIP, Trace
+from pool_pymunk.results.trace import COLLAPSE, NONE, ONE_INSTANT, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.settings import Settings
 
 
@@ -30,6 +30,12 @@ def walls(scene: Scene) -> list[Wall]:
 def pockets(scene: Scene) -> list[Wall]:
     """Return the scene's pockets, as walls that take balls in."""
     return [pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
+
+
+def begin(trace: Trace, engine: ContactEngine) -> None:
+    """Write down how the balls speed up or slow down from the start on."""
+    for knots, path in zip(trace.knots, engine.paths, strict=True):
+        knots[0] = (*knots[0][:5], *path.acceleration)
 
 
 def bound(engine: ContactEngine, settings: Settings) -> None:
@@ -53,9 +59,9 @@ def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
             t,
         )
     for i, path in enumerate(engine.paths):
-        if path.stop > t:
+        if path.stop > t or trace.knots[i][-1][3:5] != NONE:
             x, y, vx, vy = motion_at(path, t)
-            trace.knot(i, t, (x, y), (vx, vy))
+            trace.knot(i, t, (x, y), (vx, vy), path.acceleration if path.stop > t else NONE)
 
 
 class TraceRecorder(Recorder):
@@ -75,7 +81,7 @@ class TraceRecorder(Recorder):
 
     def path(self, i: int, path: Path) -> None:
         """Write down where a new path begins."""
-        self.trace.knot(i, path.t, (path.x, path.y), (path.vx, path.vy))
+        self.trace.knot(i, path.t, (path.x, path.y), (path.vx, path.vy), path.acceleration)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """List a stop."""

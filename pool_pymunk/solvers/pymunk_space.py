@@ -15,7 +15,7 @@ import pymunk
 
 from pool_pymunk.model import Scene, State
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, bound, cut_off, walls
+from pool_pymunk.solvers.exact import TraceRecorder, begin, bound, cut_off, walls
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.settings import Settings
 from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
@@ -38,6 +38,7 @@ def solve(
     trace = Trace(start)
     table = set_up(scene, start, settings, contacts, friction)
     table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
+    begin(trace, table.engine)
     bound(table.engine, settings)
     table.latest = math.inf if settings.max_time is None else settings.max_time
     table.play(settings.on_time)

@@ -74,6 +74,7 @@ class Request(NamedTuple):
             settings = settings._replace(variant=variant, on_time=None)
         trace = self.solver.solve(self.scene, state, settings, **self.options)
         trace.cut(settings.most)
+        trace.complete(self.scene.surface)
         return trace
 
     def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
@@ -90,9 +91,8 @@ class Request(NamedTuple):
             or wall_time > PATIENCE
         ):
             return None
-        a = self.scene.deceleration
         others = [self._solve(state, variant) for variant in trace.variants]
-        changed = SURE * max(farthest(trace, other, a) for other in others)
+        changed = SURE * max(farthest(trace, other) for other in others)
         shift = min(changed, self.scene.diagonal)
         said = f"{SURE:g} times what other answers change"
         trace.warn(

@@ -12,7 +12,7 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, Vector, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.physics.motion import Array, slide, stopping_time
+from pool_pymunk.physics.motion import Array, free_motion, stopping_time
 from pool_pymunk.physics.saltation import Meeting, State4, bounce, hit, slide_jacobian
 from pool_pymunk.physics.sides import Face, Post
 from pool_pymunk.results.run import Event, Run
@@ -109,9 +109,9 @@ class Changes:
     def _is_hit(self, i: int, n: int, t: float) -> bool:
         """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
         begun, k, _ = self.kept[i][n]
-        t0, x, y, vx, vy = self.knots[i][self.kept[i][n - 1][1]]
-        before = slide(x, y, vx, vy, self.deceleration, t - t0)[2:]
-        after = self.knots[i][k][3:]
+        t0, *motion = self.knots[i][self.kept[i][n - 1][1]]
+        before = free_motion(t - t0, *motion)[2:]
+        after = self.knots[i][k][3:5]
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
         is_end = t == self.run.duration and not self.is_cut  # It is held where balls rest.
         return jump > AGREE * math.hypot(*before) and not is_end and self._is_now(begun, t, [i])
@@ -167,14 +167,14 @@ class Changes:
         """Tell whether a time (s) is that of an instant, to rounding, in the motion of balls."""
         fastest, size = 0.0, 0.0
         for i in balls if t != now else ():
-            _, x, y, vx, vy = self.knots[i][self.at[i]]
+            _, x, y, vx, vy, _, _ = self.knots[i][self.at[i]]
             fastest = max(fastest, abs(vx), abs(vy))
             size = max(size, abs(x) + abs(y) + self.scene.balls[i].radius)
         return t == now or abs(t - now) * fastest < BLUR * (size * (fastest > 0.0) + now * fastest)
 
     def _rests_just_at(self, i: int, t: float) -> bool:
         """Tell whether a ball that moved comes to rest at this time (s)."""
-        t0, _, _, vx, vy = self.knots[i][self.at[i]]
+        t0, _, _, vx, vy, _, _ = self.knots[i][self.at[i]]
         speed = math.sqrt(vx * vx + vy * vy)
         moved = speed > 0.0 or self.at[i] > 0
         return moved and self._is_now(t0 + stopping_time(speed, self.deceleration), t, [i])
@@ -320,7 +320,7 @@ class Changes:
     def _stop(self, i: int, event: Event) -> None:
         """Follow a ball to rest: t_stop = t + v / a."""
         knots = self.knots[i]
-        vx, vy = knots[self.at[i]][3:]
+        vx, vy = knots[self.at[i]][3:5]
         speed = math.sqrt(vx * vx + vy * vy)
         change = self.change[i]
         if speed == 0.0:  # A contact has stopped it.
@@ -363,12 +363,13 @@ class Changes:
 
     def _slid(self, knot: Sequence[float], change: Array, t: float) -> tuple[State4, Array]:
         """Return the state at the time t of a ball that slides on from a knot, and its change."""
-        t0, x, y, vx, vy = knot
+        t0, *motion = knot
+        vx, vy = motion[2:4]
         by_state, by_drag = slide_jacobian(vx, vy, self.deceleration, t - t0)
         moved = by_state @ change
         if self.drag is not None:
             moved += by_drag[:, np.newaxis] * self.drag
-        return slide(x, y, vx, vy, self.deceleration, t - t0), moved
+        return free_motion(t - t0, *motion), moved
 
     def _set(self, i: int, change: Array) -> None:
         """Begin a new path with this change."""

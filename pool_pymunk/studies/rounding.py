@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import EPSILON, Array
+from pool_pymunk.physics.motion import EPSILON, Array, free_motions
 from pool_pymunk.physics.sides import Face, Post
 from pool_pymunk.results.run import SURE, Event, Run
 from pool_pymunk.solvers import find_solver
@@ -148,7 +148,7 @@ class Errors:
         policy answers.
         """
         times, index, steps = self.knots[:, 0].tolist(), self.scene.index, list[Step]()
-        at_rest: list[bool] = np.all(self.knots[:, 3:] == 0.0, axis=1).tolist()
+        at_rest: list[bool] = np.all(self.knots[:, 3:5] == 0.0, axis=1).tolist()
         at, instant, met = self.at, -1.0, set[int]()
         for event in self.run.events:
             balls = tuple([index[id_] for id_ in event.balls])
@@ -248,7 +248,7 @@ class Errors:
         count, many = knots.shape
         places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
         states, slid = self._slide(knots, self.until[knots])
-        after = self.knots[knots + 1][..., 3:]
+        after = self.knots[knots + 1][..., 3:5]
         ways, normal, curvature, offset = self._geometry(steps, states)
         tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
         axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
@@ -372,7 +372,7 @@ class Errors:
         ways = np.abs(at - self.knots[knots, 1:3])
         own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(at) + 2.0 * ways, 0.0)
         if self.scene.deceleration > 0.0:
-            own[..., 2:] = UNIT * np.abs(self.knots[knots, 3:])
+            own[..., 2:] = UNIT * np.abs(self.knots[knots, 3:5])
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
     def _gap_errors(self, knots: Array, states: Array) -> Array:
@@ -385,7 +385,7 @@ class Errors:
         """
         ways = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
         size = ways + 2.0 * self._of_balls(self.radii, knots).sum(axis=1)
-        starts, moves = self.knots[knots, 0], np.any(self.knots[knots, 3:] != 0.0, axis=2)
+        starts, moves = self.knots[knots, 0], np.any(self.knots[knots, 3:5] != 0.0, axis=2)
         first = np.take_along_axis(moves, starts.argmin(axis=1)[:, np.newaxis], axis=1)[:, 0]
         worked_out = first & (np.ptp(starts, axis=1) > 0.0)
         places = np.abs(states[..., :2]).sum(axis=(1, 2)) * worked_out
@@ -427,7 +427,7 @@ class Errors:
         """
         count, many, _ = before.shape
         own = np.zeros((count, many, 4))
-        own[..., 2:] = UNIT * np.abs(self.knots[knots + 1, 3:])
+        own[..., 2:] = UNIT * np.abs(self.knots[knots + 1, 3:5])
         own = own[..., np.newaxis] * self._signs(2, places, many, 4)
         share = np.ones((count, many))
         if many == 2:
@@ -463,7 +463,7 @@ class Errors:
         at the knots: :func:`~pool_pymunk.physics.saltation.slide_jacobian`, for many at once.
         """
         start = self.knots[knots]
-        velocity, time = start[..., 3:], times - start[..., 0]
+        velocity, time = start[..., 3:5], times - start[..., 0]
         speed = np.sqrt((velocity**2).sum(axis=-1))
         a, moves = self.scene.deceleration, speed > 0.0
         unit = np.where(moves[..., np.newaxis], velocity / speed[..., np.newaxis], 0.0)
@@ -473,10 +473,7 @@ class Errors:
         way, left = time * (1.0 - lost / 2.0), 1.0 - lost
         if a > 0.0:
             left = np.where(moves, left, 0.0)
-        state = np.concatenate(
-            (start[..., 1:3] + velocity * way[..., np.newaxis], velocity * left[..., np.newaxis]),
-            axis=-1,
-        )
+        state = np.concatenate(free_motions(start, times), axis=-1)
         one, square = np.eye(2), unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
         by_state = np.zeros((*np.shape(knots), 4, 4))
         by_state[..., :2, :2] = one

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion import EPSILON, Array
+from pool_pymunk.physics.motion import EPSILON, Array, free_motions
 from pool_pymunk.results.run import Run
 
 # Rounding moves a place by less than this share of its coordinates. An instant of the engine has
@@ -46,28 +46,29 @@ class Pieces(NamedTuple):
     """Pieces are those of the paths of all balls, and things at rest, as arrays of one length.
 
     ``own`` is the number of the ball, or -1 - k for the ``k``-th thing at rest. A piece lasts
-    from ``t0`` to ``t1`` (s). ``motion`` (K, 3, 2) has the place (m), velocity (m/s) and
-    acceleration (m/s^2) at its start. ``size`` (m) is the radius. ``rim`` tells that only the
-    centres of balls count, as at a pocket.
+    from its breakpoint, ``start`` (K, 7), until ``t1`` (s). ``size`` (m) is the radius. ``rim``
+    tells that only the centres of balls count, as at a pocket.
     """
 
     own: Whole
-    t0: Array
+    start: Array
     t1: Array
-    motion: Array
     size: Array
     rim: NDArray[np.bool_]
 
     @property
+    def t0(self) -> Array:
+        """The times (s) at which they begin."""
+        return np.asarray(self.start[:, 0])
+
+    @property
     def moves(self) -> NDArray[np.bool_]:
         """Tell which of them move."""
-        return np.asarray(self.motion[:, 1].any(axis=1))
+        return np.asarray(self.start[:, 3:5].any(axis=1))
 
     def at(self, rows: Whole, t: Array) -> tuple[Array, Array]:
         """Return places (m) and velocities (m/s) of these pieces, each at its own time."""
-        motion, time = self.motion[rows], (t - self.t0[rows])[:, np.newaxis]
-        velocity = motion[:, 1] + time * motion[:, 2]
-        return motion[:, 0] + 0.5 * time * (motion[:, 1] + velocity), velocity
+        return free_motions(self.start[rows], t)
 
 
 def touches(run: Run) -> list[Touch]:
@@ -105,16 +106,12 @@ def _pieces(run: Run) -> Pieces:
         ends = [*knots[1:, 0].tolist(), last]
         for (t, *motion), end in zip(knots.tolist(), ends, strict=True):
             if t < min(end, last):
-                rows.append((i, t, min(end, last), *motion, ball.radius, 0.0))
+                rows.append((i, t, *motion, min(end, last), ball.radius, 0.0))
     for k, (place, radius, rim, _) in enumerate(_at_rest(run)):
-        rows.append((-1 - k, 0.0, run.duration, *place, 0.0, 0.0, radius, rim))
-    table = np.array(rows).reshape(-1, 9)
-    velocity = table[:, 5:7]
-    speed = np.sqrt((velocity**2).sum(axis=1, keepdims=True))
-    pull = -run.scene.deceleration * velocity / np.where(speed > 0.0, speed, 1.0)
-    motion = np.stack([table[:, 3:5], velocity, pull], axis=1)
-    return Pieces(table[:, 0].astype(int), table[:, 1], table[:, 2], motion, table[:, 7],
-                  table[:, 8] > 0.0)  # fmt: skip
+        rows.append((-1 - k, 0.0, *place, *[0.0] * 4, run.duration, radius, rim))
+    table = np.array(rows).reshape(-1, 11)
+    return Pieces(table[:, 0].astype(int), table[:, 1:8], table[:, 8], table[:, 9],
+                  table[:, 10] > 0.0)  # fmt: skip
 
 
 # -- balls, corners and pockets --------------------------------------------------------------------
@@ -193,9 +190,9 @@ def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
     length = (chord**2).sum(axis=1)
     share = -(first * chord).sum(axis=1) / np.where(length > 0.0, length, 1.0)
     nearest = first + np.clip(share, 0.0, 1.0)[:, np.newaxis] * chord
-    pull = np.sqrt(((pieces.motion[q, 2] - pieces.motion[p, 2]) ** 2).sum(axis=1))
+    pull = np.sqrt(((pieces.start[q, 5:7] - pieces.start[p, 5:7]) ** 2).sum(axis=1))
     bow = np.where(pieces.moves[q], pull * (until - since) ** 2 / 8.0, 0.0)
-    blur = BLUR * (np.abs(pieces.motion[p, 0]) + np.abs(pieces.motion[q, 0])).sum(axis=1)
+    blur = BLUR * (np.abs(pieces.start[p, 1:3]) + np.abs(pieces.start[q, 1:3])).sum(axis=1)
     within = (_reach(pieces, p, q) + bow) * (1.0 + BLUR) + 4.0 * blur
     near = (nearest**2).sum(axis=1) <= within**2
     return p[near], q[near], since[near], until[near]

@@ -275,7 +275,7 @@ class LiveTable {
     if (drag.moves) {
       drag.end = [x + drag.x, y + drag.y];
       const [, , , vx, vy] = this.player.run.knots[drag.i][0];
-      this.player.run.knots[drag.i] = [[0, ...drag.end, vx, vy]];
+      this.player.run.knots[drag.i] = [[0, ...drag.end, vx, vy, 0, 0]];
     } else {
       drag.aim = this.dragged(drag.i, x, y);
       if (drag.aim) this.changeAim(drag.aim);
@@ -649,10 +649,10 @@ function endOf(player) {
 
 /** Return a run in which nothing happens. */
 function resting({ position, velocity, off }, balls) {
-  const knots = position.map((place, i) => [[0, ...place, ...velocity[i]]]);
+  const knots = position.map((place, i) => [[0, ...place, ...velocity[i], 0, 0]]);
   const gone = off.map((id) => balls.findIndex((ball) => ball.id === id));
   const nothing = { solver: "", label: "", message: "", warnings: [], events: [] };
-  return { ...nothing, duration: 0, deceleration: 0, off: gone, knots };
+  return { ...nothing, duration: 0, off: gone, knots };
 }
 
 /** Return what a refusal says, one line a problem. */

@@ -1,8 +1,8 @@
-/* Where every ball is at any time: between its knots a ball slides in closed form (Eq. 10).
- * A knot is [t, x, y, vx, vy] in s, m and m/s; a ball has one wherever its velocity changes. The
+/* Where every ball is at any time: a breakpoint is [t, x, y, vx, vy, ax, ay] in s, m, m/s and m/s^2.
+ * A ball has one wherever its motion changes; up to the next one its acceleration is constant. The
  * operations are those of Run.at, in the same order, so that both give the same bits. */
 
-/** Return the last knot of a ball that is not later than t. */
+/** Return the last breakpoint of a ball that is not later than t. */
 function lastKnot(knots, t) {
   let low = 0;
   let high = knots.length;
@@ -14,22 +14,21 @@ function lastKnot(knots, t) {
   return knots[low];
 }
 
-/** Return position (m) and velocity (m/s) of a ball that slides on from a knot, at the time t. */
-function slide([start, x, y, vx, vy], deceleration, t) {
-  const elapsed = t - start;
-  const speed = Math.sqrt(vx * vx + vy * vy);
-  const stop = deceleration > 0 ? (speed > 0 ? speed / deceleration : 0) : Infinity;
-  const moving = Math.min(elapsed, stop);
-  const lost = speed > 0 ? (deceleration * moving) / speed : 0;
-  const reach = moving * (1 - lost / 2);
-  const left = elapsed >= stop ? 0 : 1 - lost;
-  return { x: x + vx * reach, y: y + vy * reach, vx: vx * left, vy: vy * left };
+/** Return position (m) and velocity (m/s) of a ball at the time t, from its last breakpoint. */
+function freeMotion([start, x, y, vx, vy, ax, ay], t) {
+  const time = t - start;
+  return {
+    x: x + time * (vx + (time * ax) / 2),
+    y: y + time * (vy + (time * ay) / 2),
+    vx: vx + time * ax,
+    vy: vy + time * ay,
+  };
 }
 
 /** Return where ball i of a run is at the time t; after the end, it is where it ended. */
 function stateAt(run, i, t) {
   const at = Math.min(Math.max(t, 0), run.duration);
-  return slide(lastKnot(run.knots[i], at), run.deceleration, at);
+  return freeMotion(lastKnot(run.knots[i], at), at);
 }
 
 /** Return where all balls of a run are at the time t. */
