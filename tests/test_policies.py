@@ -18,6 +18,7 @@ from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, Post, Wall, face_between
+from pool_pymunk.physics.surface import Sliding
 
 R = 0.05
 
@@ -243,7 +244,7 @@ class Notes(Recorder):
 def row(*velocities: float, gap: float = 0.5) -> tuple[ContactEngine, Notes]:
     """Return balls in a row along x, equal and elastic, on an open plane."""
     notes = Notes()
-    engine = ContactEngine(LAWS["coulomb"], lambda i, j: Pair(1.0, 1.0, 1.0, 0.0), 0.0, notes)
+    engine = ContactEngine(LAWS["coulomb"], lambda i, j: Pair(1.0, 1.0, 1.0, 0.0), Sliding(), notes)
     for k, v in enumerate(velocities):
         engine.add_ball(set_off(0.0, (gap * k, 0.0), (v, 0.0), 0.0), R, 1.0)
     engine.near = Boxes(len(velocities), 0)

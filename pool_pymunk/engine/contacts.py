@@ -37,6 +37,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE, Path, arrival, motion_at, pair_time, set_off
 from pool_pymunk.physics.sides import Wall, unit
+from pool_pymunk.physics.surface import Surface
 
 # This is two balls, lower number first; or a ball and -1 - a wall; or a ball twice, for its stop or
 # for another look ahead.
@@ -98,12 +99,12 @@ class ContactEngine:
         self,
         law: Law,
         pair: Callable[[int, int], Pair],
-        deceleration: float,
+        surface: Surface,
         recorder: Recorder,
     ) -> None:
-        self.resolver = Resolver(law, deceleration)
+        self.resolver = Resolver(law, surface)
         self.pair = pair
-        self.deceleration = deceleration
+        self.surface = surface
         self.recorder = recorder
         self.near: Near
         self.paths = self.resolver.paths
@@ -157,7 +158,7 @@ class ContactEngine:
         """
         path = self.paths[i]
         x, y, _, _ = motion_at(path, max(self.now, path.t))
-        self.paths[i] = set_off(self.now, at or (x, y), (0.0, 0.0), self.deceleration)
+        self.paths[i] = self.surface.path(self.now, at or (x, y), (0.0, 0.0))
         self.rested[i] = self.now
         self.near.remove(i)
         self.resolver.forget(i)
@@ -584,7 +585,7 @@ class ContactEngine:
             if self.errors is not None and velocity != (0.0, 0.0):
                 fastest, (vx, vy) = resolution.noise / NOISE, velocity
                 velocity = vx + self._error(fastest), vy + self._error(fastest)
-            path = set_off(self.now, (x, y), velocity, self.deceleration, resolution.noise)
+            path = set_off(self.now, (x, y), velocity, self.surface.pull, resolution.noise)
             if path.speed > 0.0:
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)

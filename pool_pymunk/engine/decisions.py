@@ -72,28 +72,26 @@ def is_hit(closing: float, noise: float, least: float) -> bool:
     return closing > max(noise, BARELY * least)
 
 
-def contact_time(
-    since_met: float, left: float, radius: float, deceleration: float, many: bool
-) -> float:
+def contact_time(since_met: float, left: float, radius: float, pull: float, many: bool) -> float:
     """Return how long (s) one contact lasts, for two balls that friction presses together.
 
     ``since_met`` (s) is the time since they met, ``left`` (s) is the time until both rest, and
     ``radius`` (m) is the smaller one. The contact time is so short that the balls sink into each
-    other by ``DEEPEST`` radii at most. After ``many`` hits it is not much shorter, because
-    other balls push these two on whenever they would rest.
+    other by ``DEEPEST`` radii at most, at this ``pull`` (m/s^2) of surface friction. After ``many``
+    hits it is not much shorter, because other balls push these two on whenever they would rest.
     """
-    shallow = math.sqrt(4.0 * DEEPEST * radius / deceleration)
+    shallow = math.sqrt(4.0 * DEEPEST * radius / pull)
     least = SHORTEST * shallow if many else 0.0
     return min(max(CONTACT_TIME * max(since_met, left), least), shallow)
 
 
-def faint(since_last: float, contact_time: float, deceleration: float) -> float:
+def faint(since_last: float, contact_time: float, pull: float) -> float:
     """Return the closing speed (m/s) below which balls that hit a moment ago (s) hit later.
 
     It is a small share of the speed that surface friction gives in a contact time (s), so balls in
     a cluster do not hit each other again and again for nothing.
     """
-    return FAINT * deceleration * contact_time if since_last < contact_time / 2.0 else 0.0
+    return FAINT * pull * contact_time if since_last < contact_time / 2.0 else 0.0
 
 
 def may_spread(closing: float, known: float) -> bool:
@@ -133,12 +131,12 @@ def lasts(since_last: float, contact_time: float) -> bool:
     return since_last <= WINDOW * contact_time
 
 
-def is_micro(closing: float, contact_time: float, deceleration: float) -> bool:
+def is_micro(closing: float, contact_time: float, pull: float) -> bool:
     """Tell whether a hit of a contact that goes on is only a micro-collision.
 
     It is one if the balls close no faster than surface friction can drive them in one contact time.
     """
-    return closing <= 2.0 * deceleration * contact_time
+    return closing <= 2.0 * pull * contact_time
 
 
 def bounce(restitution: float, closing: float, least: float) -> float:

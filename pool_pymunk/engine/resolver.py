@@ -39,6 +39,7 @@ from pool_pymunk.physics.contact import (
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE, NOT_MET, Lasting, Path
+from pool_pymunk.physics.surface import Surface
 from pool_pymunk.physics.together import push_apart
 
 SAME_NORMAL = 1e-12
@@ -93,9 +94,9 @@ class Resolution:
 class Resolver:
     """The resolver answers contacts by a law, and keeps the history of persistent contacts."""
 
-    def __init__(self, law: Law, deceleration: float) -> None:
+    def __init__(self, law: Law, surface: Surface) -> None:
         self.law = law
-        self.deceleration = deceleration
+        self.pull = surface.pull
         self.variant = decisions.Variant()
         self.collapses = 0  # of more than two contacts, so far
         self.spread = 0.0  # m/s; the largest one of the run
@@ -115,11 +116,11 @@ class Resolver:
         left = max(self.paths[i].stop, self.paths[j].stop) - now
         radius = min(self.radii[i], self.radii[j])
         many = past.hits > decisions.MANY_TIMES
-        time = decisions.contact_time(now - past.met, left, radius, self.deceleration, many)
+        time = decisions.contact_time(now - past.met, left, radius, self.pull, many)
         time *= self.variant.longer
         if not many:
             return Lasting(time)
-        return Lasting(time, decisions.faint(now - past.last, time, self.deceleration))
+        return Lasting(time, decisions.faint(now - past.last, time, self.pull))
 
     def is_pressed(self, pair: tuple[int, int], now: float) -> bool:
         """Tell whether two balls are in persistent contact."""
@@ -259,7 +260,7 @@ class Resolver:
             resolution.micro.append((contact, past.last))
         else:
             resolution.listed.append(contact)
-        if contact.b != NO_BALL and self.deceleration > 0.0:
+        if contact.b != NO_BALL and self.pull > 0.0:
             pair = (contact.a, contact.b)
             hits = self.history[pair].hits if pair in self.history else 0
             hits += past is not None and is_micro
@@ -310,7 +311,7 @@ class Resolver:
         """Return the speed (m/s) at which ball ``i`` would stop before its place changes."""
         path = self.paths[i]
         size = abs(path.x) + abs(path.y) + self.radii[i]
-        return math.sqrt(2.0 * self.deceleration * EPSILON * size)
+        return math.sqrt(2.0 * self.pull * EPSILON * size)
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
         """Tell whether any of the contacts parts more slowly than it closes, by this law."""
@@ -344,7 +345,7 @@ class Resolver:
         least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
         if not decisions.lasts(now - past.last, time):
             return least, faint, False, None
-        return least, faint, decisions.is_micro(closing, time, self.deceleration), past
+        return least, faint, decisions.is_micro(closing, time, self.pull), past
 
 
 def _off(one: Outcome, other: Outcome) -> float:

@@ -12,7 +12,6 @@ from functools import cache
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.path import set_off
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.exact import TraceRecorder, begin, bound, cut_off, pockets, walls
 from pool_pymunk.solvers.record import Solver
@@ -42,9 +41,9 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     """Return the contact engine with the scene's balls on their way."""
     law = settings.law_of(scene)
     recorder = TraceRecorder(scene, trace, law)
-    engine = ContactEngine(law, cache(scene.pair), scene.deceleration, recorder)
+    engine = ContactEngine(law, cache(scene.pair), scene.surface, recorder)
     for ball, position, velocity in zip(scene.balls, start.position, start.velocity, strict=True):
-        path = set_off(0.0, position, velocity, scene.deceleration)
+        path = scene.surface.path(0.0, position, velocity)
         engine.add_ball(path, ball.radius, ball.mass)
     engine.walls = [*walls(scene), *pockets(scene)]
     boxes = Boxes if len(scene.balls) < MANY else ManyBoxes

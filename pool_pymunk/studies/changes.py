@@ -12,8 +12,9 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, Vector, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.physics.motion import Array, free_motion, stopping_time
-from pool_pymunk.physics.saltation import Meeting, State4, bounce, hit, slide_jacobian
+from pool_pymunk.physics.motion import Array, free_motion
+from pool_pymunk.physics.path import NOISE
+from pool_pymunk.physics.saltation import Meeting, Motion6, bounce, hit
 from pool_pymunk.physics.sides import Face, Post
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
@@ -45,11 +46,16 @@ class Changes:
     def __init__(self, run: Run, law: Law, inputs: Inputs) -> None:
         self.run, self.law, self.inputs = run, law, inputs
         self.scene = run.scene
-        self.deceleration = self.scene.deceleration
+        self.surface = self.scene.surface
         surface = inputs.unit("friction.surface")
         self.drag = None if surface is None else self.scene.physics.gravity * surface
         self.walls = walls(self.scene)
         self.knots = [knots.tolist() for knots in run.knots]
+        self.until = [np.append(knots[1:, 0], run.duration) for knots in run.knots]
+        self.jacobians = [
+            self.surface.jacobian(knots[:, 3:5], until - knots[:, 0])
+            for knots, until in zip(run.knots, self.until, strict=True)
+        ]
         self.at = [0] * len(self.knots)  # the number of each ball's last knot
         self.change = [inputs.start(i) for i in range(len(self.knots))]
         self.kept = [[(0.0, 0, change)] for change in self.change]
@@ -103,18 +109,23 @@ class Changes:
                 change = np.full_like(change, math.nan)
             if any(self._is_hit(i, n, t) for n in (last, last + 1) if 0 < n < len(kept)):
                 change = np.where(change.any(axis=0), math.nan, change)
-            changes.append(self._slid(knots[k], change, t)[1][:2])
+            changes.append(self._slid(i, k, change, t)[1][:2])
         return np.array(changes).reshape(len(changes), 2, self.inputs.count)
 
     def _is_hit(self, i: int, n: int, t: float) -> bool:
         """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
         begun, k, _ = self.kept[i][n]
         t0, *motion = self.knots[i][self.kept[i][n - 1][1]]
-        before = free_motion(t - t0, *motion)[2:]
+        before = free_motion(t - t0, *motion)[2:4]
+        rounding = NOISE * math.hypot(*motion[2:4])
         after = self.knots[i][k][3:5]
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
         is_end = t == self.run.duration and not self.is_cut  # It is held where balls rest.
-        return jump > AGREE * math.hypot(*before) and not is_end and self._is_now(begun, t, [i])
+        return (
+            jump > AGREE * math.hypot(*before) + rounding
+            and not is_end
+            and self._is_now(begun, t, [i])
+        )
 
     # -- events ------------------------------------------------------------------------------------
 
@@ -174,10 +185,9 @@ class Changes:
 
     def _rests_just_at(self, i: int, t: float) -> bool:
         """Tell whether a ball that moved comes to rest at this time (s)."""
-        t0, _, _, vx, vy, _, _ = self.knots[i][self.at[i]]
-        speed = math.sqrt(vx * vx + vy * vy)
-        moved = speed > 0.0 or self.at[i] > 0
-        return moved and self._is_now(t0 + stopping_time(speed, self.deceleration), t, [i])
+        t0, x, y, vx, vy, _, _ = self.knots[i][self.at[i]]
+        moved = vx != 0.0 or vy != 0.0 or self.at[i] > 0
+        return moved and self._is_now(self.surface.path(t0, (x, y), (vx, vy)).stop, t, [i])
 
     def _shares_a_ball(self, k: int) -> bool:
         """Tell whether a contact has a ball in common with another event of its instant.
@@ -205,11 +215,11 @@ class Changes:
         before = [self._moved(i, event.t) for i in balls]
         states = [state for state, _ in before]
         change = np.concatenate([each for _, each in before])
-        after = [(knot[3], knot[4]) for knot in (self.knots[i][self.at[i] + 1] for i in balls)]
+        rates = [self.knots[i][self.at[i] + 1][3:] for i in balls]
         meeting, normal = self._meeting(balls, states, event)
-        fastest = max(abs(part) for state in states for part in state[2:])
+        fastest = max(abs(part) for state in states for part in state[2:4])
         size = sum(abs(x) + abs(y) + self.scene.balls[i].radius
-                   for i, (x, y, _, _) in zip(balls, states, strict=True))  # fmt: skip
+                   for i, (x, y, *_) in zip(balls, states, strict=True))  # fmt: skip
         if meeting.closing <= GRAZE * fastest or _depth(meeting) <= BLUR * size:
             raise Lost("a contact is a graze")
         times = meeting.times(change, self._gap(balls))
@@ -218,26 +228,26 @@ class Changes:
             times = np.where(times != 0.0, math.nan, times)
         moved = meeting.moved(change, times)
         parts = meeting.split @ moved
-        before_nt = [split(state[2:], normal) for state in states]
+        before_nt = [split(state[2:4], normal) for state in states]
         moves = [bool(row.any()) for row in parts[1::2]]
         law, answer = self._law(balls, before_nt, moves, fastest)
-        if not _agree(after, answer, normal, fastest):
+        if not _agree(rates, answer, normal, fastest):
             raise Lost("a contact is answered by a policy")
         parts = self._answered(law, parts, self._told(balls), event.t)
         self.times.append(times)
-        change = meeting.after(moved, times, parts, after, self.deceleration)
+        change = meeting.after(moved, times, parts, rates)
         for n, i in enumerate(balls):
             self._set(i, change[4 * n : 4 * n + 4])
 
     def _meeting(
-        self, balls: list[int], states: list[State4], event: Event
+        self, balls: list[int], states: list[Motion6], event: Event
     ) -> tuple[Meeting, Vector]:
         """Return the geometry of a contact, and its normal."""
         x, y = states[0][:2]
         if len(states) == 2:
             dx, dy = states[1][0] - x, states[1][1] - y
             distance = math.sqrt(dx * dx + dy * dy)
-            return hit(states[0], states[1], self.deceleration), (dx / distance, dy / distance)
+            return hit(states[0], states[1]), (dx / distance, dy / distance)
         assert event.cushion is not None
         radius = self.scene.balls[balls[0]].radius
         if self._may_meet_a_corner(x, y, radius):
@@ -245,7 +255,7 @@ class Changes:
         side = self.walls[event.cushion].nearest(x, y, radius)
         assert isinstance(side, Face | Post)
         normal = side.normal(x, y)
-        return bounce(states[0], normal, side.curvature(x, y), self.deceleration), normal
+        return bounce(states[0], normal, side.curvature(x, y)), normal
 
     def _may_meet_a_corner(self, x: float, y: float, radius: float) -> bool:
         """Tell whether a ball that touches the table touches it where a side and a corner join."""
@@ -318,20 +328,19 @@ class Changes:
         return -np.sum(radii, axis=0) if radii else 0.0
 
     def _stop(self, i: int, event: Event) -> None:
-        """Follow a ball to rest: t_stop = t + v / a."""
-        knots = self.knots[i]
-        vx, vy = knots[self.at[i]][3:5]
-        speed = math.sqrt(vx * vx + vy * vy)
+        """Follow a ball to rest, at the end of its path."""
+        vx, vy = self.knots[i][self.at[i]][3:5]
         change = self.change[i]
-        if speed == 0.0:  # A contact has stopped it.
+        if vx == vy == 0.0:  # A contact has stopped it.
             self._warn("a ball stops at contact, so the time of its stop has a kink", event.t)
             self.times.append(self.unknown)
         elif not self._is_next(i, event.t):
             raise Lost("a contact lasts, or is answered by a policy")
         else:
-            times = (vx * change[2] + vy * change[3]) / (speed * self.deceleration)
+            (by_vx, by_vy), by_pull = self.surface.end_slopes((vx, vy))
+            times = by_vx * change[2] + by_vy * change[3]
             if self.drag is not None:
-                times = times - self.drag * speed / self.deceleration**2
+                times = times + by_pull * self.drag
             self.times.append(np.asarray(times))
             change = self._moved(i, event.t)[1]
             change[2:] = np.where(np.isnan(change[2:]), math.nan, 0.0)
@@ -341,7 +350,7 @@ class Changes:
     def _fall(self, i: int, event: Event) -> None:
         """Follow a ball into its pocket, where it stays."""
         pocket = next(hole for hole in self.scene.pockets if hole.id == event.pocket)
-        (x, y, vx, vy), change = self._moved(i, event.t)
+        (x, y, vx, vy, _, _), change = self._moved(i, event.t)
         nx, ny = (x - pocket.position[0]) / pocket.radius, (y - pocket.position[1]) / pocket.radius
         closing = -(vx * nx + vy * ny)
         if closing <= GRAZE * max(abs(vx), abs(vy)) or not self._is_next(i, event.t):
@@ -357,19 +366,22 @@ class Changes:
         knots, k = self.knots[i], self.at[i] + 1
         return k < len(knots) and knots[k][0] == t
 
-    def _moved(self, i: int, t: float) -> tuple[State4, Array]:
-        """Return a ball's state at the time t, and how it depends on the inputs."""
-        return self._slid(self.knots[i][self.at[i]], self.change[i], t)
+    def _moved(self, i: int, t: float) -> tuple[Motion6, Array]:
+        """Return how a ball moves at the time t, and how that depends on the inputs."""
+        return self._slid(i, self.at[i], self.change[i], t)
 
-    def _slid(self, knot: Sequence[float], change: Array, t: float) -> tuple[State4, Array]:
-        """Return the state at the time t of a ball that slides on from a knot, and its change."""
-        t0, *motion = knot
-        vx, vy = motion[2:4]
-        by_state, by_drag = slide_jacobian(vx, vy, self.deceleration, t - t0)
+    def _slid(self, i: int, k: int, change: Array, t: float) -> tuple[Motion6, Array]:
+        """Return how a ball moves at a time, from its ``k``-th breakpoint on, and its change."""
+        t0, x, y, vx, vy, ax, ay = self.knots[i][k]
+        time = t - t0
+        if t == self.until[i][k]:
+            by_state, by_drag = (found[k] for found in self.jacobians[i])
+        else:
+            by_state, by_drag = self.surface.jacobian(np.array((vx, vy)), np.array(time))
         moved = by_state @ change
         if self.drag is not None:
             moved += by_drag[:, np.newaxis] * self.drag
-        return free_motion(t - t0, *motion), moved
+        return (*free_motion(time, x, y, vx, vy, ax, ay), ax, ay), moved
 
     def _set(self, i: int, change: Array) -> None:
         """Begin a new path with this change."""
@@ -408,11 +420,14 @@ def _depth(meeting: Meeting) -> float:
     return meeting.closing**2 / (2.0 * out) if out > 0.0 else math.inf
 
 
-def _agree(after: Sequence[Vector], answer: Sequence[NT], normal: Vector, fastest: float) -> bool:
+def _agree(
+    rates: Sequence[Sequence[float]], answer: Sequence[NT], normal: Vector, fastest: float
+) -> bool:
     """Tell whether the run went on with what the law answers."""
     return all(
-        max(abs(a - b) for a, b in zip(split(v, normal), its, strict=True)) <= AGREE * fastest
-        for v, its in zip(after, answer, strict=True)
+        max(abs(a - b) for a, b in zip(split((vx, vy), normal), its, strict=True))
+        <= AGREE * fastest
+        for (vx, vy, *_), its in zip(rates, answer, strict=True)
     )
 
 

@@ -58,6 +58,6 @@ def _estimate(
 
 def longest_duration(scene: Scene, shot: Shot | None) -> float:
     """Return how long (s) the fastest ball would roll, or the time at which the shot is ended."""
-    fastest = max(math.hypot(*v) for v in scene.start(shot).velocity)
-    a, latest = scene.deceleration, scene.physics.max_time
-    return min(fastest / a if a > 0.0 else math.inf, math.inf if latest is None else latest)
+    latest = scene.physics.max_time
+    ends = [scene.surface.path(0.0, (0.0, 0.0), v).stop for v in scene.start(shot).velocity]
+    return min(max(ends), math.inf if latest is None else latest)

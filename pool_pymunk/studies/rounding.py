@@ -248,7 +248,8 @@ class Errors:
         count, many = knots.shape
         places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
         states, slid = self._slide(knots, self.until[knots])
-        after = self.knots[knots + 1][..., 3:5]
+        rates = self.knots[knots + 1][..., 3:]
+        after = rates[..., :2]
         ways, normal, curvature, offset = self._geometry(steps, states)
         tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
         axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
@@ -265,7 +266,8 @@ class Errors:
         turned = np.einsum("kai,kcadb,kdb->kci", axes, law, spun)
         turned += np.stack((-after[..., 1], after[..., 0]), axis=-1)
         jump = _jump(axes, law, turned, curvature[:, np.newaxis] * along)
-        late = np.einsum("kij,kj->ki", jump, self._rates(states[..., 2:])) - self._rates(after)
+        before = np.concatenate((states[..., 2:], self.knots[knots][..., 5:]), axis=-1)
+        late = np.einsum("kij,kj->ki", jump, before.reshape(count, -1)) - rates.reshape(count, -1)
 
         gap = (
             self._gap_errors(knots, states)
@@ -371,7 +373,7 @@ class Errors:
         at, own = states[..., :2], np.zeros((*knots.shape, 4))
         ways = np.abs(at - self.knots[knots, 1:3])
         own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(at) + 2.0 * ways, 0.0)
-        if self.scene.deceleration > 0.0:
+        if self.scene.surface.pull > 0.0:
             own[..., 2:] = UNIT * np.abs(self.knots[knots, 3:5])
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
@@ -460,37 +462,11 @@ class Errors:
 
     def _slide(self, knots: Array, times: Array) -> tuple[Array, Array]:
         """Return the states (..., 4) at these times (s), and the derivatives (..., 4, 4) by those
-        at the knots: :func:`~pool_pymunk.physics.saltation.slide_jacobian`, for many at once.
+        at the knots.
         """
         start = self.knots[knots]
-        velocity, time = start[..., 3:5], times - start[..., 0]
-        speed = np.sqrt((velocity**2).sum(axis=-1))
-        a, moves = self.scene.deceleration, speed > 0.0
-        unit = np.where(moves[..., np.newaxis], velocity / speed[..., np.newaxis], 0.0)
-        if a > 0.0:
-            time = np.minimum(time, speed / a)
-        lost = np.where(moves, a * time / speed, 0.0)
-        way, left = time * (1.0 - lost / 2.0), 1.0 - lost
-        if a > 0.0:
-            left = np.where(moves, left, 0.0)
         state = np.concatenate(free_motions(start, times), axis=-1)
-        one, square = np.eye(2), unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
-        by_state = np.zeros((*np.shape(knots), 4, 4))
-        by_state[..., :2, :2] = one
-        by_state[..., :2, 2:] = (
-            way[..., np.newaxis, np.newaxis] * one
-            + (lost * time / 2.0)[..., np.newaxis, np.newaxis] * square
-        )
-        by_state[..., 2:, 2:] = (
-            left[..., np.newaxis, np.newaxis] * one + lost[..., np.newaxis, np.newaxis] * square
-        )
-        return state, by_state
-
-    def _rates(self, velocity: Array) -> Array:
-        """Return how fast (K, 4 C) the states of balls with these velocities (K, C, 2) change."""
-        speed = np.sqrt((velocity**2).sum(axis=-1))[..., np.newaxis]
-        drag = np.where(speed > 0.0, self.scene.deceleration * velocity / speed, 0.0)
-        return np.concatenate((velocity, -drag), axis=-1).reshape(len(velocity), -1)
+        return state, self.scene.surface.jacobian(start[..., 3:5], times - start[..., 0])[0]
 
 
 def _jump(axes: Array, law: Array, turned: Array, turning: Array) -> Array:

@@ -31,9 +31,10 @@ from pool_pymunk.model.places import lies_in, room_beside
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import EPSILON, slid
-from pool_pymunk.physics.path import Path, motion_at, set_off
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import Nothing, Side, Wall, pocket, unit
+from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.world.ball import Ball, ContactEvent, TableState
 from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase, EndOfStep
 from pool_pymunk.world.checks import (
@@ -128,13 +129,13 @@ class Billiards:
             raise setting_error("space", "taken", "this space has a Billiards already")
         self.space = space
         self.max_dt = self.dt = read_size("max_dt", max_dt)
-        self.deceleration = read_from_zero("deceleration", deceleration)
+        self.surface = Sliding(read_from_zero("deceleration", deceleration))
         self.friction = friction
         self.alone = alone
         self._said_pair = pair
         self._is_swept = contacts == "swept"
         listens = Callbacks(self)
-        self.engine = ContactEngine(read_law(law), self._pair, self.deceleration, listens)
+        self.engine = ContactEngine(read_law(law), self._pair, self.surface, listens)
         self.near = (BroadPhase if self._is_swept else EndOfStep)(space, self.engine)
         self.engine.near = self.near
         self.on_contact: Callable[[ContactEvent], object] | None = None
@@ -232,7 +233,7 @@ class Billiards:
             sensor.sensor = True
             sensor.color = (0, 0, 0, 0)
         (x, y), (vx, vy) = body.position, body.velocity
-        path = set_off(self._now, (x, y), (vx, vy), self.deceleration)
+        path = self.surface.path(self._now, (x, y), (vx, vy))
         number = self.engine.add_ball(path, radius, body.mass)
         ball = Ball(number, circle, sensor, self.engine)
         self.balls.append(ball)
@@ -441,7 +442,7 @@ class Billiards:
         """Set a ball off from a position (m), or from where it is; perhaps as fast as it is."""
         now = self._now
         place, goes = self.engine.paths[ball.number].at(now)
-        path = set_off(now, position or place, velocity or goes, self.deceleration)
+        path = self.surface.path(now, position or place, velocity or goes)
         self.engine.now = now
         self.engine.set_off(ball.number, path)
         if path.speed == 0.0:
@@ -505,7 +506,7 @@ class Billiards:
             if not ball.is_on_table:
                 self._join(ball.body, *ball.shapes)
                 self._enter(ball)
-            path = set_off(self.time, (x, y), (vx, vy), self.deceleration)
+            path = self.surface.path(self.time, (x, y), (vx, vy))
             self.engine.set_off(ball.number, path)
             self.engine.rested[ball.number] = math.inf if path.speed > 0.0 else -math.inf
         self.engine.resolver.history.clear()
@@ -560,7 +561,7 @@ class Billiards:
             walls=engine.walls,
             law=engine.resolver.law,
             pair=self._pair,
-            deceleration=self.deceleration,
+            surface=self.surface,
         )
 
     def _predict_anew(self) -> None:
@@ -570,7 +571,7 @@ class Billiards:
         now = self._now
         for ball in self._ball_of.values():
             x, y, vx, vy = motion_at(self.engine.paths[ball.number], now)
-            path = set_off(now, (x, y), (vx, vy), self.deceleration)
+            path = self.surface.path(now, (x, y), (vx, vy))
             if path.speed > 0.0:
                 self.engine.set_off(ball.number, path)
             self._carry(ball)
@@ -742,15 +743,6 @@ class Billiards:
             self._inside = False
             self._told.clear()
 
-    def expected(self, path: Path) -> Motion:
-        """Return where a body on this path is now (m), and its velocity (m/s) in this step."""
-        if path.stop <= self.time + self.dt:
-            x, y, _, _ = motion_at(path, self.time)
-            return x, y, *self._mean_velocity(path, self.time)
-        time, left = slid(path.speed, path.deceleration, self.time - path.t)
-        mean = left - path.deceleration * self.dt / (2.0 * path.speed)
-        return path.x + path.vx * time, path.y + path.vy * time, path.vx * mean, path.vy * mean
-
     def steps_on(self, path: Path) -> float:
         """Return how many steps at most pymunk itself has taken a body along this path.
 
@@ -760,6 +752,11 @@ class Billiards:
         return 2.0 + (steps if steps < self._count else self._count)
 
     @property
+    def deceleration(self) -> float:
+        """What surface friction takes from a moving ball's speed (m/s^2)."""
+        return self.surface.pull
+
+    @property
     def count(self) -> int:
         """The number of balls on the table."""
         return len(self._ball_of)
@@ -767,7 +764,7 @@ class Billiards:
     @property
     def joints(self) -> int:
         """The number of friction joints that are in the space now."""
-        has = self.friction == "joint" and self.deceleration > 0.0
+        has = self.friction == "joint" and self.surface.pull > 0.0
         return len(self.moving) if has else 0
 
     def set_out(self, balls: Sequence[Ball]) -> None:
@@ -852,26 +849,22 @@ class Billiards:
         try:
             now = self._since + (self._count + 1) * self.dt
             ball = self._ball_of[body]
-            velocity = self._mean_velocity(self.engine.paths[ball.number], now)
+            velocity = self.mean_velocity(self.engine.paths[ball.number], now)
             body.force = (0.0, 0.0)
             body.velocity = velocity if self._others is None else self._others.damp(ball, velocity)
         except Exception as error:
             self.note(error)
 
-    def _mean_velocity(self, path: Path, t: float) -> Vector:
+    def mean_velocity(self, path: Path, t: float) -> Vector:
         """Return the velocity (m/s) that takes a body along its path from ``t`` to ``t + dt``.
 
         A difference of two places would know it to rounding of a place over ``dt`` only.
         """
-        moves = path.stop - t
-        if moves <= 0.0:
-            return 0.0, 0.0
-        _, left = slid(path.speed, path.deceleration, t - path.t)
+        (_, (vx, vy)), (ax, ay), moves = path.at(t), path.acceleration, path.stop - t
         if moves > self.dt:
-            mean = left - path.deceleration * self.dt / (2.0 * path.speed)
-        else:
-            mean = left * moves / (2.0 * self.dt)
-        return path.vx * mean, path.vy * mean
+            return vx + self.dt * ax / 2.0, vy + self.dt * ay / 2.0
+        share = max(moves, 0.0) / self.dt
+        return share * (vx + moves * ax / 2.0), share * (vy + moves * ay / 2.0)
 
     # -- bodies on their paths -------------------------------------------------------------------
 
@@ -882,7 +875,7 @@ class Billiards:
         path = self.engine.paths[ball.number]
         x, y, vx, vy = motion_at(path, self.time)
         ball.body.position = x, y
-        goes = self._mean_velocity(path, self.time)
+        goes = self.mean_velocity(path, self.time)
         if self._left is not None:
             self._left[ball] = (x, y), goes
         if path.stop <= self.time:
@@ -893,7 +886,7 @@ class Billiards:
         if self._is_swept:
             margin = math.sqrt(vx * vx + vy * vy) * self.max_dt
             if not self.alone:  # A body may be beside its path if steps differ in length.
-                margin += self.deceleration * self.max_dt**2
+                margin += self.surface.pull * self.max_dt**2
         rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
         ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
         if ball.number not in self.moving:
@@ -904,10 +897,10 @@ class Billiards:
 
     def _slow_down(self, ball: Ball) -> None:
         """Install surface friction on a ball that begins to move."""
-        if self.deceleration == 0.0:
+        if self.surface.pull == 0.0:
             return
         if self.friction == "joint":
-            ball.joint = ball.joint or _friction_joint(self.space, ball.body, self.deceleration)
+            ball.joint = ball.joint or _friction_joint(self.space, ball.body, self.surface.pull)
             self.space.add(ball.joint)
         else:
             ball.body.velocity_func = self._damp
@@ -929,7 +922,7 @@ class Billiards:
         if ball.joint is not None:
             self.space.remove(ball.joint)
             ball.joint = ball.joint if self.alone else None
-        elif self.deceleration > 0.0:
+        elif self.surface.pull > 0.0:
             ball.body.velocity_func = pymunk.Body.update_velocity
 
     def _stop_balls(self) -> None:
@@ -939,7 +932,7 @@ class Billiards:
             if path.stop <= self.time:
                 self._carry(ball)
             elif path.stop <= self.time + self.dt:
-                ball.body.velocity = self._mean_velocity(path, self.time)
+                ball.body.velocity = self.mean_velocity(path, self.time)
         paths = self.engine.paths
         self._next_stop = min((paths[i].stop for i in self.moving), default=math.inf)
 
@@ -973,16 +966,14 @@ class Callbacks(Recorder):
         self.table.tell("on_stop_revoked", (self.table.balls[i], t))
 
 
-def _friction_joint(
-    space: pymunk.Space, body: pymunk.Body, deceleration: float
-) -> pymunk.PivotJoint:
+def _friction_joint(space: pymunk.Space, body: pymunk.Body, pull: float) -> pymunk.PivotJoint:
     """Return a joint that is Coulomb friction inside the C step.
 
     It pulls back with the force m a, and holds the body at no place.
     """
     joint = pymunk.PivotJoint(space.static_body, body, (0.0, 0.0), (0.0, 0.0))
     joint.max_bias = 0.0
-    joint.max_force = body.mass * deceleration
+    joint.max_force = body.mass * pull
     return joint
 
 

@@ -15,8 +15,8 @@ import pymunk
 
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion import EPSILON, slid
-from pool_pymunk.physics.path import Path, motion_at, set_off
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.world.ball import Ball
 from pool_pymunk.world.bodies import Bodies, Moves
@@ -189,8 +189,9 @@ class Others:
         """Give a ball a new path if it is not on its own, and tell so: somebody has moved it."""
         x, y, vx, vy, _, _ = move
         table = self.table
-        x0, y0, ex, ey = table.expected(path)
-        off, gain = abs(x - x0) + abs(y - y0), abs(vx - ex) + abs(vy - ey)
+        px, py, pvx, pvy = motion_at(path, table.time)
+        ex, ey = table.mean_velocity(path, table.time)
+        off, gain = abs(x - px) + abs(y - py), abs(vx - ex) + abs(vy - ey)
         size, rounding = abs(x) + abs(y), STEP_ROUNDING if path.stop > table.time else 0.0
         if gain <= rounding * path.speed and off <= rounding * size:
             return False
@@ -200,13 +201,12 @@ class Others:
         if is_there and is_as_fast:
             return False
         speed = abs(vx) + abs(vy) + abs(ex) + abs(ey)
-        px, py, pvx, pvy = motion_at(path, table.time)
         if is_as_fast:  # Only its place is new.
             vx, vy = pvx, pvy
         elif gain <= SET * speed:
             vx, vy = pvx + vx - ex, pvy + vy - ey
         place = (px, py) if is_there else table.beside(ball, x, y)
-        path = set_off(table.time, place, (vx, vy), table.deceleration)
+        path = table.surface.path(table.time, place, (vx, vy))
         table.engine.set_off(ball.number, path)
         if path.speed == 0.0:
             table.engine.rested[ball.number] = table.time
@@ -258,10 +258,10 @@ class Others:
         vx, vy = began[0] * self._damping + ax * dt, began[1] * self._damping + ay * dt
         if ball.joint is None or ball.number not in self.table.moving:
             return vx, vy
-        most = self.table.deceleration * dt
+        most, speed = self.table.surface.pull * dt, math.sqrt(vx * vx + vy * vy)
         if ball in self._kept:
             return _pulled((vx, vy), self._kept[ball], self._longer, most, self.space.iterations)
-        _, left = slid(math.sqrt(vx * vx + vy * vy), self.table.deceleration, dt)
+        left = 1.0 - most / speed if speed > most else 0.0
         return vx * left, vy * left
 
     # -- as a step ends --------------------------------------------------------------------------
@@ -327,12 +327,12 @@ class Others:
         gain_x, gain_y = ax * dt + push[0], ay * dt + push[1]
         x, y, vx, vy = motion_at(table.engine.paths[ball.number], table.time)
         gain = math.sqrt(gain_x * gain_x + gain_y * gain_y)
-        if vx == vy == 0.0 and gain <= table.deceleration * dt:
+        if vx == vy == 0.0 and gain <= table.surface.pull * dt:
             ball.body.velocity = NOTHING
             return
         kicked = (vx * damping + gain_x, vy * damping + gain_y)
         table.engine.now = table.time
-        path = set_off(table.time, (x, y), kicked, table.deceleration)
+        path = table.surface.path(table.time, (x, y), kicked)
         table.engine.set_off(ball.number, path)
         if path.speed == 0.0:
             table.engine.rested[ball.number] = table.time
@@ -370,7 +370,9 @@ class Others:
         for ball in table.on_table():
             move, body = moves.get(ball.id), ball.body
             if move is None or not math.isfinite(sum(move)):
-                move = (*table.expected(table.engine.paths[ball.number]), 0.0, 0.0)
+                path = table.engine.paths[ball.number]
+                goes = table.mean_velocity(path, table.time)
+                move = (*path.at(table.time)[0], *goes, 0.0, 0.0)
             self._stop_turning(body)  # Else its place could not be set.
             body.position, body.velocity, body.force = move[:2], move[2:4], move[4:]
             self.space.reindex_shapes_for_body(body)

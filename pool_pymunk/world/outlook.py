@@ -16,6 +16,7 @@ from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Wall
+from pool_pymunk.physics.surface import Surface
 from pool_pymunk.world.edges import Edge, Round, crossings, edges_of
 
 HAIR = 1e-9  # radii; a ball is put so far off what it would touch
@@ -95,7 +96,7 @@ class Outlook(NamedTuple):
     walls: Sequence[Wall]
     law: Law
     pair: Callable[[int, int], Pair]
-    deceleration: float
+    surface: Surface
 
     def sketch(self, ball: int, velocity: Vector, now: float) -> Prediction[int]:
         """Strike the ball, and play until it and what it met have turned once more each."""
@@ -127,11 +128,11 @@ class Outlook(NamedTuple):
         def pair(i: int, j: int) -> Pair:
             return self.pair(numbers[i], numbers[j])
 
-        engine = ContactEngine(self.law, pair, self.deceleration, recorder)
+        engine = ContactEngine(self.law, pair, self.surface, recorder)
         for number, path in self.paths.items():
             x, y, vx, vy = motion_at(path, now)
             moves = velocity if number == ball else (vx, vy)
-            path = set_off(0.0, (x, y), moves, self.deceleration)
+            path = self.surface.path(0.0, (x, y), moves)
             engine.add_ball(path, self.radii[number], self.masses[number])
         engine.walls = list(self.walls)
         boxes = Boxes if len(numbers) < MANY else ManyBoxes
