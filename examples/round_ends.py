@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk import Billiards, same_balls
 from pool_pymunk.physics.path import Path as Way
+from pool_pymunk.physics.path import arrival
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
@@ -69,15 +70,20 @@ class Inside(NamedTuple):
         distance = math.sqrt(dx * dx + dy * dy)
         return dx / distance, dy / distance
 
-    def length_along(self, path: Way, r: float) -> float:
-        """Return the path length (m) until a ball comes to the circle from inside."""
+    def curvature(self, x: float, y: float) -> float:
+        """Return how fast (1/m) the normal turns: against the way of a ball that goes round."""
+        return -1.0 / math.hypot(x - self.center[0], y - self.center[1])
+
+    def time_of_contact(self, path: Way, r: float, now: float) -> float:
+        """Return the time (s), not before now, at which a ball comes to the circle from inside."""
         dx, dy = self.center[0] - path.x, self.center[1] - path.y
         along, across = dx * path.ux + dy * path.uy, dx * path.uy - dy * path.ux
         reach = self.radius - r
-        if path.speed == 0.0 or abs(across) >= reach:
+        if not path.moves or abs(across) >= reach:
             return math.inf
         length = max(along + math.sqrt((reach - across) * (reach + across)), 0.0)
-        return length if (path.ux * length - dx) * self.toward >= 0.0 else math.inf
+        is_here = (path.ux * length - dx) * self.toward >= 0.0
+        return arrival(path, length, now) if is_here else math.inf
 
 
 def add_end(table: Billiards, toward: float, segments: int | None) -> None:

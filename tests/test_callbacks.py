@@ -318,7 +318,7 @@ def test_a_ball_that_was_pocketed_in_this_step_is_off_the_table(alone: bool) -> 
     table.on_stop = again
     world.step()
     assert len(said) == 3
-    assert slow.path.stop < STEP
+    assert slow.path.end < STEP
     assert [ball.body for ball in table.on_table()] == [slow.body, cue.body]
 
 

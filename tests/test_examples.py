@@ -184,12 +184,12 @@ def test_a_round_end_of_ones_own_does_not_depend_on_the_step() -> None:
 def test_a_ball_meets_a_round_end_from_inside() -> None:
     side = stadium.Inside((0.5, 0.0), 1.0, 1.0)
     path = set_off(0.0, (0.0, 0.3), (2.0, 0.0), 0.0)
-    length = side.length_along(path, 0.1)
+    length = 2.0 * side.time_of_contact(path, 0.1, 0.0)
     x, y = length, 0.3
     assert math.dist((x, y), side.center) == pytest.approx(0.9)
     assert side.gap(x, y, 0.1) == pytest.approx(0.0, abs=1e-12)
     assert side.normal(x, y) == pytest.approx(((0.5 - x) / 0.9, -y / 0.9))
-    assert side.length_along(set_off(0.0, (0.0, 0.3), (-2.0, 0.0), 0.0), 0.1) == math.inf
+    assert side.time_of_contact(set_off(0.0, (0.0, 0.3), (-2.0, 0.0), 0.0), 0.1, 0.0) == math.inf
     assert side.gap(0.0, 0.0, 0.1) == math.inf
 
 

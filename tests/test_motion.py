@@ -13,9 +13,9 @@ from pool_pymunk.physics.motion import (
     free_motion,
     free_motions,
     kinetic_energy,
-    slide,
     stopping_time,
 )
+from pool_pymunk.physics.path import motion_at, set_off
 
 EPSILON = 2.0**-52
 G = 9.80665
@@ -34,6 +34,13 @@ def along(speed: float, angle: float) -> tuple[float, float]:
 def rounding(speed: float, time: float) -> float:
     """Return the rounding of some ten operations on numbers of the coordinates' size."""
     return 16 * EPSILON * (100.0 + speed * time)
+
+
+def slide(
+    x: float, y: float, vx: float, vy: float, deceleration: float, time: float
+) -> tuple[float, float, float, float]:
+    """Return position (m) and velocity (m/s) of a free disc after ``time`` (s)."""
+    return motion_at(set_off(0.0, (x, y), (vx, vy), deceleration), time)
 
 
 def stepped(speed: float, deceleration: float, time: float, slices: int) -> tuple[float, float]:

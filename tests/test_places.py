@@ -326,7 +326,11 @@ class Bowl:
         far = math.sqrt(x * x + y * y)
         return (-x / far, -y / far)
 
-    def length_along(self, path: Any, r: float) -> float:
+    def curvature(self, x: float, y: float) -> float:
+        """Return how fast the normal turns (1/m); it turns with the ball."""
+        return -1.0 / math.sqrt(x * x + y * y)
+
+    def time_of_contact(self, path: Any, r: float, now: float) -> float:
         """Return infinity: nothing moves here."""
         return math.inf
 

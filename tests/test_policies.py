@@ -303,9 +303,9 @@ def test_a_wall_is_met_where_its_first_side_is() -> None:
     down: Path = set_off(0.0, (0.5, 1.0), (0.0, -1.0), 0.0)
     past: Path = set_off(0.0, (1.0 + R / 2, 1.0), (0.0, -1.0), 0.0)
     beside: Path = set_off(0.0, (1.0 + 2 * R, 1.0), (0.0, -1.0), 0.0)
-    assert wall.length_along(down, R) == pytest.approx(1.0 - R)
-    assert wall.length_along(past, R) == pytest.approx(1.0 - R * math.sqrt(0.75))
-    assert wall.length_along(beside, R) == math.inf
+    assert wall.time_of_contact(down, R, 0.0) == pytest.approx(1.0 - R)
+    assert wall.time_of_contact(past, R, 0.0) == pytest.approx(1.0 - R * math.sqrt(0.75))
+    assert wall.time_of_contact(beside, R, 0.0) == math.inf
 
 
 def test_a_face_is_beside_whoever_has_its_foot_on_it() -> None:

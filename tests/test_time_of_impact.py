@@ -185,7 +185,7 @@ def test_a_fast_ball_passes_where_a_slow_one_is_to_rest() -> None:
     """A has crossed B's place of rest before B arrives there, from the side."""
     a = set_off(0.0, (-0.5, 1.0), (9.0, 0.0), 0.5)
     b = set_off(0.0, (0.0, 0.0), (0.0, 1.0), 0.5)
-    assert (b.rest_x, b.rest_y) == (0.0, 1.0)
+    assert b.rest == (0.0, 1.0)
     assert pair_time(a, b, 2 * R, 0.0, math.inf) == math.inf
 
 
@@ -205,23 +205,23 @@ def flying(x: float, y: float, vx: float, vy: float) -> Path:
 
 
 def test_a_ball_that_touches_a_cushion_and_slides_along_it_does_not_hit_it() -> None:
-    assert FLOOR.length_along(flying(0.5, R, 1.0, 0.0), R) == math.inf
-    assert FLOOR.length_along(flying(0.5, R, 1.0, -1e-14), R) == math.inf
-    assert FLOOR.length_along(flying(0.5, R, 1.0, -1e-9), R) == 0.0
-    assert FLOOR.length_along(flying(0.5, R, 1.0, 1.0), R) == math.inf
+    assert FLOOR.time_of_contact(flying(0.5, R, 1.0, 0.0), R, 0.0) == math.inf
+    assert FLOOR.time_of_contact(flying(0.5, R, 1.0, -1e-14), R, 0.0) == math.inf
+    assert FLOOR.time_of_contact(flying(0.5, R, 1.0, -1e-9), R, 0.0) == 0.0
+    assert FLOOR.time_of_contact(flying(0.5, R, 1.0, 1.0), R, 0.0) == math.inf
 
 
 @pytest.mark.parametrize("above", [-1e-17, 0.0, 1e-17, 7e-18])
 def test_a_ball_that_slides_along_a_cushion_goes_past_its_end(above: float) -> None:
     """The path is tangent to rounding: a hit at the corner would turn the ball by 1e-8."""
-    assert CORNER.length_along(flying(0.3, R + above, 1.0, 0.0), R) == math.inf
+    assert CORNER.time_of_contact(flying(0.3, R + above, 1.0, 0.0), R, 0.0) == math.inf
 
 
 @pytest.mark.parametrize(("above", "hits"), [(-1e-12, True), (1e-12, False)])
 def test_a_corner_is_grazed_or_missed_to_a_millionth_of_a_micrometre(
     above: float, hits: bool
 ) -> None:
-    assert (CORNER.length_along(flying(0.3, R + above, 1.0, 0.0), R) < math.inf) == hits
+    assert (CORNER.time_of_contact(flying(0.3, R + above, 1.0, 0.0), R, 0.0) < math.inf) == hits
 
 
 @given(st.floats(-1.5, 1.5), st.floats(0.5, 1.5))
@@ -231,10 +231,10 @@ def test_between_a_cushion_and_its_corner_there_is_no_hole(angle: float, way: fl
         ux, uy = math.sin(angle), -math.cos(angle)
         x, y = 1.0 + across - way * ux, R - way * uy
         path = flying(x, y, ux, uy)
-        length = min(FLOOR.length_along(path, R), CORNER.length_along(path, R))
+        length = min(FLOOR.time_of_contact(path, R, 0.0), CORNER.time_of_contact(path, R, 0.0))
         assert length == pytest.approx(way, abs=1e-8)
 
 
 def test_a_ball_beside_or_behind_a_cushion_does_not_hit_it() -> None:
-    assert FLOOR.length_along(flying(1.2, 0.5, 0.0, -1.0), R) == math.inf
-    assert FLOOR.length_along(flying(0.5, -0.5, 0.0, -1.0), R) == math.inf
+    assert FLOOR.time_of_contact(flying(1.2, 0.5, 0.0, -1.0), R, 0.0) == math.inf
+    assert FLOOR.time_of_contact(flying(0.5, -0.5, 0.0, -1.0), R, 0.0) == math.inf

@@ -35,7 +35,7 @@ from pool_pymunk.physics.collapse import Collapse, Order
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import NOISE, Path, arrival, motion_at, pair_time, set_off
+from pool_pymunk.physics.path import NOISE, Path, motion_at, pair_time
 from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import Surface
 
@@ -109,6 +109,7 @@ class ContactEngine:
         self.near: Near
         self.paths = self.resolver.paths
         self.radii = self.resolver.radii
+        self.noises = self.resolver.noises
         self.masses: list[float] = []
         self.walls: list[Wall] = []
         # the time (s) since when the ball rests; infinite for a ball that moves
@@ -143,9 +144,10 @@ class ContactEngine:
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
         self.paths.append(path)
+        self.noises.append(NOISE * path.speed)
         self.radii.append(radius)
         self.masses.append(mass)
-        self.rested.append(math.inf if path.speed > 0.0 else -math.inf)
+        self.rested.append(math.inf if path.moves else -math.inf)
         self.path_ends.append(math.inf)
         self.ends.append(math.inf)
         self.is_finite = self.is_finite and not path.is_lost(radius)
@@ -171,9 +173,9 @@ class ContactEngine:
 
     def set_off(self, i: int, path: Path) -> None:
         """Put ball ``i`` on a new path that somebody else gave it."""
-        if path.speed > 0.0:
+        if path.moves:
             self.rested[i] = math.inf
-        self._begin(i, path)
+        self._begin(i, path, NOISE * path.speed)
         self.recorder.path(i, path)
 
     # -- what is due -----------------------------------------------------------------------------
@@ -183,15 +185,15 @@ class ContactEngine:
         near = self.near
         for i in balls:
             path, end = self.paths[i], math.inf
-            if path.speed > 0.0:
+            if path.moves:
                 for wall in near.walls(i):
                     t = self.meet_wall(i, wall)
                     if t < end:
                         end = t
                 if end < math.inf:
                     end += decisions.nearly_now(self.radii[i], path.speed)
-                elif path.stop < math.inf:
-                    self.push(path.stop, (i, i))
+                elif path.end < math.inf:
+                    self.push(path.end, (i, i))
             self.path_ends[i] = end
         self._look_ahead(balls)
 
@@ -201,7 +203,7 @@ class ContactEngine:
         for i in balls:
             path, end = self.paths[i], self.path_ends[i]
             horizon = near.horizon(path, self.now)
-            if horizon < end and horizon < path.stop:
+            if horizon < end and horizon < path.end:
                 end = horizon
                 self.push(end, (i, i))
             self.ends[i] = end
@@ -225,13 +227,14 @@ class ContactEngine:
         since = max(self.now, a.t, b.t)
         until = ends[i] if ends[i] < ends[j] else ends[j]
         lasting = self.resolver.lasting(i, j, since)
-        t = pair_time(a, b, radii[i] + radii[j], since, until, lasting)
+        noise = max(self.noises[i], self.noises[j])
+        t = pair_time(a, b, radii[i] + radii[j], since, until, lasting, noise)
         if t <= since and (
             (just_missed and lasting.time > 0.0)
             or (lasting.faint > 0.0 and self._is_faint((i, j), lasting.faint))
         ):
             t = since + lasting.time
-            if t > min(until, max(a.stop, b.stop)):
+            if t > min(until, max(a.end, b.end)):
                 return
         if t < math.inf:
             self.push(t, (i, j))
@@ -247,7 +250,7 @@ class ContactEngine:
         It is never before now, and infinite if the ball does not meet the wall.
         """
         path = self.paths[i]
-        t = arrival(path, self.walls[wall].length_along(path, self.radii[i]), self.now)
+        t = self.walls[wall].time_of_contact(path, self.radii[i], self.now)
         if t < math.inf:
             self.push(t, (i, -1 - wall))
         return t
@@ -306,13 +309,13 @@ class ContactEngine:
         """Play what is due next: a stop, or the contacts and pockets of one instant."""
         t, _, key, path, other = heappop(self._queue)
         self.now = max(t, self.now)
-        if key[0] == key[1] and t < path.stop:
+        if key[0] == key[1] and t < path.end:
             self._look_ahead(key[:1])
             return
         self.answered += 1
         if key[0] == key[1]:
             if self.rested[key[0]] == math.inf:  # A path may have been predicted twice.
-                self._stop(key[0], path.stop, (path.rest_x, path.rest_y))
+                self._stop(key[0], path.end, path.rest)
         else:
             speed = max(path.speed, other.speed)
             latest = self.now + decisions.nearly_now(self.radii[key[0]], speed)
@@ -414,7 +417,7 @@ class ContactEngine:
         Measure what hits would decide, or answer them if this variant of the run has its own order.
         """
         for i, path in enumerate(self.paths):
-            if path.speed == 0.0:
+            if not path.moves:
                 continue
             keys = self._touching((), [i])
             if self.measures_orders:
@@ -502,7 +505,7 @@ class ContactEngine:
         return motions, with_gaps(contacts, pattern)
 
     def _noise(self, balls: Iterable[int]) -> float:
-        return max(self.paths[i].noise for i in balls)
+        return max(self.noises[i] for i in balls)
 
     def _touching(self, keys: Iterable[Key], balls: Iterable[int] = ()) -> list[Key]:
         """Return these contacts, and what touches their balls or the others now, and so on."""
@@ -532,7 +535,7 @@ class ContactEngine:
     def _meet_later(self, missed: Iterable[Contact]) -> None:
         """Predict when balls hit that touch, but do not close fast enough now."""
         for contact in missed:
-            if contact.b != NO_BALL and all(self.paths[i].stop > self.now for i in contact.balls):
+            if contact.b != NO_BALL and all(self.paths[i].end > self.now for i in contact.balls):
                 self.meet(contact.a, contact.b, just_missed=True)
 
     def _contacts(
@@ -585,13 +588,13 @@ class ContactEngine:
             if self.errors is not None and velocity != (0.0, 0.0):
                 fastest, (vx, vy) = resolution.noise / NOISE, velocity
                 velocity = vx + self._error(fastest), vy + self._error(fastest)
-            path = set_off(self.now, (x, y), velocity, self.surface.pull, resolution.noise)
-            if path.speed > 0.0:
+            path = self.surface.path(self.now, (x, y), velocity)
+            if path.moves:
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
             elif self.rested[i] == math.inf:
                 self._stop(i, self.now, (x, y))
-            self._begin(i, path)
+            self._begin(i, path, resolution.noise)
 
     def _misplaced(self, motion: Motion) -> Motion:
         """Return a motion whose place (m) has random errors of the size of rounding.
@@ -607,8 +610,8 @@ class ContactEngine:
         assert self.errors is not None
         return 0.5 * EPSILON * number * self.errors.uniform(-1.0, 1.0)
 
-    def _begin(self, i: int, path: Path) -> None:
-        self.paths[i] = path
+    def _begin(self, i: int, path: Path, noise: float) -> None:
+        self.paths[i], self.noises[i] = path, noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from pool_pymunk.engine.decisions import NEARLY_NOW
-from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.path import Path, motion_at, speed_of
 
 MANY = 200  # From so many balls on, one array is faster than a loop.
 FEW = 40  # From so many balls on, paths are looked at in pieces.
@@ -49,10 +49,9 @@ def box(path: Path, radius: float, since: float, end: float) -> Box:
     x, y = path.x, path.y
     if since > path.t:
         x, y, _, _ = motion_at(path, since)
-    if end < math.inf:
-        ex, ey, _, _ = motion_at(path, end)
-    elif path.reach < math.inf:
-        ex, ey = path.rest_x, path.rest_y
+    last = end if end < path.end else path.end
+    if last < math.inf:
+        ex, ey, _, _ = motion_at(path, last)
     else:
         ex = math.copysign(math.inf, path.vx) if path.vx else x
         ey = math.copysign(math.inf, path.vy) if path.vy else y
@@ -71,7 +70,8 @@ def piece(balls: int, width: float, height: float) -> float:
 
 def horizon(path: Path, now: float, ahead: float) -> float:
     """Return the time (s) at which a ball has travelled ``ahead`` (m), were it not slowed down."""
-    return now + ahead / path.speed if path.speed > 0.0 else math.inf
+    speed = speed_of(path)
+    return now + ahead / speed if speed > 0.0 else math.inf
 
 
 class Boxes:

@@ -102,6 +102,7 @@ class Resolver:
         self.spread = 0.0  # m/s; the largest one of the run
         self.paths: list[Path] = []
         self.radii: list[float] = []
+        self.noises: list[float] = []  # m/s; how much of each velocity may be rounding
         self.history: dict[tuple[int, int], History] = {}
 
     def forget(self, i: int) -> None:
@@ -113,7 +114,7 @@ class Resolver:
         past = self.history.get((i, j)) if self.history else None
         if past is None:
             return NOT_MET
-        left = max(self.paths[i].stop, self.paths[j].stop) - now
+        left = max(self.paths[i].end, self.paths[j].end) - now
         radius = min(self.radii[i], self.radii[j])
         many = past.hits > decisions.MANY_TIMES
         time = decisions.contact_time(now - past.met, left, radius, self.pull, many)
@@ -298,7 +299,7 @@ class Resolver:
         for i, (wx, wy) in before.items():
             vx, vy = velocity[i]
             fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
-            noise = max(noise, self.paths[i].noise)
+            noise = max(noise, self.noises[i])
         resolution.noise = noise = decisions.noise_after(fastest, noise)
         pressed = {i for contact, _ in resolution.micro for i in contact.balls}
         for i in sorted(moved):
@@ -327,8 +328,8 @@ class Resolver:
 
     def _noise(self, contact: Contact) -> float:
         """Return how much of the closing speed (m/s) may be rounding."""
-        noise = self.paths[contact.a].noise
-        return noise if contact.b == NO_BALL else max(noise, self.paths[contact.b].noise)
+        noise = self.noises[contact.a]
+        return noise if contact.b == NO_BALL else max(noise, self.noises[contact.b])
 
     def _persistence(
         self, contact: Contact, closing: float, now: float

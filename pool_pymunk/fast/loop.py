@@ -23,8 +23,16 @@ from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
 from pool_pymunk.physics.laws import COMPILED
-from pool_pymunk.physics.motion import slide
-from pool_pymunk.physics.path import Lasting, Path, arrival, motion_at, pair_time, set_off
+from pool_pymunk.physics.motion import free_motion
+from pool_pymunk.physics.path import (
+    NOISE,
+    Lasting,
+    Path,
+    motion_at,
+    pair_time,
+    set_off,
+    speed_of,
+)
 from pool_pymunk.physics.sides import Face, Post, Rim, unit
 
 Work = Any  # one record of WORK
@@ -37,13 +45,9 @@ MOST_KNOTS = 4096  # A track with more breakpoints goes to the engine.
 
 # how a shot ends; one that is doubtful may be one that cannot start
 SETTLED, OUT_OF_TIME, HARD, DOUBTFUL = 0, 1, -1, -2
-FACE, POST, RIM = 0, 1, 2  # the kinds of sides
 NOTHING, STOP, LOOK, MEET = -1, -2, -3, -4  # what is due for a ball; from 0 on it is a wall
 
 is_lost = Path.is_lost
-face_gap, face_normal, face_length = Face.gap, Face.normal, Face.length_along
-post_gap, post_normal, post_length = Post.gap, Post.normal, Post.length_along
-rim_gap, rim_normal, rim_length = Rim.gap, Rim.normal, Rim.length_along
 
 
 def by_number(methods: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
@@ -64,6 +68,35 @@ cushion = by_number([law.cushion for law in COMPILED])
 jumps = by_number([law.jumps for law in COMPILED])
 
 
+# These kinds of sides are compiled, each with how it is read from its numbers.
+KINDS: dict[type, Callable[[Any], Any]] = {
+    Face: lambda p: Face((p[0], p[1]), (p[2], p[3]), (p[4], p[5]), p[6], p[7]),
+    Post: lambda p: Post((p[0], p[1]), p[2]),
+    Rim: lambda p: Rim((p[0], p[1]), p[2]),
+}
+
+
+def by_kind(question: str) -> Callable[..., Any]:
+    """Return a function that asks a record of SIDE what its kind of side answers."""
+
+    def asks(read: Callable[[Any], Any], ask: Callable[..., Any]) -> Callable[..., Any]:
+        def asked(kind: int, side: Any, *told: Any) -> Any:
+            return ask(read(side.numbers), *told)
+
+        return asked
+
+    answer = by_number([asks(read, getattr(kind, question)) for kind, read in KINDS.items()])
+
+    def answered(side: Any, *told: Any) -> Any:
+        return answer(side.kind, side, *told)
+
+    return answered
+
+
+gap, normal_of = by_kind("gap"), by_kind("normal")
+time_of_contact = by_kind("time_of_contact")
+
+
 class Table(NamedTuple):
     """A table has the walls, their sides, and the corners (C,) of the outline, in arrays."""
 
@@ -78,7 +111,7 @@ class Shots(NamedTuple):
 
     The positions and velocities are (S, N, 2), in SI; ``is_off`` and ``mass`` are (S, N). The
     ``coefficients`` (S, 6) are the restitutions of balls, of the cue ball and of cushions, the
-    deceleration, and the frictions of cushions and of balls.
+    pull of the surface, and the frictions of cushions and of balls.
     """
 
     position: Any
@@ -127,20 +160,21 @@ class Out(NamedTuple):
 
 
 N, F, I = MOST_BALLS, np.float64, np.int64  # noqa: E741
-SIDE = np.dtype([("kind", I), ("start", F, 2), ("tangent", F, 2), ("outward", F, 2), ("length", F),
-                 ("radius", F), ("core", F)])  # fmt: skip
+NUMBERS = 8  # of a side, at most
+SIDE = np.dtype([("kind", I), ("numbers", F, NUMBERS), ("core", F)])
 WALL = np.dtype([("first", I), ("count", I), ("pocket", I), ("center", F, 2)])
-# A ball's knots are where its path begins anew: ball, t, x, y, vx, vy.
-KNOT = 6
+# A ball's breakpoints are where its path begins anew: ball, t, x, y, vx, vy, ax, ay.
+KNOT = 8
 WORK = np.dtype(
     [
         # the shot
         ("balls", I), ("cue", I), ("watched", I), ("law", I), ("latest", F),
-        ("deceleration", F), ("ahead", F),
+        ("pull", F), ("ahead", F),
         ("ball_ball", F), ("cue_ball", F), ("ball_friction", F), ("cushion", F),
         ("cushion_friction", F), ("radius", F, N), ("mass", F, N), ("is_off", I, N),
         # what happens
-        ("now", F), ("instant", F), ("rounds", I), ("path", F, (N, 14)), ("rested", F, N),
+        ("now", F), ("instant", F), ("rounds", I), ("path", F, (N, 8)), ("noise", F, N),
+        ("rested", F, N),
         ("met", F, (N, N)), ("last", F, (N, N)), ("box", F, (N, 4)),
         # what is due: a wall's, the second wall's, a stop's, a look's time; until when it is known
         ("wall", I, N), ("wall_t", F, N), ("second_t", F, N), ("stop_t", F, N), ("look_t", F, N),
@@ -192,7 +226,7 @@ def read_shot(w: Work, shots: Shots, s: int) -> None:
     w.ahead = piece(w.balls, high_x - low_x, high_y - low_y)
     c = shots.coefficients
     w.ball_ball, w.cue_ball, w.cushion = c[s, 0], c[s, 1], c[s, 2]
-    w.deceleration, w.cushion_friction, w.ball_friction = c[s, 3], c[s, 4], c[s, 5]
+    w.pull, w.cushion_friction, w.ball_friction = c[s, 3], c[s, 4], c[s, 5]
 
 
 def misplaced(
@@ -209,12 +243,13 @@ def misplaced(
             continue
         if len(table.xs) > 0 and not contains(table.xs, table.ys, x, y):
             return i
-        for k in range(len(table.sides)):
-            side = table.sides[k]
-            room = gap(side, x, y, r)
-            size, own = (side.core, TOUCHING) if side.kind == RIM else (r, share)
-            if room < 0.0 and is_beside(room, r, side.core) and sinks(room, size, x, y, own):
-                return i
+        for wall in table.walls:
+            for k in range(wall.first, wall.first + wall.count):
+                side = table.sides[k]
+                room = gap(side, x, y, r)
+                size, own = (side.core, TOUCHING) if wall.pocket >= 0 else (r, share)
+                if room < 0.0 and is_beside(room, r, side.core) and sinks(room, size, x, y, own):
+                    return i
         for j in range(i):
             u, v, q = float(position[j, 0]), float(position[j, 1]), float(radius[j])
             if not is_off[j] and overlap(x, y, r, u, v, q, share):
@@ -282,22 +317,22 @@ def start(w: Work, walls: Walls, sides: Sides, position: Any, velocity: Any) -> 
         vx, vy = velocity[i, 0], velocity[i, 1]
         if w.is_off[i]:
             vx = vy = 0.0
-        path = set_off(0.0, (position[i, 0], position[i, 1]), (vx, vy), w.deceleration)
-        is_ordinary &= put_path(w, i, path)
+        path = set_off(0.0, (position[i, 0], position[i, 1]), (vx, vy), w.pull)
+        is_ordinary &= put_path(w, i, path, NOISE * speed_of(path))
         keep(w, i, path)
-        w.rested[i] = math.inf if path.speed > 0.0 else -math.inf
+        w.rested[i] = math.inf if moves(path) else -math.inf
         w.best[i], w.best_t[i] = NOTHING, math.inf
         forget(w, i)
         put_box(w, i, NOWHERE if w.is_off[i] else box(path, w.radius[i], 0.0, math.inf))
         w.end[i] = w.path_end[i] = math.inf
     for i in range(w.balls):
-        if path_of(w, i).speed > 0.0:
+        if moves(path_of(w, i)):
             look_for_walls(w, walls, sides, i)
     for i in range(w.balls):
-        if path_of(w, i).speed > 0.0:
+        if moves(path_of(w, i)):
             look_ahead(w, i)
     for i in range(w.balls):
-        if path_of(w, i).speed > 0.0:
+        if moves(path_of(w, i)):
             meet_others(w, i, i)
     for i in range(w.balls):
         rescan(w, i)
@@ -307,14 +342,14 @@ def start(w: Work, walls: Walls, sides: Sides, position: Any, velocity: Any) -> 
 def path_of(w: Work, i: int) -> Path:
     """Return the path of ball ``i``."""
     p = w.path
-    return Path(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6], p[i, 7], p[i, 8],
-                p[i, 9], p[i, 10], p[i, 11], p[i, 12], p[i, 13])  # fmt: skip
+    return Path(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6], p[i, 7])
 
 
-def put_path(w: Work, i: int, path: Path) -> bool:
+def put_path(w: Work, i: int, path: Path, noise: float) -> bool:
     """Give ball ``i`` a new path; tell whether its contact times mean something."""
-    for k in range(14):
+    for k in range(8):
         w.path[i, k] = path[k]
+    w.noise[i] = noise
     return not is_lost(path, w.radius[i])
 
 
@@ -325,16 +360,21 @@ def put_box(w: Work, i: int, found: tuple[float, float, float, float]) -> None:
 
 def keep(w: Work, i: int, path: Path) -> None:
     """Keep the breakpoint at which a path begins, if tracks are wanted."""
-    keep_knot(w, i, path.t, path.x, path.y, path.vx, path.vy)
-
-
-def keep_knot(w: Work, i: int, t: float, x: float, y: float, vx: float, vy: float) -> None:
-    """Keep a breakpoint, if tracks are wanted."""
     if w.keeps:
-        k = w.knots
-        w.knot[k, 0], w.knot[k, 1], w.knot[k, 2], w.knot[k, 3] = i, t, x, y
-        w.knot[k, 4], w.knot[k, 5] = vx, vy
-        w.knots = k + 1
+        w.knot[w.knots, 0] = i
+        for k in range(7):
+            w.knot[w.knots, 1 + k] = path[k]
+        w.knots += 1
+
+
+def moves(path: Path) -> bool:
+    """Tell whether a ball moves at the beginning of its path."""
+    return path.vx != 0.0 or path.vy != 0.0
+
+
+def standing(t: float, x: float, y: float) -> Path:
+    """Return the path of a ball that rests."""
+    return Path(t, x, y, 0.0, 0.0, 0.0, 0.0, t)
 
 
 def keep_contact(w: Work, i: int, other: int) -> None:
@@ -374,9 +414,9 @@ def look_for_walls(w: Work, walls: Walls, sides: Sides, i: int) -> None:
     """Predict which wall a path meets first, or where it ends."""
     path, radius = path_of(w, i), w.radius[i]
     end = math.inf
-    if path.speed > 0.0:
+    if moves(path):
         for k in range(len(walls)):
-            t = arrival(path, length_along(walls[k], sides, path, radius), w.now)
+            t = first_contact(walls[k], sides, path, radius, w.now)
             if t < w.wall_t[i]:
                 w.second_t[i] = w.wall_t[i]
                 w.wall_t[i], w.wall[i] = t, k
@@ -384,9 +424,9 @@ def look_for_walls(w: Work, walls: Walls, sides: Sides, i: int) -> None:
                 w.second_t[i] = t
         end = w.wall_t[i]
         if end < math.inf:
-            end += decisions.nearly_now(radius, path.speed)
-        elif path.stop < math.inf:
-            w.stop_t[i] = path.stop
+            end += decisions.nearly_now(radius, speed_of(path))
+        elif path.end < math.inf:
+            w.stop_t[i] = path.end
     w.path_end[i] = end
 
 
@@ -395,7 +435,7 @@ def look_ahead(w: Work, i: int) -> None:
     path, end = path_of(w, i), w.path_end[i]
     far = horizon(path, w.now, w.ahead)
     w.look_t[i] = math.inf
-    if far < end and far < path.stop:
+    if far < end and far < path.end:
         w.look_t[i] = end = far
     w.end[i] = end
     put_box(w, i, box(path, w.radius[i], w.now, end))
@@ -417,7 +457,8 @@ def meet(w: Work, i: int, j: int) -> None:
     since = max(w.now, a.t, b.t)
     until = min(w.end[i], w.end[j])
     lasting = Lasting(contact_time(w, i, j, since), 0.0)
-    t = pair_time(a, b, w.radius[i] + w.radius[j], since, until, lasting)
+    noise = max(w.noise[i], w.noise[j])
+    t = pair_time(a, b, w.radius[i] + w.radius[j], since, until, lasting, noise)
     w.due[i, j] = min(w.due[i, j], t)
 
 
@@ -425,9 +466,9 @@ def contact_time(w: Work, i: int, j: int, now: float) -> float:
     """Return how long (s) a persistent contact of two balls takes; 0 if they have not met."""
     if w.last[i, j] == -math.inf:
         return 0.0
-    left = max(path_of(w, i).stop, path_of(w, j).stop) - now
+    left = max(path_of(w, i).end, path_of(w, j).end) - now
     radius = min(w.radius[i], w.radius[j])
-    return decisions.contact_time(now - w.met[i, j], left, radius, w.deceleration, False)
+    return decisions.contact_time(now - w.met[i, j], left, radius, w.pull, False)
 
 
 def rescan(w: Work, i: int) -> None:
@@ -454,9 +495,9 @@ def refresh(w: Work, i: int) -> None:
 
 def comes_not_alone(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
     """Tell whether another contact comes at the instant of this one."""
-    speed = path_of(w, i).speed
+    speed = speed_of(path_of(w, i))
     if j >= 0:
-        speed = max(speed, path_of(w, j).speed)
+        speed = max(speed, speed_of(path_of(w, j)))
     latest = w.now + decisions.nearly_now(w.radius[i], speed)
     for k in range(w.balls):
         if w.second_t[k] <= latest:
@@ -475,7 +516,7 @@ def comes_not_alone(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool
 def is_wall_closed(w: Work, walls: Walls, sides: Sides, i: int) -> bool:
     """Tell whether a ball touches now the wall that it meets next."""
     path, radius = path_of(w, i), w.radius[i]
-    if w.wall_t[i] > w.now + decisions.nearly_now(radius, path.speed):
+    if w.wall_t[i] > w.now + decisions.nearly_now(radius, speed_of(path)):
         return False
     x, y, _, _ = motion_at(path, w.now)
     side = nearest(walls[w.wall[i]], sides, x, y, radius)
@@ -485,7 +526,7 @@ def is_wall_closed(w: Work, walls: Walls, sides: Sides, i: int) -> bool:
 def is_pair_closed(w: Work, i: int, j: int) -> bool:
     """Tell whether two balls touch now."""
     a, b, reach = path_of(w, i), path_of(w, j), w.radius[i] + w.radius[j]
-    if w.due[i, j] > w.now + decisions.nearly_now(w.radius[i], max(a.speed, b.speed)):
+    if w.due[i, j] > w.now + decisions.nearly_now(w.radius[i], max(speed_of(a), speed_of(b))):
         return False
     x, y, _, _ = motion_at(a, w.now)
     u, v, _, _ = motion_at(b, w.now)
@@ -498,7 +539,7 @@ def is_pair_closed(w: Work, i: int, j: int) -> bool:
 def has_many_rounds(w: Work, i: int) -> bool:
     """Count contacts at one instant, by its fastest ball; tell whether there were many."""
     path = path_of(w, i)
-    length = decisions.instant(w.now, path.x, path.y, w.radius[i], path.speed)
+    length = decisions.instant(w.now, path.x, path.y, w.radius[i], speed_of(path))
     if w.now - w.instant > length:
         w.instant, w.rounds = w.now, 0
     w.rounds += 1
@@ -511,17 +552,17 @@ def has_many_rounds(w: Work, i: int) -> bool:
 def answer_hit(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
     """Answer a hit of two balls; tell whether it was an ordinary one."""
     a, b = path_of(w, i), path_of(w, j)
-    if has_many_rounds(w, j if b.speed > a.speed else i):
+    if has_many_rounds(w, j if speed_of(b) > speed_of(a) else i):
         return False
     x, y, ax, ay = motion_at(a, w.now)
     u, v, bx, by = motion_at(b, w.now)
     normal = unit(u - x, v - y)
     closing = approach((ax, ay), (bx, by), normal)
-    least, noise, met = 0.0, max(a.noise, b.noise), w.now
+    least, noise, met = 0.0, max(w.noise[i], w.noise[j]), w.now
     if w.last[i, j] > -math.inf:
         time = contact_time(w, i, j, w.now)
         if decisions.lasts(w.now - w.last[i, j], time):
-            if decisions.is_micro(closing, time, w.deceleration):
+            if decisions.is_micro(closing, time, w.pull):
                 return False
             met = w.met[i, j]
         least = decisions.least_parting(a, b, w.now, time, w.radius[i])
@@ -535,7 +576,7 @@ def answer_hit(w: Work, walls: Walls, sides: Sides, i: int, j: int) -> bool:
     parts_a, parts_b = ball_ball(w.law, before_a, before_b, pair)
     after_a = changed((ax, ay), before_a, parts_a, normal)
     after_b = changed((bx, by), before_b, parts_b, normal)
-    if w.deceleration > 0.0:
+    if w.pull > 0.0:
         w.met[i, j], w.last[i, j] = met, w.now
     note_hit(w, i, j)
     fastest = max(squared((ax, ay)), squared((bx, by)), squared(after_a), squared(after_b))
@@ -580,7 +621,7 @@ def answer_cushion(w: Work, walls: Walls, sides: Sides, i: int, wall: int) -> bo
     x, y, vx, vy = motion_at(path, w.now)
     normal = normal_of(sides[nearest(walls[wall], sides, x, y, w.radius[i])], x, y)
     closing = wall_approach((vx, vy), normal)
-    if closing < 0.0 or not decisions.is_hit(closing, path.noise, 0.0):
+    if closing < 0.0 or not decisions.is_hit(closing, w.noise[i], 0.0):
         return False
     before = split((vx, vy), normal)
     parts = cushion(w.law, before, w.cushion, w.cushion_friction)
@@ -588,7 +629,7 @@ def answer_cushion(w: Work, walls: Walls, sides: Sides, i: int, wall: int) -> bo
     w.events += 1
     w.cushions += 1
     keep_contact(w, i, -1 - wall)
-    noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), path.noise)
+    noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), w.noise[i])
     is_sound = begin(w, i, (x, y), after, noise)
     forget(w, i)
     look_for_walls(w, walls, sides, i)
@@ -607,14 +648,14 @@ def begin(w: Work, i: int, place: Vector, velocity: Vector, noise: float) -> boo
     """Set a ball off on a new path, or put it to rest; tell whether it is not lost."""
     if squared(velocity) <= noise * noise:
         velocity = (0.0, 0.0)
-    path = set_off(w.now, place, velocity, w.deceleration, noise)
-    if path.speed > 0.0:
+    path = set_off(w.now, place, velocity, w.pull)
+    if moves(path):
         w.rested[i] = math.inf
         keep(w, i, path)
     elif w.rested[i] == math.inf:
-        put_path(w, i, path)
+        put_path(w, i, path, noise)
         stop(w, i, w.now)
-    return put_path(w, i, path)
+    return put_path(w, i, path, noise)
 
 
 def stop(w: Work, i: int, t: float) -> None:
@@ -623,17 +664,17 @@ def stop(w: Work, i: int, t: float) -> None:
     w.events += 1
     w.rested[i] = t
     w.duration = max(w.duration, t)
-    keep_knot(w, i, t, path.rest_x, path.rest_y, 0.0, 0.0)
+    x, y, _, _ = motion_at(path, path.end)
+    keep(w, i, standing(t, x, y))
 
 
 def take_in(w: Work, i: int, wall: int, hole: Any) -> bool:
     """Let a pocket take a ball in, which meets nothing any more."""
     keep_contact(w, i, -1 - wall)
     x, y, vx, vy = motion_at(path_of(w, i), w.now)
-    keep_knot(w, i, w.now, x, y, vx, vy)
-    center = (hole.center[0], hole.center[1])
-    path = set_off(w.now, center, (0.0, 0.0), w.deceleration)
-    put_path(w, i, path)
+    keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now))
+    path = standing(w.now, hole.center[0], hole.center[1])
+    put_path(w, i, path, 0.0)
     keep(w, i, path)
     w.events += 1
     w.pocketed[i] = hole.pocket
@@ -653,7 +694,7 @@ def take_in(w: Work, i: int, wall: int, hole: Any) -> bool:
 def drifts(w: Work) -> bool:
     """Tell whether a ball moves without end."""
     for i in range(w.balls):  # noqa: SIM110
-        if path_of(w, i).stop == math.inf:
+        if path_of(w, i).end == math.inf:
             return True
     return False
 
@@ -682,10 +723,8 @@ def leaves(w: Work, model: Model, i: int) -> float:
         t = min(model.times[n], w.duration)
         while coming < w.knots and knot[coming, 1] <= t:
             last, coming = coming, following(w, coming, i)
-        x, y, _, _ = slide(
-            knot[last, 2], knot[last, 3], knot[last, 4], knot[last, 5], w.deceleration,
-            t - knot[last, 1],
-        )  # fmt: skip
+        k = knot[last]
+        x, y, _, _ = free_motion(t - k[1], k[2], k[3], k[4], k[5], k[6], k[7])
         dx, dy = x - model.path[n, i, 0], y - model.path[n, i, 1]
         if math.sqrt(dx * dx + dy * dy) > model.agree:
             return float(model.times[n])
@@ -730,47 +769,11 @@ def is_as_in(w: Work, model: Model, i: int, other: int, place: int) -> bool:
 # -- walls -----------------------------------------------------------------------------------------
 
 
-def face_of(side: Any) -> Face:
-    """Return a side that is a face."""
-    p, t, n = side.start, side.tangent, side.outward
-    return Face((p[0], p[1]), (t[0], t[1]), (n[0], n[1]), side.length, side.radius)
-
-
-def gap(side: Any, x: float, y: float, r: float) -> float:
-    """Return the distance (m) of a ball from a side."""
-    if side.kind == FACE:
-        return face_gap(face_of(side), x, y, r)
-    center = (side.start[0], side.start[1])
-    if side.kind == POST:
-        return post_gap(Post(center, side.radius), x, y, r)
-    return rim_gap(Rim(center, side.radius), x, y, r)
-
-
-def normal_of(side: Any, x: float, y: float) -> Vector:
-    """Return the unit vector from a side to a ball."""
-    if side.kind == FACE:
-        return face_normal(face_of(side), x, y)
-    center = (side.start[0], side.start[1])
-    if side.kind == POST:
-        return post_normal(Post(center, side.radius), x, y)
-    return rim_normal(Rim(center, side.radius), x, y)
-
-
-def length_of(side: Any, path: Path, r: float) -> float:
-    """Return the path length (m) after which a ball meets a side."""
-    if side.kind == FACE:
-        return face_length(face_of(side), path, r)
-    center = (side.start[0], side.start[1])
-    if side.kind == POST:
-        return post_length(Post(center, side.radius), path, r)
-    return rim_length(Rim(center, side.radius), path, r)
-
-
-def length_along(wall: Any, sides: Sides, path: Path, r: float) -> float:
-    """Return the path length (m) after which a ball meets the first side of a wall."""
+def first_contact(wall: Any, sides: Sides, path: Path, r: float, now: float) -> float:
+    """Return the time (s), not before now, at which a ball meets the first side of a wall."""
     first = math.inf
     for k in range(wall.first, wall.first + wall.count):
-        first = min(first, length_of(sides[k], path, r))
+        first = min(first, time_of_contact(sides[k], path, r, now))
     return first
 
 

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast.loop import (
-    FACE,
+    KINDS,
     MOST_BALLS,
     NOTHING,
-    POST,
-    RIM,
+    NUMBERS,
     SIDE,
     WALL,
     WORK,
@@ -23,7 +22,8 @@ from pool_pymunk.fast.loop import (
 from pool_pymunk.model import Scene
 from pool_pymunk.model import Table as Outline
 from pool_pymunk.physics.laws import COMPILED, Law
-from pool_pymunk.physics.sides import Face, Post, Rim, Side, Wall
+from pool_pymunk.physics.sides import Side, Wall, core_of
+from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.solvers.exact import pockets, walls
 
 HITS = ("ball_ball", "cushion", "jumps")  # what a law answers of a contact that comes alone
@@ -63,7 +63,9 @@ def arrays_of(found: Sequence[Wall], outline: Outline | None) -> Table:
 
 def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
-    return law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
+    sides = {type(side) for wall in walls(scene) for side in wall.sides}
+    is_known = sides <= KINDS.keys() and type(scene.surface) is Sliding
+    return is_known and law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
 
 
 def plain(table: Table) -> Table:
@@ -86,13 +88,9 @@ def _walls(found: Sequence[Wall]) -> list[tuple[Any, ...]]:
 
 
 def _side(side: Side) -> tuple[Any, ...]:
-    nowhere = (0.0, 0.0)
-    if isinstance(side, Face):
-        return FACE, side.start, side.tangent, side.outward, side.length, side.radius, side.core
-    if isinstance(side, Post):
-        return POST, side.center, nowhere, nowhere, 0.0, side.radius, side.core
-    assert isinstance(side, Rim), "a scene has no other sides"
-    return RIM, side.center, nowhere, nowhere, 0.0, side.radius, side.core
+    numbers = np.hstack(side)  # type: ignore[call-overload]
+    kind, core = list(KINDS).index(type(side)), core_of(side)
+    return kind, np.pad(numbers, (0, NUMBERS - len(numbers))), core
 
 
 def work_of(scene: Scene, law: int, watched: int, latest: float) -> Any:
@@ -119,4 +117,4 @@ def coefficients_of(scene: Scene) -> NDArray[np.float64]:
     ball = r.ball_ball if r.ball_ball is not None else np.nan
     cue = r.cue_ball if r.cue_ball is not None else ball
     cushion = r.cushion if r.cushion is not None else np.nan
-    return np.array([ball, cue, cushion, scene.deceleration, f.cushion, f.ball_ball])
+    return np.array([ball, cue, cushion, scene.surface.pull, f.cushion, f.ball_ball])

@@ -31,32 +31,6 @@ def stopping_time(speed: float, deceleration: float) -> float:
     return speed / deceleration if deceleration > 0.0 else math.inf
 
 
-def slide(x: float, y: float, vx: float, vy: float, deceleration: float, time: float) -> tuple[
-    float, float, float, float
-]:  # fmt: skip
-    """Return position (m) and velocity (m/s) of a free disc after ``time`` (s) >= 0.
-
-    >>> slide(0.0, 0.0, 2.0, 0.0, 0.5, 4.0)
-    (4.0, 0.0, 0.0, 0.0)
-    """
-    reach, left = slid(math.sqrt(vx * vx + vy * vy), deceleration, time)
-    return x + vx * reach, y + vy * reach, vx * left, vy * left
-
-
-def slid(speed: float, deceleration: float, time: float) -> tuple[float, float]:
-    """Return the time scale of Eq. 10 (s), and the share of the speed that is left.
-
-    The time scale is the time that the disc would take for its way at its first speed.
-
-    >>> slid(2.0, 0.5, 2.0), slid(2.0, 0.5, 9.0)
-    ((1.5, 0.5), (2.0, 0.0))
-    """
-    if deceleration * time >= speed:
-        return (speed / (2.0 * deceleration) if speed > 0.0 else 0.0), 0.0
-    lost = deceleration * time / speed
-    return time * (1.0 - lost / 2.0), 1.0 - lost
-
-
 def free_motion(
     time: float, x: float, y: float, vx: float, vy: float, ax: float, ay: float
 ) -> tuple[float, float, float, float]:
@@ -83,14 +57,16 @@ def free_motions(breakpoints: Array, times: Array) -> tuple[Array, Array]:
     return position, velocity + time * acceleration
 
 
-def time_to_slide(distance: float, speed: float, deceleration: float) -> float:
-    """Return how long (s) a disc at ``speed`` takes for ``distance`` (m); it must not stop before.
+def time_to_slide(distance: float, speed: float, pull: float) -> float:
+    """Return how long (s) a disc at ``speed`` (m/s) that slows down takes for ``distance`` (m).
 
-    >>> time_to_slide(1.75, 2.0, 0.5)
-    1.0
+    It loses speed at ``pull`` (m/s^2). The time is infinite if it stops before, or just there.
+
+    >>> time_to_slide(1.75, 2.0, 0.5), time_to_slide(4.0, 2.0, 0.5)
+    (1.0, inf)
     """
-    left = speed * speed - 2.0 * deceleration * distance
-    return 2.0 * distance / (speed + math.sqrt(left if left > 0.0 else 0.0))
+    left = speed * speed - 2.0 * pull * distance if distance < math.inf else 0.0
+    return 2.0 * distance / (speed + math.sqrt(left)) if left > 0.0 else math.inf
 
 
 def path_to_disc(offset: Vector, direction: Vector, reach: float) -> float:

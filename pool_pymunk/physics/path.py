@@ -1,8 +1,7 @@
 """This module describes a ball's path between contacts, and finds when two paths meet.
 
-A path is a straight line, along which the ball slides in closed form
-(:mod:`pool_pymunk.physics.motion`). It may end at rest. It is a NamedTuple of numbers, so functions
-of paths are functions of numbers.
+On a path the acceleration is constant (:mod:`pool_pymunk.physics.motion`). A path is a NamedTuple
+of numbers, so functions of paths are functions of numbers.
 """
 
 from __future__ import annotations
@@ -13,9 +12,9 @@ from typing import NamedTuple
 from pool_pymunk.physics.motion import (
     EPSILON,
     Vector,
+    free_motion,
     path_to_disc,
     pressing,
-    slid,
     stopping_time,
     time_of_impact,
     time_to_slide,
@@ -42,16 +41,14 @@ NOT_MET = Lasting()
 
 
 class Path(NamedTuple):
-    """A path is the position (m) and velocity (m/s) of a ball at time ``t`` (s).
+    """A path is the motion of a ball from time ``t`` (s) to its ``end`` (s), where the ball rests.
 
-    The other fields follow from these. ``ux``, ``uy`` are the unit vector of the velocity. ``stop``
-    (s) is the time at which the ball comes to rest; it is infinite without friction. ``reach`` (m)
-    is the length of the path, and ``rest_x``, ``rest_y`` (m) is its end. ``noise`` (m/s) is how
-    much of the velocity may be rounding.
+    It begins at a position (m) with a velocity (m/s), and its acceleration (m/s^2) is constant. The
+    end is infinite for a ball that goes on without end.
 
-    >>> path = set_off(1.0, (0.0, 0.0), (2.0, 0.0), deceleration=0.5)
-    >>> path.stop, path.rest_x, path.at(2.0)
-    (5.0, 4.0, ((1.75, 0.0), (1.5, 0.0)))
+    >>> path = set_off(1.0, (0.0, 0.0), (2.0, 0.0), 0.5)
+    >>> path.end, path.at(2.0), path.at(9.0), path.slows_to_rest
+    (5.0, ((1.75, 0.0), (1.5, 0.0)), ((4.0, 0.0), (0.0, 0.0)), True)
     """
 
     t: float
@@ -59,15 +56,9 @@ class Path(NamedTuple):
     y: float
     vx: float
     vy: float
-    speed: float
-    ux: float
-    uy: float
-    deceleration: float
-    stop: float
-    reach: float
-    rest_x: float
-    rest_y: float
-    noise: float
+    ax: float
+    ay: float
+    end: float
 
     def at(self, t: float) -> tuple[Vector, Vector]:
         """Return position and velocity at time ``t`` (s), not before the path began."""
@@ -75,10 +66,41 @@ class Path(NamedTuple):
         return (x, y), (vx, vy)
 
     @property
-    def acceleration(self) -> Vector:
-        """The acceleration (m/s^2) of the ball up to the path's end."""
-        drag = self.deceleration if self.speed > 0.0 else 0.0
-        return -drag * self.ux, -drag * self.uy
+    def rest(self) -> Vector:
+        """Where the ball comes to rest (m); where it begins if it goes on without end."""
+        return self.at(self.end)[0] if self.end < math.inf else (self.x, self.y)
+
+    @property
+    def speed(self) -> float:
+        """The speed (m/s) at the beginning."""
+        return speed_of(self)
+
+    @property
+    def ux(self) -> float:
+        """The part along x of the unit vector of the velocity at the beginning."""
+        return self.vx / self.speed if self.moves else 1.0
+
+    @property
+    def uy(self) -> float:
+        """The part along y of the unit vector of the velocity at the beginning."""
+        return self.vy / self.speed if self.moves else 0.0
+
+    @property
+    def moves(self) -> bool:
+        """Tell whether the ball moves at the beginning."""
+        return self.vx != 0.0 or self.vy != 0.0
+
+    @property
+    def slows_to_rest(self) -> bool:
+        """Tell whether the ball runs straight on and slows down until it rests, to rounding."""
+        across = abs(self.vx * self.ay - self.vy * self.ax)
+        pull = abs(self.ax) + abs(self.ay)
+        if pull == 0.0:
+            return not self.moves or self.end == math.inf
+        left = self.speed - math.sqrt(self.ax * self.ax + self.ay * self.ay) * (self.end - self.t)
+        is_straight = across <= NOISE * self.speed * pull
+        slows = self.vx * self.ax + self.vy * self.ay < 0.0
+        return is_straight and slows and abs(left) <= NOISE * (self.speed + pull * abs(self.end))
 
     def is_lost(self, radius: float) -> bool:
         """Tell whether the ball is so fast, or so far off, that its contacts mean nothing.
@@ -86,49 +108,64 @@ class Path(NamedTuple):
         Within one rounding error of the time it travels more than ``LOST`` radii, or a number has
         overflowed.
         """
-        way = self.speed * EPSILON * self.t
-        return not (way <= LOST * radius and math.isfinite(self.x + self.y + self.speed))
+        speed = speed_of(self)
+        way = speed * EPSILON * self.t
+        return not (way <= LOST * radius and math.isfinite(self.x + self.y + speed))
 
 
-def set_off(
-    t: float, position: Vector, velocity: Vector, deceleration: float, noise: float | None = None
-) -> Path:
+def speed_of(path: Path) -> float:
+    """Return the speed (m/s) at the beginning of a path."""
+    return math.sqrt(path.vx * path.vx + path.vy * path.vy)
+
+
+def pull_of(path: Path) -> float:
+    """Return the size (m/s^2) of a path's acceleration."""
+    return math.sqrt(path.ax * path.ax + path.ay * path.ay)
+
+
+def set_off(t: float, position: Vector, velocity: Vector, pull: float) -> Path:
     """Return the path of a ball that sets off at ``t`` (s), or rests there.
 
-    Without ``noise`` (m/s), only a few rounding errors of the velocity are assumed.
+    It slides, and loses speed at ``pull`` (m/s^2) (Eq. 10).
     """
     (x, y), (vx, vy) = position, velocity
     speed = math.sqrt(vx * vx + vy * vy)
-    if noise is None:
-        noise = NOISE * speed
     if speed == 0.0:
-        return Path(t, x, y, 0.0, 0.0, 0.0, 1.0, 0.0, deceleration, t, 0.0, x, y, noise)
-    stop = t + stopping_time(speed, deceleration)
-    rest_x, rest_y, reach = x, y, math.inf
-    if deceleration > 0.0:
-        reach = speed * speed / (2.0 * deceleration)
-        time, _ = slid(speed, deceleration, math.inf)
-        rest_x, rest_y = x + vx * time, y + vy * time
-    return Path(t, x, y, vx, vy, speed, vx / speed, vy / speed, deceleration, stop,
-                reach, rest_x, rest_y, noise)  # fmt: skip
+        return Path(t, x, y, 0.0, 0.0, 0.0, 0.0, t)
+    drag = pull / speed
+    return Path(t, x, y, vx, vy, -drag * vx, -drag * vy, t + stopping_time(speed, pull))
 
 
 def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
     """Return position (m) and velocity (m/s) of a path's ball at ``t`` (s), not before it began."""
-    if t >= path.stop:
-        return path.rest_x, path.rest_y, 0.0, 0.0
-    time, left = slid(path.speed, path.deceleration, t - path.t)
-    return path.x + path.vx * time, path.y + path.vy * time, path.vx * left, path.vy * left
+    if t < path.end:
+        return free_motion(t - path.t, path.x, path.y, path.vx, path.vy, path.ax, path.ay)
+    x, y, _, _ = free_motion(
+        path.end - path.t, path.x, path.y, path.vx, path.vy, path.ax, path.ay
+    )  # fmt: skip
+    return x, y, 0.0, 0.0
 
 
 def arrival(path: Path, length: float, now: float) -> float:
     """Return the time (s), not before now, at which a ball has travelled ``length`` (m).
 
-    It is infinite if the path is not so long.
+    The path must slow to rest. The time is infinite if the path is not so long.
     """
-    if length >= path.reach:
+    t = path.t + time_to_slide(length, speed_of(path), pull_of(path))
+    return t if t > now else now
+
+
+def disc_time(path: Path, center: Vector, reach: float, now: float) -> float:
+    """Return the time (s), not before now, at which a ball comes as near to a place as ``reach``.
+
+    The path must slow to rest. The time is infinite if the ball does not come there (m).
+    """
+    speed = speed_of(path)
+    if speed == 0.0:
         return math.inf
-    t = path.t + time_to_slide(length, path.speed, path.deceleration)
+    offset = (center[0] - path.x, center[1] - path.y)
+    length = path_to_disc(offset, (path.vx / speed, path.vy / speed), reach)
+    t = path.t + time_to_slide(length, speed, pull_of(path))
     return t if t > now else now
 
 
@@ -139,19 +176,21 @@ def pair_time(
     since: float,
     until: float,
     lasting: Lasting = NOT_MET,
+    noise: float = 0.0,
 ) -> float:
     """Return the time (s) at which two balls meet; infinite if they do not.
 
     Look between ``since`` and ``until`` (s). ``reach`` is the sum of the radii (m). Each ball may
-    stop on the way and rest. ``lasting`` is for balls that have met.
+    stop on the way and rest. ``lasting`` is for balls that have met. ``noise`` (m/s) is how much of
+    the velocities may be rounding, beyond that of their own numbers.
     """
-    first_stop = a.stop if a.stop < b.stop else b.stop
-    if since < first_stop:
-        t = _both_move(a, b, reach, since, min(until, first_stop), lasting)
+    first_end = a.end if a.end < b.end else b.end
+    if since < first_end:
+        t = _both_move(a, b, reach, since, min(until, first_end), lasting, noise)
         if t < math.inf:
             return t
-    mover, rester = (a, b) if b.stop <= a.stop else (b, a)
-    if rester.stop == math.inf or mover.stop <= since:
+    mover, rester = (a, b) if b.end <= a.end else (b, a)
+    if rester.end == math.inf or mover.end <= since:
         return math.inf
     t = _one_moves(mover, rester, reach)
     return t if since <= t <= until else math.inf
@@ -159,31 +198,22 @@ def pair_time(
 
 def _one_moves(mover: Path, rester: Path, reach: float) -> float:
     """Return the time (s) at which the mover meets the other, which rests; infinite if never."""
-    t, x, y, speed, left = mover.t, mover.x, mover.y, mover.speed, mover.reach
-    if rester.stop > t:
-        t = rester.stop
+    rx, ry, _, _ = motion_at(rester, rester.end)
+    speed = left = speed_of(mover)
+    t, x, y = mover.t, mover.x, mover.y
+    if rester.end > t:
+        t = rester.end
         x, y, vx, vy = motion_at(mover, t)
-        speed = math.sqrt(vx * vx + vy * vy)
-        left = _braking_distance(speed, mover.deceleration)
-    offset = (rester.rest_x - x, rester.rest_y - y)
-    length = path_to_disc(offset, (mover.ux, mover.uy), reach)
-    return t + time_to_slide(length, speed, mover.deceleration) if length < left else math.inf
-
-
-def _braking_distance(speed: float, deceleration: float) -> float:
-    return speed * speed / (2.0 * deceleration) if deceleration > 0.0 else math.inf
+        left = math.sqrt(vx * vx + vy * vy)
+    length = path_to_disc((rx - x, ry - y), (mover.vx / speed, mover.vy / speed), reach)
+    return t + time_to_slide(length, left, pull_of(mover))
 
 
 def _both_move(
-    a: Path,
-    b: Path,
-    reach: float,
-    since: float,
-    until: float,
-    lasting: Lasting,
-) -> float:
+    a: Path, b: Path, reach: float, since: float, until: float, lasting: Lasting, noise: float
+) -> float:  # fmt: skip
     offset, velocity, pull = _relative(a, b, since)
-    noise = max(a.noise, b.noise) + NOISE * (a.speed + b.speed)
+    noise += NOISE * (speed_of(a) + speed_of(b))
     if lasting.time > 0.0:
         (dx, dy), size = offset, abs(a.x) + abs(a.y) + abs(b.x) + abs(b.y) + reach
         if math.sqrt(dx * dx + dy * dy) - reach <= 16.0 * EPSILON * size:
@@ -198,8 +228,7 @@ def _relative(a: Path, b: Path, t: float) -> tuple[Vector, Vector, Vector]:
     """
     ax, ay, avx, avy = motion_at(a, t)
     bx, by, bvx, bvy = motion_at(b, t)
-    pull = (a.deceleration * (a.ux - b.ux), a.deceleration * (a.uy - b.uy))
-    return (bx - ax, by - ay), (bvx - avx, bvy - avy), pull
+    return (bx - ax, by - ay), (bvx - avx, bvy - avy), (b.ax - a.ax, b.ay - a.ay)
 
 
 def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
@@ -210,7 +239,7 @@ def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
     hit each other once in every ``contact_time`` (s). The speed is 0 where the balls are driven
     apart.
     """
-    if contact_time == 0.0 or t >= min(a.stop, b.stop):
+    if contact_time == 0.0 or t >= min(a.end, b.end):
         return 0.0
     offset, velocity, pull = _relative(a, b, t)
     return max(pressing(offset, velocity, pull), 0.0) * contact_time / 2.0

@@ -2,19 +2,18 @@
 
 A pocket is a wall of another kind, which takes balls in. Its only side is its rim.
 
-A side answers three questions. How wide is the ``gap`` to a ball? Which ``normal`` has a contact?
-After which ``length_along`` its path does a ball meet the side? A caller need not know what kind of
-side it asks.
+A side answers when a ball meets it, how wide the ``gap`` to a ball is, which ``normal`` a contact
+has, and how the normal turns. A caller need not know what kind of side it asks.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
-from pool_pymunk.physics.motion import EPSILON, Vector, path_to_disc
-from pool_pymunk.physics.path import Path
+from pool_pymunk.physics.motion import EPSILON, Vector
+from pool_pymunk.physics.path import Path, arrival, disc_time, speed_of
 
 GRAZING = 1e-12  # A ball that touches a face and sinks by less than this share moves along it.
 
@@ -22,20 +21,53 @@ GRAZING = 1e-12  # A ball that touches a face and sinks by less than this share 
 class Side(Protocol):
     """A side is a part of a wall that a ball can bounce off.
 
-    ``gap`` is the distance (m) from a ball of radius ``r`` at (x, y); it is infinite if the ball is
-    not beside the side. ``normal`` is the unit vector from the side to a ball there.
-    ``length_along`` is the path length (m) after which a ball of radius ``r`` meets the side; it is
-    infinite if the ball does not.
+    ``time_of_contact`` is the time (s), not before now, at which a ball of radius ``r`` on its path
+    meets the side; it is infinite if the ball does not. ``gap`` is the distance (m) from a ball at
+    (x, y); it is infinite if the ball is not beside the side. ``normal`` is the unit vector from
+    the side to a ball there. ``curvature`` (1/m) is how fast the normal turns as a ball moves along
+    the side: 0 at a straight side, one over the distance of the centres around a post.
 
     A side may have a ``core``: how far (m) it is solid below its surface, 0 if it does not say. A
     ball whose centre is deeper lies behind the side, and not in it.
     """
 
+    def time_of_contact(self, path: Path, r: float, now: float) -> float: ...
+
     def gap(self, x: float, y: float, r: float) -> float: ...
 
     def normal(self, x: float, y: float) -> Vector: ...
 
-    def length_along(self, path: Path, r: float) -> float: ...
+    def curvature(self, x: float, y: float) -> float: ...
+
+
+class Straight(NamedTuple):
+    """A straight edge is a line through ``point``, across the unit vector ``normal``."""
+
+    point: Vector
+    normal: Vector
+
+    def height(self, near: Vector) -> float:
+        """Return how far ``near`` lies off the line, along its normal."""
+        (x, y), (nx, ny) = self
+        return (near[0] - x) * nx + (near[1] - y) * ny
+
+    def nearest(self, near: Vector) -> Vector:
+        """Return the point of it that is nearest to ``near``."""
+        (nx, ny), height = self.normal, self.height(near)
+        return near[0] - height * nx, near[1] - height * ny
+
+
+class Round(NamedTuple):
+    """A round edge is a circle."""
+
+    center: Vector
+    radius: float
+
+    def nearest(self, near: Vector) -> Vector:
+        """Return the point of it that is nearest to ``near``."""
+        (x, y), r = self
+        nx, ny = unit(near[0] - x, near[1] - y)
+        return x + r * nx, y + r * ny
 
 
 class Face(NamedTuple):
@@ -77,25 +109,39 @@ class Face(NamedTuple):
         """Return 0: the normal is the same all along the face."""
         return 0.0
 
-    def length_along(self, path: Path, r: float) -> float:
-        """Return the path length (m) until a ball meets the face.
+    def time_of_contact(self, path: Path, r: float, now: float) -> float:
+        """Return the time (s), not before now, at which a ball meets the face.
 
         A ball that touches the face and moves along it, to rounding, does not meet it.
         """
         (x0, y0), (tx, ty), (nx, ny), width, radius = self
-        ux, uy = path.ux, path.uy
-        sink = -(ux * nx + uy * ny)
-        if sink <= 0.0 or path.speed == 0.0:
-            return math.inf
+        closing = -(path.vx * nx + path.vy * ny)
         x, y = path.x - x0, path.y - y0
         height = x * nx + y * ny
-        gap = height - r - radius
-        if height < 0.0 or (sink < GRAZING and gap <= EPSILON * (abs(path.x) + abs(path.y) + r)):
+        if closing <= 0.0 or height < 0.0:
             return math.inf
-        length = gap / sink if gap > 0.0 else 0.0
-        foot = (x + ux * length) * tx + (y + uy * length) * ty
+        gap = height - r - radius
+        rounding = EPSILON * (abs(path.x) + abs(path.y) + r)
+        if gap <= rounding and closing < GRAZING * speed_of(path):
+            return math.inf
+        time = 0.0
+        if gap > 0.0:
+            left = closing * closing - 2.0 * gap * (path.ax * nx + path.ay * ny)
+            if left <= 0.0:
+                return math.inf
+            time = 2.0 * gap / (closing + math.sqrt(left))
+        along = path.vx * tx + path.vy * ty + time * (path.ax * tx + path.ay * ty) / 2.0
+        foot = x * tx + y * ty + time * along
         slack = GRAZING * width
-        return length if -slack <= foot <= width + slack else math.inf
+        if foot < -slack or foot > width + slack:
+            return math.inf
+        t = path.t + time
+        return t if t > now else now
+
+    def edge(self, r: float) -> Straight:
+        """Return the line on which the centre of a touching ball lies."""
+        (x, y), (nx, ny), far = self.start, self.outward, self.radius + r
+        return Straight((x + far * nx, y + far * ny), self.outward)
 
 
 class Post(NamedTuple):
@@ -123,21 +169,23 @@ class Post(NamedTuple):
         dx, dy = x - self.center[0], y - self.center[1]
         return 1.0 / math.sqrt(dx * dx + dy * dy)
 
-    def length_along(self, path: Path, r: float) -> float:
-        """Return the path length (m) until a ball meets the post.
+    def time_of_contact(self, path: Path, r: float, now: float) -> float:
+        """Return the time (s), not before now, at which a ball meets the post.
 
         A path that is tangent to rounding does not meet the post, so a ball that slides along a
         cushion goes past its end.
         """
-        if path.speed == 0.0:
-            return math.inf
         dx, dy = self.center[0] - path.x, self.center[1] - path.y
         rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
         reach = r + self.radius - rounding
-        along, distance = dx * path.ux + dy * path.uy, math.sqrt(dx * dx + dy * dy)
-        if along <= GRAZING * reach and distance <= reach + 2.0 * rounding:
+        along, near = dx * path.vx + dy * path.vy, reach + 2.0 * rounding
+        if dx * dx + dy * dy <= near * near and along <= GRAZING * reach * speed_of(path):
             return math.inf
-        return path_to_disc((dx, dy), (path.ux, path.uy), reach)
+        return disc_time(path, self.center, reach, now)
+
+    def edge(self, r: float) -> Round:
+        """Return the circle on which the centre of a touching ball lies."""
+        return Round(self.center, self.radius + r)
 
 
 class Rim(NamedTuple):
@@ -163,16 +211,21 @@ class Rim(NamedTuple):
         """Return the unit vector from the pocket's centre to the ball's."""
         return unit(x - self.center[0], y - self.center[1])
 
-    def length_along(self, path: Path, r: float) -> float:
-        """Return the path length (m) until the ball's centre comes to the rim.
+    def curvature(self, x: float, y: float) -> float:
+        """Return how fast (1/m) the normal turns as a ball moves along the rim."""
+        return 1.0 / self.radius
+
+    def time_of_contact(self, path: Path, r: float, now: float) -> float:
+        """Return the time (s), not before now, at which the ball's centre comes to the rim.
 
         The distance of the pocket's centre from the path decides whether a ball that grazes the rim
         is pocketed.
         """
-        if path.speed == 0.0:
-            return math.inf
-        offset = (self.center[0] - path.x, self.center[1] - path.y)
-        return path_to_disc(offset, (path.ux, path.uy), self.radius)
+        return disc_time(path, self.center, self.radius, now)
+
+    def edge(self, r: float) -> Round:
+        """Return a circle just outside of the rim, on which a ball's centre may lie."""
+        return Round(self.center, self.radius * (1.0 + 1e-9))
 
 
 class Nothing:
@@ -186,9 +239,28 @@ class Nothing:
         """Return any unit vector."""
         return (1.0, 0.0)
 
-    def length_along(self, path: Path, r: float) -> float:
+    def curvature(self, x: float, y: float) -> float:
+        """Return 0."""
+        return 0.0
+
+    def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return infinity."""
         return math.inf
+
+
+class Measured:
+    """A measured side is one of a user's that answers ``length_along``, and not when.
+
+    That is the path length (m) after which a ball meets it, and holds for straight paths.
+    """
+
+    def __init__(self, side: Any) -> None:
+        self.gap, self.normal, self.length_along = side.gap, side.normal, side.length_along
+        self.curvature = getattr(side, "curvature", lambda x, y: 0.0)
+
+    def time_of_contact(self, path: Path, r: float, now: float) -> float:
+        """Return the time (s), not before now, at which a ball meets the side."""
+        return arrival(path, self.length_along(path, r), now)
 
 
 class Wall:
@@ -196,30 +268,38 @@ class Wall:
 
     It has its coefficients and the number by which it is reported. ``center`` (m) is where a pocket
     keeps the balls that it has taken in; it is None for a wall that bounces balls off.
-    ``length_along`` is that of the side that a ball meets first.
+    ``time_of_contact`` is that of the side that a ball meets first.
     """
 
-    __slots__ = ("center", "friction", "length_along", "number", "restitution", "sides")
+    __slots__ = ("center", "friction", "number", "restitution", "sides", "time_of_contact")
 
-    length_along: Callable[[Path, float], float]
+    time_of_contact: Callable[[Path, float, float], float]
 
     def __init__(
         self, sides: tuple[Side, ...], restitution: float, friction: float, number: int
     ) -> None:
-        self.sides = sides
+        self.sides = sides = tuple(
+            side if hasattr(side, "time_of_contact") else Measured(side) for side in sides
+        )
         self.restitution = restitution
         self.friction = friction
         self.number = number
         self.center: Vector | None = None
-        self.length_along = sides[0].length_along if len(sides) == 1 else self._to_the_first
+        first = self._first_contact
+        self.time_of_contact = sides[0].time_of_contact if len(sides) == 1 else first
 
     @property
     def is_pocket(self) -> bool:
         """Tell whether the wall takes balls in."""
         return self.center is not None
 
-    def _to_the_first(self, path: Path, r: float) -> float:
-        return min([side.length_along(path, r) for side in self.sides])
+    def _first_contact(self, path: Path, r: float, now: float) -> float:
+        return min([side.time_of_contact(path, r, now) for side in self.sides])
+
+    def length_along(self, path: Path, r: float) -> float:
+        """Return the path length (m) after which a ball meets the wall; better ask when."""
+        t = self.time_of_contact(path, r, path.t)
+        return math.dist(path.at(t)[0], (path.x, path.y)) if t < math.inf else math.inf
 
     def nearest(self, x: float, y: float, r: float) -> Side:
         """Return the side whose surface is nearest to a ball of radius ``r`` at (x, y)."""

@@ -155,8 +155,8 @@ def completed(knots: Sequence[Sequence[float]], surface: Sliding, end: float) ->
         t, x, y, vx, vy, *known = knot
         path = surface.path(t, (x, y), (vx, vy))
         is_known = len(known) == 2 and not math.isnan(known[0])
-        ax, ay = known if is_known else path.acceleration
+        ax, ay = known if is_known else (path.ax, path.ay)
         found.append((t, x, y, vx, vy, ax, ay))
-        if not is_known and t < path.stop < until:
-            found.append((path.stop, path.rest_x, path.rest_y, *NONE, *NONE))
+        if not is_known and t < path.end < until:
+            found.append((path.end, *path.rest, *NONE, *NONE))
     return found

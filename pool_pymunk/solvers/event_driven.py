@@ -54,7 +54,7 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     for id_ in start.off:
         engine.remove(scene.index[id_])
     if engine.is_finite:
-        engine.predict([i for i, path in enumerate(engine.paths) if path.speed > 0.0])
+        engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
     return engine
 
 
@@ -64,7 +64,7 @@ def _status(engine: ContactEngine, latest: float) -> str:
         return "non_finite"
     if engine.upcoming() < math.inf:
         return "max_time" if engine.upcoming() > latest else "max_events"
-    drifts = any(path.stop == math.inf for path in engine.paths)
+    drifts = any(path.end == math.inf for path in engine.paths)
     return "max_time" if drifts else "settled"
 
 

@@ -35,7 +35,7 @@ def pockets(scene: Scene) -> list[Wall]:
 def begin(trace: Trace, engine: ContactEngine) -> None:
     """Write down how the balls speed up or slow down from the start on."""
     for knots, path in zip(trace.knots, engine.paths, strict=True):
-        knots[0] = (*knots[0][:5], *path.acceleration)
+        knots[0] = (*knots[0][:5], path.ax, path.ay)
 
 
 def bound(engine: ContactEngine, settings: Settings) -> None:
@@ -59,9 +59,9 @@ def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
             t,
         )
     for i, path in enumerate(engine.paths):
-        if path.stop > t or trace.knots[i][-1][3:5] != NONE:
+        if path.end > t or trace.knots[i][-1][3:5] != NONE:
             x, y, vx, vy = motion_at(path, t)
-            trace.knot(i, t, (x, y), (vx, vy), path.acceleration if path.stop > t else NONE)
+            trace.knot(i, t, (x, y), (vx, vy), (path.ax, path.ay) if path.end > t else NONE)
 
 
 class TraceRecorder(Recorder):
@@ -81,7 +81,7 @@ class TraceRecorder(Recorder):
 
     def path(self, i: int, path: Path) -> None:
         """Write down where a new path begins."""
-        self.trace.knot(i, path.t, (path.x, path.y), (path.vx, path.vy), path.acceleration)
+        self.trace.knot(i, path.t, (path.x, path.y), (path.vx, path.vy), (path.ax, path.ay))
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """List a stop."""

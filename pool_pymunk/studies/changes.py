@@ -15,7 +15,6 @@ from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array, free_motion
 from pool_pymunk.physics.path import NOISE
 from pool_pymunk.physics.saltation import Meeting, Motion6, bounce, hit
-from pool_pymunk.physics.sides import Face, Post
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies.touches import BLUR, GRAZE, Touch, touches
@@ -187,7 +186,7 @@ class Changes:
         """Tell whether a ball that moved comes to rest at this time (s)."""
         t0, x, y, vx, vy, _, _ = self.knots[i][self.at[i]]
         moved = vx != 0.0 or vy != 0.0 or self.at[i] > 0
-        return moved and self._is_now(self.surface.path(t0, (x, y), (vx, vy)).stop, t, [i])
+        return moved and self._is_now(self.surface.path(t0, (x, y), (vx, vy)).end, t, [i])
 
     def _shares_a_ball(self, k: int) -> bool:
         """Tell whether a contact has a ball in common with another event of its instant.
@@ -253,7 +252,6 @@ class Changes:
         if self._may_meet_a_corner(x, y, radius):
             raise Lost("a ball meets a cushion just where a corner begins")
         side = self.walls[event.cushion].nearest(x, y, radius)
-        assert isinstance(side, Face | Post)
         normal = side.normal(x, y)
         return bounce(states[0], normal, side.curvature(x, y)), normal
 

@@ -59,5 +59,5 @@ def _estimate(
 def longest_duration(scene: Scene, shot: Shot | None) -> float:
     """Return how long (s) the fastest ball would roll, or the time at which the shot is ended."""
     latest = scene.physics.max_time
-    ends = [scene.surface.path(0.0, (0.0, 0.0), v).stop for v in scene.start(shot).velocity]
+    ends = [scene.surface.path(0.0, (0.0, 0.0), v).end for v in scene.start(shot).velocity]
     return min(max(ends), math.inf if latest is None else latest)

@@ -21,7 +21,7 @@ from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON, Array, free_motions
-from pool_pymunk.physics.sides import Face, Post
+from pool_pymunk.physics.sides import Side
 from pool_pymunk.results.run import SURE, Event, Run
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.exact import walls
@@ -300,18 +300,17 @@ class Errors:
         sides = [self._side(step, x, y) for step, (x, y) in zip(steps, at, strict=True)]
         normals = [side.normal(x, y) for side, (x, y) in zip(sides, at, strict=True)]
         curvatures = [side.curvature(x, y) for side, (x, y) in zip(sides, at, strict=True)]
-        corners = [side.start if isinstance(side, Face) else side.center for side in sides]
+        outline = () if self.scene.table is None else self.scene.table.outline
+        corners = [outline[step.event.cushion or 0] for step in steps]
         offset = states[:, 0, :2] - np.array(corners)
         return np.array([1.0]), np.array(normals), np.array(curvatures), offset
 
-    def _side(self, step: Step, x: float, y: float) -> Face | Post:
+    def _side(self, step: Step, x: float, y: float) -> Side:
         """Return the side of a cushion that a ball bounces off."""
         assert step.event.cushion is not None
-        wall, sides = self.walls[step.event.cushion], self.walls[step.event.cushion].sides
+        wall = self.walls[step.event.cushion]
         radius = self.scene.balls[step.balls[0]].radius
-        side = sides[0] if len(sides) == 1 else wall.nearest(x, y, radius)
-        assert isinstance(side, Face | Post)
-        return side
+        return wall.nearest(x, y, radius)
 
     def _laws(
         self, steps: Sequence[Step], before: Array, after: Array

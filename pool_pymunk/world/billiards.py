@@ -51,6 +51,7 @@ from pool_pymunk.world.checks import (
     read_size,
     read_vector,
     step_error,
+    warn_of_lengths,
 )
 from pool_pymunk.world.others import Others
 from pool_pymunk.world.outlook import Outlook, Prediction, free_spot
@@ -239,7 +240,7 @@ class Billiards:
         self.balls.append(ball)
         self.near.sensors.append(sensor)
         self._enter(ball)
-        if path.speed > 0.0 or self._inside:
+        if path.moves or self._inside:
             self._let_go(ball)
         elif not self._is_swept:
             sensor.unsafe_set_radius(radius * (1.0 - HAIR))
@@ -354,6 +355,7 @@ class Billiards:
             raise setting_error("shape", "taken", "this shape is a wall already")
         restitution = read_share("restitution", restitution)
         friction = read_from_zero("friction", friction)
+        warn_of_lengths(sides or ())
         self._check_is_open()
         self._catch_up()
         wall = Wall(sides or sides_of(shape), restitution, friction, self._wall_count)
@@ -445,7 +447,7 @@ class Billiards:
         path = self.surface.path(now, position or place, velocity or goes)
         self.engine.now = now
         self.engine.set_off(ball.number, path)
-        if path.speed == 0.0:
+        if not path.moves:
             self.engine.rested[ball.number] = now
         self._carry(ball)
         if position is not None:
@@ -508,7 +510,7 @@ class Billiards:
                 self._enter(ball)
             path = self.surface.path(self.time, (x, y), (vx, vy))
             self.engine.set_off(ball.number, path)
-            self.engine.rested[ball.number] = math.inf if path.speed > 0.0 else -math.inf
+            self.engine.rested[ball.number] = math.inf if path.moves else -math.inf
         self.engine.resolver.history.clear()
         self.engine.resolver.history.update(state.history)
         self._predict_anew()
@@ -572,7 +574,7 @@ class Billiards:
         for ball in self._ball_of.values():
             x, y, vx, vy = motion_at(self.engine.paths[ball.number], now)
             path = self.surface.path(now, (x, y), (vx, vy))
-            if path.speed > 0.0:
+            if path.moves:
                 self.engine.set_off(ball.number, path)
             self._carry(ball)
             self._move_sensor(ball)
@@ -860,11 +862,11 @@ class Billiards:
 
         A difference of two places would know it to rounding of a place over ``dt`` only.
         """
-        (_, (vx, vy)), (ax, ay), moves = path.at(t), path.acceleration, path.stop - t
+        (_, (vx, vy)), moves = path.at(t), path.end - t
         if moves > self.dt:
-            return vx + self.dt * ax / 2.0, vy + self.dt * ay / 2.0
+            return vx + self.dt * path.ax / 2.0, vy + self.dt * path.ay / 2.0
         share = max(moves, 0.0) / self.dt
-        return share * (vx + moves * ax / 2.0), share * (vy + moves * ay / 2.0)
+        return share * (vx + moves * path.ax / 2.0), share * (vy + moves * path.ay / 2.0)
 
     # -- bodies on their paths -------------------------------------------------------------------
 
@@ -878,7 +880,7 @@ class Billiards:
         goes = self.mean_velocity(path, self.time)
         if self._left is not None:
             self._left[ball] = (x, y), goes
-        if path.stop <= self.time:
+        if path.end <= self.time:
             self._rest(ball)
             return
         ball.body.velocity = goes
@@ -893,7 +895,7 @@ class Billiards:
             check_unchanged(ball, self.engine.masses[ball.number])
             self.moving[ball.number] = ball
             self._slow_down(ball)
-        self._next_stop = min(self._next_stop, path.stop)
+        self._next_stop = min(self._next_stop, path.end)
 
     def _slow_down(self, ball: Ball) -> None:
         """Install surface friction on a ball that begins to move."""
@@ -929,12 +931,12 @@ class Billiards:
         """Put balls to rest whose paths have ended, and steer those that stop in the next step."""
         for ball in list(self.moving.values()):
             path = self.engine.paths[ball.number]
-            if path.stop <= self.time:
+            if path.end <= self.time:
                 self._carry(ball)
-            elif path.stop <= self.time + self.dt:
+            elif path.end <= self.time + self.dt:
                 ball.body.velocity = self.mean_velocity(path, self.time)
         paths = self.engine.paths
-        self._next_stop = min((paths[i].stop for i in self.moving), default=math.inf)
+        self._next_stop = min((paths[i].end for i in self.moving), default=math.inf)
 
 
 class Callbacks(Recorder):

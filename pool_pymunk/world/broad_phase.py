@@ -211,5 +211,5 @@ class EndOfStep(BroadPhase):
                     continue
                 velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
                 closing = closing_speed(engine.contact(pair, motions), velocity)
-                if closing > max(engine.paths[i].noise for i in motions):
+                if closing > max(engine.noises[i] for i in motions):
                     engine.push(self.until, pair)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import pymunk
@@ -119,6 +120,14 @@ def check_unchanged(ball: Ball, mass: float) -> None:
                 "and add its circle again"
             )
             raise setting_error(f"ball {ball.number}: {key}", now, message)
+
+
+def warn_of_lengths(sides: Iterable[object]) -> None:
+    """Warn of sides of one's own that answer after which length of a straight path, not when."""
+    for side in sides:
+        if not hasattr(side, "time_of_contact"):
+            text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
+            warnings.warn(text, DeprecationWarning, stacklevel=3)
 
 
 def check_wall(shape: Any) -> None:

@@ -3,55 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.sides import Face, Post, Rim, Side, unit
-
-
-class Round(NamedTuple):
-    """A round edge is a circle."""
-
-    center: Vector
-    radius: float
-
-    def nearest(self, near: Vector) -> Vector:
-        """Return the point of it that is nearest to ``near``."""
-        (x, y), r = self
-        nx, ny = unit(near[0] - x, near[1] - y)
-        return x + r * nx, y + r * ny
-
-
-class Straight(NamedTuple):
-    """A straight edge is a line through ``point``, across the unit vector ``normal``."""
-
-    point: Vector
-    normal: Vector
-
-    def height(self, near: Vector) -> float:
-        """Return how far ``near`` lies off the line, along its normal."""
-        (x, y), (nx, ny) = self
-        return (near[0] - x) * nx + (near[1] - y) * ny
-
-    def nearest(self, near: Vector) -> Vector:
-        """Return the point of it that is nearest to ``near``."""
-        (nx, ny), height = self.normal, self.height(near)
-        return near[0] - height * nx, near[1] - height * ny
-
+from pool_pymunk.physics.sides import Round, Straight
 
 Edge = Round | Straight
-
-
-def edges_of(side: Side, radius: float) -> list[Edge]:
-    """Return where the centre of a ball is that touches a side, or comes to a rim."""
-    if isinstance(side, Face):
-        (x, y), (nx, ny), far = side.start, side.outward, side.radius + radius
-        return [Straight((x + far * nx, y + far * ny), side.outward)]
-    if isinstance(side, Post):
-        return [Round(side.center, side.radius + radius)]
-    if isinstance(side, Rim):
-        return [Round(side.center, side.radius * (1.0 + 1e-9))]
-    return []
 
 
 def crossings(one: Edge, other: Edge) -> list[Vector]:

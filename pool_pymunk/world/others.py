@@ -156,7 +156,7 @@ class Others:
         for ball, number, row in self._rows:
             x, y, vx, vy, fx, fy = move = moves[row]
             path = paths[number]
-            rests = vx == vy == 0.0 and x == path.rest_x and y == path.rest_y
+            rests = vx == vy == 0.0 and (x, y) == path.rest
             if (not rests or number in moving) and self._follow(ball, path, move):
                 table.moved_by_others.append(number)
             if falls or fx != 0.0 or fy != 0.0:
@@ -192,7 +192,7 @@ class Others:
         px, py, pvx, pvy = motion_at(path, table.time)
         ex, ey = table.mean_velocity(path, table.time)
         off, gain = abs(x - px) + abs(y - py), abs(vx - ex) + abs(vy - ey)
-        size, rounding = abs(x) + abs(y), STEP_ROUNDING if path.stop > table.time else 0.0
+        size, rounding = abs(x) + abs(y), STEP_ROUNDING if path.end > table.time else 0.0
         if gain <= rounding * path.speed and off <= rounding * size:
             return False
         rounding *= table.steps_on(path)
@@ -208,7 +208,7 @@ class Others:
         place = (px, py) if is_there else table.beside(ball, x, y)
         path = table.surface.path(table.time, place, (vx, vy))
         table.engine.set_off(ball.number, path)
-        if path.speed == 0.0:
+        if not path.moves:
             table.engine.rested[ball.number] = table.time
         return True
 
@@ -334,7 +334,7 @@ class Others:
         table.engine.now = table.time
         path = table.surface.path(table.time, (x, y), kicked)
         table.engine.set_off(ball.number, path)
-        if path.speed == 0.0:
+        if not path.moves:
             table.engine.rested[ball.number] = table.time
         table.set_out([ball])
 

@@ -15,9 +15,9 @@ from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at, set_off
-from pool_pymunk.physics.sides import Wall
+from pool_pymunk.physics.sides import Round, Wall
 from pool_pymunk.physics.surface import Surface
-from pool_pymunk.world.edges import Edge, Round, crossings, edges_of
+from pool_pymunk.world.edges import Edge, crossings
 
 HAIR = 1e-9  # radii; a ball is put so far off what it would touch
 MOST = 2_000  # So many instants are played at most.
@@ -108,7 +108,7 @@ class Outlook(NamedTuple):
             if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
                 break
             engine.next()
-        turns = witness.turns.get(witness.ball, [(start.rest_x, start.rest_y)])
+        turns = witness.turns.get(witness.ball, [start.rest])
         met = witness.met
         return Prediction(
             met=None if met is None else numbers[met],
@@ -140,7 +140,7 @@ class Outlook(NamedTuple):
         near.measure(engine.paths)
         for i, path in enumerate(engine.paths):
             near.begin(i, path, engine.radii[i], 0.0, math.inf)
-        engine.predict([i for i, path in enumerate(engine.paths) if path.speed > 0.0])
+        engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
         return engine
 
 
@@ -157,7 +157,8 @@ def free_spot(
     """
     size = (1.0 + HAIR) * radius
     edges: list[Edge] = [Round(place, size + other) for place, other in discs]
-    edges += [edge for _, wall in obstacles for side in wall.sides for edge in edges_of(side, size)]
+    sides = [side for _, wall in obstacles for side in wall.sides]
+    edges += [side.edge(size) for side in sides if hasattr(side, "edge")]
     away = [math.dist(near, edge.nearest(near)) for edge in edges]
     farthest, reach = max(away, default=0.0), 0.0
     while reach <= 2.0 * farthest:
@@ -188,10 +189,11 @@ def _is_free(
         lies_in(wall, room(spot, radius, shape, wall), *spot, radius) for shape, wall in obstacles
     ):
         return False
-    reach = math.dist(near, spot)
     way = set_off(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
     return all(
-        wall.is_pocket or room(near, 0.0, shape, wall) <= 0.0 or wall.length_along(way, 0.0) > reach
+        wall.is_pocket
+        or room(near, 0.0, shape, wall) <= 0.0
+        or wall.time_of_contact(way, 0.0, 0.0) > 1.0
         for shape, wall in obstacles
     )
 
