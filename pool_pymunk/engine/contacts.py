@@ -227,7 +227,8 @@ class ContactEngine:
         since = max(self.now, a.t, b.t)
         until = ends[i] if ends[i] < ends[j] else ends[j]
         lasting = self.resolver.lasting(i, j, since)
-        noise = max(self.noises[i], self.noises[j])
+        noise, other = self.noises[i], self.noises[j]
+        noise = noise if noise > other else other
         t = pair_time(a, b, radii[i] + radii[j], since, until, lasting, noise)
         if t <= since and (
             (just_missed and lasting.time > 0.0)

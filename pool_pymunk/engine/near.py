@@ -70,7 +70,7 @@ def piece(balls: int, width: float, height: float) -> float:
 
 def horizon(path: Path, now: float, ahead: float) -> float:
     """Return the time (s) at which a ball has travelled ``ahead`` (m), were it not slowed down."""
-    speed = speed_of(path)
+    speed = speed_of(path) if ahead < math.inf else 0.0
     return now + ahead / speed if speed > 0.0 else math.inf
 
 

@@ -12,7 +12,6 @@ from typing import NamedTuple
 from pool_pymunk.physics.motion import (
     EPSILON,
     Vector,
-    free_motion,
     path_to_disc,
     pressing,
     stopping_time,
@@ -73,7 +72,7 @@ class Path(NamedTuple):
     @property
     def speed(self) -> float:
         """The speed (m/s) at the beginning."""
-        return speed_of(self)
+        return math.sqrt(self.vx * self.vx + self.vy * self.vy)
 
     @property
     def ux(self) -> float:
@@ -115,12 +114,14 @@ class Path(NamedTuple):
 
 def speed_of(path: Path) -> float:
     """Return the speed (m/s) at the beginning of a path."""
-    return math.sqrt(path.vx * path.vx + path.vy * path.vy)
+    vx, vy = path.vx, path.vy
+    return math.sqrt(vx * vx + vy * vy)
 
 
 def pull_of(path: Path) -> float:
     """Return the size (m/s^2) of a path's acceleration."""
-    return math.sqrt(path.ax * path.ax + path.ay * path.ay)
+    ax, ay = path.ax, path.ay
+    return math.sqrt(ax * ax + ay * ay)
 
 
 def set_off(t: float, position: Vector, velocity: Vector, pull: float) -> Path:
@@ -138,12 +139,13 @@ def set_off(t: float, position: Vector, velocity: Vector, pull: float) -> Path:
 
 def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
     """Return position (m) and velocity (m/s) of a path's ball at ``t`` (s), not before it began."""
-    if t < path.end:
-        return free_motion(t - path.t, path.x, path.y, path.vx, path.vy, path.ax, path.ay)
-    x, y, _, _ = free_motion(
-        path.end - path.t, path.x, path.y, path.vx, path.vy, path.ax, path.ay
-    )  # fmt: skip
-    return x, y, 0.0, 0.0
+    began, x, y, vx, vy, ax, ay, end = path
+    if t < end:
+        time = t - began
+        wx, wy = vx + time * ax, vy + time * ay
+    else:
+        time, wx, wy = end - began, 0.0, 0.0
+    return x + time * (vx + time * ax / 2.0), y + time * (vy + time * ay / 2.0), wx, wy
 
 
 def arrival(path: Path, length: float, now: float) -> float:
@@ -160,13 +162,12 @@ def disc_time(path: Path, center: Vector, reach: float, now: float) -> float:
 
     The path must slow to rest. The time is infinite if the ball does not come there (m).
     """
-    speed = speed_of(path)
-    if speed == 0.0:
+    vx, vy, dx, dy = path.vx, path.vy, center[0] - path.x, center[1] - path.y
+    if dx * vx + dy * vy <= 0.0:
         return math.inf
-    offset = (center[0] - path.x, center[1] - path.y)
-    length = path_to_disc(offset, (path.vx / speed, path.vy / speed), reach)
-    t = path.t + time_to_slide(length, speed, pull_of(path))
-    return t if t > now else now
+    speed = math.sqrt(vx * vx + vy * vy)
+    length = path_to_disc((dx, dy), (vx / speed, vy / speed), reach)
+    return arrival(path, length, now) if length < math.inf else math.inf
 
 
 def pair_time(
@@ -198,15 +199,21 @@ def pair_time(
 
 def _one_moves(mover: Path, rester: Path, reach: float) -> float:
     """Return the time (s) at which the mover meets the other, which rests; infinite if never."""
-    rx, ry, _, _ = motion_at(rester, rester.end)
-    speed = left = speed_of(mover)
-    t, x, y = mover.t, mover.x, mover.y
+    t, x, y, ux, uy, _, _, _ = mover
+    rx, ry, vx, vy = rester.x, rester.y, ux, uy
+    if rester.end > rester.t:
+        rx, ry, _, _ = motion_at(rester, rester.end)
     if rester.end > t:
         t = rester.end
         x, y, vx, vy = motion_at(mover, t)
-        left = math.sqrt(vx * vx + vy * vy)
-    length = path_to_disc((rx - x, ry - y), (mover.vx / speed, mover.vy / speed), reach)
-    return t + time_to_slide(length, left, pull_of(mover))
+    dx, dy = rx - x, ry - y
+    if dx * ux + dy * uy <= 0.0:
+        return math.inf
+    speed = math.sqrt(ux * ux + uy * uy)
+    length = path_to_disc((dx, dy), (ux / speed, uy / speed), reach)
+    if length == math.inf:
+        return math.inf
+    return t + time_to_slide(length, math.sqrt(vx * vx + vy * vy), pull_of(mover))
 
 
 def _both_move(

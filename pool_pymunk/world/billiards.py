@@ -862,7 +862,8 @@ class Billiards:
 
         A difference of two places would know it to rounding of a place over ``dt`` only.
         """
-        (_, (vx, vy)), moves = path.at(t), path.end - t
+        moves = path.end - t
+        _, _, vx, vy = motion_at(path, t)
         if moves > self.dt:
             return vx + self.dt * path.ax / 2.0, vy + self.dt * path.ay / 2.0
         share = max(moves, 0.0) / self.dt
