@@ -532,9 +532,7 @@ def test_words() -> None:
     assert Show((pymunk,)).caption("end").split("  \N{MIDDLE DOT}  ") == [
         "Three balls", "Shot 1", "pymunk, dt = 1/240 s", "end",
     ]  # fmt: skip
-    published = replace(
-        pymunk, scene=replace(run.scene, physics=replace(run.scene.physics, law="published"))
-    )
+    published = replace(pymunk, law="published")
     assert Show((run, published)).settings() == [
         "event-driven, coulomb law", "pymunk, dt = 1/240 s, published law",
     ]  # fmt: skip

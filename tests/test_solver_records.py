@@ -317,7 +317,11 @@ OTHERWISE = {  # a text that has a solver's name in it, and why it may
     ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate
     ("safety/interrupts.py", "pymunk"),  # the library, as a module
     ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down
-    # classes of the library
+    # the library, and its classes
+    (
+        "world/billiards.py",
+        "pymunk is stepping the space: do this between steps, or from on_contact",
+    ),
     ("world/checks.py", "must be a pymunk.Space"),
     ("world/checks.py", "a ball must be a pymunk.Circle"),
     ("world/checks.py", "a wall must be a pymunk.Segment, Circle or Poly"),

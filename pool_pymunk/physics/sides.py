@@ -257,6 +257,7 @@ class Measured:
     def __init__(self, side: Any) -> None:
         self.gap, self.normal, self.length_along = side.gap, side.normal, side.length_along
         self.curvature = getattr(side, "curvature", lambda x, y: 0.0)
+        self.core = core_of(side)
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return the time (s), not before now, at which a ball meets the side."""
@@ -315,7 +316,7 @@ def pocket(center: Vector, radius: float, number: int) -> Wall:
     return wall
 
 
-def core_of(side: Side) -> float:
+def core_of(side: Any) -> float:
     """Return how far (m) a side is solid below its surface."""
     return float(getattr(side, "core", 0.0))
 

@@ -95,7 +95,7 @@ def largest_excess(spare: int) -> float:
     It is the quantile of chi-squared by E. B. Wilson and M. M. Hilferty, PNAS 17, 1931, 684.
 
     >>> round(largest_excess(10), 3), round(largest_excess(1000), 3)
-    (1.721, 1.069)
+    (1.725, 1.07)
     """
     share = 2.0 / (9.0 * spare)
     return math.sqrt((1.0 - share + RARE * math.sqrt(share)) ** 3)
