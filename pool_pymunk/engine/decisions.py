@@ -20,6 +20,9 @@ LISTED = 100  # After so many hits more they are taken to have no end, and not l
 LEFT = 64.0 * EPSILON  # Hits without end leave closing speeds of this share of the speeds.
 PILE = 20  # After so many collapses of more than two contacts, balls are a pile,
 MOST_IN_PILE = 200  # and at most so many hits of each collapse are played.
+# After this many instants whose order matters, no more are measured: the variants of the run that
+# show what it decides have other orders at every instant.
+DOUBTS = 10
 MOST_IN_ORDER = 200  # This many hits of one instant come in the order of their gaps.
 MOST_OTHER = 1_000  # This many hits are played in another order; if they go on, it tells nothing.
 # Outcomes of one instant are the same, to rounding, if they differ by this share of the speeds for
@@ -92,11 +95,6 @@ def faint(since_last: float, contact_time: float, pull: float) -> float:
     a cluster do not hit each other again and again for nothing.
     """
     return FAINT * pull * contact_time if since_last < contact_time / 2.0 else 0.0
-
-
-def may_spread(closing: float, known: float) -> bool:
-    """Tell whether contacts that close so fast may spread farther than is known (m/s) already."""
-    return 4.0 * closing > known
 
 
 def sinks(least: float, contact_time: float, x: float, y: float, radius: float) -> bool:

@@ -100,6 +100,7 @@ class Resolver:
         self.variant = decisions.Variant()
         self.collapses = 0  # of more than two contacts, so far
         self.spread = 0.0  # m/s; the largest one of the run
+        self.doubts = 0  # instants whose order was found to matter
         self.paths: list[Path] = []
         self.radii: list[float] = []
         self.noises: list[float] = []  # m/s; how much of each velocity may be rounding
@@ -174,13 +175,15 @@ class Resolver:
         the hits leave gets tiny changes, to see whether these grow.
         """
         speed = fastest(before)
-        if len(contacts) < 2 or not decisions.may_spread(speed, self.spread):
+        closing = [closing_speed(contact, before) for contact in contacts]
+        if len(contacts) < 2 or self.doubts >= decisions.DOUBTS:
             return Doubt()
+        if self.spread > 0.0 and 4.0 * max(closing) <= self.spread:
+            return Doubt()  # They cannot spread farther than is known already.
         closed = orders.closed(contacts)
         found = [self._outcome(closed, before)]
         patterns: list[int] = []
-        closing = sum(closing_speed(contact, before) > 0.0 for contact in contacts)
-        take_turns = len(contacts) == 2 and closing < 2
+        take_turns = len(contacts) == 2 and min(closing) <= 0.0
         for pattern in () if take_turns else orders.patterns(len(contacts)):
             other = self._outcome(orders.with_gaps(contacts, pattern), before)
             rounding = decisions.SAME_OUTCOME * speed * (1 + other.hits)
@@ -197,7 +200,7 @@ class Resolver:
             return Doubt()
         off = [_off(found[0], each) for each in found[1:]]
         far = sorted(zip(off, patterns, strict=True), reverse=True)
-        self.spread = max(self.spread, far[0][0])
+        self.spread, self.doubts = max(self.spread, far[0][0]), self.doubts + 1
         return Doubt(far[0][0], tuple(pattern for _, pattern in far))
 
     def _outcome(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:

@@ -29,9 +29,11 @@ COLLAPSE = "collapse cut off"
 # These variants of a run show what policies decide. Contact times that are no whole multiples of
 # each other do not happen to agree.
 OTHERWISE = tuple(Variant(longer=longer, otherwise=True) for longer in (1.5, 3.0, 7.0))
-# As many runs show what other orders of the contacts of one instant make of the ends. Each begins
-# with small errors of its own, so that a few tell even of one order what small gaps do.
-FEWEST_ORDERS, MOST_ORDERS = 8, 12
+# This many runs show what other orders of the contacts of one instant make of the ends; long runs
+# have fewer of them, so that together they have this many events. Each begins with small errors of
+# its own, so that a few tell even of one order what small gaps do.
+FEWEST_ORDERS, ENOUGH_ORDERS, MOST_ORDERS = 4, 8, 12
+EVENTS = 2_000
 
 
 class Trace:
@@ -54,8 +56,9 @@ class Trace:
     @property
     def variants(self) -> tuple[Variant, ...]:
         """The variants of the run that show what its policies decide."""
-        orders = list(self.orders)[:MOST_ORDERS]
-        count = max(len(orders), FEWEST_ORDERS) if orders else 0
+        most = min(max(EVENTS // max(len(self.events), 1), FEWEST_ORDERS), MOST_ORDERS)
+        orders = list(self.orders)[:most]
+        count = max(len(orders), min(ENOUGH_ORDERS, most)) if orders else 0
         gaps = tuple(Variant(gaps=orders[k % len(orders)], seed=k) for k in range(count))
         if PERSISTENT in self.policies:
             return (*OTHERWISE, *gaps)
