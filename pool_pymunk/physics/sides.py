@@ -114,11 +114,14 @@ class Face(NamedTuple):
 
         A ball that touches the face and moves along it, to rounding, does not meet it.
         """
-        (x0, y0), (tx, ty), (nx, ny), width, radius = self
+        nx, ny = self.outward
         closing = -(path.vx * nx + path.vy * ny)
+        if closing <= 0.0:
+            return math.inf
+        (x0, y0), (tx, ty), _, width, radius = self
         x, y = path.x - x0, path.y - y0
         height = x * nx + y * ny
-        if closing <= 0.0 or height < 0.0:
+        if height < 0.0:
             return math.inf
         gap = height - r - radius
         rounding = EPSILON * (abs(path.x) + abs(path.y) + r)

@@ -274,7 +274,8 @@ class Errors:
             if many == 2
             else self._side_errors(knots, states, offset, normal, curvature)
         )
-        closing = np.maximum(closing, slip * np.sqrt(curvature * gap / 2.0))  # See _check.
+        bend = np.maximum(curvature, 0.0)
+        closing = np.maximum(closing, slip * np.sqrt(bend * gap / 2.0))  # See _check.
         paths = np.zeros((count, many, 4, many, 4))
         for c in range(many):
             paths[:, c, :, c] = slid[:, c]

@@ -1,0 +1,164 @@
+"""A side of one's own is played by all solvers that take sides, many times, and differentiated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+import pymunk
+import pytest
+
+from pool_pymunk import (
+    Ball,
+    Billiards,
+    Friction,
+    Restitution,
+    Run,
+    Scene,
+    Shot,
+    Table,
+    same_balls,
+    simulate,
+    simulate_many,
+)
+from pool_pymunk.fast.tables import can_compile
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.physics.path import Path, set_off
+from pool_pymunk.physics.sides import Side, Wall
+
+CORNERS = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
+SIZE = 6.0  # m; the radius of the round ends
+DEEP = SIZE - math.sqrt(SIZE * SIZE - 0.25)  # m; so far they bulge out, by less than any ball
+
+
+class Hollow:
+    """A round end of the table, which bulges outwards."""
+
+    def __init__(self, x: float, outward: float) -> None:
+        self.center = (x - outward * (SIZE - DEEP), 0.5)
+
+    def gap(self, x: float, y: float, r: float) -> float:
+        return SIZE - r - math.dist((x, y), self.center)
+
+    def normal(self, x: float, y: float) -> Vector:
+        far = math.dist((x, y), self.center)
+        return (self.center[0] - x) / far, (self.center[1] - y) / far
+
+    def curvature(self, x: float, y: float) -> float:
+        return -1.0 / math.dist((x, y), self.center)
+
+    def time_of_contact(self, path: Path, r: float, now: float) -> float:
+        """Return the first root of the gap, found by small steps and halving."""
+        if not path.moves:
+            return math.inf
+        end = min(path.end, path.t + 4.0 / path.speed)
+
+        def closed(t: float) -> bool:
+            (x, y), (vx, vy) = path.at(t)
+            nx, ny = self.normal(x, y)
+            return self.gap(x, y, r) <= 0.0 and vx * nx + vy * ny < 0.0
+
+        times = np.linspace(now, end, 400).tolist()
+        late = next((t for t in times if closed(t)), math.inf)
+        early = max((t for t in times if t < late), default=now)
+        for _ in range(80 if late < math.inf else 0):
+            middle = 0.5 * (early + late)
+            early, late = (early, middle) if closed(middle) else (middle, late)
+        return late
+
+
+class Rounded(Table):
+    """A table with two such ends."""
+
+    @cached_property
+    def sides(self) -> tuple[tuple[Side, ...], ...]:
+        bottom, _, top, _ = Table(CORNERS).sides
+        return (bottom, (Hollow(2.0, 1.0),), top, (Hollow(0.0, -1.0),))
+
+
+def table() -> Scene:
+    """Return balls on the table; the cue ball meets an end, a long side and another ball."""
+    return Scene(
+        balls=(Ball("C", (0.5, 0.4), 0.03, 0.2, cue=True), Ball("1", (0.9, 0.7), 0.04, 0.3)),
+        table=Rounded(CORNERS),
+        restitution=Restitution(0.95, cushion=0.8),
+        friction=Friction(surface=0.05, cushion=0.1, ball_ball=0.05),
+        shots=(Shot("one", "C", velocity=(2.0, 0.9)),),
+    )  # fmt: skip
+
+
+def ends(run: Run) -> np.ndarray:
+    return np.array([run.final[ball.id] for ball in run.scene.balls])
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+def test_solvers_play_a_side_of_ones_own(solver: str) -> None:
+    run = simulate(table(), solver=solver)
+    met = {event.cushion for event in run.events}
+    assert met & {1, 3} and met & {0, 2}
+    position, _ = run.at(np.linspace(0.0, run.duration, 3000))
+    for i, ball in enumerate(run.scene.balls):
+        for side in (Hollow(2.0, 1.0), Hollow(0.0, -1.0)):
+            assert min(side.gap(x, y, ball.radius) for x, y in position[:, i]) > -1e-9
+
+
+def test_both_exact_solvers_agree_on_it() -> None:
+    one, other = (ends(simulate(table(), solver=solver)) for solver in ("event-driven", "pymunk"))
+    assert one == pytest.approx(other, abs=1e-9)
+
+
+def test_many_shots_take_python_for_it() -> None:
+    scene = table()
+    assert not can_compile(scene, LAWS["coulomb"])
+    velocity = np.zeros((3, 2, 2))
+    velocity[:, 0] = [(2.0, 0.9), (1.5, 0.2), (-1.0, 0.3)]
+    batch = simulate_many(scene, velocity=velocity)
+    assert (batch.final[0] == ends(simulate(scene, solver="event-driven"))).all()
+
+
+def test_derivatives_know_how_its_normal_turns() -> None:
+    scene, step = table(), 1e-7
+    found = simulate(scene, solver="event-driven").derivatives(("vx.C", "vy.C")).final
+    for column, axis in enumerate(np.eye(2)):
+        shots = [
+            Shot("one", "C", velocity=tuple((np.array((2.0, 0.9)) + way * step * axis).tolist()))
+            for way in (-1.0, 1.0)
+        ]
+        low, high = (
+            ends(simulate(replace(scene, shots=(shot,)), solver="event-driven")) for shot in shots
+        )
+        assert found[..., column] == pytest.approx((high - low) / (2 * step), rel=1e-4, abs=1e-4)
+
+
+class Old:
+    """A half plane that answers as sides did before."""
+
+    def gap(self, x: float, y: float, r: float) -> float:
+        return y - r
+
+    def normal(self, x: float, y: float) -> Vector:
+        return (0.0, 1.0)
+
+    def length_along(self, path: Path, r: float) -> float:
+        return (path.y - r) / -path.uy if path.uy < 0.0 else math.inf
+
+
+def test_sides_that_answer_lengths_go_on_working_with_a_warning() -> None:
+    space = pymunk.Space()
+    board = Billiards(space, 1 / 60, pair=same_balls(0.9, 0.0), deceleration=0.3)
+    ground = pymunk.Segment(space.static_body, (-9.0, 0.0), (9.0, 0.0), 0.0)
+    with pytest.warns(DeprecationWarning, match="Old.length_along"):
+        board.add_wall(ground, 0.8, 0.1, sides=(Old(),))  # type: ignore[arg-type]
+    body = pymunk.Body(0.2, math.inf)
+    body.position, body.velocity = (0.0, 0.5), (0.0, -1.0)
+    board.add_ball(pymunk.Circle(body, 0.1))
+    times: list[float] = []
+    board.on_contact = lambda contact: times.append(contact.t)
+    for _ in range(60):
+        space.step(1 / 60)
+    assert times == pytest.approx([(1.0 - math.sqrt(1.0 - 2 * 0.3 * 0.4)) / 0.3], abs=1e-12)
+    wall = Wall((Old(),), 0.8, 0.1, 0)  # type: ignore[arg-type]
+    assert wall.length_along(set_off(0.0, (0.0, 1.0), (0.0, -2.0), 0.0), 0.1) == pytest.approx(0.9)
