@@ -74,9 +74,13 @@ class Rounded(Table):
     """A table with two such ends."""
 
     @cached_property
-    def sides(self) -> tuple[tuple[Side, ...], ...]:
-        bottom, _, top, _ = Table(CORNERS).sides
-        return (bottom, (Hollow(2.0, 1.0),), top, (Hollow(0.0, -1.0),))
+    def walls(self) -> tuple[Wall, ...]:
+        ends: dict[int, Side] = {1: Hollow(2.0, 1.0), 3: Hollow(0.0, -1.0)}
+        plain = Table(CORNERS).walls
+        return tuple(
+            Wall((ends[k],) if k in ends else wall.sides, 0.0, 0.0, k)
+            for k, wall in enumerate(plain)
+        )
 
 
 def table() -> Scene:
