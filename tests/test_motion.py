@@ -10,12 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pool_pymunk.physics.motion import (
-    free_motion,
     free_motions,
     kinetic_energy,
     stopping_time,
 )
-from pool_pymunk.physics.path import motion_at, set_off
+from pool_pymunk.physics.path import Path, motion_at, set_off
 
 EPSILON = 2.0**-52
 G = 9.80665
@@ -144,14 +143,14 @@ def test_no_time_no_change(x: float, y: float, speed: float, angle: float, a: fl
     st.lists(st.tuples(times, coordinates, coordinates, speeds, angles, times), max_size=20),
     decelerations,
 )
-def test_free_motions_are_free_motion_many_times(
+def test_free_motions_are_those_of_paths(
     rows: list[tuple[float, float, float, float, float, float]], a: float
 ) -> None:
     knots = [(t, x, y, *along(speed, angle), a, -a / 3.0) for t, x, y, speed, angle, _ in rows]
     at = np.array([knot[0] for knot in knots]) + np.array([row[-1] for row in rows])
     position, velocity = free_motions(np.array(knots).reshape(-1, 7), at)
     for k, (t, *motion) in enumerate(knots):
-        assert (*position[k], *velocity[k]) == free_motion(at[k] - t, *motion)
+        assert (*position[k], *velocity[k]) == motion_at(Path._make((t, *motion, math.inf)), at[k])
 
 
 def test_free_motions_of_nothing() -> None:

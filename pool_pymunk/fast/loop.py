@@ -23,7 +23,6 @@ from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
 from pool_pymunk.physics.laws import COMPILED
-from pool_pymunk.physics.motion import free_motion
 from pool_pymunk.physics.path import (
     NOISE,
     Lasting,
@@ -724,7 +723,8 @@ def leaves(w: Work, model: Model, i: int) -> float:
         while coming < w.knots and knot[coming, 1] <= t:
             last, coming = coming, following(w, coming, i)
         k = knot[last]
-        x, y, _, _ = free_motion(t - k[1], k[2], k[3], k[4], k[5], k[6], k[7])
+        path = Path(k[1], k[2], k[3], k[4], k[5], k[6], k[7], math.inf)
+        x, y, _, _ = motion_at(path, t)
         dx, dy = x - model.path[n, i, 0], y - model.path[n, i, 1]
         if math.sqrt(dx * dx + dy * dy) > model.agree:
             return float(model.times[n])

@@ -31,25 +31,11 @@ def stopping_time(speed: float, deceleration: float) -> float:
     return speed / deceleration if deceleration > 0.0 else math.inf
 
 
-def free_motion(
-    time: float, x: float, y: float, vx: float, vy: float, ax: float, ay: float
-) -> tuple[float, float, float, float]:
-    """Return position (m) and velocity (m/s) after ``time`` (s) at a constant acceleration (m/s^2).
-
-    >>> free_motion(2.0, 0.0, 0.0, 2.0, 0.0, -0.5, 0.0)
-    (3.0, 0.0, 1.0, 0.0)
-    """
-    return (
-        x + time * (vx + time * ax / 2.0), y + time * (vy + time * ay / 2.0),
-        vx + time * ax, vy + time * ay,
-    )  # fmt: skip
-
-
 def free_motions(breakpoints: Array, times: Array) -> tuple[Array, Array]:
-    """Do what :func:`free_motion` does, for many times (s) at once.
+    """Return positions (..., 2) in m and velocities (..., 2) in m/s at many ``times`` (...) (s).
 
-    ``breakpoints`` (..., 7) holds t, x, y, vx, vy, ax, ay of the last breakpoint before each of the
-    ``times`` (...). Return positions (..., 2) and velocities (..., 2).
+    ``breakpoints`` (..., 7) holds t, x, y, vx, vy, ax, ay of the last breakpoint before each of
+    them. :func:`~pool_pymunk.physics.path.motion_at` does the same for one path.
     """
     place, velocity, acceleration = np.split(breakpoints[..., 1:7], 3, axis=-1)
     time = (times - breakpoints[..., 0])[..., np.newaxis]

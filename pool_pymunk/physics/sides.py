@@ -231,26 +231,6 @@ class Rim(NamedTuple):
         return Round(self.center, self.radius * (1.0 + 1e-9))
 
 
-class Nothing:
-    """This side is where a wall was that has been taken away: nothing meets it."""
-
-    def gap(self, x: float, y: float, r: float) -> float:
-        """Return infinity."""
-        return math.inf
-
-    def normal(self, x: float, y: float) -> Vector:
-        """Return any unit vector."""
-        return (1.0, 0.0)
-
-    def curvature(self, x: float, y: float) -> float:
-        """Return 0."""
-        return 0.0
-
-    def time_of_contact(self, path: Path, r: float, now: float) -> float:
-        """Return infinity."""
-        return math.inf
-
-
 class Measured:
     """A measured side is one of a user's that answers ``length_along``, and not when.
 
@@ -272,7 +252,7 @@ class Wall:
 
     It has its coefficients and the number by which it is reported. ``center`` (m) is where a pocket
     keeps the balls that it has taken in; it is None for a wall that bounces balls off.
-    ``time_of_contact`` is that of the side that a ball meets first.
+    ``time_of_contact`` is that of the side that a ball meets first; a wall may have no side.
     """
 
     __slots__ = ("center", "friction", "number", "restitution", "sides", "time_of_contact")
@@ -298,7 +278,7 @@ class Wall:
         return self.center is not None
 
     def _first_contact(self, path: Path, r: float, now: float) -> float:
-        return min([side.time_of_contact(path, r, now) for side in self.sides])
+        return min([side.time_of_contact(path, r, now) for side in self.sides], default=math.inf)
 
     def length_along(self, path: Path, r: float) -> float:
         """Return the path length (m) after which a ball meets the wall; better ask when."""

@@ -7,7 +7,8 @@ from itertools import groupby, pairwise
 from operator import itemgetter
 
 from pool_pymunk.model import Scene
-from pool_pymunk.physics.motion import free_motion, kinetic_energy
+from pool_pymunk.physics.motion import kinetic_energy
+from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.results.trace import Knot, Trace
 from pool_pymunk.results.words import counted
 
@@ -38,8 +39,8 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     for t, changes in groupby(steps, key=itemgetter(0)):
         before = after = 0.0
         balls = []
-        for _, i, (t0, *motion), new in changes:
-            old = free_motion(t - t0, *motion)[2:]
+        for _, i, knot, new in changes:
+            old = motion_at(Path(*knot, math.inf), t)[2:]
             before += kinetic_energy(masses[i], *old)
             after += kinetic_energy(masses[i], *new[3:5])
             balls.append(i)
@@ -58,5 +59,5 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
 
 def _motion(knots: list[Knot], t: float) -> tuple[float, float, float, float]:
     """Return where a ball is at ``t`` (s), and its velocity, from its breakpoints."""
-    t0, *motion = next(knot for knot in reversed(knots) if knot[0] <= t)
-    return free_motion(t - t0, *motion)
+    knot = next(knot for knot in reversed(knots) if knot[0] <= t)
+    return motion_at(Path(*knot, math.inf), t)

@@ -12,8 +12,8 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, Vector, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.physics.motion import Array, free_motion
-from pool_pymunk.physics.path import NOISE
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.path import NOISE, Path, motion_at
 from pool_pymunk.physics.saltation import Meeting, Motion6, bounce, hit
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
@@ -114,9 +114,8 @@ class Changes:
     def _is_hit(self, i: int, n: int, t: float) -> bool:
         """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
         begun, k, _ = self.kept[i][n]
-        t0, *motion = self.knots[i][self.kept[i][n - 1][1]]
-        before = free_motion(t - t0, *motion)[2:4]
-        rounding = NOISE * math.hypot(*motion[2:4])
+        path = Path._make((*self.knots[i][self.kept[i][n - 1][1]], math.inf))
+        before, rounding = path.at(t)[1], NOISE * path.speed
         after = self.knots[i][k][3:5]
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
         is_end = t == self.run.duration and not self.is_cut  # It is held where balls rest.
@@ -370,16 +369,15 @@ class Changes:
 
     def _slid(self, i: int, k: int, change: Array, t: float) -> tuple[Motion6, Array]:
         """Return how a ball moves at a time, from its ``k``-th breakpoint on, and its change."""
-        t0, x, y, vx, vy, ax, ay = self.knots[i][k]
-        time = t - t0
+        path = Path._make((*self.knots[i][k], math.inf))
         if t == self.until[i][k]:
             by_state, by_drag = (found[k] for found in self.jacobians[i])
         else:
-            by_state, by_drag = self.surface.jacobian(np.array((vx, vy)), np.array(time))
+            by_state, by_drag = self.surface.jacobian(np.array(path[3:5]), np.array(t - path.t))
         moved = by_state @ change
         if self.drag is not None:
             moved += by_drag[:, np.newaxis] * self.drag
-        return (*free_motion(time, x, y, vx, vy, ax, ay), ax, ay), moved
+        return (*motion_at(path, t), path.ax, path.ay), moved
 
     def _set(self, i: int, change: Array) -> None:
         """Begin a new path with this change."""

@@ -33,7 +33,7 @@ from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
-from pool_pymunk.physics.sides import Nothing, Side, Wall, pocket, unit
+from pool_pymunk.physics.sides import Side, Wall, pocket, unit
 from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.world.ball import Ball, ContactEvent, TableState
 from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase, EndOfStep
@@ -398,7 +398,7 @@ class Billiards:
         bodies = {each.body for each in self.near.numbers}
         if self._others is not None and shape.body not in bodies:
             self._others.let_go(shape.body)
-        walls[place] = Wall((Nothing(),), 0.0, 0.0, -1)
+        walls[place] = Wall((), 0.0, 0.0, -1)
         self._unused.append(place)
         self._predict_anew()
 
@@ -755,7 +755,7 @@ class Billiards:
 
     @property
     def deceleration(self) -> float:
-        """What surface friction takes from a moving ball's speed (m/s^2)."""
+        """The deceleration (m/s^2) of a ball that slides, mu_s g."""
         return self.surface.pull
 
     @property
