@@ -61,7 +61,9 @@ def test_random_scenes_end_where_the_exact_solver_ends(table: str, law: str, see
     assert run.status == exact.status
 
 
-@pytest.mark.parametrize("solver", ["pymunk", "pymunk-discrete"])
+@pytest.mark.parametrize(
+    "solver", ["pymunk", pytest.param("pymunk-discrete", marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("share", [0.04, 0.6])
 def test_work_grows_little_faster_than_the_balls_that_move(share: float, solver: str) -> None:
     """All of them set off in one step, and many meet in each of the others."""

@@ -152,6 +152,7 @@ def few_balls() -> Scene:
     return replace(scene, balls=balls, shots=(Shot("pot", "cue", speed=3.0, aim="8"),))
 
 
+@pytest.mark.slow
 def test_found_shots_do_what_is_wanted_and_forgive_what_they_say() -> None:
     scene = few_balls()
     eight, cue = scene.index["8"], scene.index["cue"]

@@ -505,7 +505,9 @@ def test_bounces_that_die_down_end_in_a_push(e: float) -> None:
 # -- frozen racks ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-6])
+@pytest.mark.parametrize(
+    "gap", [0.0, *(pytest.param(gap, marks=pytest.mark.slow) for gap in (1e-12, 1e-6))]
+)
 @pytest.mark.parametrize("e", [1.0, 0.7, 0.3])
 def test_a_rack_breaks_symmetrically_whatever_its_balls_are_made_of(e: float, gap: float) -> None:
     """This also holds where balls press on each other; all are answered as if at once."""

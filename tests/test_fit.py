@@ -162,7 +162,7 @@ def test_the_report_printed_070() -> None:
     assert found.rms_before > 1.0 * 0.0254
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_tracks_with_blunders() -> None:
     """Of five hundred places on tracks a dozen are nonsense; fifteen numbers come out right."""
     rng = np.random.default_rng(3)
@@ -194,7 +194,7 @@ def test_several_starts_find_what_one_does_not() -> None:
 
 @pytest.mark.parametrize(
     "sets",
-    [pytest.param(25, marks=pytest.mark.heavy), pytest.param(100, marks=pytest.mark.slow)],
+    [pytest.param(25, marks=pytest.mark.slow), pytest.param(100, marks=pytest.mark.slow)],
 )
 def test_standard_errors_are_calibrated(sets: int) -> None:
     """The truth lies within two standard errors in 90 to 99 of 100 sets of noisy ends."""

@@ -240,6 +240,11 @@ def test_the_mean_over_orders_by_hand() -> None:
 # The mean over orders loses energy, so it does not keep all of it where e = 1 and a ball meets two.
 LOSES = "one after the other"
 ROWS = [row for row in EXTREMES if row.laws != ("published",) and row.name != LOSES]
+LONG = ("meeting at one instant", "squeezed to a cushion")  # rows that take it long
+MATRIX = [
+    pytest.param(row, marks=[pytest.mark.slow] if row.name in LONG else [], id=row.name)
+    for row in ROWS
+]
 
 
 @pytest.fixture
@@ -258,7 +263,7 @@ def law_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.heavy
 @pytest.mark.usefixtures("law_of_ones_own")
 @pytest.mark.parametrize("solver", ["event-driven", pytest.param("pymunk", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("extreme", ROWS, ids=lambda extreme: extreme.name)
+@pytest.mark.parametrize("extreme", MATRIX)
 def test_ones_own_law_holds_in_the_whole_matrix(extreme: Extreme, solver: str) -> None:
     """A law that leaves things to the base class gains no energy, and is symmetric."""
     cell = check(replace(extreme, laws=("coulomb",)), solver, quick=True)
