@@ -3,12 +3,15 @@
 The truth about such a scene is what tiny gaps make of it. :func:`opened` gives every contact that
 is closed at the start a gap of its own, and :func:`truth` tells how far the ends lie from those
 without gaps at most, for gaps from 1e-14 to 1e-6 m.
+
+``python -m tests.frozen`` shows what more or fewer random patterns of gaps find.
 """
 
 from __future__ import annotations
 
 import math
 import random
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -27,6 +30,7 @@ from pool_pymunk import (
     Table,
     simulate,
 )
+from pool_pymunk.engine import orders
 from pool_pymunk.results.trace import ONE_INSTANT
 
 Point = tuple[float, float]
@@ -227,3 +231,27 @@ def count_verdicts(form: str, at_cushion: bool, count: int, seed: object = 0) ->
             print(f"{form}, at a cushion: {at_cushion}, seed {seed}, scene {k}: {word}")
         found[word] += 1
     return found
+
+
+# -- how many patterns are enough ------------------------------------------------------------------
+
+
+def spread(scene: Scene) -> float:
+    """Return how far (m/s) a run says that velocities may lie elsewhere."""
+    said = [re.search(r"differ by up to ([-\d.e+]+) m/s", line) for line in exact(scene).warnings]
+    return max((float(found[1]) for found in said if found), default=0.0)
+
+
+def main() -> None:
+    """Print the sum of what 30 clusters at cushions may spread, for several numbers of patterns."""
+    scenes = [
+        random_frozen_scene(form, True, random.Random(f"patterns {form} {k}"))
+        for form in ("row", "triangle")
+        for k in range(15)
+    ]
+    for orders.RANDOM in (6, 12, 24, 48, 96):
+        print(f"{orders.RANDOM} patterns: {sum(map(spread, scenes)):.3f} m/s")
+
+
+if __name__ == "__main__":
+    main()
