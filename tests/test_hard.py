@@ -163,6 +163,13 @@ def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
     assert far < 2e-6
 
 
+def test_every_ball_of_a_settled_run_is_at_rest() -> None:
+    """A stop that is due at the time of a void one is still due when void ones are left out."""
+    run = simulate(checked("packed", 188), solver="event-driven")
+    assert run.status == "settled"
+    assert all(not knots[-1, 3:].any() for knots in run.knots)
+
+
 @pytest.mark.slow
 def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> None:
     """A ball is hit that presses on another: their tiny gap decides the order of the hits."""

@@ -271,8 +271,8 @@ class ContactEngine:
         The queue may then double its length until the next time, so that a push stays cheap.
         """
         queue = self._queue
-        first = {(due[0], due[2]): due for due in sorted(queue, reverse=True)}
-        queue[:] = [due for due in first.values() if self._is_current(due)]
+        current = [due for due in queue if self._is_current(due)]
+        queue[:] = {(due[0], due[2]): due for due in sorted(current, reverse=True)}.values()
         heapify(queue)
         self._full = max(SHORT, 2 * len(queue))
 
