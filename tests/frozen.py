@@ -107,9 +107,9 @@ def patterns(scene: Scene, rnd: random.Random) -> Iterator[list[float]]:
 class Truth(NamedTuple):
     """The largest distance (m) to the ends with gaps, and that which even the smallest gaps give.
 
-    ``jump`` is the least of the largest distances for each gap up to 1e-12 m. Where it is small, but
-    ``far`` is not, the run amplifies gaps as it amplifies any change of the start. It ``is_unknown``
-    if the order of hits is hidden by rounding, or by symmetry, with every gap.
+    ``jump`` is the least of the largest distances for each gap up to 1e-12 m. Where it is small,
+    but ``far`` is not, the run amplifies gaps as it amplifies any change of the start. It
+    ``is_unknown`` if the order of hits is hidden by rounding, or by symmetry, with every gap.
     """
 
     far: float
@@ -204,22 +204,21 @@ def _scene(form: str, at_cushion: bool, r: float, rnd: random.Random) -> Scene |
 # -- verdicts --------------------------------------------------------------------------------------
 
 JUMP = 1e-5  # m; gaps of 1e-12 m that move the ends farther are not merely amplified
-WIDE = (
-    2e-6  # m; ends that no gap moves farther depend on none: gaps of 1e-6 m move balls themselves
-)
+WIDE = 2e-6  # m; gaps of 1e-6 m move the balls themselves as far, and no end depends on them
 
 
 def verdict(scene: Scene) -> str:
     """Tell in a word whether the run says what tiny gaps do to its ends."""
     run = exact(scene)
     found = truth(scene, run)
+    is_said = ONE_INSTANT in run.policies
+    if found.far <= WIDE and not found.is_unknown:
+        return "false alarm" if is_said else "no gap matters"
     if found.far <= run.policy_shift:
-        return "covered" if found.jump > JUMP else "covered, if it matters"
+        return "covered"
     if found.jump > JUMP:
         return "missed"
-    if ONE_INSTANT not in run.policies:
-        return "no gap matters" if found.far < JUMP else "gaps are amplified"
-    return "a gap matters little" if found.far > WIDE or found.is_unknown else "false alarm"
+    return "a gap matters little" if is_said else "gaps are amplified"
 
 
 def count_verdicts(form: str, at_cushion: bool, count: int, seed: object = 0) -> Counter[str]:
