@@ -26,14 +26,17 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.env.games import Carom
-from pool_pymunk.env.layouts import Layouts, place
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.fast.places import FEW, may_lie
 from pool_pymunk.model.places import SUNK, TOUCHING, overlap, room_beside
 from pool_pymunk.model.units import Units
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.physics.sides import Post
+
+pytest.importorskip("gymnasium")
+
+from pool_pymunk.env.games import Carom
+from pool_pymunk.env.layouts import Layouts, place
 
 Place = tuple[float, float]
 
