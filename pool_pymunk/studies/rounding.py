@@ -34,7 +34,7 @@ COLUMNS = 32  # draws of random signs; their root mean square is then right to s
 # Like contacts err alike: where a ball goes to and fro, the same time is added to the time over and
 # over, and rounded the same way. SURE times this share of UNIT is half a spacing.
 ALIKE = 0.43
-# Post.time_of_contact takes a post for smaller by eight spacings of the coordinates; SURE times this
+# Post.time_of_contact makes a post smaller by eight spacings of the coordinates. SURE times this
 # share is twice that.
 POST = 4.0 * EPSILON
 PLACES = 16  # Contacts of so many kinds (by ball and cushion, or by balls) err alike each.
