@@ -43,13 +43,15 @@ class Variant(NamedTuple):
     knows counts as slip, and balls that press on each other touch when another one hits them. With
     ``gaps``, contacts of one instant have the gaps of the pattern of that number
     (:mod:`~pool_pymunk.engine.orders`). With a ``seed``, places at contacts and new velocities have
-    random errors of the size of rounding.
+    random errors of the size of rounding. With ``opened``, balls that touch at the start have tiny
+    gaps, other ones for each number (:mod:`pool_pymunk.solvers.frozen`).
     """
 
     longer: float = 1.0
     otherwise: bool = False
     gaps: int | None = None
     seed: int | None = None
+    opened: int | None = None
 
 
 AS_IT_IS = Variant()

@@ -87,7 +87,7 @@ class Run:
     the contacts. ``off`` has the ids of the balls that are off the table at the end;
     a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
-    "persistent contact", "collapse cut off"; see :attr:`policy_shift`.
+    "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
 
     Two runs are equal if everything about them is but for ``wall_time``.
     """
@@ -299,11 +299,11 @@ class Run:
     def policy_shift(self) -> float:
         """How far (m) the ends would lie elsewhere if policies had answered otherwise.
 
-        It is 0 where everything had an exact answer. Otherwise up to fifteen more runs tell it. In
-        these, persistent contacts take longer, a slip that only rounding knows counts as slip, and
-        tiny gaps give the contacts of one instant another order. The answer is four times the
-        largest change, or the table's diagonal if that is less. It is nan where
-        it is not known.
+        It is 0 where everything had an exact answer. Otherwise some more runs tell it. In these,
+        persistent contacts take longer, a slip that only rounding knows counts as slip, tiny gaps
+        give the contacts of one instant another order, and balls that touch at the start have gaps
+        of 1e-13 to 4e-6 m. The answer is four times the largest change, or the table's diagonal if
+        that is less. It is nan where it is not known.
         """
         if not self.policies:
             return 0.0

@@ -25,6 +25,7 @@ ZERO_SLIP = "zero slip"
 ONE_INSTANT = "one instant"
 PERSISTENT = "persistent contact"
 COLLAPSE = "collapse cut off"
+FROZEN = "frozen balls"
 
 # These variants of a run show what policies decide. Contact times that are no whole multiples of
 # each other do not happen to agree.
@@ -49,6 +50,7 @@ class Trace:
         self.warned: dict[str, tuple[float, int, float]] = {}
         self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.orders: dict[int, None] = {}  # patterns of gaps with other outcomes; the largest first
+        self.touch = False  # whether sides touch at the start
         self.status = "settled"
         self.duration = 0.0
         self.steps = 0
@@ -59,10 +61,13 @@ class Trace:
         most = min(max(EVENTS // max(len(self.events), 1), FEWEST_ORDERS), MOST_ORDERS)
         orders = list(self.orders)[:most]
         count = max(len(orders), min(ENOUGH_ORDERS, most)) if orders else 0
-        gaps = tuple(Variant(gaps=orders[k % len(orders)], seed=k) for k in range(count))
+        gaps = [Variant(gaps=orders[k % len(orders)], seed=k) for k in range(count)]
+        if self.touch:
+            gaps += [Variant(opened=k) for k in range(min(ENOUGH_ORDERS, most))]
         if PERSISTENT in self.policies:
             return (*OTHERWISE, *gaps)
-        return (*OTHERWISE[:1], *gaps) if self.policies - {ONE_INSTANT} else gaps
+        has_others = bool(self.policies - {ONE_INSTANT, FROZEN})
+        return (*OTHERWISE[:has_others], *gaps)
 
     def knot(
         self, i: int, t: float, position: Point, velocity: Point, acceleration: Point = UNKNOWN

@@ -27,8 +27,9 @@ from pool_pymunk.model.problems import (
 )
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.run import SURE, Event, Run, read_times
-from pool_pymunk.results.trace import POCKET, ZERO_SLIP, Trace
+from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Trace
 from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
+from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
 from pool_pymunk.solvers.record import Solver
 from pool_pymunk.solvers.registry import find_solver
 from pool_pymunk.solvers.settings import NEVER_SETTLES, OnTime, Settings
@@ -70,6 +71,8 @@ class Request(NamedTuple):
 
     def _solve(self, state: State, variant: Variant = AS_IT_IS) -> Trace:
         settings = self.settings
+        if variant.opened is not None:
+            state = opened(state, touching(self.scene, state), variant.opened)
         if variant != AS_IT_IS:
             settings = settings._replace(variant=variant, on_time=None)
         trace = self.solver.solve(self.scene, state, settings, **self.options)
@@ -83,13 +86,13 @@ class Request(NamedTuple):
         A run that took long is not played again for it; then the answer is None. Nor is a run that
         only met zero slips, because their warning says what they do.
         """
+        is_measured = self.settings.measures_policies and wall_time <= PATIENCE
+        if is_measured and self.solver.engine:
+            trace.touch = len(touching(self.scene, state)) > 0
+            self._look_at_frozen(state, trace)
         if not trace.policies:
             return 0.0
-        if (
-            trace.policies == {ZERO_SLIP}
-            or not self.settings.measures_policies
-            or wall_time > PATIENCE
-        ):
+        if trace.policies == {ZERO_SLIP} or not is_measured:
             return None
         others = [self._solve(state, variant) for variant in trace.variants]
         changed = SURE * max(farthest(trace, other) for other in others)
@@ -102,6 +105,15 @@ class Request(NamedTuple):
             trace.duration,
         )
         return shift
+
+    def _look_at_frozen(self, state: State, trace: Trace) -> None:
+        """Warn if gaps that nobody can measure, between balls that touch, decide the ends."""
+        if not trace.touch or ONE_INSTANT in trace.policies:
+            return
+        others = (self._solve(state, Variant(opened=k)) for k in TRIED)
+        if any(farthest(trace, other) > DECIDED for other in others):
+            trace.policies.add(FROZEN)
+            trace.warn("balls touch at the start, and gaps of 1e-13 m would decide the ends", 0.0)
 
     def _check_that_it_ends(self, state: State) -> None:
         moves = any(v != (0.0, 0.0) for v in state.velocity)
