@@ -30,10 +30,11 @@ from pool_pymunk import (
     simulate_all,
 )
 from pool_pymunk.cli import main
+from pool_pymunk.model.inputs import input_value, with_inputs
 from pool_pymunk.studies import robust
+from pool_pymunk.studies.fit import input_names
 from pool_pymunk.studies.fit_doubts import Optimum, doubts
 from pool_pymunk.studies.forecast import Forecast
-from pool_pymunk.studies.inputs import input_names, input_value, with_inputs
 from pool_pymunk.studies.measured import Measurement, read_measured
 from pool_pymunk.studies.robust import blind_part, covariances, robust_scale
 

@@ -20,8 +20,8 @@ from pool_pymunk import (
     Table,
     simulate,
 )
+from pool_pymunk.model.inputs import input_value, with_inputs
 from pool_pymunk.studies.derivatives import Derivatives
-from pool_pymunk.studies.inputs import input_value, with_inputs
 
 R = 0.05  # m
 MU, E = 0.1, 0.9  # of balls

@@ -94,7 +94,7 @@ def _print(found: Fit) -> None:
 def _table(found: Fit) -> Table:
     from rich.table import Table
 
-    from pool_pymunk.studies.inputs import in_units, input_value, unit_of
+    from pool_pymunk.model.inputs import in_units, input_value, unit_of
 
     table = Table()
     for heading in ("number", "fitted", "standard error", "scenario's", "unit"):

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from pool_pymunk.model.inputs import Names, start_of
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, Vector, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
@@ -18,7 +19,6 @@ from pool_pymunk.physics.saltation import Meeting, Motion6, bounce, hit
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies.touches import BLUR, GRAZE, Touch, touches
-from pool_pymunk.studies.varied import Inputs
 
 AGREE = 1e-8  # of the speeds; a velocity farther off what the law answers is a policy's
 # A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
@@ -31,6 +31,39 @@ Told = list[Array | None]
 
 class Lost(Exception):
     """This error says why what happens has no derivative; it is empty where it had none before."""
+
+
+class Inputs:
+    """The inputs are what is varied: each has a column in every change.
+
+    ``start(i)`` is the change (4, P) of a ball's state at the start. ``radius(i)``, ``mass(i)`` and
+    ``unit(name)`` are the changes (P,) of what contacts are told; None stands for none.
+    """
+
+    def __init__(self, run: Run, names: Names) -> None:
+        self.run, self.count = run, len(names)
+        self.column = {name: k for k, name in enumerate(names)}
+
+    def start(self, i: int) -> Array:
+        """Return the change of a ball's state at the start."""
+        change = np.zeros((4, self.count))
+        ball, (vx, vy) = self.run.scene.balls[i], self.run.knots[i][0, 3:5].tolist()
+        struck = self.run.shot is not None and self.run.shot.ball == ball.id
+        for name, column in self.column.items():
+            change[:, column] = start_of(name, ball, struck, (vx, vy)) or 0.0
+        return change
+
+    def unit(self, name: str) -> Array | None:
+        """Return the change of one input itself; None if it is not varied."""
+        return np.eye(self.count)[self.column[name]] if name in self.column else None
+
+    def radius(self, i: int) -> Array | None:
+        """Return the change of a ball's radius."""
+        return self.unit(f"radius.{self.run.scene.balls[i].id}")
+
+    def mass(self, i: int) -> Array | None:
+        """Return the change of a ball's mass."""
+        return self.unit(f"mass.{self.run.scene.balls[i].id}")
 
 
 class Changes:

@@ -13,24 +13,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pool_pymunk.model.inputs import Names, chosen, names_in
 from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.solvers import SOLVERS, find_solver
-from pool_pymunk.studies.changes import Changes, law_of
+from pool_pymunk.studies.changes import Changes, Inputs, law_of
 from pool_pymunk.studies.rounding import rounding as rounding
-from pool_pymunk.studies.varied import Inputs, Names, names_of
 
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
     """These are the derivatives of a run's ends and event times by its inputs, in SI.
 
-    ``names`` (P) are the inputs: ``"x.C"`` and ``"y.C"`` (m), ``"vx.C"`` and ``"vy.C"`` (m/s),
-    ``"mass.C"`` (kg) and ``"radius.C"`` (m) of ball C, ``"speed"`` (m/s) and ``"angle"`` (degrees)
-    of the shot, ``"restitution.ball_ball"``, ``"restitution.cue_ball"``,
-    ``"restitution.cushion"``, ``"friction.surface"``, ``"friction.ball_ball"`` and
-    ``"friction.cushion"``.
+    ``names`` (P) are the inputs, as in the table of inputs (:mod:`pool_pymunk.model.inputs`):
+    ``"x.C"`` and ``"mass.C"`` of ball C, ``"speed"`` and ``"angle"`` of the shot,
+    ``"restitution.cushion"``, and so on.
 
     ``final`` (N, 2, P) are the derivatives of the ends (m by the input's unit), with N as in
     ``scene.balls``. ``velocity`` (N, 2, P) are those of the velocities at the end (m/s), and
@@ -95,8 +93,9 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
 
     ``wrt`` names inputs, such as "angle" or "restitution.cushion", or groups of them: "position"
     (the starts of all balls, with the velocities held), "velocity", "speed", "angle", "mass",
-    "radius", "restitution", "friction", or "all". Raises SettingError for a run of a solver that
-    is not exact, and for a law that cannot be differentiated.
+    "radius", "restitution", "friction", or "all" (except "turn", which is "angle" here). Raises
+    SettingError for a run of a solver that is not exact, and for a law that cannot be
+    differentiated.
 
     >>> from pool_pymunk import load, simulate
     >>> run = simulate(load("report"), "Simulation 3", solver="event-driven")
@@ -108,7 +107,9 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
         exact = listed([name for name, solver in SOLVERS.items() if solver.exact])
         message = f"is not exact, so its runs have no exact derivatives (exact are: {exact})"
         raise setting_error("solver", run.solver, message)
-    names = names_of(run, wrt)
+    groups = names_in(run.scene, [] if run.shot is None else [""])
+    groups["all"] = [name for names in groups.values() for name in names if name != "turn"]
+    names = chosen("wrt", wrt, groups)
     changes = Changes(run, law_of(run), Inputs(run, names))
     changes.follow()
     final, velocity = changes.ends()

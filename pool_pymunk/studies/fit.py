@@ -19,21 +19,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Scene
+from pool_pymunk.model.inputs import (
+    TABLE,
+    Names,
+    chosen,
+    in_units,
+    input_value,
+    names_in,
+    parts,
+    unit_of,
+)
 from pool_pymunk.model.plain import read_number
 from pool_pymunk.model.problems import listed, number_problems, setting_error, size_problems
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.studies.fit_doubts import Optimum, doubts
 from pool_pymunk.studies.forecast import Forecast
-from pool_pymunk.studies.inputs import (
-    bounds,
-    in_units,
-    input_names,
-    input_value,
-    size,
-    span,
-    unit_of,
-)
 from pool_pymunk.studies.measured import Measurement, read_measured
 from pool_pymunk.studies.robust import (
     CAUCHY,
@@ -192,7 +193,8 @@ def fit(
     number or name. Or it is "published", the ends that the scenario has, or rows (shot, ball, x, y)
     or (shot, ball, x, y, t) in SI. ``free`` are the names of inputs as in
     :class:`~pool_pymunk.Derivatives`, with "speed.2" and "angle.2" for those of the second shot,
-    or groups of them: "restitution", "friction", "position", "mass", "radius", "speed", "angle".
+    or groups of them: "restitution", "friction", "position", "mass", "radius", "speed", "angle",
+    "velocity" (of balls that no shot strikes).
     ``error`` (m) is the standard deviation of one measured coordinate, if it is known; it is
     estimated from the residuals otherwise. The loss is robust, so a few blunders do no harm. The
     search starts from the scene's own numbers and from ``starts`` - 1 others, the best of a first
@@ -227,6 +229,70 @@ def _whole(key: str, value: object, least: float) -> int:
     return int(found)
 
 
+# -- what is free ----------------------------------------------------------------------------------
+
+
+def input_names(scene: Scene, free: str | Sequence[str], shots: Sequence[int] = ()) -> Names:
+    """Return the names of the inputs that shall be free, each once.
+
+    The inputs of a shot are those of the measured ``shots``. Raises SettingError for a name that
+    the scene does not have, and for an input that a fit cannot vary.
+    """
+    measured = map(str, shots if scene.shots else ())
+    groups = {
+        group: [name for name in names if not _why_not(scene, name, shots)]
+        for group, names in names_in(scene, measured).items()
+    }
+    every = names_in(scene, map(str, range(1, len(scene.shots) + 1)))
+    found = chosen("free", free, groups, (name for names in every.values() for name in names))
+    for name in found:
+        if why := _why_not(scene, name, shots):
+            raise setting_error("free", name, f"there is no such input: {why}")
+    return found
+
+
+def _why_not(scene: Scene, name: str, shots: Sequence[int]) -> str:
+    """Say why an input of the scene cannot be free; return "" if it can."""
+    kind, whose = parts(name)
+    if kind in ("angle", "turn") and scene.shots[int(whose) - 1].aim is not None:
+        return f"shot {whose} aims at a ball, and that gives its direction"
+    struck = {scene.shots[k - 1].ball for k in shots} if scene.shots else set()
+    if TABLE[kind].group == "velocity" and struck == {whose}:
+        return f"ball {whose} is struck, so its velocity is that of the shot: speed and angle"
+    return ""
+
+
+def _bounds(name: str) -> tuple[float, float]:
+    row = TABLE[parts(name)[0]]
+    return row.low, row.high
+
+
+def _size(scene: Scene, name: str) -> float:
+    """Return the size of a change of an input that matters: its scale in a search."""
+    kind, whose = parts(name)
+    row = TABLE[kind]
+    if row.group in ("restitution", "friction"):
+        return 0.1
+    if row.group == "position":
+        return 0.1 * scene.balls[scene.index[whose]].radius
+    return 1.0 if row.quantity == "angle" else max(0.1 * abs(input_value(scene, name)), 1e-3)
+
+
+def _span(scene: Scene, name: str) -> tuple[float, float]:
+    """Return the range in which a search looks for an input, around the scene's own number."""
+    kind, whose = parts(name)
+    row, own = TABLE[kind], input_value(scene, name)
+    if row.group == "restitution":
+        return 0.2, 1.0
+    if row.group == "friction":
+        return (own / 3.0, 3.0 * own) if kind == "friction.surface" and own else (0.0, 0.4)
+    if row.low == 0.0:
+        return 0.8 * own, 1.25 * own
+    wide = {"angle": 3.0, "length": 0.2 * scene.balls[scene.index.get(whose, 0)].radius}
+    half = wide.get(row.quantity, 0.2 * abs(own))
+    return own - half, own + half
+
+
 class _State(NamedTuple):
     """A state of a search: the numbers, and the scale (m) of the errors that they leave."""
 
@@ -241,8 +307,8 @@ class _Search:
         self.forecast, self.error, self.seed = forecast, error, seed
         scene, self.names = forecast.scene, forecast.names
         self.own = forecast.own
-        self.low, self.high = np.array([bounds(name) for name in self.names]).reshape(-1, 2).T
-        self.sizes = np.array([size(scene, name) for name in self.names])
+        self.low, self.high = np.array([_bounds(name) for name in self.names]).reshape(-1, 2).T
+        self.sizes = np.array([_size(scene, name) for name in self.names])
         self.used: Mask = np.ones(len(forecast.measured), dtype=bool)
 
     def fit(self, starts: int) -> Fit:
@@ -302,7 +368,7 @@ class _Search:
 
     def _spans(self) -> tuple[Array, Array]:
         """Return the ranges in which a search looks."""
-        low, high = np.array([span(self.forecast.scene, name) for name in self.names]).T
+        low, high = np.array([_span(self.forecast.scene, name) for name in self.names]).T
         return low, high
 
     def _look(self, low: Array, high: Array, count: int, k: int = 0) -> list[Array]:

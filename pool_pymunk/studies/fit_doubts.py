@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.model.inputs import TABLE, parts
 from pool_pymunk.model.problems import listed
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Event
 from pool_pymunk.results.words import counted
 from pool_pymunk.studies.forecast import Forecast, Runs
-from pool_pymunk.studies.inputs import parts
 from pool_pymunk.studies.robust import (
     EXACT,
     SAME,
@@ -193,9 +193,10 @@ def _why(found: Optimum, name: str) -> str:
     """Say why nothing that was measured hangs on an input."""
     hits = [event for run in found.runs.values() for event in run.events if event.is_contact]
     kind, whose = parts(name)
-    if kind in ("mass", "radius") and not any(whose in hit.balls for hit in hits):
+    group = TABLE[kind].group
+    if group in ("mass", "radius") and not any(whose in hit.balls for hit in hits):
         return f"no shot has a hit of ball {whose}"
-    of_hits = kind in ("restitution", "friction") and whose != "surface"
+    of_hits = group in ("restitution", "friction") and kind != "friction.surface"
     if of_hits and not any(_is_asked(found, name, hit) for hit in hits):
         return "no shot has such a hit"
     return "no place that was measured hangs on it"

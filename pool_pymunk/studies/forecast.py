@@ -7,29 +7,21 @@ are changes of the next start, and of where a shot goes that aims at a ball.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Scene, SceneError, Shot
+from pool_pymunk.model.inputs import SHOT, TABLE, Names, input_value, parts, start_of, with_inputs
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import request, yardstick
 from pool_pymunk.studies.derivatives import Derivatives, derivatives
-from pool_pymunk.studies.inputs import (
-    COEFFICIENTS,
-    OF_SHOTS,
-    Names,
-    input_value,
-    parts,
-    with_inputs,
-)
 from pool_pymunk.studies.measured import Measurement
 
-OF_RUNS = (*COEFFICIENTS, "mass", "radius")  # These inputs have the same names in every run.
 Runs = Mapping[int, Run]  # by the numbers of their shots
 Values = tuple[float, ...]
 Whole = NDArray[np.intp]
@@ -101,11 +93,8 @@ class Forecast:
         assert runs is not None, "these numbers could be played"
         found = np.zeros((len(self.measured), 2, len(self.names)))
         warnings: dict[str, None] = {}
-        change = self._start()
-        for k, run in runs.items():
-            if run.shot is None or not run.shot.from_previous:
-                change = self._start()
-            known, by_input = self._by_input(k, run, change)
+        for k, known, by_input in follow(runs, self.names):
+            run = known.run
             warnings |= dict.fromkeys(f"{run.name}: {warning}" for warning in known.warnings)
             if k in self.looks:
                 rows, balls, times = self.looks[k]
@@ -114,35 +103,7 @@ class Forecast:
                     its = balls == i
                     by_run = known.at(at[its], self.scene.balls[i].id)
                     found[rows[its]] = through(by_run, by_input)
-            change = through(np.concatenate([known.final, known.velocity], axis=1), by_input)
         return found, tuple(warnings)
-
-    def _start(self) -> Array:
-        """Return the changes (N, 4, P) of the scene's own start."""
-        change = np.zeros((len(self.scene.balls), 4, len(self.names)))
-        axes = ("x", "y", "vx", "vy")
-        for column, name in enumerate(self.names):
-            kind, whose = parts(name)
-            if kind in axes:
-                change[self.scene.index[whose], axes.index(kind), column] = 1.0
-        return change
-
-    def _by_input(self, k: int, run: Run, change: Array) -> tuple[Derivatives, Array]:
-        """Differentiate a run; return also how its inputs depend on what is varied (W, P)."""
-        rows: dict[str, Array] = {}
-        for column, name in enumerate(self.names):
-            kind, whose = parts(name)
-            if kind in OF_RUNS or (kind in OF_SHOTS and int(whose) == k):
-                rows[kind if kind in OF_SHOTS else name] = np.eye(len(self.names))[column]
-        struck = None if run.shot is None else run.shot.ball
-        for ball, of_ball in zip(self.scene.balls, change, strict=True):
-            for axis, row in zip(("x", "y", "vx", "vy"), of_ball, strict=True):
-                if row.any() and not (ball.id == struck and axis in ("vx", "vy")):
-                    rows[f"{axis}.{ball.id}"] = row
-        if run.shot is not None and run.shot.aim is not None and change[:, :2].any():
-            rows["angle"] = np.degrees(turn(run, run.shot, change[:, :2]))
-        by_input = np.array(list(rows.values())).reshape(len(rows), len(self.names))
-        return derivatives(run, tuple(rows)), by_input
 
 
 def _looks(scene: Scene, measured: Sequence[Measurement]) -> dict[int, tuple[Whole, Whole, Array]]:
@@ -161,6 +122,54 @@ def _chain(scene: Scene, measured: set[int]) -> tuple[int, ...]:
         if k in wanted and scene.shots[k - 1].from_previous:
             wanted.add(k - 1)
     return tuple(sorted(wanted))
+
+
+# -- derivatives through a chain of shots ----------------------------------------------------------
+
+
+def follow(runs: Runs, names: Names) -> Iterator[tuple[int, Derivatives, Array]]:
+    """Yield each run's number, its derivatives by W inputs, and how these depend on names (W, P).
+
+    The inputs of shots have the numbers of their shots behind them, as in "turn.2".
+    """
+    change = np.empty(0)
+    for k, run in runs.items():
+        if not change.size or run.shot is None or not run.shot.from_previous:
+            change = _own_start(run.scene, names)
+        rows = _rows(k, run, names, change)
+        by_input = np.array(list(rows.values())).reshape(len(rows), len(names))
+        known = derivatives(run, tuple(rows))
+        yield k, known, by_input
+        change = through(np.concatenate([known.final, known.velocity], axis=1), by_input)
+
+
+def _own_start(scene: Scene, names: Names) -> Array:
+    """Return the changes (N, 4, P) of the scene's own start."""
+    change = np.zeros((len(scene.balls), 4, len(names)))
+    for i, ball in enumerate(scene.balls):
+        for column, name in enumerate(names):
+            change[i, :, column] = start_of(name, ball, False, ball.velocity) or 0.0
+    return change
+
+
+def _rows(k: int, run: Run, names: Names, change: Array) -> dict[str, Array]:
+    """Return how the inputs of a run depend on what is varied (P,), if the start does by change."""
+    rows: dict[str, Array] = {}
+    for own, name in zip(np.eye(len(names)), names, strict=True):
+        kind, whose = parts(name)
+        if TABLE[kind].of == SHOT and int(whose) == k:
+            kind = "angle" if kind == "turn" else kind
+            rows[kind] = rows.get(kind, 0.0) + own
+        elif TABLE[kind].start is None:
+            rows[name] = own
+    struck = None if run.shot is None else run.shot.ball
+    for ball, of_ball in zip(run.scene.balls, change, strict=True):
+        for axis, row in zip(("x", "y", "vx", "vy"), of_ball, strict=True):
+            if row.any() and not (ball.id == struck and axis in ("vx", "vy")):
+                rows[f"{axis}.{ball.id}"] = row
+    if run.shot is not None and run.shot.aim is not None and change[:, :2].any():
+        rows["angle"] = rows.get("angle", 0.0) + np.degrees(turn(run, run.shot, change[:, :2]))
+    return rows
 
 
 def turn(run: Run, shot: Shot, place: Array) -> Array:

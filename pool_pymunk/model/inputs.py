@@ -1,0 +1,361 @@
+"""This module has the table of inputs: all numbers of a scene that a study may vary.
+
+``TABLE`` has one row for each kind of input. An input's name is that of its row, with the id of
+its ball behind (``"mass.C"``), and, where several shots are played, with the number of its shot
+(``"speed.2"``). Derivatives, fits, batches, sweeps, atlases, searches and sensitivities read this
+table, so a new row is known to all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.model.parts import Ball, Shot
+from pool_pymunk.model.problems import listed, setting_error, suggestion
+from pool_pymunk.model.scene import Scene
+from pool_pymunk.model.units import Units
+
+Names = tuple[str, ...]
+Floats = NDArray[np.float64]
+
+BALL, SHOT, SCENE = "ball", "shot", "scene"
+SI = {"length": "m", "mass": "kg", "speed": "m/s", "angle": "degrees", "": ""}
+
+
+@dataclass(frozen=True)
+class Input:
+    """A row of the table is one kind of input of a ball, a shot or the whole scene.
+
+    ``name`` is the name, or its first part. ``quantity`` is what it measures: a length, mass,
+    speed or angle (degrees), or nothing. ``read`` takes it from a Ball or Shot, or from the
+    restitution or friction of a scene, and ``put`` returns that part with another value. It lies
+    between ``low`` and ``high``, and above ``low`` if it is a ``size``. ``start`` is how the
+    position and velocity (4,) of its ball at the start depend on it, of a ball with the velocity
+    (vx, vy); None: they do not. ``column`` is the array of a batch, and the place in it.
+    """
+
+    name: str
+    group: str
+    of: str
+    quantity: str
+    about: str
+    read: Callable[[Any], float]
+    put: Callable[[Any, float], Any]
+    low: float = -math.inf
+    high: float = math.inf
+    size: bool = False
+    start: Callable[[float, float], tuple[float, ...]] | None = None
+    column: tuple[str, int] | None = None
+
+    @property
+    def limits(self) -> str:
+        """Say which values are allowed."""
+        if self.high < math.inf:
+            return f"must be between {self.low:g} and {self.high:g}"
+        if self.low == -math.inf:
+            return "must be a finite number"
+        return f"must be {'greater than 0' if self.size else '0 or more'}, and finite"
+
+    def bad(self, values: Floats) -> NDArray[np.bool_]:
+        """Tell which values are not allowed."""
+        above = values > self.low if self.size else values >= self.low
+        return ~(above & (values <= self.high) & np.isfinite(values))
+
+
+def _place(axis: int) -> Input:
+    unit = (1.0, 0.0, 0.0, 0.0) if axis == 0 else (0.0, 1.0, 0.0, 0.0)
+    return Input(
+        "xy"[axis], "position", BALL, "length", f"{'xy'[axis]} of a ball's start",
+        lambda ball: ball.position[axis],
+        lambda ball, value: replace(ball, position=_with(ball.position, axis, value)),
+        start=lambda vx, vy: unit, column=("position", axis),
+    )  # fmt: skip
+
+
+def _velocity(axis: int) -> Input:
+    unit = (0.0, 0.0, 1.0, 0.0) if axis == 0 else (0.0, 0.0, 0.0, 1.0)
+    return Input(
+        f"v{'xy'[axis]}", "velocity", BALL, "speed", f"its velocity along {'xy'[axis]}",
+        lambda ball: ball.velocity[axis],
+        lambda ball, value: replace(ball, velocity=_with(ball.velocity, axis, value)),
+        start=lambda vx, vy: unit, column=("velocity", axis),
+    )  # fmt: skip
+
+
+def _with(point: tuple[float, float], axis: int, value: float) -> tuple[float, float]:
+    return (value, point[1]) if axis == 0 else (point[0], value)
+
+
+def _size(name: str, quantity: str, column: tuple[str, int] | None) -> Input:
+    return Input(
+        name, name, BALL, quantity, f"a ball's {name}", lambda ball: float(getattr(ball, name)),
+        lambda ball, value: replace(ball, **{name: value}), 0.0, size=True, column=column,
+    )  # fmt: skip
+
+
+def _coefficient(group: str, key: str, column: int, about: str) -> Input:
+    return Input(
+        f"{group}.{key}", group, SCENE, "", about, lambda part: float(getattr(part, key)),
+        lambda part, value: replace(part, **{key: value}), 0.0,
+        1.0 if group == "restitution" else math.inf, column=("coefficients", column),
+    )  # fmt: skip
+
+
+def _speed_of(shot: Shot) -> float:
+    return math.hypot(*shot.velocity or (0.0, 0.0)) if shot.speed is None else shot.speed
+
+
+def _angle_of(shot: Shot) -> float:
+    if shot.angle is not None:
+        return shot.angle
+    vx, vy = shot.velocity or (0.0, 0.0)
+    return math.degrees(math.atan2(vy, vx))
+
+
+def _with_speed(shot: Shot, value: float) -> Shot:
+    if shot.velocity is None:
+        return replace(shot, speed=value)
+    (vx, vy), speed = shot.velocity, _speed_of(shot)
+    velocity = (value / speed * vx, value / speed * vy) if speed else (value, 0.0)
+    return replace(shot, velocity=velocity)
+
+
+def _with_angle(shot: Shot, value: float) -> Shot:
+    if shot.velocity is None:
+        return replace(shot, angle=value)
+    angle, speed = math.radians(value), _speed_of(shot)
+    return replace(shot, velocity=(math.cos(angle) * speed, math.sin(angle) * speed))
+
+
+def _faster(vx: float, vy: float) -> tuple[float, ...]:
+    speed = math.hypot(vx, vy)
+    return (0.0, 0.0, vx / speed, vy / speed) if speed > 0.0 else (0.0,) * 4
+
+
+def _turned(vx: float, vy: float) -> tuple[float, ...]:
+    return (0.0, 0.0, math.radians(-vy), math.radians(vx))
+
+
+ROWS = (
+    _place(0),
+    _place(1),
+    _velocity(0),
+    _velocity(1),
+    _size("mass", "mass", ("mass", 0)),
+    _size("radius", "length", None),
+    _coefficient("restitution", "ball_ball", 0, "of hits of two balls"),
+    _coefficient("restitution", "cue_ball", 1, "of hits of the cue ball"),
+    _coefficient("restitution", "cushion", 2, "of hits on cushions"),
+    _coefficient("friction", "surface", 3, "of balls on the table"),
+    _coefficient("friction", "ball_ball", 5, "of hits of two balls"),
+    _coefficient("friction", "cushion", 4, "of hits on cushions"),
+    Input("speed", "speed", SHOT, "speed", "the shot's speed", _speed_of, _with_speed, 0.0,
+          start=_faster, column=("struck", 0)),
+    Input("angle", "angle", SHOT, "angle", "its direction, from +x to +y", _angle_of, _with_angle,
+          start=_turned, column=("struck", 1)),
+    Input("turn", "turn", SHOT, "angle", "its direction, relative to the shot's",
+          lambda shot: 0.0, lambda shot, value: _with_angle(shot, _angle_of(shot) + value),
+          start=_turned, column=("struck", 2)),
+)  # fmt: skip
+TABLE = {row.name: row for row in ROWS}
+GROUPS = tuple(dict.fromkeys(row.group for row in ROWS))
+
+
+def column_of(array: str) -> dict[str, int]:
+    """Return the inputs of one array of a batch, each with its place there.
+
+    >>> column_of("position")
+    {'x': 0, 'y': 1}
+    """
+    found = {row.name: row.column[1] for row in ROWS if row.column and row.column[0] == array}
+    return dict(sorted(found.items(), key=lambda one: one[1]))
+
+
+def parts(name: str) -> tuple[str, str]:
+    """Return the row of a name, and the ball or shot behind it.
+
+    >>> parts("mass.C"), parts("friction.surface"), parts("speed")
+    (('mass', 'C'), ('friction.surface', ''), ('speed', ''))
+    """
+    if name in TABLE:
+        return name, ""
+    kind, _, whose = name.partition(".")
+    return kind, whose
+
+
+# -- which inputs there are ------------------------------------------------------------------------
+
+
+def names_in(scene: Scene, shots: Iterable[str] = ("",)) -> dict[str, list[str]]:
+    """Return the inputs of a scene, group by group.
+
+    ``shots`` are the numbers behind those of a shot: ("",) for the one shot that is played.
+
+    >>> from pool_pymunk import load
+    >>> names_in(load("two-balls"), ["1"])["position"]
+    ['x.A', 'y.A', 'x.B', 'y.B']
+    """
+    found: dict[str, list[str]] = {group: [] for group in GROUPS}
+    owners = {BALL: [ball.id for ball in scene.balls], SHOT: list(shots), SCENE: [""]}
+    for group in GROUPS:
+        rows = [row for row in ROWS if row.group == group]
+        for whose in owners[rows[0].of]:
+            found[group] += [_name(row, whose) for row in rows if _has(scene, row)]
+    return {group: names for group, names in found.items() if names}
+
+
+def _name(row: Input, whose: str) -> str:
+    return f"{row.name}.{whose}" if whose else row.name
+
+
+def _has(scene: Scene, row: Input) -> bool:
+    """Tell whether a scene has this number: it may leave out a restitution."""
+    return row.of != SCENE or getattr(getattr(scene, row.group), row.name.split(".")[1]) is not None
+
+
+def chosen(key: str, asked: object, groups: Mapping[str, list[str]], also: Iterable[str] = ()
+           ) -> Names:  # fmt: skip
+    """Return the names that an argument asks for, each once; a group stands for its names.
+
+    ``also`` are further names that it may ask for. Raises SettingError for other names.
+
+    >>> chosen("wrt", "speed", {"speed": ["speed.1", "speed.2"]})
+    ('speed.1', 'speed.2')
+    """
+    known = list(dict.fromkeys([*(name for names in groups.values() for name in names), *also]))
+    if not isinstance(asked, str | bytes) and not isinstance(asked, Iterable):
+        raise setting_error(key, asked, f"must be names, such as {', '.join(groups)}")
+    found: dict[str, None] = {}
+    for name in [asked] if isinstance(asked, str | bytes) else asked:
+        if not isinstance(name, str) or not (name in known or name in groups):
+            meant = suggestion(name, [*groups, *known]) if isinstance(name, str) else ""
+            message = f"there is no such input (there are: {listed(known)}){meant}"
+            raise setting_error(key, name, message)
+        found |= dict.fromkeys(groups.get(name, [name]))
+    return tuple(found)
+
+
+def row_of(key: str, name: object, scene: Scene, also: Iterable[str] = ()) -> tuple[Input, str]:
+    """Return the row and the ball ("": none) of an input of one shot.
+
+    Raises SettingError for another name; ``also`` are further names that its message lists.
+    """
+    kind, whose = parts(name) if isinstance(name, str) else ("", "")
+    row = TABLE.get(kind)
+    if row is None or (row.of == BALL) != bool(whose):
+        known = [*also, *(name for names in names_in(scene).values() for name in names)]
+        every = [*also, *(_name(each, "ID" * (each.of == BALL)) for each in ROWS)]
+        message = f"there is no such key (there are: {', '.join(every)}){suggestion(name, known)}"
+        raise setting_error(key, name, message)
+    if whose and whose not in scene.index:
+        message = f"there is no such ball (there are: {listed(scene.index)})"
+        raise setting_error(key, name, message)
+    return row, whose
+
+
+# -- values ----------------------------------------------------------------------------------------
+
+
+def _part(scene: Scene, row: Input, whose: str) -> Any:
+    if row.of == BALL:
+        return scene.balls[scene.index[whose]]
+    return scene.shots[int(whose) - 1] if row.of == SHOT else getattr(scene, row.group)
+
+
+def input_value(scene: Scene, name: str) -> float:
+    """Return an input's value, in SI, of an angle in degrees.
+
+    >>> from pool_pymunk import load
+    >>> input_value(load("report"), "restitution.cue_ball"), input_value(load("report"), "angle.2")
+    (0.7, 165.0)
+    """
+    kind, whose = parts(name)
+    return float(TABLE[kind].read(_part(scene, TABLE[kind], whose)))
+
+
+def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
+    """Return the scene with these numbers instead of its own.
+
+    Raises SceneError where they make no scene.
+
+    >>> from pool_pymunk import load
+    >>> with_inputs(load("report"), {"speed.1": 3.0}).shots[0].velocity
+    (-3.0, 0.0)
+    """
+    new: dict[tuple[str, str], Any] = {}
+    for name in sorted(values, key=lambda name: list(TABLE).index(parts(name)[0])):
+        kind, whose = parts(name)
+        row = TABLE[kind]
+        owner = (row.group, "") if row.of == SCENE else (row.of, whose)
+        part = new.get(owner) or _part(scene, row, whose)
+        new[owner] = row.put(part, values[name])
+    return replace(
+        scene,
+        restitution=new.get(("restitution", ""), scene.restitution),
+        friction=new.get(("friction", ""), scene.friction),
+        balls=tuple(new.get((BALL, ball.id), ball) for ball in scene.balls),
+        shots=tuple(new.get((SHOT, str(k)), s) for k, s in enumerate(scene.shots, start=1)),
+    )
+
+
+def start_of(name: str, ball: Ball, struck: bool, velocity: tuple[float, float]
+             ) -> tuple[float, ...] | None:  # fmt: skip
+    """Return how a ball's start (4,) depends on an input; None: it does not.
+
+    >>> start_of("vy.C", Ball("C", (0.0, 0.0), 0.03, 0.2), True, (1.0, 0.0))
+    (0.0, 0.0, 0.0, 1.0)
+    """
+    kind, whose = parts(name)
+    row = TABLE[kind]
+    is_its = struck if row.of == SHOT else row.of == BALL and whose == ball.id
+    return row.start(*velocity) if is_its and row.start is not None else None
+
+
+def in_units(units: Units, name: str, value: float) -> float:
+    """Return an input's value (SI) in these units."""
+    quantity = TABLE[parts(name)[0]].quantity
+    return value if quantity in ("", "angle") else units.from_si(value, quantity)
+
+
+def unit_of(units: Units, name: str) -> str:
+    """Return the unit of an input: "" for a coefficient.
+
+    >>> unit_of(Units(length="in"), "x.C"), unit_of(Units(), "angle.1")
+    ('in', 'degrees')
+    """
+    quantity = TABLE[parts(name)[0]].quantity
+    return str(getattr(units, quantity, SI[quantity]))
+
+
+# -- many shots ------------------------------------------------------------------------------------
+
+
+def struck(velocity: Floats, values: Mapping[str, Any]) -> Floats:
+    """Return velocities (S, 2) of the struck ball with another ``speed``, ``angle`` or ``turn``.
+
+    A ball that is at rest goes along +x, turned.
+
+    >>> struck(np.array([[2.0, 0.0]]), {"speed": 3.0, "turn": np.array([90.0])}).round(9).tolist()
+    [[0.0, 3.0]]
+    """
+    vx, vy = np.moveaxis(velocity, -1, 0)
+    speed = values.get("speed", np.hypot(vx, vy))
+    angle = np.radians(values["angle"]) if "angle" in values else np.arctan2(vy, vx)
+    angle = angle + np.radians(values.get("turn", 0.0))
+    return np.stack(np.broadcast_arrays(speed * np.cos(angle), speed * np.sin(angle)), axis=-1)
+
+
+def table_lines() -> Iterator[str]:
+    """Yield the table as the documentation has it, line by line."""
+    yield "| name | what it is | unit | group | values |"
+    yield "|---|---|---|---|---|"
+    for row in ROWS:
+        name = _name(row, "ID" * (row.of == BALL))
+        limits = row.limits.removeprefix("must be ")
+        yield f"| `{name}` | {row.about} | {SI[row.quantity]} | `{row.group}` | {limits} |"
