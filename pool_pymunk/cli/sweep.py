@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pool_pymunk.model import Units
     from pool_pymunk.studies.sweep.job import Done
 
-KINDS = {"speed": "speed", "start": "length", "noise.speed": "speed", "mass": "mass"}
+KINDS = {"start": "length", "noise.speed": "speed"}
 
 
 def sweep(
@@ -62,10 +62,10 @@ def sweep(
 ) -> int:
     """Play many shots into a Parquet dataset; the same command goes on where it was.
 
-    Keys: speed, angle (degrees, relative to the shot's), mass (of the struck ball), restitution.*,
-    friction.*; start (every ball, plus or minus one length), noise.speed and noise.angle (standard
-    deviation of the player's error). Lengths, speeds and masses may have a unit (0.005in); without
-    one they are in the scenario's.
+    Keys: speed, angle or turn (degrees, relative to the shot's), mass (of the struck ball),
+    restitution.*, friction.*, x.ID, y.ID, vx.ID, vy.ID, mass.ID, radius.ID; start (every ball, plus
+    or minus one length), noise.speed and noise.angle (standard deviation of the player's error).
+    Lengths, speeds and masses may have a unit (0.005in); without one they are in the scenario's.
     """
     from pool_pymunk.studies.sweep import sweep as play
 
@@ -107,10 +107,12 @@ def _pairs(option: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]
 
 def _numbers(key: str, text: str, units: Units) -> tuple[float, ...]:
     """Read LOW:HIGH, or one number, in SI."""
+    from pool_pymunk.model.inputs import TABLE, parts
     from pool_pymunk.model.quantities import quantity
 
-    kind = KINDS.get(key)
-    if kind is not None:
+    row = TABLE.get(parts(key)[0])
+    kind = KINDS.get(key) if row is None else row.quantity
+    if kind not in (None, "", "angle"):
         return tuple(quantity(f"--vary {key}", part, kind, units) for part in text.split(":"))
     try:
         return tuple(float(part) for part in text.split(":"))

@@ -48,18 +48,18 @@ def simulate_many(
     ``position`` (m) and ``velocity`` (m/s) are arrays (S, N, 2), for S shots and the scene's N
     balls, or (N, 2) for all shots; by default they are the scene's own. NaN as a ball's position
     means that it is off the table. ``law`` is that of every contact (default: the scene's).
-    ``vary`` has what else differs from shot to shot, by its key: arrays (S,) of
-    ``restitution.ball_ball``, ``restitution.cue_ball``, ``restitution.cushion``,
-    ``friction.surface``, ``friction.cushion``, ``friction.ball_ball`` and ``mass`` (kg), which may
-    be (S, N) too. ``max_time`` (s) ends each shot (default: the scene's). ``threads`` (default: one
-    a core) share the work; the results do not depend on them. ``on_done(n)`` is called whenever
-    ``n`` more shots are done.
+    ``vary`` has what else differs from shot to shot: arrays (S,) by the names of the table of
+    inputs (:mod:`pool_pymunk.model.inputs`), such as ``restitution.cushion`` or ``mass.C``.
+    ``speed``, ``angle`` and ``turn`` are those of the cue ball or, without one, of the first ball
+    that moves. ``mass`` (kg) is that of all balls, and may be (S, N) too. ``max_time`` (s) ends
+    each shot (default: the scene's). ``threads`` (default: one a core) share the work; the results
+    do not depend on them. ``on_done(n)`` is called whenever ``n`` more shots are done.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba installed (``pip
     install 'pool-pymunk[fast]'``) ordinary shots are compiled. Without it, with more than 64 balls,
-    and with a law of your own that answers single hits otherwise than Coulomb, all shots take the
-    Python solver. A shot takes 25 + 21 N bytes in
-    the result. Raises SettingError, in one line that names the argument.
+    with radii that differ from shot to shot, and with a law of your own that answers single hits
+    otherwise than Coulomb, all shots take the Python solver. A shot takes 25 + 21 N bytes in the
+    result. Raises SettingError, in one line that names the argument.
 
     >>> import numpy as np
     >>> from pool_pymunk import load
@@ -116,7 +116,7 @@ def empty(count: int, balls: int, beside_model: bool = False) -> Out:
 
 def _compiles(source: Source) -> bool:
     """Tell whether ordinary shots can be compiled."""
-    if not can_compile(source.scene, source.law):
+    if not can_compile(source.scene, source.law) or "radius" in source.vary:
         return False
     if not compiled.is_there():
         warnings.warn(SLOW, stacklevel=3)

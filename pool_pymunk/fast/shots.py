@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from pool_pymunk.fast.loop import NOTHING, Shots
 from pool_pymunk.fast.tables import coefficients_of, cue_of
 from pool_pymunk.model import Scene, State
-from pool_pymunk.model.problems import setting_error, suggestion
+from pool_pymunk.model.inputs import TABLE, column_of, parts, row_of, struck, with_inputs
+from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import request
@@ -21,22 +22,16 @@ from pool_pymunk.solvers.request import Request
 
 Floats = NDArray[np.float64]
 
-# What may differ from shot to shot, with its column in the coefficients of the compiled shots.
-COLUMNS = {
-    "restitution.ball_ball": 0,
-    "restitution.cue_ball": 1,
-    "restitution.cushion": 2,
-    "friction.surface": 3,
-    "friction.cushion": 4,
-    "friction.ball_ball": 5,
-}
-KEYS = (*COLUMNS, "mass")
+SIZES = ("mass", "radius")  # what balls have besides their states
+COLUMNS = column_of("coefficients")  # of the coefficients of the compiled shots
 
 
 class Source(NamedTuple):
     """A source has all that is needed to play any of the shots: they are in arrays, in SI.
 
     ``position`` and ``velocity`` may be views that repeat one start for all shots (S, N, 2).
+    ``vary`` has what differs from shot to shot besides: coefficients (S,), and masses and radii
+    (S, N).
     """
 
     scene: Scene
@@ -48,11 +43,7 @@ class Source(NamedTuple):
     @property
     def watched(self) -> int:
         """The number of the cue ball, or of the first ball that moves in the first shot."""
-        found = cue_of(self.scene)
-        if found != NOTHING or not len(self.velocity):
-            return found
-        moves = np.flatnonzero(np.nan_to_num(self.velocity[0]).any(axis=-1))
-        return int(moves[0]) if len(moves) else NOTHING
+        return _watched(self.scene, self.velocity)
 
     @property
     def law(self) -> Law:
@@ -62,16 +53,16 @@ class Source(NamedTuple):
     def scene_of(self, k: int) -> Scene:
         """Return the scene with the coefficients and masses of shot ``k``."""
         scene = replace(self.scene, shots=())
-        for key, values in self.vary.items():
-            part, _, name = key.partition(".")
-            if key == "mass":
-                masses = np.broadcast_to(values[k], len(scene.balls)).tolist()
-                pairs = zip(scene.balls, masses, strict=True)
-                scene = replace(scene, balls=tuple(replace(b, mass=m) for b, m in pairs))
-            else:
-                changed = replace(getattr(scene, part), **{name: float(values[k])})
-                scene = replace(scene, **{part: changed})
-        return scene
+        sizes = {key: self.vary[key][k].tolist() for key in SIZES if key in self.vary}
+        values = {key: float(self.vary[key][k]) for key in self.vary.keys() - sizes.keys()}
+        if "radius" in sizes:  # Larger balls may fit at their places of this shot alone.
+            there = np.isfinite(self.position[k]).all(axis=-1)
+            for i in np.flatnonzero(there).tolist():
+                places = zip("xy", self.position[k, i].tolist(), strict=True)
+                values |= {f"{axis}.{scene.balls[i].id}": place for axis, place in places}
+        for key, of_balls in sizes.items():
+            values |= {f"{key}.{id_}": v for id_, v in zip(scene.index, of_balls, strict=True)}
+        return with_inputs(scene, values)
 
     def state_of(self, k: int) -> State:
         """Return the state that shot ``k`` starts from; NaN means off the table."""
@@ -104,7 +95,7 @@ class Source(NamedTuple):
         for key, values in self.vary.items():
             some = values[part]
             if key == "mass":
-                mass[:] = some if some.ndim == 2 else some[:, np.newaxis]
+                mass[:] = some
             elif key == "friction.surface":
                 coefficients[:, COLUMNS[key]] = some * self.scene.physics.gravity
             else:
@@ -114,27 +105,13 @@ class Source(NamedTuple):
         return Shots(position, velocity, is_off.astype(np.int64), mass, coefficients)
 
 
-@dataclass(frozen=True)
-class Range:
-    """A range says which numbers are allowed."""
-
-    words: str
-    low: float
-    high: float = np.inf
-    has_low: bool = True
-
-    def bad(self, values: Floats) -> NDArray[np.bool_]:
-        """Tell which values are not allowed."""
-        above = values >= self.low if self.has_low else values > self.low
-        return ~(above & (values <= self.high) & np.isfinite(values))
-
-
-SHARE = Range("must be between 0 and 1", 0.0, 1.0)
-FROM_ZERO = Range("must be 0 or more, and finite", 0.0)
-SIZE = Range("must be greater than 0, and finite", 0.0, has_low=False)
-RANGES = {key: SHARE if key.startswith("restitution") else FROM_ZERO for key in COLUMNS} | {
-    "mass": SIZE
-}
+def _watched(scene: Scene, velocity: Floats) -> int:
+    """Return the number of the cue ball, or of the first ball that moves in the first shot."""
+    found = cue_of(scene)
+    if found != NOTHING or not len(velocity):
+        return found
+    moves = np.flatnonzero(np.nan_to_num(velocity[0]).any(axis=-1))
+    return int(moves[0]) if len(moves) else NOTHING
 
 
 def read_source(
@@ -154,7 +131,7 @@ def read_source(
     resting = np.array([ball.velocity for ball in scene.balls])
     places = _points("position", base if position is None else position, len(base), nan=True)
     speeds = _points("velocity", resting if velocity is None else velocity, len(base), nan=True)
-    varied = {key: _values(key, values, len(base)) for key, values in (vary or {}).items()}
+    varied = {key: _values(key, values, scene) for key, values in (vary or {}).items()}
     counts = {"position": len(places), "velocity": len(speeds)} | {
         f"vary[{key!r}]": len(values) for key, values in varied.items()
     }
@@ -166,15 +143,58 @@ def read_source(
     if lost.any():
         where = tuple(np.argwhere(lost)[0].tolist())
         raise setting_error(_at("velocity", where), "no number", "must be two finite numbers")
-    source = Source(
-        asked.scene,
-        asked,
-        np.broadcast_to(places, (count, *places.shape[1:])),
-        np.broadcast_to(speeds, (count, *speeds.shape[1:])),
-        {key: np.broadcast_to(v, (count, *v.shape[1:])) for key, v in varied.items()},
-    )
+    places = np.broadcast_to(places, (count, *places.shape[1:]))
+    speeds = np.broadcast_to(speeds, (count, *speeds.shape[1:]))
+    varied = {key: np.broadcast_to(v, (count, *v.shape[1:])) for key, v in varied.items()}
+    source = Source(asked.scene, asked, *_begun(asked.scene, places, speeds, varied))
     _check_that_it_ends(source)
     return source
+
+
+def _begun(
+    scene: Scene, places: Floats, speeds: Floats, varied: Mapping[str, Floats]
+) -> tuple[Floats, Floats, dict[str, Floats]]:
+    """Return positions, velocities, and what else differs, all as the shots begin."""
+    begun = {"position": places, "velocity": speeds}
+    rest, shot = dict[str, Floats](), dict[str, Floats]()
+    for key, values in varied.items():
+        kind, whose = parts(key)
+        array, place = TABLE[kind].column or (kind, 0)
+        if array in begun:
+            if begun[array].base is not None or not begun[array].flags.writeable:
+                begun[array] = begun[array].copy()
+            begun[array][:, scene.index[whose], place] = values
+        elif array == "struck":
+            shot[kind] = values
+        elif kind in SIZES:
+            own = np.array([getattr(ball, kind) for ball in scene.balls])
+            of_balls = rest.setdefault(kind, np.tile(own, (len(places), 1)))
+            ball = scene.index[whose] if whose else slice(None)
+            of_balls[:, ball] = values if values.ndim == 2 or whose else values[:, np.newaxis]
+        else:
+            rest[key] = values
+    if shot:
+        begun["velocity"] = _struck(scene, begun["velocity"], shot)
+    return begun["position"], begun["velocity"], rest
+
+
+def _struck(scene: Scene, velocity: Floats, shot: Mapping[str, Floats]) -> Floats:
+    """Return velocities (S, N, 2) with another speed or direction of the cue ball.
+
+    Where the scene has no cue ball, it is that of the first ball that moves in the first shot.
+    """
+    ball, first = _watched(scene, velocity), next(iter(shot))
+    if ball == NOTHING:
+        raise setting_error(
+            "vary", first, "no ball is struck: there is no cue ball, and none moves"
+        )
+    if "speed" not in shot and not np.nan_to_num(velocity[:, ball]).any():
+        raise setting_error(
+            "vary", first, f"ball {scene.balls[ball].id} rests: vary its speed, too"
+        )
+    velocity = velocity.copy()
+    velocity[:, ball] = struck(velocity[:, ball], shot)
+    return velocity
 
 
 def _points(key: str, value: Any, balls: int, nan: bool) -> Floats:
@@ -195,12 +215,10 @@ def _points(key: str, value: Any, balls: int, nan: bool) -> Floats:
     return found
 
 
-def _values(key: str, value: Any, balls: int) -> Floats:
-    """Read what differs from shot to shot: (S,), or for masses (S, N) as well."""
-    name = f"vary[{key!r}]"
-    if key not in KEYS:
-        message = f"there is no such key (there are: {', '.join(KEYS)}){suggestion(key, KEYS)}"
-        raise setting_error("vary", key, message)
+def _values(key: str, value: Any, scene: Scene) -> Floats:
+    """Read what differs from shot to shot: (S,), or for the masses of all balls (S, N) as well."""
+    name, balls = f"vary[{key!r}]", len(scene.balls)
+    row = TABLE["mass"] if key == "mass" else row_of("vary", key, scene, ["mass"])[0]
     try:
         found = np.atleast_1d(np.asarray(value, dtype=float))
     except (TypeError, ValueError):
@@ -209,10 +227,10 @@ def _values(key: str, value: Any, balls: int) -> Floats:
         shape = f"({', '.join(map(str, found.shape))})"
         wanted = f"(S,) or (S, {balls})" if key == "mass" else "(S,)"
         raise setting_error(name, f"shape {shape}", f"must have the shape {wanted}")
-    bad = RANGES[key].bad(found)
+    bad = row.bad(found)
     if bad.any():
         where = tuple(np.argwhere(bad)[0].tolist())
-        raise setting_error(_at(name, where), float(found[where]), RANGES[key].words)
+        raise setting_error(_at(name, where), float(found[where]), row.limits)
     return found
 
 

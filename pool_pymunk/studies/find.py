@@ -18,7 +18,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.derivatives import derivatives
-from pool_pymunk.studies.sweep.plan import normal, uniforms
+from pool_pymunk.studies.starts import normal, uniforms
 
 Floats = NDArray[np.float64]
 Range = tuple[float, float]

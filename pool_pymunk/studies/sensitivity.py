@@ -40,7 +40,10 @@ from pool_pymunk.solvers import (
     yardstick,
 )
 from pool_pymunk.studies.compare import contact_order, contacts
-from pool_pymunk.studies.uncertainty import Mask, StartSampler, Uncertainty
+from pool_pymunk.studies.starts import StartSampler
+from pool_pymunk.studies.uncertainty import Uncertainty
+
+Mask = NDArray[np.bool_]
 
 UNFINISHED = ("max_events", "non_finite")
 FEW = 500  # From so many samples on, they are compiled.

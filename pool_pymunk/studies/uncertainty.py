@@ -1,9 +1,4 @@
-"""This module describes what is not known of a scene's inputs, and draws starts within it.
-
-Every number is drawn uniformly within its uncertainty. Balls of a start that overlap each other or
-a cushion are moved apart as little as possible: the sum of the squares of all moves is least. So a
-rack whose balls touch can be studied, too.
-"""
+"""This module describes what is not known of a scene's inputs."""
 
 from __future__ import annotations
 
@@ -16,21 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pool_pymunk.fast.places import may_lie
-from pool_pymunk.model import Edge, Point, Scene, Units
+from pool_pymunk.model import Point, Scene, Units
 from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.solvers import SettingError
-
-Mask = NDArray[np.bool_]
-
-ATTEMPTS = 20  # So often a start is drawn whose balls cannot be moved apart.
-SWEEPS = 2000  # So often all overlaps of a start are looked at.
-APART = 2.5e-10  # of a radius; pushes that are smaller end the search
-NEIGHBORS = 8.0  # widths; balls that are farther apart than this do not come to overlap
 
 
 @dataclass(frozen=True)
@@ -149,93 +135,3 @@ def _half_digit(written: int | Decimal) -> float:
     exponent = written.as_tuple().exponent if isinstance(written, Decimal) else 0
     assert isinstance(exponent, int), "positions are finite"
     return float(Decimal(1).scaleb(exponent) / 2)
-
-
-# -- drawing starts --------------------------------------------------------------------------------
-
-
-class StartSampler:
-    """A start sampler draws starts in which no ball overlaps another or a cushion.
-
-    ``overlapping`` counts the balls that overlapped something as they were drawn.
-    """
-
-    def __init__(self, scene: Scene, widths: Array) -> None:
-        self.scene = scene
-        self.widths = widths
-        self.base = np.array([ball.position for ball in scene.balls])
-        self.radius = np.array([ball.radius for ball in scene.balls])
-        self.overlapping = 0
-        reach = NEIGHBORS * np.hypot(*widths.max(axis=0))
-        self.pairs = self._pairs(reach)
-        self.cushions = self._cushions(reach)
-
-    def _pairs(self, reach: float) -> list[tuple[int, int]]:
-        """Return the pairs of balls whose surfaces are nearer than ``reach`` (m)."""
-        apart = np.hypot(*(self.base[:, None] - self.base[None]).transpose(2, 0, 1))
-        gaps = apart - self.radius[:, None] - self.radius[None]
-        first, second = np.nonzero(np.triu(gaps < reach, 1))
-        return list(zip(first.tolist(), second.tolist(), strict=True))
-
-    def _cushions(self, reach: float) -> list[tuple[int, Edge]]:
-        """Return the balls that are nearer than ``reach`` (m) to a cushion, each with it."""
-        edges = self.scene.table.edges if self.scene.table else ()
-        return [
-            (i, edge)
-            for i, (x, y) in enumerate(self.base.tolist())
-            for edge in edges
-            if edge.distance(x, y) < self.radius[i] + reach
-        ]
-
-    def starts(self, samples: int, rng: np.random.Generator) -> Array:
-        """Draw positions (S, N, 2), in m."""
-        starts = np.empty((samples, *self.base.shape))
-        missing = np.ones(samples, dtype=bool)
-        for _ in range(ATTEMPTS):
-            count = int(missing.sum())
-            drawn = self.base + self.widths * rng.uniform(-1.0, 1.0, (count, *self.base.shape))
-            self.overlapping += int((~may_lie(self.scene, drawn)).sum())
-            starts[missing] = self.apart(drawn)
-            missing[missing] = ~may_lie(self.scene, starts[missing]).all(axis=1)
-            if not missing.any():
-                return starts
-        raise SettingError(
-            "position: the balls lie so close that no starts within the uncertainty were found in "
-            "which none overlap"
-        )
-
-    def apart(self, starts: Array) -> Array:
-        """Return the nearest starts (S, N, 2) in which nothing overlaps; each is found on its own.
-
-        Each overlap is taken back along its line of centres, in turn, by a push that later turns
-        may lessen but never make a pull (Hildreth, Naval Research Logistics 4, 1957, 79).
-        """
-        starts = starts.copy()
-        radius = self.radius
-        lines = [_unit(starts[:, j] - starts[:, i]) for i, j in self.pairs]
-        pushes = np.zeros((len(self.pairs) + len(self.cushions), len(starts)))
-        moves = np.ones(len(starts), dtype=bool)
-        for _ in range(SWEEPS):
-            worst = np.zeros(len(starts))
-            for k, (i, j) in enumerate(self.pairs):
-                gap = np.hypot(*(starts[:, j] - starts[:, i]).T) - radius[i] - radius[j]
-                push = moves * (np.maximum(pushes[k] - gap / 2.0, 0.0) - pushes[k])
-                pushes[k] += push
-                starts[:, i] -= push[:, None] * lines[k]
-                starts[:, j] += push[:, None] * lines[k]
-                worst = np.maximum(worst, np.abs(push) / radius[i])
-            for k, (i, edge) in enumerate(self.cushions, start=len(self.pairs)):
-                gap = edge.height(*starts[:, i].T) - radius[i]
-                push = moves * (np.maximum(pushes[k] - gap, 0.0) - pushes[k])
-                pushes[k] += push
-                starts[:, i] += push[:, None] * np.array(edge.normal)
-                worst = np.maximum(worst, np.abs(push) / radius[i])
-            moves &= worst >= APART
-            if not moves.any():
-                break
-        return starts
-
-
-def _unit(offsets: Array) -> Array:
-    """Return unit vectors (S, 2) along offsets (S, 2)."""
-    return np.asarray(offsets / np.hypot(*offsets.T)[:, None])

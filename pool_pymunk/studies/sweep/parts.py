@@ -137,7 +137,7 @@ def table_of(plan: Plan, shots: range, inputs: Inputs, batch: Batch) -> pyarrow.
         "shot": (np.arange(shots.start, shots.stop, dtype=np.int64), "")
     }
     for name, values in inputs.columns.items():
-        columns[name] = values, "m" if name.startswith("start_") else UNITS.get(name, "")
+        columns[name] = values, UNITS.get(name) or UNITS.get(name.partition("_")[0], "")
     ids = [ball.id for ball in plan.scene.balls]
     for i, id_ in enumerate(ids):
         columns[f"x_{id_}"] = batch.final[:, i, 0], "m"

@@ -18,27 +18,24 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.shots import COLUMNS
 from pool_pymunk.model import Scene, Shot, State
-from pool_pymunk.model.parts import NEAREST
+from pool_pymunk.model.inputs import ROWS, SI, TABLE, column_of, parts, row_of, struck
 from pool_pymunk.model.plain import read_number
-from pool_pymunk.model.problems import number_problems, setting_error, suggestion
+from pool_pymunk.model.problems import number_problems, setting_error
 from pool_pymunk.model.scenario_out import scenario_text
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.solvers import find_shot, request, simulate, yardstick
-from pool_pymunk.studies.uncertainty import StartSampler
+from pool_pymunk.studies.starts import Floats, StartSampler, launched, normal, uniforms
 
-Floats = NDArray[np.float64]
-
-OWN = ("speed", "angle", "mass", *COLUMNS)  # each of these takes a range
 SPREADS = ("start", "noise.speed", "noise.angle")  # each of these takes one width
-KEYS = (*OWN, *SPREADS)
-UNITS = {"speed": "m/s", "angle": "deg", "mass": "kg", "noise_speed": "m/s", "noise_angle": "deg"}
-# Each input has random numbers of its own, so that it does not change if others are varied, too.
-SLOT = {key: k for k, key in enumerate(("speed", "angle", "mass", *COLUMNS))}
+UNITS = {"start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg"}
+UNITS = {row.name: SI[row.quantity] for row in ROWS} | UNITS
+# These inputs have fixed random numbers of a shot; every other input has those of its name.
+SLOT = {"speed": 0, "angle": 1, "turn": 1, "mass": 2} | {
+    key: 3 + column for key, column in column_of("coefficients").items()
+}
 NOISE_SLOT = {"noise.speed": 10, "noise.angle": 12}  # A normal number takes two uniform ones.
 START_SLOT = 16
-A_BLOCK = 4  # numbers a step of the generator
 
 
 class Inputs(NamedTuple):
@@ -113,7 +110,7 @@ class Plan:
         shot, before = self.shot, None
         if shot is not None and shot.from_previous:
             first = self.scene.shots[self.scene.shots.index(shot) - 1]
-            before = simulate(self.scene, first, solver=yardstick().name).end
+            before = simulate(self.scene, first, solver=yardstick().name, law=self.law).end
         return self.scene.start(shot, before)
 
     @cached_property
@@ -137,24 +134,41 @@ class Plan:
         columns: dict[str, Floats] = {}
         for key, (low, high, steps) in self.grid.items():
             columns[key] = np.linspace(low, high, steps)[self._steps(key, shots)]
-        for key, values in self.vary.items():
-            if key in OWN:
-                low, high = values
-                columns[key] = low + (high - low) * numbers[:, SLOT[key]]
-            elif key in NOISE_SLOT:
-                columns[key] = values[0] * normal(numbers[:, NOISE_SLOT[key] :])
+        for key, said in self.vary.items():
+            if key in NOISE_SLOT:
+                columns[key] = said[0] * normal(numbers[:, NOISE_SLOT[key] :])
+            elif key != "start":
+                low, high = said
+                columns[key] = low + (high - low) * self._drawn(key, shots, numbers)
         position = np.tile(np.array(self._state.position), (count, 1, 1))
+        velocity = np.tile(np.array(self._state.velocity), (count, 1, 1))
         for id_ in self._state.off:
             position[:, self.scene.index[id_]] = np.nan
         if "start" in self.vary:
             position = self._moved(position, numbers[:, START_SLOT:], self.vary["start"][0])
-        velocity = self._velocity(columns, position)
-        vary = {key: columns[key] for key in COLUMNS if key in columns}
-        if "mass" in columns:
-            vary["mass"] = np.tile([ball.mass for ball in self.scene.balls], (count, 1))
-            vary["mass"][:, self.ball] = columns["mass"]
-        named = {key.replace(".", "_"): values for key, values in columns.items()}
-        return Inputs(named | self._start_columns(position), position, velocity, vary)
+        arrays, vary = {"position": position, "velocity": velocity}, dict[str, Floats]()
+        for key, values in columns.items():
+            kind, whose = parts(self.meaning(key))
+            array, axis = (TABLE[kind].column if kind in TABLE else None) or ("", 0)
+            if array in arrays:
+                arrays[array][:, self.scene.index[whose], axis] = values
+            elif kind in TABLE and array != "struck":
+                vary[self.meaning(key)] = values
+        velocity[:, self.ball] = self._struck(columns, position, velocity[:, self.ball])
+        return Inputs(self._named(columns, position), position, velocity, vary)
+
+    def meaning(self, key: str) -> str:
+        """Return the input of the table that a key of a sweep means."""
+        if key == "mass":
+            return f"mass.{self.scene.balls[self.ball].id}"
+        return "turn" if key == "angle" else key
+
+    def _drawn(self, key: str, shots: range, numbers: Floats) -> Floats:
+        """Return the random numbers of an input, which others have no part in."""
+        if key in SLOT:
+            return numbers[:, SLOT[key]]
+        own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) << 64
+        return uniforms(self.seed + own, shots, 1)[:, 0]
 
     def _steps(self, key: str, shots: range) -> NDArray[np.int_]:
         """Return which of a key's values each shot has; the last key's change fastest."""
@@ -168,63 +182,35 @@ class Plan:
         sampler = StartSampler(self.scene, np.full((len(self.scene.balls), 2), width))
         return moved if self._state.off else sampler.apart(moved)
 
-    def _velocity(self, columns: Mapping[str, Floats], position: Floats) -> Floats:
-        """Return the velocities (S, N, 2): that of the struck ball as it was varied."""
-        velocity = np.tile(np.array(self._state.velocity), (len(position), 1, 1))
-        vx, vy = self._struck_velocity
-        aims = self.shot is not None and self.shot.aim is not None and "start" in self.vary
-        said = {"speed", "angle", "noise.speed", "noise.angle"} & columns.keys()
-        if not said and not aims:
+    def _struck(
+        self, columns: Mapping[str, Floats], position: Floats, velocity: Floats
+    ) -> Floats:  # fmt: skip
+        """Return the velocities (S, 2) of the struck ball as it was varied."""
+        moves = self.vary.keys() | self.grid.keys()
+        if self.shot is not None and self.shot.aim is not None and any(
+            key == "start" or key[:2] in ("x.", "y.") for key in moves
+        ):  # fmt: skip
+            velocity = launched(self.scene, self.shot, position)
+        said = {"speed", "angle", "turn", *NOISE_SLOT} & columns.keys()
+        if not said:
             return velocity
-        speed = columns.get("speed", math.hypot(vx, vy)) + columns.get("noise.speed", 0.0)
-        turn = columns.get("angle", 0.0) + columns.get("noise.angle", 0.0)
-        angle = (self._aim(position) if aims else math.atan2(vy, vx)) + np.radians(turn)
-        speed = np.maximum(speed, 0.0)
-        velocity[:, self.ball, 0] = speed * np.cos(angle)
-        velocity[:, self.ball, 1] = speed * np.sin(angle)
-        return velocity
+        speed = columns.get("speed", np.hypot(*velocity.T)) + columns.get("noise.speed", 0.0)
+        turn = sum(columns.get(key, 0.0) for key in ("angle", "turn", "noise.angle"))
+        return struck(velocity, {"speed": np.maximum(speed, 0.0), "turn": turn})
 
-    def _aim(self, position: Floats) -> Floats:
-        """Return the direction (rad) from the struck ball to the ball that it is aimed at."""
-        assert self.shot is not None and self.shot.aim is not None
-        offset = position - position[:, self.ball : self.ball + 1]
-        if self.shot.aim == NEAREST:
-            away = np.nan_to_num(np.hypot(offset[..., 0], offset[..., 1]), nan=np.inf)
-            away[:, self.ball] = np.inf
-            target = away.argmin(axis=1)
-        else:
-            target = np.full(len(position), self.scene.index[self.shot.aim])
-        dx, dy = offset[np.arange(len(position)), target].T
-        return np.asarray(np.arctan2(dy, dx))
-
-    def _start_columns(self, position: Floats) -> dict[str, Floats]:
-        if "start" not in self.vary:
-            return {}
-        return {
+    def _named(self, columns: Mapping[str, Floats], position: Floats) -> dict[str, Floats]:
+        """Return what was varied by the names of its columns; places are ``start_x_1``."""
+        named = {
+            key.replace(".", "_"): values
+            for key, values in columns.items()
+            if key[:2] not in ("x.", "y.")
+        }
+        return named | {
             f"start_{axis}_{ball.id}": position[:, i, k]
             for i, ball in enumerate(self.scene.balls)
             for k, axis in enumerate("xy")
+            if "start" in self.vary or f"{axis}.{ball.id}" in columns
         }
-
-
-def uniforms(seed: int, shots: range, count: int) -> Floats:
-    """Return ``count`` numbers in [0, 1) for each of the shots (S, count), by their numbers.
-
-    >>> bool((uniforms(7, range(5, 9), 6)[1] == uniforms(7, range(6, 7), 6)[0]).all())
-    True
-    """
-    blocks = -(-count // A_BLOCK)
-    source = np.random.Philox(key=seed)
-    source.advance(shots.start * blocks)
-    raw = source.random_raw(len(shots) * blocks * A_BLOCK).reshape(len(shots), -1)
-    return np.asarray((raw[:, :count] >> np.uint64(11)) * 2.0**-53)
-
-
-def normal(numbers: Floats) -> Floats:
-    """Return normal numbers (S,) of two uniform ones each (Box and Muller)."""
-    return np.asarray(
-        np.sqrt(-2.0 * np.log1p(-numbers[:, 0])) * np.cos(2.0 * np.pi * numbers[:, 1])
-    )
 
 
 def make_plan(
@@ -242,8 +228,8 @@ def make_plan(
     asked = request(scene, yardstick().name, law=law, max_time=max_time)
     latest = asked.settings.max_time
     scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
-    varied = {key: _range(key, value, "vary") for key, value in (vary or {}).items()}
-    steps = {key: _grid(key, value) for key, value in (grid or {}).items()}
+    varied = {key: _range(scene, key, value, "vary") for key, value in (vary or {}).items()}
+    steps = {key: _grid(scene, key, value) for key, value in (grid or {}).items()}
     both = sorted(varied.keys() & steps.keys())
     if both:
         raise setting_error("grid", both[0], "is varied already")
@@ -257,39 +243,47 @@ def make_plan(
         scene, find_shot(scene, shot), varied, steps, total, _count("seed", seed, 0),
         _count("chunk", chunk), asked.settings.law_of(scene),
     )  # fmt: skip
-    moving = {"speed", "angle", "noise.speed", "noise.angle"} & (varied.keys() | steps.keys())
-    if moving and plan._struck_velocity == (0.0, 0.0):
-        raise setting_error("shot", None, f"there is no shot whose {min(moving)} could be varied")
+    _check_shot(plan)
     return plan
 
 
-def _range(key: str, value: Any, name: str) -> tuple[float, ...]:
+def _check_shot(plan: Plan) -> None:
+    """Refuse two names of one input, and to vary a shot where there is none."""
+    seen: dict[str, str] = {}
+    for key in (*plan.vary, *plan.grid):
+        other = seen.setdefault(plan.meaning(key), key)
+        if other != key:
+            raise setting_error("vary", key, f"means the same as {other}")
+    moving = {"speed", "angle", "turn", *NOISE_SLOT} & seen.keys() | {"angle"} & set(seen.values())
+    if moving and plan._struck_velocity == (0.0, 0.0):
+        raise setting_error("shot", None, f"there is no shot whose {min(moving)} could be varied")
+
+
+def _range(scene: Scene, key: str, value: Any, name: str) -> tuple[float, ...]:
     """Read a range (low, high), or one width."""
-    where = f"{name}[{key!r}]"
-    if key not in KEYS:
-        message = f"there is no such key (there are: {', '.join(KEYS)}){suggestion(key, KEYS)}"
-        raise setting_error(name, key, message)
-    low_bound = -math.inf if key == "angle" else 0.0
-    values = [value] if key in SPREADS and np.ndim(value) == 0 else list(np.ravel(value))
-    wanted = 1 if key in SPREADS else 2
-    if len(values) != wanted:
-        form = "one width" if wanted == 1 else "a range (low, high)"
+    where, spreads = f"{name}[{key!r}]", key in SPREADS
+    row = None
+    if not spreads:
+        row = TABLE["mass"] if key == "mass" else row_of(name, key, scene, (*SPREADS, "mass"))[0]
+    low_bound, high_bound = (0.0, math.inf) if row is None else (row.low, row.high)
+    values = [value] if spreads and np.ndim(value) == 0 else list(np.ravel(value))
+    if len(values) != (1 if spreads else 2):
+        form = "one width" if spreads else "a range (low, high)"
         raise setting_error(where, str(value), f"must be {form}")
     found = [_number(where, each, low_bound) for each in values]
-    high_bound = 1.0 if key.startswith("restitution") else math.inf
-    if found[-1] > high_bound or found[0] > found[-1] or (key == "mass" and found[0] == 0.0):
-        bounds = f"{'-inf' if key == 'angle' else 0} <= low <= high"
+    is_zero = row is not None and row.size and found[0] == 0.0
+    if found[-1] > high_bound or found[0] > found[-1] or is_zero:
         limit = " <= 1" if high_bound == 1.0 else ""
-        raise setting_error(where, str(value), f"must be {bounds}{limit}")
+        raise setting_error(where, str(value), f"must be {low_bound:g} <= low <= high{limit}")
     return tuple(found)
 
 
-def _grid(key: str, value: Any) -> tuple[float, float, int]:
+def _grid(scene: Scene, key: str, value: Any) -> tuple[float, float, int]:
     """Read (low, high, count)."""
     if key in SPREADS or np.ndim(value) != 1 or len(value) != 3:
         message = "must be (low, high, count), of a key that takes a range"
         raise setting_error(f"grid[{key!r}]", str(value), message)
-    low, high = _range(key, value[:2], "grid")
+    low, high = _range(scene, key, value[:2], "grid")
     return low, high, _count(f"grid[{key!r}]", value[2])
 
 
