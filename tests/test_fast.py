@@ -47,7 +47,6 @@ from pool_pymunk.fast import compiled, loop, many
 from pool_pymunk.fast.shots import read_source
 from pool_pymunk.fast.tables import table_of
 from pool_pymunk.physics.motion import path_to_disc
-from pool_pymunk.studies import sensitivity as study
 
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
@@ -371,14 +370,14 @@ def two_in_a_row() -> Scene:
     ids=["aimed", "with errors", "pockets", "polygon", "in a row"],
 )
 def test_sensitivity_is_the_same_compiled(
-    monkeypatch: pytest.MonkeyPatch, scene: Scene, shot: int | None, errors: dict[str, float]
+    monkeypatch: pytest.MonkeyPatch, scene: Scene, shot: int | None, errors: dict[str, Any]
 ) -> None:
     found = []
-    for few in (10, 1000):
-        monkeypatch.setattr(study, "FEW", few)
+    for compiles in (True, False):
+        monkeypatch.setattr(compiled, "is_there", lambda compiles=compiles: compiles)
         samples = 40 if scene.pockets else 150
         found.append(
-            sensitivity(scene, shot, Uncertainty(1e-4, **errors), samples, seed=3, processes=1)
+            sensitivity(scene, shot, Uncertainty(1e-4, **errors), samples, seed=3, threads=1)
         )
     one, other = found
     for name in ("starts", "ends", "left", "same_contacts", "pocketed"):

@@ -12,7 +12,7 @@ import pytest
 from test_cli_manners import exit_code
 
 from pool_pymunk import Scene, Shot, Uncertainty, load, sensitivity
-from pool_pymunk.studies.linear import ellipse, linear
+from pool_pymunk.studies.sensitivity import ellipse, linear
 
 pytestmark = pytest.mark.heavy
 

@@ -75,7 +75,7 @@ def head_on_pair() -> Scene:
 def played(
     scene: Scene, uncertainty: Uncertainty, samples: int = 2000, seed: int = 1
 ) -> Sensitivity:
-    return sensitivity(scene, None, uncertainty, samples, seed, processes=1)
+    return sensitivity(scene, None, uncertainty, samples, seed, threads=1)
 
 
 def standard_error(values: Array) -> float:
@@ -187,11 +187,11 @@ def test_two_seeds_agree_within_their_standard_error(simulation_1: Sensitivity) 
             assert abs(one.std[axis] - two.std[axis]) < 4.5 * error, one.ball
 
 
-@pytest.mark.parametrize("processes", [2, 3])
-def test_the_seed_decides_and_not_the_number_of_processes(processes: int) -> None:
+@pytest.mark.parametrize("threads", [2, 3])
+def test_the_seed_decides_and_not_the_number_of_threads(threads: int) -> None:
     scene, uncertainty = load("report"), written_uncertainty("report")
-    alone = sensitivity(scene, 1, uncertainty, samples=90, seed=7, processes=1)
-    shared = sensitivity(scene, 1, uncertainty, samples=90, seed=7, processes=processes)
+    alone = sensitivity(scene, 1, uncertainty, samples=90, seed=7, threads=1)
+    shared = sensitivity(scene, 1, uncertainty, samples=90, seed=7, threads=threads)
     for name in ("starts", "ends", "left", "same_contacts"):
         assert np.array_equal(getattr(alone, name), getattr(shared, name)), name
     assert alone.balls == shared.balls
@@ -199,7 +199,7 @@ def test_the_seed_decides_and_not_the_number_of_processes(processes: int) -> Non
 
 def test_progress_counts_every_sample() -> None:
     done: list[int] = []
-    sensitivity(off_one_cushion(), 1, Uncertainty(HALF), 60, processes=1, on_done=done.append)
+    sensitivity(off_one_cushion(), 1, Uncertainty(HALF), 60, threads=1, on_done=done.append)
     assert sum(done) == 60
 
 
@@ -327,7 +327,7 @@ def test_a_shot_that_goes_on_spreads_by_both() -> None:
         scene.balls, scene.table, scene.restitution, scene.friction,
         shots=(scene.shots[0], Shot("again", "C", (SPEED, 0.0), from_previous=True)),
     )  # fmt: skip
-    found = sensitivity(twice, 2, Uncertainty(HALF), 500, processes=1)
+    found = sensitivity(twice, 2, Uncertainty(HALF), 500, threads=1)
     assert found.balls[0].std[0] == pytest.approx(RESTITUTION**4 * STD, rel=0.1)
 
 
@@ -356,7 +356,7 @@ def test_a_scene_without_shots() -> None:
     [
         ({"samples": 1}, "samples = 1: must be 2 or more"),
         ({"seed": -1}, "seed = -1: must be 0 or more"),
-        ({"processes": 0}, "processes = 0: must be 1 or more"),
+        ({"threads": 0}, "threads = 0: must be 1 or more"),
         ({"shot": "none such"}, "there is no such shot"),
         ({"uncertainty": Uncertainty({"Z": (0.1, 0.1)})}, "position of ball Z: there is no such"),
     ],
@@ -427,7 +427,7 @@ def test_errors_as_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         (["report", "--shot", "9"], "there is no such shot"),
         (["report", "--samples", "1"], "samples = 1: must be 2 or more"),
         (["report", "--seed", "-1"], "seed = -1: must be 0 or more"),
-        (["report", "--processes", "0"], "processes = 0: must be 1 or more"),
+        (["report", "--processes", "0"], "threads = 0: must be 1 or more"),
         (["no-such-file.toml"], "there is no such file"),
     ],
 )
@@ -466,7 +466,7 @@ def at_the_rim(offset: float) -> Scene:
 @pytest.mark.parametrize(("offset", "chance"), [(-0.02, 1.0), (0.0, 0.5), (0.005, 0.25), (0.02, 0)])
 def test_the_chance_to_be_pocketed(offset: float, chance: float) -> None:
     """Starts lie within +-0.01 m: the share of them within the rim is known."""
-    found = sensitivity(at_the_rim(offset), None, Uncertainty(0.01), 1000, processes=1)
+    found = sensitivity(at_the_rim(offset), None, Uncertainty(0.01), 1000, threads=1)
     (ball,) = found.balls
     assert ball.pocketed.get("hole", 0.0) == pytest.approx(chance, abs=0.05)
     assert ball.pocketed.keys() <= {"hole"}

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
     from pool_pymunk.model import Scene, Shot
     from pool_pymunk.results.run import Run
-    from pool_pymunk.studies.linear import Linear
-    from pool_pymunk.studies.sensitivity import Sensitivity, Spread
+    from pool_pymunk.studies.sensitivity import Linear, Sensitivity, Spread
     from pool_pymunk.studies.uncertainty import Uncertainty
 
 
@@ -40,8 +39,9 @@ def sensitivity(
     angle_error: Annotated[float, typer.Option(metavar="DEGREES", help="Of its direction.")] = 0.0,
     samples: Annotated[int, typer.Option(metavar="N", help="Runs of each shot.")] = 1000,
     seed: Annotated[int, typer.Option(metavar="N", help="Of the random numbers.")] = 0,
-    processes: Annotated[
-        int | None, typer.Option(metavar="N", help="Default: one for each core.")
+    threads: Annotated[
+        int | None,
+        typer.Option("--threads", "--processes", metavar="N", help="Default: one for each core."),
     ] = None,
     shot: ShotName = None,
     json: JsonFile = None,
@@ -72,7 +72,7 @@ def sensitivity(
     found: list[Sensitivity] = []
     lines: list[Linear | None] = []
     for one in shots:
-        found.append(_play(scene, one, uncertainty, (samples, seed, processes)))
+        found.append(_play(scene, one, uncertainty, (samples, seed, threads)))
         lines.append(_differentiate(scene, one, uncertainty, seed) if by_derivatives else None)
         if len(found) == 1:
             what = uncertainty.described(scene)
@@ -122,7 +122,7 @@ def _play(
 
 
 def _differentiate(scene: Scene, shot: Shot | None, uncertainty: Uncertainty, seed: int) -> Linear:
-    from pool_pymunk.studies.linear import linear
+    from pool_pymunk.studies.sensitivity import linear
 
     with input_errors():
         return linear(scene, shot, uncertainty, seed=seed)

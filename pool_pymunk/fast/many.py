@@ -72,27 +72,43 @@ def simulate_many(
     """
     began = time.perf_counter()
     source = read_source(scene, position, velocity, vary, law, max_time)
-    count, balls = source.position.shape[:2]
-    out = empty(count, balls)
-    done = on_done or _nothing
-    if _compiles(source):
-        play_compiled(source, out, _threads(threads), done)
-    else:
-        _threads(threads)
-        out.status[:] = HARD
-    hard = np.flatnonzero(out.status < 0).tolist()
-    for k in hard:
-        out.status[k] = play_in_python(source, out, k)
-        if not _compiles(source):
-            done(1)
+    out, by_reference = play_all(source, threads, on_done or _nothing)
     return Batch(
         scene=source.scene,
         law=source.asked.law,
         **{key: values for key, values in out._asdict().items() if key not in STUDIED},
-        by_reference=len(hard),
+        by_reference=by_reference,
         wall_time=time.perf_counter() - began,
         source=source,
     )
+
+
+def play_all(
+    source: Source,
+    threads: int | None,
+    done: Callable[[int], object],
+    model: Model | None = None,
+    seen: Callable[[Out, int, Run], object] | None = None,
+) -> tuple[Out, int]:
+    """Play all shots, perhaps beside a model, and count those that the exact solver plays.
+
+    Where there is a model, ``seen(out, k, run)`` compares the run of such a shot with it.
+    """
+    count, balls = source.position.shape[:2]
+    out, cores = empty(count, balls, model is not None), _threads(threads)
+    compiles = _compiles(source)
+    if compiles:
+        play_compiled(source, out, cores, done, model)
+    else:
+        out.status[:] = HARD
+    hard = np.flatnonzero(out.status < 0).tolist()
+    for k in hard:
+        run = play_in_python(source, out, k)
+        if run is not None and seen is not None:
+            seen(out, k, run)
+        if not compiles:
+            done(1)
+    return out, len(hard)
 
 
 def empty(count: int, balls: int, beside_model: bool = False) -> Out:
@@ -119,7 +135,7 @@ def _compiles(source: Source) -> bool:
     if not can_compile(source.scene, source.law) or "radius" in source.vary:
         return False
     if not compiled.is_there():
-        warnings.warn(SLOW, stacklevel=3)
+        warnings.warn(SLOW, stacklevel=4)
         return False
     return True
 
@@ -205,14 +221,16 @@ def play_chunk(
     return play(work, table, source.shots(part), own, model or NO_MODEL, 0, len(own.status))
 
 
-def play_in_python(source: Source, out: Out, k: int) -> int:
-    """Play shot ``k`` by the exact solver, write down what came of it, and return its status."""
+def play_in_python(source: Source, out: Out, k: int) -> Run | None:
+    """Play shot ``k`` by the exact solver, and write down what came of it; None: no start."""
     try:
         run = source.run(k, measures_policies=False)
     except SceneError:
-        return CANNOT_START
+        out.status[k] = CANNOT_START
+        return None
+    out.status[k] = STATUSES.index(run.status)
     _write(source, out, k, run)
-    return STATUSES.index(run.status)
+    return run
 
 
 def _write(source: Source, out: Out, k: int, run: Run) -> None:

@@ -17,7 +17,7 @@ from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import PRINT, Style, ball_colors, halo_color
 from pool_pymunk.safety.files import whole
-from pool_pymunk.studies.linear import ellipse
+from pool_pymunk.studies.sensitivity import ellipse
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from pool_pymunk.fast import Batch
     from pool_pymunk.model import Scene
     from pool_pymunk.physics.motion import Array
-    from pool_pymunk.studies.linear import Linear
-    from pool_pymunk.studies.sensitivity import Sensitivity
+    from pool_pymunk.studies.sensitivity import Linear, Sensitivity
 
 DOTS = 0.9  # the radius of a point, in points
 CLEAR = 0.75  # the strength of a point; where many lie on each other they are strongest

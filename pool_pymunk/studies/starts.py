@@ -6,6 +6,8 @@ of the squares of all moves is least. So a rack whose balls touch can be studied
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,8 +42,8 @@ def launched(scene: Scene, shot: Shot, position: Floats) -> Floats:
     else:
         target = np.full(len(position), scene.index[shot.aim])
     dx, dy = offset[np.arange(len(position)), target].T
-    angle = np.arctan2(dy, dx)
-    return shot.speed * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    angles = list(map(math.atan2, dy.tolist(), dx.tolist()))  # with the bits of Scene.start
+    return np.array([(math.cos(a) * shot.speed, math.sin(a) * shot.speed) for a in angles])
 
 
 def uniforms(seed: int, shots: range, count: int) -> Floats:
