@@ -18,7 +18,18 @@ from pathlib import Path
 import pytest
 from scenes import AT_A_TERMINAL
 
-from pool_pymunk import SOLVERS, Scene, SettingError, State, load, simulate, simulate_all
+from pool_pymunk import (
+    SOLVERS,
+    Ball,
+    Friction,
+    Restitution,
+    Scene,
+    SettingError,
+    State,
+    load,
+    simulate,
+    simulate_all,
+)
 from pool_pymunk.cli import choices, main
 from pool_pymunk.cli.common import progress
 from pool_pymunk.cli.run import Share
@@ -27,7 +38,7 @@ from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import Settings
-from pool_pymunk.studies.estimate import Estimate, estimate
+from pool_pymunk.studies.tradeoff import Estimate, estimate
 
 pytestmark = pytest.mark.heavy
 
@@ -408,6 +419,18 @@ def test_the_estimate_is_of_the_right_size() -> None:
     assert guess.steps == pytest.approx(run.steps, rel=0.1)
     assert run.wall_time / 10 < guess.cost < 10 * run.wall_time
     assert estimate(scene, scene.shots, "event-driven", None) == []
+
+
+@pytest.mark.parametrize("dt", [1e-3, 1e-5])
+def test_the_estimate_knows_what_a_heavy_ball_does_to_a_light_one(dt: float) -> None:
+    """The light ball leaves faster than the heavy one came, and so moves for longer."""
+    heavy = Ball("heavy", (0.0, 0.0), 0.03, 2.0, velocity=(1.0, 0.0))
+    light = Ball("light", (0.1, 0.0), 0.03, 0.1)
+    scene = Scene((heavy, light), restitution=Restitution(1.0), friction=Friction(0.1))
+    run = simulate(scene, solver="event-driven")
+    [guess] = estimate(scene, [None], "time-slice", dt)
+    assert run.duration > 1.5 > heavy.velocity[0] / scene.deceleration
+    assert guess.duration == pytest.approx(run.duration, rel=0.01)
 
 
 @pytest.mark.parametrize("solver", ["time-slice", "pymunk", "pymunk-discrete", "pymunk-builtin"])

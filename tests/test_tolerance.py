@@ -190,6 +190,18 @@ def test_known_ends(
     assert max(math.dist(run.final[id_], end) for id_, end in ends.items()) < limit
 
 
+def test_where_every_step_is_exact_no_step_is_searched_for() -> None:
+    scene, _ = head_on_pair()
+    asked: list[float] = []
+    [(run, choice)] = simulate_within(scene, [None], 1e-9, on_run=asked.append)
+    assert asked == [run.dt] == [SOLVERS["pymunk"].dt]
+    assert choice.reached and choice.runs == 1 and choice.error == run.rounding < 1e-12
+    [(_, choice)] = simulate_within(scene, [None], 1e-3, contacts="discrete")
+    assert choice.runs > 8
+    [(_, choice)] = simulate_within(scene, [None], 1e-18)
+    assert not choice.reached and "rounding" in choice.reason
+
+
 # -- twenty random scenes --------------------------------------------------------------------------
 
 TABLES = ("rectangle", "hexagon", "L", "open plane")
@@ -308,7 +320,7 @@ def test_run_says_which_step_it_chose(tmp_path: Path, capsys: pytest.CaptureFixt
     assert exit_code("run", "report", "--tolerance", "0.01 in", *options) == 0
     printed = capsys.readouterr().out
     assert "Tolerance 0.01 in: reached with dt = 1/240 s, estimated error" in printed
-    assert "Work: 8 runs" in printed
+    assert "Work: 1 run, " in printed
     found = json.loads(data.read_text(encoding="utf-8"))
     assert found["solver"] == {"name": "pymunk", "dt": 1 / 240}
     record = found["shots"][0]["tolerance"]

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
     from pool_pymunk.model import Scene, Shot
     from pool_pymunk.results.run import Run
-    from pool_pymunk.studies.estimate import Estimate
     from pool_pymunk.studies.tolerance import Choice
+    from pool_pymunk.studies.tradeoff import Estimate
 
 LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
@@ -156,7 +156,7 @@ def _within(asked: Asked, tolerance: float, bar: Progress) -> Iterator[Played]:
 def _played(asked: Asked, bar: Progress) -> Iterator[Played]:
     """Yield each shot as soon as it is there; announce what takes long."""
     from pool_pymunk.solvers import simulate_all
-    from pool_pymunk.studies.estimate import estimate
+    from pool_pymunk.studies.tradeoff import estimate
 
     scene, shots, solver, dt, options = asked
     estimates = estimate(scene, shots, solver, dt, **options)
@@ -171,7 +171,7 @@ def _played(asked: Asked, bar: Progress) -> Iterator[Played]:
 def announcement(estimates: Sequence[Estimate], solver: str) -> str | None:
     """Return the line that says how long the shots will take, if it is more than a minute.
 
-    >>> from pool_pymunk.studies.estimate import Estimate
+    >>> from pool_pymunk.studies.tradeoff import Estimate
     >>> announcement([Estimate(2400.0, 1.5, 1.5e9), Estimate(600.0, 0.5, 5e8)], "time-slice")
     'This will take about 50 minutes (time-slice, 2e+09 steps); Ctrl-C keeps finished shots.'
     """

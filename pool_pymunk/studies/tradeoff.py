@@ -14,18 +14,22 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pool_pymunk.model import Point, Scene, Shot, Table
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import SOLVERS, find_solver, simulate, yardstick
+from pool_pymunk.solvers import SOLVERS, find_solver, request, simulate, yardstick
 from pool_pymunk.studies.compare import Comparison, contacts
 
 Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of each solver.
 
 TURN = 1.0  # rad
+TRIAL = (
+    1 / 20
+)  # of the steps are made for the estimate of a run, which costs that share of its time,
+MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but never more nor fewer steps than these.
 MOST_REPEATS = 7
 
 
@@ -203,6 +207,56 @@ def turn(scene: Scene, angle: float) -> Scene:
 def _turned(p: Point, angle: float) -> Point:
     c, s = math.cos(angle), math.sin(angle)
     return (c * p[0] - s * p[1], s * p[0] + c * p[1])
+
+
+# -- how long a run will take ----------------------------------------------------------------------
+
+
+class Estimate(NamedTuple):
+    """An estimate of one shot: how long the computer takes (s), the shot (s), and its steps.
+
+    ``cost`` is zero for a shot of which a trial is not worth its time, because it has few steps.
+    """
+
+    cost: float
+    duration: float
+    steps: float
+
+
+def estimate(
+    scene: Scene, shots: Sequence[Shot | None], solver: str, dt: float | None, **options: Any
+) -> list[Estimate]:
+    """Estimate each shot by the exact solver, and by a trial with fewer and longer steps.
+
+    A solver without a step has no estimate. The arguments are those of
+    :func:`~pool_pymunk.simulate`.
+
+    >>> from pool_pymunk import load
+    >>> scene = load("report")
+    >>> [one] = estimate(scene, scene.shots[:1], "time-slice", 1e-9)
+    >>> one.cost > 60.0, 1.4 < one.duration < 1.6, 1e9 < one.steps < 2e9
+    (True, True, True)
+    """
+    step = dt or find_solver(solver).dt
+    if step is None:
+        return []
+    return [_estimate(scene, shot, solver, step, options) for shot in shots]
+
+
+def _estimate(
+    scene: Scene, shot: Shot | None, solver: str, dt: float, options: dict[str, Any]
+) -> Estimate:
+    said = {key: options[key] for key in ("law", "max_time") if key in options}
+    asked = request(scene, yardstick().name, **said)
+    settings = asked.settings._replace(measures_policies=False)
+    duration = asked._replace(settings=settings).play(shot).duration
+    steps = duration / dt
+    if steps < FEWEST_STEPS / TRIAL:
+        return Estimate(0.0, duration, steps)
+    coarse = duration / min(MOST_STEPS, TRIAL * steps)
+    trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
+    times = coarse / dt  # The run itself has this many times the trial's steps.
+    return Estimate(trial.wall_time * times, trial.duration, trial.steps * times)
 
 
 # -- what it means -------------------------------------------------------------------------------
