@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,7 +23,7 @@ from pool_pymunk.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from pool_pymunk.model import Units
+    from pool_pymunk.model import Scene, Units
 
 
 def atlas(
@@ -34,6 +34,12 @@ def atlas(
     ] = "-30:30",
     speed: Annotated[
         str | None, typer.Option(metavar="LOW:HIGH", help="Default: 0.25 to 1.5 of the shot's.")
+    ] = None,
+    across: Annotated[
+        str | None, typer.Option(metavar="KEY=LOW:HIGH", help="In place of the angle.")
+    ] = None,
+    up: Annotated[
+        str | None, typer.Option(metavar="KEY=LOW:HIGH", help="In place of the speed.")
     ] = None,
     size: Annotated[str, typer.Option(metavar="WxH", help="Pixels; each is a shot.")] = "1200x800",
     ball: Annotated[
@@ -48,7 +54,8 @@ def atlas(
 ) -> int:
     """Draw what comes of a shot at every angle and speed: one shot a pixel, all of them exact.
 
-    A narrower --angle and --speed show where the outcome is fractal, and where it is safe.
+    A narrower --angle and --speed show where the outcome is fractal, and where it is safe. --across
+    and --up take the keys of a sweep, such as mass.8 or restitution.cushion.
     """
     from pool_pymunk.studies.atlas import atlas as play
 
@@ -67,6 +74,7 @@ def atlas(
         found = play(
             scene, chosen, angle=_range("--angle", angle), size=(width, height), ball=ball, law=law,
             speed=None if speed is None else _range("--speed", speed, scene.units),
+            axes=_axes(scene, across, up),
             show=show, on_done=lambda done: bar.update(bar.task_ids[0], advance=done),
         )  # fmt: skip
     from pool_pymunk.render.atlas import atlas_picture
@@ -75,6 +83,23 @@ def atlas(
     seconds = time.perf_counter() - began
     typer.echo(f"{width * height:,} shots in {seconds:.1f} s: {path}")
     return 0
+
+
+def _axes(scene: Scene, across: str | None, up: str | None) -> dict[str, Any] | None:
+    """Read two inputs with their ranges, named as in a sweep."""
+    from pool_pymunk.cli.sweep import numbers, pairs
+
+    if across is None and up is None:
+        return None
+    if across is None or up is None:
+        given, missing = ("--up", "--across") if across is None else ("--across", "--up")
+        raise InputError(f"{missing} = (left out): is missing beside {given}")
+    ((x, first),) = pairs("--across", [across])
+    ((y, second),) = pairs("--up", [up])
+    if x == y:
+        raise InputError(f"--up = {up}: {x} is across already")
+    ranges = ("--across", x, first), ("--up", y, second)
+    return {key: numbers(option, key, text, scene.units) for option, key, text in ranges}
 
 
 def _range(option: str, text: str, units: Units | None = None) -> tuple[float, float]:

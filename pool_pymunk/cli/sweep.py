@@ -75,8 +75,10 @@ def sweep(
         raise InputError(f"--shot = (left out): is wanted, one of {names}")
     chosen = read_shots(scene, shot)[0]
     with input_errors():
-        varied = {key: _numbers(key, text, scene.units) for key, text in _pairs("--vary", vary)}
-        steps = {key: _steps(key, text, scene.units) for key, text in _pairs("--grid", grid)}
+        varied = {
+            key: numbers("--vary", key, text, scene.units) for key, text in pairs("--vary", vary)
+        }
+        steps = {key: _steps(key, text, scene.units) for key, text in pairs("--grid", grid)}
         with _executor(workers, cluster) as executor, Counter() as counter:
             done = play(
                 scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
@@ -92,7 +94,7 @@ def sweep(
     return 0
 
 
-def _pairs(option: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]]:
+def pairs(option: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]]:
     """Split KEY=VALUE."""
     seen = set()
     for text in texts or ():
@@ -105,7 +107,7 @@ def _pairs(option: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]
         yield key.strip(), value
 
 
-def _numbers(key: str, text: str, units: Units) -> tuple[float, ...]:
+def numbers(option: str, key: str, text: str, units: Units) -> tuple[float, ...]:
     """Read LOW:HIGH, or one number, in SI."""
     from pool_pymunk.model.inputs import TABLE, parts
     from pool_pymunk.model.quantities import quantity
@@ -113,11 +115,11 @@ def _numbers(key: str, text: str, units: Units) -> tuple[float, ...]:
     row = TABLE.get(parts(key)[0])
     kind = KINDS.get(key) if row is None else row.quantity
     if kind not in (None, "", "angle"):
-        return tuple(quantity(f"--vary {key}", part, kind, units) for part in text.split(":"))
+        return tuple(quantity(f"{option} {key}", part, kind, units) for part in text.split(":"))
     try:
         return tuple(float(part) for part in text.split(":"))
     except ValueError:
-        raise InputError(f"--vary {key} = {text}: must be numbers, LOW:HIGH") from None
+        raise InputError(f"{option} {key} = {text}: must be numbers, LOW:HIGH") from None
 
 
 def _steps(key: str, text: str, units: Units) -> tuple[Any, ...]:
@@ -125,7 +127,7 @@ def _steps(key: str, text: str, units: Units) -> tuple[Any, ...]:
     rest, _, count = text.rpartition(":")
     if not count.isdecimal() or ":" not in rest:
         raise InputError(f"--grid {key} = {text}: must be LOW:HIGH:COUNT")
-    return (*_numbers(key, rest, units), int(count))
+    return (*numbers("--grid", key, rest, units), int(count))
 
 
 @contextmanager

@@ -17,8 +17,7 @@ from pool_pymunk.fast.loop import HARD, NOTHING, Model, Out, Table
 from pool_pymunk.fast.shots import Source, read_source
 from pool_pymunk.fast.tables import can_compile, law_number, table_of, work_of
 from pool_pymunk.model import Scene, SceneError
-from pool_pymunk.model.plain import read_number
-from pool_pymunk.model.problems import number_problems, setting_error
+from pool_pymunk.model.plain import read_count
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 
@@ -143,11 +142,7 @@ def _compiles(source: Source) -> bool:
 def _threads(asked: int | None) -> int:
     if asked is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else _cores()
-    problems = number_problems
-    count = read_number("threads", asked, lambda key, value: problems(key, value, 1.0))
-    if not count.is_integer():
-        raise setting_error("threads", asked, "must be a whole number")
-    return int(count)
+    return read_count("threads", asked)
 
 
 def _cores() -> int:

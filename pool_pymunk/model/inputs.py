@@ -67,6 +67,11 @@ class Input:
         above = values > self.low if self.size else values >= self.low
         return ~(above & (values <= self.high) & np.isfinite(values))
 
+    def clipped(self, values: Floats) -> Floats:
+        """Return values with those that are not allowed moved to the limits."""
+        low = np.nextafter(self.low, math.inf) if self.size else self.low
+        return np.clip(values, low, self.high)
+
 
 def _place(axis: int) -> Input:
     unit = (1.0, 0.0, 0.0, 0.0) if axis == 0 else (0.0, 1.0, 0.0, 0.0)

@@ -17,6 +17,7 @@ from pool_pymunk.model.problems import (
     Point,
     Problem,
     SceneError,
+    number_problems,
     raise_any,
     setting_error,
     shown,
@@ -165,3 +166,11 @@ def read_number(
     for problem in problems(key, found):
         raise setting_error(key, value, problem.message)
     return found
+
+
+def read_count(key: str, value: Any, least: int = 1) -> int:
+    """Read a whole number that is not below ``least``; raises SettingError for anything else."""
+    found = read_number(key, value, lambda key, value: number_problems(key, value, float(least)))
+    if not found.is_integer():
+        raise setting_error(key, value, "must be a whole number")
+    return int(found)

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from pool_pymunk.model.inputs import in_units, unit_of
 from pool_pymunk.render.style import SCREEN, Style, default_color
 from pool_pymunk.safety.files import whole
 from pool_pymunk.studies.atlas import Atlas, Floats
@@ -72,32 +73,45 @@ def _title(found: Atlas, show: str) -> str:
 
 def _draw_map(axes: Axes, found: Atlas, pieces: Pieces, size: float, style: Style) -> None:
     """Draw the map with its axes, and mark the shot itself."""
-    units = found.scene.units
-    speed = np.array([units.from_si(v, "speed") for v in (found.speed[0], found.speed[-1])])
-    half_x = (found.angle[-1] - found.angle[0]) / (len(found.angle) - 1) / 2.0
-    half_y = (speed[1] - speed[0]) / (len(found.speed) - 1) / 2.0
-    extent = (found.angle[0] - half_x, found.angle[-1] + half_x, speed[0] - half_y,
-              speed[1] + half_y)  # fmt: skip
-    low, row = extent[2], (extent[3] - extent[2]) / len(found.speed)
+    both = zip(found.axes, (found.angle, found.speed), strict=True)
+    (left, right), (low, top) = (_edges(found, name, values) for name, values in both)
+    extent, row = (left, right, low, top), (top - low) / len(found.speed)
     for piece in pieces:
         high = low + len(piece) * row
         axes.imshow(piece, origin="lower", extent=(*extent[:2], low, high), aspect="auto",
                     interpolation="none")  # fmt: skip
         low = high
     axes.set(xlim=extent[:2], ylim=extent[2:])
-    axes.set_xlabel("angle of the shot (degrees)", fontsize=LARGE * size, color=style.ink)
-    axes.set_ylabel(f"speed ({units.speed})", fontsize=LARGE * size, color=style.ink)
+    axes.set_xlabel(_label(found, found.axes[0]), fontsize=LARGE * size, color=style.ink)
+    axes.set_ylabel(_label(found, found.axes[1]), fontsize=LARGE * size, color=style.ink)
     axes.tick_params(labelsize=SMALL * size, colors=style.ink)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    vx, vy = found.plan._struck_velocity
-    nominal = units.from_si(float(np.hypot(vx, vy)), "speed")
-    if extent[0] <= 0.0 <= extent[1] and extent[2] <= nominal <= extent[3]:
+    x, y = (_in_units(found, name, found.plan.own(name)) for name in found.axes)
+    if left <= x <= right and extent[2] <= y <= top:
         for color, width in (("#000000", 4.5), ("#ffffff", 2.0)):
             axes.plot(
-                0.0, nominal, "o", markersize=15 * size, markerfacecolor="none",
+                x, y, "o", markersize=15 * size, markerfacecolor="none",
                 markeredgecolor=color, markeredgewidth=width * size,
             )  # fmt: skip
+
+
+def _in_units(found: Atlas, name: str, value: float) -> float:
+    return in_units(found.scene.units, found.plan.meaning(name), value)
+
+
+def _edges(found: Atlas, name: str, values: Floats) -> tuple[float, float]:
+    """Return where the first pixel of an axis begins and the last one ends, in its unit."""
+    low, high = (_in_units(found, name, float(values[k])) for k in (0, -1))
+    half = (high - low) / (len(values) - 1) / 2.0
+    return low - half, high + half
+
+
+def _label(found: Atlas, name: str) -> str:
+    """Name an axis, with its unit."""
+    unit = unit_of(found.scene.units, found.plan.meaning(name))
+    text = "angle of the shot" if name == "angle" else name
+    return f"{text} ({unit})" if unit else text
 
 
 # -- what is shown ---------------------------------------------------------------------------------

@@ -1,8 +1,8 @@
-"""This study plays a shot at every angle and speed: a map of what comes of it, one shot a pixel."""
+"""This study plays a shot at every angle and speed, or at all values of two other inputs: a map."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from pool_pymunk.fast import simulate_many
 from pool_pymunk.fast.batch import CANNOT_START, Batch
 from pool_pymunk.model import Scene, Shot
+from pool_pymunk.model.inputs import row_of
 from pool_pymunk.model.parts import NEAREST
-from pool_pymunk.model.plain import read_number, read_pair
-from pool_pymunk.model.problems import number_problems, setting_error, suggestion
+from pool_pymunk.model.plain import read_count, read_pair
+from pool_pymunk.model.problems import setting_error, suggestion
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
@@ -34,8 +35,10 @@ MAPS = {"end": "end", "first-hit": "first_hit", "hits": "hits", "pocket": "pocke
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
-    """An atlas has what came of a shot at H speeds (m/s) and W angles (degrees, relative to it).
+    """An atlas has what came of a shot at W values of one input and H of another one.
 
+    ``axes`` are their names. ``angle`` (W,) are the values across, and ``speed`` (H,) those
+    upwards, in SI: angles (degrees, relative to the shot's) and speeds, or those of other axes.
     ``end`` (H, W, 2) is where ball number ``ball`` ended (m), ``pocketed`` (H, W) which pocket has
     it (-1: none), ``first_hit`` the ball that the struck one met first (-1: none), ``hits`` how
     many hits of two balls there were, and ``duration`` (s) when all rested. Shots that could not
@@ -56,6 +59,7 @@ class Atlas:
     hits: Ints
     duration: NDArray[np.floating]
     by_reference: int
+    axes: tuple[str, str] = ("angle", "speed")
 
     @property
     def scene(self) -> Scene:
@@ -69,6 +73,7 @@ def atlas(
     *,
     angle: Range = ANGLES,
     speed: Range | None = None,
+    axes: Mapping[str, Range] | None = None,
     size: tuple[int, int] = SIZE,
     ball: str | None = None,
     law: str | Law | None = None,
@@ -78,7 +83,9 @@ def atlas(
 ) -> Atlas:
     """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
 
-    The speeds are by default from a quarter of the shot's to one and a half of it. ``ball`` is the
+    The speeds are by default from a quarter of the shot's to one and a half of it. ``axes`` has
+    two other inputs with their ranges, the one across first; they are named as in a sweep
+    (:class:`~pool_pymunk.studies.sweep.plan.Plan`), and in SI. ``ball`` is the
     id of the ball whose end is kept; by default that at which the shot aims, or else the nearest.
     ``show``, one of ``MAPS``, keeps only what this map shows: a shot then takes 4 or 8 bytes
     instead of 36. ``on_done(n)`` is called whenever ``n`` more shots are done. Raises SettingError,
@@ -92,13 +99,13 @@ def atlas(
     chosen = find_shot(scene, shot)
     if chosen is None:
         raise setting_error("shot", None, "is wanted: the scene has none")
-    usual = np.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
-    low, high = read_pair("speed", speed or (SPEEDS[0] * usual, SPEEDS[1] * usual))
+    ranges = _axes(scene, chosen, angle, speed) if axes is None else _other_axes(scene, axes)
     width, height = (
-        _count(key, each)
+        read_count(key, each, 2)
         for key, each in zip(("width", "height"), read_pair("size", size), strict=True)
     )
-    grid = {"speed": (low, high, height), "angle": (*read_pair("angle", angle), width)}
+    (across, columns), (up, rows) = ranges.items()
+    grid = {up: (*rows, height), across: (*columns, width)}
     plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time)
     watched = _ball(scene, chosen, ball)
     kept = _empty(plan.samples, show)
@@ -114,8 +121,25 @@ def atlas(
         by_reference += batch.by_reference
     shaped = {key: each.reshape(height, width, *each.shape[1:]) if len(each) else each
               for key, each in kept.items()}  # fmt: skip
-    angles, speeds = np.linspace(*grid["angle"]), np.linspace(*grid["speed"])
-    return Atlas(plan, watched, angles, speeds, **shaped, by_reference=by_reference)
+    x, y = np.linspace(*columns, width), np.linspace(*rows, height)
+    return Atlas(plan, watched, x, y, **shaped, by_reference=by_reference, axes=(across, up))
+
+
+def _axes(scene: Scene, shot: Shot, angle: Range, speed: Range | None) -> dict[str, Range]:
+    """Return the angles and speeds; the speed's range has a default."""
+    usual = np.hypot(*scene.start(shot).velocity[scene.index[shot.ball]])
+    speeds = read_pair("speed", speed or (SPEEDS[0] * usual, SPEEDS[1] * usual))
+    return {"angle": read_pair("angle", angle), "speed": speeds}
+
+
+def _other_axes(scene: Scene, axes: Mapping[str, Range]) -> dict[str, Range]:
+    """Read two inputs with their ranges."""
+    if not isinstance(axes, Mapping) or len(axes) != 2:
+        raise setting_error("axes", axes, "must be two inputs with their ranges (low, high)")
+    for name in axes:
+        if name != "mass":
+            row_of("axes", name, scene, ["mass"])
+    return {name: read_pair(f"axes[{name!r}]", each) for name, each in axes.items()}
 
 
 def _empty(count: int, show: str | None) -> dict[str, NDArray[Any]]:
@@ -157,10 +181,3 @@ def _ball(scene: Scene, shot: Shot, name: str | None) -> int:
     if shot.aim not in (None, NEAREST):
         return scene.index[shot.aim or ""]
     return scene.nearest(struck) if len(scene.balls) > 1 else struck
-
-
-def _count(key: str, value: float) -> int:
-    found = read_number(key, value, lambda key, value: number_problems(key, value, 2.0))
-    if not found.is_integer():
-        raise setting_error(key, value, "must be a whole number")
-    return int(found)

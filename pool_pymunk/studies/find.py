@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Point, Scene, Shot
-from pool_pymunk.model.plain import read_number, read_pair
-from pool_pymunk.model.problems import listed, number_problems, setting_error, size_problems
+from pool_pymunk.model.inputs import SHOT, input_value, row_of
+from pool_pymunk.model.plain import read_count, read_number, read_pair
+from pool_pymunk.model.problems import listed, setting_error, size_problems
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
@@ -24,6 +25,7 @@ Floats = NDArray[np.float64]
 Range = tuple[float, float]
 Wanted = Callable[[Batch], Any]
 
+APART = 1 << 64  # is added to the seed for the random numbers of other inputs
 AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
 TALL = 60  # speeds of the first look; the other tries are angles
 CANDIDATES = 12  # So many places are looked at closely, for each shot that is wanted.
@@ -67,6 +69,7 @@ def find(
     speed: Range | None = None,
     angle_error: float = 0.5,
     speed_error: float = 0.05,
+    errors: Mapping[str, float] | None = None,
     tries: int = 100_000,
     samples: int = 2_000,
     best: int = 5,
@@ -80,7 +83,9 @@ def find(
     Boolean array (S,). The ball that ``shot`` strikes is struck at angles (degrees, from +x) within
     ``angle`` and speeds (m/s) within ``speed``, by default from a quarter of the shot's to one and
     a half of it. ``tries`` shots on a grid are looked at first. The player's errors are normal,
-    with the standard deviations ``angle_error`` (degrees) and ``speed_error`` (m/s); a shot's
+    with the standard deviations ``angle_error`` (degrees) and ``speed_error`` (m/s). ``errors`` has
+    those of further inputs by their names in the table of inputs
+    (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"`` or ``"restitution.cushion"``. A shot's
     share of success is measured by ``samples`` tries. The ``best`` shots are returned, no two of
     them within three standard deviations of each other; the list is empty if no try did it. All
     runs are exact, and each found shot was played by the exact solver.
@@ -105,6 +110,7 @@ def find(
     if chosen is None:
         raise setting_error("shot", None, "is wanted: the scene has none")
     search = _Search(scene, chosen, wanted, angle_error, speed_error, seed, law)
+    search.doubt({} if errors is None else errors)
     search.aim_for({} if ends is None else ends)
     angle, speed = search.read_ranges(angle, speed)
     for key, count, least in (
@@ -112,7 +118,7 @@ def find(
         ("samples", samples, 10),
         ("best", best, 1),
     ):
-        _check_count(key, count, least)
+        read_count(key, count, least)
     found: list[Found] = []
     for place in search.look(angle, speed, tries)[: CANDIDATES * best]:
         one = search.closely(place, samples)
@@ -136,6 +142,7 @@ class _Search:
         self.ball = scene.index[shot.ball]
         self.position = np.array(scene.start(shot).position)
         self.low, self.high = np.array([-math.inf, 0.0]), np.array([math.inf, math.inf])
+        self.others: dict[str, float] = {}
         self.balls: list[int] = []
         self.goals = np.zeros((0, 2))
 
@@ -149,6 +156,18 @@ class _Search:
                 raise setting_error(key, [low, high], "must be (low, high)")
         self.low, self.high = np.array(ranges).T
         return ranges
+
+    def doubt(self, errors: Mapping[str, float]) -> None:
+        """Say how far further inputs may be off: their standard deviations."""
+        for name, error in errors.items():
+            row, whose = row_of("errors", name, self.scene)
+            if row.of == SHOT:
+                key = "speed_error" if row.quantity == "speed" else "angle_error"
+                raise setting_error("errors", name, f"is the player's: give it as {key}")
+            if row.group == "velocity" and whose == self.shot.ball:
+                message = "the ball is struck, so its velocity is that of the shot: speed and angle"
+                raise setting_error("errors", name, message)
+            self.others[name] = read_number(f"errors[{name!r}]", error, size_problems)
 
     def aim_for(self, ends: Mapping[str, Point]) -> None:
         """Say where balls shall end."""
@@ -172,34 +191,39 @@ class _Search:
             angle = low + (angle - low) % 360.0
         return np.array([min(max(angle, low), high), min(max(speed, slowest), fastest)])
 
-    def play(self, angle: Floats, speed: Floats) -> Batch:
-        """Play the shot at these angles (degrees) and speeds (m/s)."""
+    def play(self, angle: Floats, speed: Floats, others: Floats | None = None) -> Batch:
+        """Play the shot at angles (degrees) and speeds (m/s), with errors (S, P) of others."""
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(angle), 1, 1))
         turned = np.radians(angle)
         velocity[:, self.ball, 0] = speed * np.cos(turned)
         velocity[:, self.ball, 1] = speed * np.sin(turned)
-        return simulate_many(self.scene, self.position, velocity, law=self.law)
+        vary = {}
+        for name, errors in zip(self.others, () if others is None else others.T, strict=False):
+            row, _ = row_of("errors", name, self.scene)
+            vary[name] = row.clipped(input_value(self.scene, name) + errors)
+        return simulate_many(self.scene, self.position, velocity, law=self.law, vary=vary)
 
-    def does(self, angle: Floats, speed: Floats) -> NDArray[np.bool_]:
-        """Tell which of these shots do what is wanted; some at once are kept in memory."""
-        pieces = range(0, len(angle), AT_ONCE)
-        found = [self._do(angle[k : k + AT_ONCE], speed[k : k + AT_ONCE]) for k in pieces]
+    def does(self, tries: Floats, others: Floats | None = None) -> NDArray[np.bool_]:
+        """Tell which of these shots (S, 2) do what is wanted; some at once are kept in memory."""
+        found = []
+        for k in range(0, len(tries), AT_ONCE):
+            angle, speed = tries[k : k + AT_ONCE].T
+            errors = None if others is None else others[k : k + AT_ONCE]
+            batch = self.play(angle, np.maximum(speed, 0.0), errors)
+            answer = np.asarray(self.wanted(batch))
+            if answer.shape != angle.shape or answer.dtype != np.bool_:
+                said = f"{answer.dtype} of shape {answer.shape}"
+                message = f"must return a Boolean array of shape ({len(angle)},)"
+                raise setting_error("wanted", said, message)
+            found.append(answer)
         return np.concatenate(found)
-
-    def _do(self, angle: Floats, speed: Floats) -> NDArray[np.bool_]:
-        answer = np.asarray(self.wanted(self.play(angle, speed)))
-        if answer.shape != angle.shape or answer.dtype != np.bool_:
-            said = f"{answer.dtype} of shape {answer.shape}"
-            message = f"must return a Boolean array of shape ({len(angle)},)"
-            raise setting_error("wanted", said, message)
-        return answer
 
     def look(self, angles: Range, speeds: Range, tries: int) -> list[Floats]:
         """Look at a grid, and return the places (angle, speed) at which most around does it."""
         wide = max(tries // TALL, 1)
         x, y = np.linspace(*angles, wide), np.linspace(*speeds, TALL)
         grid_x, grid_y = np.meshgrid(x, y)
-        does = self.does(grid_x.ravel(), grid_y.ravel()).reshape(TALL, wide)
+        does = self.does(np.stack([grid_x.ravel(), grid_y.ravel()], axis=1)).reshape(TALL, wide)
         share = _smoothed(does.astype(float), x[1] - x[0], self.errors[0], axis=1)
         share = _smoothed(share, y[1] - y[0], self.errors[1], axis=0)
         share[~does] = 0.0
@@ -216,14 +240,14 @@ class _Search:
 
     def closely(self, place: Floats, samples: int) -> Found | None:
         """Move a place to where most tries around it do what is wanted, and measure their share."""
-        errors = self._errors(samples)
+        errors, others = self._errors(samples)
         width = 1.0
         for _ in range(STEPS):
             tries = place + width * errors
-            does = self.does(tries[:, 0], np.maximum(tries[:, 1], 0.0))
+            does = self.does(tries, width * others)
             if does.any():
                 middle = self.within(tries[does].mean(axis=0))
-                if self.does(middle[:1], np.maximum(middle[1:], 0.0))[0]:
+                if self.does(middle[np.newaxis])[0]:
                     place = middle
             width *= NARROWER
         run = self.played(place)
@@ -231,8 +255,7 @@ class _Search:
             return None
         if self.balls:
             place, run = self.improved(place, run)
-        tries = place + errors
-        share = float(self.does(tries[:, 0], np.maximum(tries[:, 1], 0.0)).mean())
+        share = float(self.does(place + errors, others).mean())
         shot = Shot("found", self.shot.ball, speed=float(place[1]), angle=float(place[0]))
         scene = replace(self.scene, shots=(shot,))
         found = replace(run, scene=scene, shot=shot)
@@ -287,10 +310,13 @@ class _Search:
         away[:, 0] = (away[:, 0] + 180.0) % 360.0 - 180.0
         return np.asarray(np.hypot(away[:, 0] / self.errors[0], away[:, 1] / self.errors[1]))
 
-    def _errors(self, samples: int) -> Floats:
-        """Return the errors (S, 2) of so many tries, in degrees and m/s."""
+    def _errors(self, samples: int) -> tuple[Floats, Floats]:
+        """Return the errors (S, 2) of tries, in degrees and m/s, and those (S, P) of others."""
         numbers = uniforms(self.seed, range(samples), 4)
-        return np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
+        errors = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
+        more = uniforms(self.seed + APART, range(samples), 2 * len(self.others))
+        others = [s * normal(more[:, 2 * k :]) for k, s in enumerate(self.others.values())]
+        return errors, np.array(others).reshape(-1, samples).T
 
 
 def _smoothed(values: Floats, step: float, width: float, axis: int) -> Floats:
@@ -301,9 +327,3 @@ def _smoothed(values: Floats, step: float, width: float, axis: int) -> Floats:
     kernel = np.exp(-0.5 * (np.arange(-far, far + 1) * step / width) ** 2)
     kernel /= kernel.sum()
     return np.apply_along_axis(np.convolve, axis, values, kernel, mode="same")
-
-
-def _check_count(key: str, value: Any, least: int) -> None:
-    found = read_number(key, value, lambda key, value: number_problems(key, value, float(least)))
-    if not found.is_integer():
-        raise setting_error(key, value, "must be a whole number")

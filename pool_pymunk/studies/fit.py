@@ -29,8 +29,8 @@ from pool_pymunk.model.inputs import (
     parts,
     unit_of,
 )
-from pool_pymunk.model.plain import read_number
-from pool_pymunk.model.problems import listed, number_problems, setting_error, size_problems
+from pool_pymunk.model.plain import read_count, read_number
+from pool_pymunk.model.problems import listed, setting_error, size_problems
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.studies.fit_doubts import Optimum, doubts
@@ -217,16 +217,8 @@ def fit(
     names = input_names(scene, free, shots)
     if error is not None:
         error = read_number("error", error, size_problems)
-    count, first = _whole("starts", starts, 1.0), _whole("seed", seed, 0.0)
+    count, first = read_count("starts", starts), read_count("seed", seed, 0)
     return _Search(Forecast(scene, names, rows, law), error, first).fit(count)
-
-
-def _whole(key: str, value: object, least: float) -> int:
-    """Read a whole number."""
-    found = read_number(key, value, lambda key, number: number_problems(key, number, least))
-    if not found.is_integer():
-        raise setting_error(key, value, "must be a whole number")
-    return int(found)
 
 
 # -- what is free ----------------------------------------------------------------------------------

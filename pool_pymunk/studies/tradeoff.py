@@ -26,9 +26,7 @@ from pool_pymunk.studies.compare import Comparison, contacts
 Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of each solver.
 
 TURN = 1.0  # rad
-TRIAL = (
-    1 / 20
-)  # of the steps are made for the estimate of a run, which costs that share of its time,
+TRIAL = 1 / 20  # of a run's steps are made to estimate it, which costs that share of its time,
 MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but never more nor fewer steps than these.
 MOST_REPEATS = 7
 

@@ -286,9 +286,8 @@ class Study:
         others = {}
         for name, width in own.inputs.items():
             value, row = input_value(scene, name), TABLE[parts(name)[0]]
-            low = np.nextafter(row.low, math.inf) if row.size else row.low
             drawn = value + width * rng.uniform(-1.0, 1.0, samples)
-            others[name] = np.clip(drawn, low, row.high) - value
+            others[name] = row.clipped(drawn) - value
         return Draws(starts, shots, others, sampler.overlapping)
 
     def play(

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Scene, Shot, State
-from pool_pymunk.model.inputs import ROWS, SI, TABLE, column_of, parts, row_of, struck
-from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.inputs import ROWS, SI, TABLE, column_of, input_value, parts, row_of, struck
+from pool_pymunk.model.plain import read_count, read_number
 from pool_pymunk.model.problems import number_problems, setting_error
 from pool_pymunk.model.scenario_out import scenario_text
 from pool_pymunk.physics.laws import Law
@@ -163,6 +163,18 @@ class Plan:
             return f"mass.{self.scene.balls[self.ball].id}"
         return "turn" if key == "angle" else key
 
+    def own(self, key: str) -> float:
+        """Return the value of a key that was not varied."""
+        kind, whose = parts(self.meaning(key))
+        array, axis = TABLE[kind].column or ("", 0)
+        state = self._state._asdict()
+        if array in state:
+            return float(state[array][self.scene.index[whose]][axis])
+        if array == "struck":
+            vx, vy = self._struck_velocity
+            return math.hypot(vx, vy) if kind == "speed" else 0.0
+        return input_value(self.scene, self.meaning(key))
+
     def _drawn(self, key: str, shots: range, numbers: Floats) -> Floats:
         """Return the random numbers of an input, which others have no part in."""
         if key in SLOT:
@@ -236,12 +248,12 @@ def make_plan(
     points = math.prod(count for _, _, count in steps.values())
     if samples is None and not steps:
         raise setting_error("samples", None, "is wanted where there is no grid")
-    total = points if samples is None else _count("samples", samples)
+    total = points if samples is None else read_count("samples", samples)
     if steps and total != points:
         raise setting_error("samples", total, f"the grid has {points:,} points")
     plan = Plan(
-        scene, find_shot(scene, shot), varied, steps, total, _count("seed", seed, 0),
-        _count("chunk", chunk), asked.settings.law_of(scene),
+        scene, find_shot(scene, shot), varied, steps, total, read_count("seed", seed, 0),
+        read_count("chunk", chunk), asked.settings.law_of(scene),
     )  # fmt: skip
     _check_shot(plan)
     return plan
@@ -284,15 +296,8 @@ def _grid(scene: Scene, key: str, value: Any) -> tuple[float, float, int]:
         message = "must be (low, high, count), of a key that takes a range"
         raise setting_error(f"grid[{key!r}]", str(value), message)
     low, high = _range(scene, key, value[:2], "grid")
-    return low, high, _count(f"grid[{key!r}]", value[2])
+    return low, high, read_count(f"grid[{key!r}]", value[2])
 
 
 def _number(key: str, value: Any, low: float) -> float:
     return read_number(key, value, lambda key, value: number_problems(key, value, low))
-
-
-def _count(key: str, value: Any, low: int = 1) -> int:
-    found = read_number(key, value, lambda key, value: number_problems(key, value, float(low)))
-    if not found.is_integer():
-        raise setting_error(key, value, "must be a whole number")
-    return int(found)
