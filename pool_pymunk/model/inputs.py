@@ -246,10 +246,13 @@ def chosen(key: str, asked: object, groups: Mapping[str, list[str]], also: Itera
     return tuple(found)
 
 
-def row_of(key: str, name: object, scene: Scene, also: Iterable[str] = ()) -> tuple[Input, str]:
+def row_of(
+    key: str, name: object, scene: Scene, also: Iterable[str] = (), shot: Shot | None = None
+) -> tuple[Input, str]:
     """Return the row and the ball ("": none) of an input of one shot.
 
-    Raises SettingError for another name; ``also`` are further names that its message lists.
+    Raises SettingError for another name; ``also`` are further names that its message lists. Where
+    there is a ``shot``, it gives the velocity of its ball, so that this one cannot be varied.
     """
     kind, whose = parts(name) if isinstance(name, str) else ("", "")
     row = TABLE.get(kind)
@@ -260,6 +263,9 @@ def row_of(key: str, name: object, scene: Scene, also: Iterable[str] = ()) -> tu
         raise setting_error(key, name, message)
     if whose and whose not in scene.index:
         message = f"there is no such ball (there are: {listed(scene.index)})"
+        raise setting_error(key, name, message)
+    if shot is not None and row.group == "velocity" and whose == shot.ball:
+        message = "the ball is struck, so its velocity is that of the shot: speed and angle"
         raise setting_error(key, name, message)
     return row, whose
 

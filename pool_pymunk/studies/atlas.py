@@ -110,13 +110,10 @@ def atlas(
     watched = _ball(scene, chosen, ball)
     kept = _empty(plan.samples, show)
     by_reference = 0
-    for part in range(plan.parts):
-        shots = plan.shots_of(part)
-        inputs = plan.draw(shots)
-        batch = simulate_many(
-            plan.scene, inputs.position, inputs.velocity, law=plan.law, vary=inputs.vary,
-            on_done=on_done,
-        )  # fmt: skip
+    for shots in map(plan.shots_of, range(plan.parts)):
+        _, position, velocity, vary = plan.draw(shots)
+        batch = simulate_many(plan.scene, position, velocity, law=plan.law, vary=vary,
+                              on_done=on_done)  # fmt: skip
         _keep(kept, batch, watched, slice(shots.start, shots.stop))
         by_reference += batch.by_reference
     shaped = {key: each.reshape(height, width, *each.shape[1:]) if len(each) else each

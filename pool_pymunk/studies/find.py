@@ -160,13 +160,10 @@ class _Search:
     def doubt(self, errors: Mapping[str, float]) -> None:
         """Say how far further inputs may be off: their standard deviations."""
         for name, error in errors.items():
-            row, whose = row_of("errors", name, self.scene)
+            row, _ = row_of("errors", name, self.scene, (), self.shot)
             if row.of == SHOT:
                 key = "speed_error" if row.quantity == "speed" else "angle_error"
                 raise setting_error("errors", name, f"is the player's: give it as {key}")
-            if row.group == "velocity" and whose == self.shot.ball:
-                message = "the ball is struck, so its velocity is that of the shot: speed and angle"
-                raise setting_error("errors", name, message)
             self.others[name] = read_number(f"errors[{name!r}]", error, size_problems)
 
     def aim_for(self, ends: Mapping[str, Point]) -> None:

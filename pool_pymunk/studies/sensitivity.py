@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point, Scene, Shot
+from pool_pymunk.model.plain import read_count
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
@@ -288,11 +289,8 @@ def sensitivity(
         message = "sensitivity(processes=...) is now sensitivity(threads=...)"
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         threads = processes
-    if samples < 2:
-        raise SettingError(f"samples = {samples}: must be 2 or more")
-    if seed < 0:
-        raise SettingError(f"seed = {seed}: must be 0 or more")
     began = time.perf_counter()
+    samples, seed = read_count("samples", samples, 2), read_count("seed", seed, 0)
     study = read_study(scene, find_shot(scene, shot), uncertainty, law)
     draws = study.draw(samples, seed)
     played = study.play(draws, threads, on_done)

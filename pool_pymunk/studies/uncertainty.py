@@ -72,7 +72,7 @@ class Uncertainty:
     position: float | Mapping[str, Point] = 0.0
     speed: float = 0.0
     angle: float = 0.0
-    inputs: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         given: dict[str, float] = {"speed": self.speed, "angle": self.angle}
@@ -109,7 +109,7 @@ class Uncertainty:
         """Return the uncertainty so many times as wide.
 
         >>> Uncertainty(0.001, angle=0.01).scaled(2.0)
-        Uncertainty(position=0.002, speed=0.0, angle=0.02)
+        Uncertainty(position=0.002, speed=0.0, angle=0.02, inputs={})
         """
         place = self.position
         if isinstance(place, Mapping):
@@ -392,10 +392,7 @@ def read_study(
     if shot is None and (uncertainty.speed or uncertainty.angle):
         raise SettingError("shot = none: there is no shot whose speed or angle could be uncertain")
     for name in uncertainty.inputs:
-        row, whose = row_of("inputs", name, scene)
-        if row.group == "velocity" and chain[0] is not None and whose == chain[0].ball:
-            message = "the ball is struck, so its velocity is that of the shot: speed and angle"
-            raise setting_error("inputs", name, message)
+        row_of("inputs", name, scene, (), chain[0])
     reference = simulate(scene, shot, solver=yardstick().name, law=law)
     if reference.status in UNFINISHED:
         raise SettingError(f"shot = {reference.name}: {ENDS[reference.status]}")
