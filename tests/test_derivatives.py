@@ -41,7 +41,7 @@ from pool_pymunk import (
     load,
     simulate,
 )
-from pool_pymunk.engine.decisions import Variant
+from pool_pymunk.engine.policies import Variant
 from pool_pymunk.physics.dual import Dual
 from pool_pymunk.studies.derivatives import rounding
 

@@ -228,7 +228,7 @@ class RandomTable:
             assert all(math.dist(one, other) > 2 * R - OVERLAP for other in places[:k])
         assert all(abs(x) < SIZE - 0.99 * R and abs(y) < SIZE - 0.99 * R for x, y in places)
         assert len(set(self.told)) == len(self.told)
-        assert len(table.engine._queue) <= 1001
+        assert len(table.engine.queue) <= 1001
         assert len(table.engine.walls) < 60
         there = {ball.body for ball in table.on_table()}
         dynamic = {each for each in self.space.bodies if each.body_type == pymunk.Body.DYNAMIC}

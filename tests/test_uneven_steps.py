@@ -219,7 +219,7 @@ def test_nothing_grows_with_use(alone: bool) -> None:
     balls = [ball(table, 0.1 * k) for k in range(6)]
     for k in range(1_500):
         table.strike(balls[k % 6], (0.1, 1.0))
-    assert len(table.engine._queue) <= 1001
+    assert len(table.engine.queue) <= 1001
     table.place(balls[0], (-1.0, 0.0))
     times = []
     for _ in range(8):

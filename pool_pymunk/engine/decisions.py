@@ -8,7 +8,6 @@ once in every contact time, in micro-collisions, instead of infinitely often.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import BARELY, NOISE, Path, least_bounce
@@ -34,27 +33,6 @@ FAINT = 0.02  # of the speed that friction gives in a contact time: slower hits 
 MANY_TIMES = 200  # After so many hits of two balls, their contact time is not below
 SHORTEST = 1 / 64  # of the longest one.
 WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
-
-
-class Variant(NamedTuple):
-    """A variant of a run shows what policies and rounding decide.
-
-    Persistent contacts take ``longer`` times as long. With ``otherwise``, a slip that only rounding
-    knows counts as slip, and balls that press on each other touch when another one hits them. With
-    ``gaps``, contacts of one instant have the gaps of the pattern of that number
-    (:mod:`~pool_pymunk.engine.orders`). With a ``seed``, places at contacts and new velocities have
-    random errors of the size of rounding. With ``opened``, balls that touch at the start have tiny
-    gaps, other ones for each number (:mod:`pool_pymunk.solvers.frozen`).
-    """
-
-    longer: float = 1.0
-    otherwise: bool = False
-    gaps: int | None = None
-    seed: int | None = None
-    opened: int | None = None
-
-
-AS_IT_IS = Variant()
 
 
 def nearly_now(radius: float, speed: float) -> float:

@@ -8,13 +8,17 @@ while such gaps close, and normals do not turn, so only the ratios of the gaps m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from random import Random
 from typing import NamedTuple
 
-from pool_pymunk.physics.contact import Contact, Vector, Velocities
-
-Motions = dict[int, tuple[float, float, float, float]]  # x, y (m), vx, vy (m/s), by ball number
+from pool_pymunk.engine import decisions
+from pool_pymunk.engine.balls import Motions
+from pool_pymunk.engine.recorder import Doubt
+from pool_pymunk.engine.resolver import Resolver
+from pool_pymunk.physics.collapse import Order, fastest
+from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_speed
 
 FEW = 12  # Each of up to this many contacts is once the only one with a gap, and once without.
 # This many patterns are random. Half as many find the same spread in 30 frozen clusters, and four
@@ -33,15 +37,85 @@ KICKS = 4
 GROWS = 1e3
 
 
-class Doubt(NamedTuple):
-    """A doubt tells what the order of the contacts of one instant decides.
+class Outcome(NamedTuple):
+    """An outcome holds the velocities (m/s) after the contacts of one instant.
 
-    ``spread`` (m/s) is how far velocities may lie elsewhere. ``orders`` are numbers of patterns,
-    one for each other outcome; the outcome that lies farthest off comes first.
+    It has the number of hits, and whether they came to an end.
     """
 
-    spread: float = 0.0
-    orders: tuple[int, ...] = ()
+    velocity: Velocities
+    hits: int
+    is_over: bool
+
+    def off(self, other: Outcome) -> float:
+        """Return how far (m/s) the velocities of two outcomes lie apart at most."""
+        return max(math.dist(v, other.velocity[i]) for i, v in self.velocity.items())
+
+
+class Doubts:
+    """Doubts find out what the order of contacts decides, at the first instants of a run."""
+
+    def __init__(self, resolver: Resolver) -> None:
+        self.resolver = resolver
+        self.spread = 0.0  # m/s; the largest one of the run
+        self.count = 0  # instants whose order was found to matter
+
+    def doubt(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Doubt:
+        """Return what the order decides in which the contacts of one instant come.
+
+        All patterns of gaps are played from the velocities ``before`` (m/s). Strong friction may
+        wedge a ball between two others, so that tiny closing speeds grow from hit to hit. So what
+        the hits leave gets tiny changes, to see whether these grow.
+        """
+        closing = [closing_speed(contact, before) for contact in contacts]
+        if len(contacts) < 2 or self.count >= decisions.DOUBTS:
+            return Doubt()
+        if self.spread > 0.0 and 4.0 * max(closing) <= self.spread:
+            return Doubt()  # They cannot spread farther than is known already.
+        first = self._outcome(closed(contacts), before)
+        take_turns = len(contacts) == 2 and min(closing) <= 0.0
+        found = [] if take_turns else self._other_outcomes(first, contacts, before)
+        found += self._unstable(first, contacts, KICK * fastest(before))
+        if not found:
+            return Doubt()
+        far = sorted(((first.off(other), pattern) for other, pattern in found), reverse=True)
+        self.spread, self.count = max(self.spread, far[0][0]), self.count + 1
+        return Doubt(far[0][0], tuple(pattern for _, pattern in far))
+
+    def _other_outcomes(
+        self, first: Outcome, contacts: Sequence[Contact], before: Mapping[int, Vector]
+    ) -> list[tuple[Outcome, int]]:
+        """Return the outcomes of all patterns that differ from the first, and from each other."""
+        found: list[tuple[Outcome, int]] = []
+        for pattern in patterns(len(contacts)):
+            other = self._outcome(with_gaps(contacts, pattern), before)
+            rounding = decisions.SAME_OUTCOME * fastest(before) * (1 + other.hits)
+            known = [first, *(outcome for outcome, _ in found)]
+            if other.is_over and all(each.off(other) > rounding for each in known):
+                found.append((other, pattern))
+        return found
+
+    def _unstable(
+        self, first: Outcome, contacts: Sequence[Contact], kick: float
+    ) -> list[tuple[Outcome, int]]:
+        """Return outcomes in which a tiny change (m/s) of what the first one leaves has grown."""
+        tries = [kicked(first.velocity, kick, number) for number in range(KICKS)]
+        found = [self._outcome(closed(contacts), velocity) for velocity in tries]
+        return [(each, UNSTABLE) for each in found if first.off(each) > GROWS * kick]
+
+    def _outcome(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
+        """Play the contacts in the order of their gaps; after ``MOST_IN_ORDER`` all are closed."""
+        velocity, resolver = dict(before), self.resolver
+        order, hits = Order(contacts), 0
+        while hits < decisions.MOST_IN_ORDER:
+            closing = order.next(velocity, decisions.LEFT * fastest(velocity))
+            if not closing:
+                return Outcome(velocity, hits, is_over=True)
+            resolver.answer(closing, velocity, resolver.respond)
+            hits += len(closing)
+        order.forget()
+        collapse = resolver.play(order.left(), velocity, resolver.respond, decisions.MOST_OTHER)
+        return Outcome(velocity, hits + collapse.hits, collapse.is_over)
 
 
 def patterns(count: int) -> range:

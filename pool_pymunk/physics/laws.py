@@ -183,7 +183,7 @@ class Coulomb(Law):
         """Solve for all impulses at once (:func:`~pool_pymunk.physics.together.at_once`)."""
         from pool_pymunk.physics.together import at_once
 
-        if not at_once(contacts, velocity):
+        if at_once(contacts, velocity) is None:
             super().together(contacts, velocity, respond)
 
 

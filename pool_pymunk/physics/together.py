@@ -94,10 +94,11 @@ def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
 # -- Coulomb's law: all at once ----------------------------------------------------------------
 
 
-def at_once(contacts: Sequence[Contact], velocity: Velocities) -> bool:
+def at_once(contacts: Sequence[Contact], velocity: Velocities) -> list[float] | None:
     """Give every contact that pushes its normal impulse at once, then its friction.
 
-    Where rounding hides which contacts push, do nothing and return False.
+    Return the normal impulses (N s). Where rounding hides which contacts push, do nothing and
+    return None.
     """
     balls = sorted({i for contact in contacts for i in contact.balls})
     normals, tangents, lightness = directions(contacts, balls)
@@ -105,7 +106,7 @@ def at_once(contacts: Sequence[Contact], velocity: Velocities) -> bool:
     wanted = [(1.0 + c.pair.restitution) * closing_speed(c, velocity) for c in contacts]
     j_n = _normal_impulses(normals * lightness @ normals.T, np.array(wanted))
     if j_n is None:
-        return False
+        return None
     v = v + lightness * (normals.T @ j_n)
     slip = tangents @ v
     inverse_mass = (tangents * lightness * tangents).sum(axis=1)  # 1 / m_eff
@@ -116,17 +117,22 @@ def at_once(contacts: Sequence[Contact], velocity: Velocities) -> bool:
     v = v - lightness * (tangents.T @ np.copysign(j_t, slip))
     for i, (vx, vy) in zip(balls, v.reshape(-1, 2).tolist(), strict=True):
         velocity[i] = (vx, vy)
-    return True
+    return list(map(float, j_n))
 
 
-def push_apart(contact: Contact, parting: float, velocity: Velocities) -> None:
-    """Make two balls part at ``parting`` (m/s), by a normal impulse, if they are much slower."""
+def push_apart(contact: Contact, parting: float, velocity: Velocities) -> float:
+    """Make two balls part at ``parting`` (m/s) if they are much slower.
+
+    Return the normal impulse (N s) that this takes.
+    """
     lacking = parting + closing_speed(contact, velocity)
-    if lacking > TOO_SLOW * parting:
-        a, b, (nx, ny), (m_a, m_b, _, _), *_ = contact
-        (ax, ay), (bx, by), share = velocity[a], velocity[b], lacking / (m_a + m_b)
-        velocity[a] = (ax - share * m_b * nx, ay - share * m_b * ny)
-        velocity[b] = (bx + share * m_a * nx, by + share * m_a * ny)
+    if lacking <= TOO_SLOW * parting:
+        return 0.0
+    a, b, (nx, ny), (m_a, m_b, _, _), *_ = contact
+    (ax, ay), (bx, by), share = velocity[a], velocity[b], lacking / (m_a + m_b)
+    velocity[a] = (ax - share * m_b * nx, ay - share * m_b * ny)
+    velocity[b] = (bx + share * m_a * nx, by + share * m_a * ny)
+    return share * m_a * m_b
 
 
 def directions(contacts: Sequence[Contact], balls: Sequence[int]) -> tuple[Array, Array, Array]:

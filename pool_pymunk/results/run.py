@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pool_pymunk.engine.decisions import Variant
+from pool_pymunk.engine.policies import Variant
 from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.motion import Array, free_motions, kinetic_energy

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pool_pymunk.engine.decisions import Variant
+from pool_pymunk.engine.policies import Variant
 from pool_pymunk.physics.surface import Sliding
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ FROZEN = "frozen balls"
 
 # These variants of a run show what policies decide. Contact times that are no whole multiples of
 # each other do not happen to agree.
-OTHERWISE = tuple(Variant(longer=longer, otherwise=True) for longer in (1.5, 3.0, 7.0))
+OTHERWISE = tuple(Variant(longer=longer) for longer in (1.5, 3.0, 7.0))
 # This many runs show what other orders of the contacts of one instant make of the ends; long runs
 # have fewer of them, so that together they have this many events. Each begins with small errors of
 # its own, so that a few tell even of one order what small gaps do.

@@ -29,7 +29,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     begin(trace, engine)
     bound(engine, settings)
     engine.advance(latest)
-    trace.steps = engine.answered
+    trace.steps = engine.tally.answered
     trace.status = _status(engine, latest)
     if trace.status == "max_time" and latest < math.inf:
         engine.now = latest

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
-from pool_pymunk.engine.decisions import AS_IT_IS, CONTACT_TIME, LISTED
-from pool_pymunk.engine.orders import Doubt
+from pool_pymunk.engine.contacts import ContactEngine, Tally
+from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED
+from pool_pymunk.engine.recorder import Doubt, Motion, Recorder
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
@@ -40,11 +40,8 @@ def begin(trace: Trace, engine: ContactEngine) -> None:
 
 def bound(engine: ContactEngine, settings: Settings) -> None:
     """Tell the engine when to stop, which variant of the run to play, and what to measure."""
-    engine.most, engine.most_unlisted = settings.most, settings.most_unlisted
-    engine.vary(settings.variant)
-    engine.measures_orders = settings.measures_policies and settings.variant == AS_IT_IS
-    if engine.is_finite and (engine.measures_orders or settings.variant.gaps is not None):
-        engine.look_at_start()
+    engine.tally = Tally(settings.most, settings.most_unlisted)
+    engine.vary(settings.variant, settings.measures_policies)
 
 
 def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
@@ -52,10 +49,10 @@ def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
     if trace.status == "settled":
         return
     trace.duration = t
-    if engine.is_given_up:
+    if engine.tally.is_given_up:
         trace.warn(
-            f"the run was given up after {engine.unlisted} instants with micro-collisions only, "
-            "which are no events: surface friction presses balls together",
+            f"the run was given up after {engine.tally.unlisted} instants with micro-collisions "
+            "only, which are no events: surface friction presses balls together",
             t,
         )
     for i, path in enumerate(engine.paths):

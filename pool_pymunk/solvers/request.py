@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.engine.decisions import AS_IT_IS, Variant
+from pool_pymunk.engine.policies import AS_IT_IS, Variant
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.plain import read_number
 from pool_pymunk.model.problems import (

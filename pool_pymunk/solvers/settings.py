@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from pool_pymunk.engine.decisions import AS_IT_IS, Variant
+from pool_pymunk.engine.policies import AS_IT_IS, Variant
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import Trace

@@ -7,11 +7,14 @@ from collections.abc import Iterable
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine, Key
+from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.engine.due import hit_of
 from pool_pymunk.engine.near import ManyBoxes
 from pool_pymunk.physics.contact import closing_speed
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
+
+Key = tuple[int, int]  # two balls, the lower number first; or a ball and -1 - a wall
 
 EVERYTHING = pymunk.ShapeFilter()
 # Up to this number of changed balls, meeting all of them costs no more than boxes around their
@@ -204,12 +207,13 @@ class EndOfStep(BroadPhase):
     def _queue_if_closing(self, pairs: Iterable[Key]) -> None:
         engine = self.engine
         for pair in pairs:
-            motions = {i: motion_at(engine.paths[i], self.until) for i in pair if i >= 0}
-            if engine.gap(pair, motions) < 0.0:
-                if pair[1] < 0 and engine.walls[-1 - pair[1]].is_pocket:
-                    engine.push(self.until, pair)
+            hit = hit_of(*pair)
+            motions = {i: motion_at(engine.paths[i], self.until) for i in hit.balls}
+            if engine.gap(hit, motions) < 0.0:
+                if hit.kind == "wall" and engine.walls[hit.wall].is_pocket:
+                    engine.push(self.until, hit)
                     continue
                 velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
-                closing = closing_speed(engine.contact(pair, motions), velocity)
-                if closing > max(engine.noises[i] for i in motions):
-                    engine.push(self.until, pair)
+                closing = closing_speed(engine.contact(hit, motions), velocity)
+                if closing > engine.noise(motions):
+                    engine.push(self.until, hit)

@@ -1,0 +1,135 @@
+"""A small tagged event is due: a hit of two balls or on a wall, a stop, or a look ahead.
+
+A queue keeps the earliest one first. What is due is void if a ball in it has a new path by then.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from heapq import heapify, heappop, heappush
+from typing import Literal, NamedTuple
+
+from pool_pymunk.physics.path import Path
+
+SHORT = 1000  # A shorter queue is not looked through for void predictions: that takes 0.1 ms.
+
+
+class PairHit(NamedTuple):
+    """Two balls meet; ``i`` is the lower number."""
+
+    i: int
+    j: int
+    kind: Literal["pair"] = "pair"
+
+    @property
+    def balls(self) -> tuple[int, ...]:
+        """The numbers of the balls."""
+        return self[:2]
+
+
+class WallHit(NamedTuple):
+    """A ball meets a wall, or comes to a pocket."""
+
+    i: int
+    wall: int
+    kind: Literal["wall"] = "wall"
+
+    @property
+    def balls(self) -> tuple[int, ...]:
+        """The number of the ball, alone in a tuple."""
+        return self[:1]
+
+
+class Stop(NamedTuple):
+    """A ball comes to rest."""
+
+    i: int
+    kind: Literal["stop"] = "stop"
+
+
+class Look(NamedTuple):
+    """A ball comes to where its path was last looked at."""
+
+    i: int
+    kind: Literal["look"] = "look"
+
+
+Hit = PairHit | WallHit
+What = PairHit | WallHit | Stop | Look
+Due = tuple[float, int, What, Path, Path]  # when (s), in which order, what, on which paths
+
+
+def hit_of(i: int, j: int) -> Hit:
+    """Return the hit of a ball on another one, or on the wall of number -1 - ``j``.
+
+    >>> hit_of(2, 1).balls, hit_of(2, -1)
+    ((1, 2), WallHit(i=2, wall=0, kind='wall'))
+    """
+    if j < 0:
+        return WallHit(i, -1 - j)
+    return PairHit(i, j) if i < j else PairHit(j, i)
+
+
+class Queue:
+    """A queue holds what is due on the present ``paths`` of the balls."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self.paths = paths
+        self.heap: list[Due] = []
+        self._pushed = 0
+        self._full = SHORT  # From this length on, what is void leaves the queue.
+
+    def __len__(self) -> int:
+        return len(self.heap)
+
+    def push(self, t: float, what: What) -> None:
+        """Put in what is due at ``t`` (s)."""
+        self._pushed += 1
+        path = self.paths[what.i]
+        other = self.paths[what.j] if what.kind == "pair" else path
+        heappush(self.heap, (t, self._pushed, what, path, other))
+        if len(self.heap) > self._full:
+            self._leave_out_void()
+
+    def pop(self) -> Due:
+        """Take out what is due first."""
+        return heappop(self.heap)
+
+    def pop_until(self, latest: float) -> Iterator[Due]:
+        """Take out what is due up to ``latest`` (s) and not void."""
+        heap = self.heap
+        while heap and heap[0][0] <= latest:
+            due = heappop(heap)
+            if self._is_current(due):
+                yield due
+
+    def put_back(self, due: Due) -> None:
+        """Put in again what was taken out, in its old place."""
+        heappush(self.heap, due)
+
+    def upcoming(self) -> float:
+        """Return the time (s) at which something is due next; infinite if nothing is."""
+        heap = self.heap
+        while heap and not self._is_current(heap[0]):
+            heappop(heap)
+        return heap[0][0] if heap else math.inf
+
+    def clear(self) -> None:
+        """Forget all that is due."""
+        self.heap.clear()
+
+    def _is_current(self, due: Due) -> bool:
+        _, _, what, path, other = due
+        paths = self.paths
+        return paths[what.i] is path and (what.kind != "pair" or paths[what.j] is other)
+
+    def _leave_out_void(self) -> None:
+        """Leave out what is void, and what is in the queue twice.
+
+        The queue may then double its length until the next time, so that a push stays cheap.
+        """
+        current = [due for due in self.heap if self._is_current(due)]
+        self.heap[:] = {(due[0], due[2]): due for due in sorted(current, reverse=True)}.values()
+        heapify(self.heap)
+        self._full = max(SHORT, 2 * len(self.heap))

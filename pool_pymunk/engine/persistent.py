@@ -1,0 +1,120 @@
+"""Persistent contacts are those of balls that surface friction presses together.
+
+Two moving balls that friction presses together would touch without end. They hit each other once in
+a contact time instead, in micro-collisions (:mod:`pool_pymunk.engine.decisions`). These are not
+listed as events; a warning names the balls. The error is of second order in the contact time for
+two balls, and of first order for a cluster.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pool_pymunk.engine import decisions
+from pool_pymunk.engine.balls import Balls
+from pool_pymunk.physics.contact import Contact
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import NOT_MET, Lasting
+
+Two = tuple[int, int]  # the numbers of two balls, the lower one first
+
+
+class History(NamedTuple):
+    """A history holds the time (s) at which two balls met, and the time of their last hit.
+
+    Balls that have been apart for more than ``WINDOW`` contact times meet anew. ``hits`` counts
+    their micro-collisions.
+    """
+
+    met: float
+    last: float
+    hits: int
+
+
+class Stage(NamedTuple):
+    """A stage says how far a persistent contact has come when its balls touch again.
+
+    ``least`` (m/s) is the least bounce; slower closing than ``faint`` (m/s) is no hit yet. ``past``
+    is None for balls that meet anew. Of others, the hit may be only a micro-collision.
+    """
+
+    least: float = 0.0
+    faint: float = 0.0
+    past: History | None = None
+    is_micro: bool = False
+
+
+MEETS = Stage()
+
+
+class PersistentContacts:
+    """Each pair of balls has a history, from which its contact time follows.
+
+    ``longer`` is what contact times are multiplied by, to see what they decide.
+    """
+
+    def __init__(self, balls: Balls) -> None:
+        self.balls = balls
+        self.pull = balls.surface.pull
+        self.longer = 1.0
+        self.history: dict[Two, History] = {}
+
+    def forget(self, i: int) -> None:
+        """Forget ball ``i``, which meets nothing any more."""
+        for pair in [pair for pair in self.history if i in pair]:
+            del self.history[pair]
+
+    def lasting(self, i: int, j: int, now: float) -> Lasting:
+        """Return how long one persistent contact of two balls takes, and what is faint in it."""
+        past = self.history.get((i, j)) if self.history else None
+        if past is None:
+            return NOT_MET
+        paths, radii = self.balls.paths, self.balls.radii
+        left = max(paths[i].end, paths[j].end) - now
+        radius = min(radii[i], radii[j])
+        many = past.hits > decisions.MANY_TIMES
+        time = decisions.contact_time(now - past.met, left, radius, self.pull, many) * self.longer
+        if not many:
+            return Lasting(time)
+        return Lasting(time, decisions.faint(now - past.last, time, self.pull))
+
+    def is_pressed(self, pair: Two, now: float) -> bool:
+        """Tell whether two balls are in persistent contact."""
+        past = self.history.get(pair)
+        if past is None or past.hits == 0:
+            return False
+        return decisions.lasts(now - past.last, self.lasting(*pair, now).time)
+
+    def pressed(self, now: float) -> list[Two]:
+        """Return the pairs of balls in persistent contact."""
+        return [pair for pair in self.history if self.is_pressed(pair, now)]
+
+    def stage(self, contact: Contact, closing: float, now: float) -> Stage:
+        """Return how far the persistent contact of two balls has come that close now (m/s)."""
+        i, j = contact.a, contact.b
+        past = self.history.get((i, j)) if self.history else None
+        if past is None:
+            return MEETS
+        paths = self.balls.paths
+        time, faint = self.lasting(i, j, now)
+        least = decisions.least_parting(paths[i], paths[j], now, time, self.balls.radii[i])
+        if not decisions.lasts(now - past.last, time):
+            return Stage(least, faint)
+        return Stage(least, faint, past, decisions.is_micro(closing, time, self.pull))
+
+    def note(self, contact: Contact, stage: Stage, now: float) -> int:
+        """Note a hit of two balls, and return how many micro-collisions they have had."""
+        if self.pull == 0.0:
+            return 0
+        pair, past = (contact.a, contact.b), stage.past
+        hits = self.history[pair].hits if pair in self.history else 0
+        hits += stage.is_micro
+        self.history[pair] = History(now if past is None else past.met, now, hits)
+        return hits
+
+    def too_slow_to_move(self, i: int) -> float:
+        """Return the speed (m/s) at which ball ``i`` would stop before its place changes."""
+        path = self.balls.paths[i]
+        size = abs(path.x) + abs(path.y) + self.balls.radii[i]
+        return math.sqrt(2.0 * self.pull * EPSILON * size)

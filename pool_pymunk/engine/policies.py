@@ -1,0 +1,231 @@
+"""A policy is how a run answers what has no exact answer, and variants of the run have others.
+
+The engine asks its policy, and does not know which one it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from random import Random
+from typing import TYPE_CHECKING, NamedTuple
+
+from pool_pymunk.engine.balls import Motions
+from pool_pymunk.engine.due import Hit
+from pool_pymunk.engine.orders import Doubts, moved, with_gaps
+from pool_pymunk.engine.resolver import distinct
+from pool_pymunk.physics.collapse import Order
+from pool_pymunk.physics.contact import Contact, Vector, Velocities
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import NOISE
+
+if TYPE_CHECKING:
+    from pool_pymunk.engine.contacts import ContactEngine
+
+
+class Variant(NamedTuple):
+    """A variant of a run shows what policies and rounding decide.
+
+    With ``longer``, persistent contacts take that many times as long, a slip that only rounding
+    knows counts as slip, and balls that press on each other touch when another one hits them. With
+    ``gaps``, contacts of one instant have the gaps of the pattern of that number
+    (:mod:`~pool_pymunk.engine.orders`). With a ``seed``, places at contacts and new velocities have
+    random errors of the size of rounding. With ``opened``, balls that touch at the start have tiny
+    gaps, other ones for each number (:mod:`pool_pymunk.solvers.frozen`).
+    """
+
+    longer: float | None = None
+    gaps: int | None = None
+    seed: int | None = None
+    opened: int | None = None
+
+    def policy(self, engine: ContactEngine, measures: bool = False) -> Policy:
+        """Return the policy of this variant; that of the run itself may measure other orders."""
+        errors = Exact() if self.seed is None else Rounding(self.seed)
+        if self.gaps is not None:
+            return InOrder(engine, errors, self.gaps)
+        if self.longer is not None:
+            return Otherwise(engine, errors, self.longer)
+        is_itself = measures and self.seed is None
+        return Measuring(engine, errors) if is_itself else Policy(engine, errors)
+
+
+AS_IT_IS = Variant()
+
+
+class Exact:
+    """Places and velocities are those that the engine has found."""
+
+    def places(self, motions: Motions, now: float) -> Motions:
+        """Return the motions of balls at a contact."""
+        return motions
+
+    def velocity(self, velocity: Vector, noise: float) -> Vector:
+        """Return a new velocity (m/s), of which ``noise`` may be rounding."""
+        return velocity
+
+    def widened(self, motions: Motions) -> Motions:
+        """Return motions whose places are off as small gaps put them."""
+        return motions
+
+
+class Rounding(Exact):
+    """Places and velocities have random errors of the size of rounding."""
+
+    def __init__(self, seed: int) -> None:
+        self.random = Random(seed)
+
+    def places(self, motions: Motions, now: float) -> Motions:
+        """Return motions whose places (m) are off, as those at a time that is rounded as well."""
+        found = {}
+        for i, (x, y, vx, vy) in motions.items():
+            late = self._error(now)
+            found[i] = x + self._error(x) + vx * late, y + self._error(y) + vy * late, vx, vy
+        return found
+
+    def velocity(self, velocity: Vector, noise: float) -> Vector:
+        """Return a velocity (m/s) with errors, unless the ball rests."""
+        if velocity == (0.0, 0.0):
+            return velocity
+        fastest, (vx, vy) = noise / NOISE, velocity
+        return vx + self._error(fastest), vy + self._error(fastest)
+
+    def widened(self, motions: Motions) -> Motions:
+        """Return motions whose places are off as small gaps put them."""
+        return moved(motions, self.random)
+
+    def _error(self, number: float) -> float:
+        """Return a random rounding error of a number."""
+        return 0.5 * EPSILON * number * self.random.uniform(-1.0, 1.0)
+
+
+class Policy:
+    """This policy is that of the run itself."""
+
+    def __init__(self, engine: ContactEngine, errors: Exact) -> None:
+        self.engine = engine
+        self.errors = errors
+
+    def begin(self) -> None:
+        """Look at what touches at the start and moves."""
+
+    def look(self, in_doubt: bool) -> None:
+        """Look at the contacts of this instant, whose order may be ``in_doubt``."""
+
+    def takes_over(self, hits: Collection[Hit]) -> bool:
+        """Tell whether this policy has an order of its own for these hits."""
+        return False
+
+    def closes(self, hit: Hit) -> bool:
+        """Tell whether this policy takes what may be apart to touch."""
+        return False
+
+    def arranged(
+        self, hits: Sequence[Hit], motions: Motions, contacts: list[Contact]
+    ) -> tuple[Motions, list[Contact]]:
+        """Return the motions and contacts of hits, with the gaps that they shall have."""
+        return motions, contacts
+
+    def first(
+        self, order: Order, closing: Collection[Contact], velocity: Velocities, noise: float
+    ) -> Collection[Contact]:
+        """Return the contacts that hit first, of those that are ``closing``."""
+        return closing
+
+
+class Measuring(Policy):
+    """This policy is that of the run itself; it measures once an instant what order decides.
+
+    Rounding may hide that what touches and moves at the start closes, so this is looked at, too.
+    """
+
+    def __init__(self, engine: ContactEngine, errors: Exact) -> None:
+        super().__init__(engine, errors)
+        self.doubts = Doubts(engine.resolver)
+
+    def begin(self) -> None:
+        """Measure what hits of balls that move and touch at the start would decide."""
+        for i, path in enumerate(self.engine.paths):
+            if path.moves:
+                self._measure(self.engine.touching((), [i]), {})
+
+    def look(self, in_doubt: bool) -> None:
+        """Measure what the order of the contacts decides, if it has not been done."""
+        instant = self.engine.instant
+        if in_doubt and not instant.is_measured:
+            instant.is_measured = True
+            self._measure(self.engine.touching(instant.met), instant.before)
+
+    def _measure(self, hits: Sequence[Hit], before: Velocities) -> None:
+        motions, contacts = self.engine.contacts(hits)
+        if len(contacts) > 1:
+            velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
+            doubt = self.doubts.doubt(contacts, {**velocity, **before})
+            if doubt.orders:
+                self.engine.recorder.order_unknown(doubt, self.engine.now)
+
+
+class Otherwise(Policy):
+    """Contact times are longer, zero slips count as slip, and what presses together touches."""
+
+    def __init__(self, engine: ContactEngine, errors: Exact, longer: float) -> None:
+        super().__init__(engine, errors)
+        self.resolver = engine.resolver
+        self.resolver.jumps = True
+        self.resolver.persistent.longer = longer
+
+    def takes_over(self, hits: Collection[Hit]) -> bool:
+        """Tell whether a ball is hit that presses on yet another one.
+
+        Tiny gaps of a persistent contact decide the order of hits then. This policy closes them, to
+        see what they decide.
+        """
+        met = {hit.balls for hit in hits}
+        pressed = self.resolver.persistent.pressed(self.engine.now)
+        others = {i for pair in pressed if pair not in met for i in pair}
+        return any(not others.isdisjoint(hit.balls) and not self.closes(hit) for hit in hits)
+
+    def closes(self, hit: Hit) -> bool:
+        """Tell whether two balls are in persistent contact."""
+        return hit.kind == "pair" and self.resolver.persistent.is_pressed(hit[:2], self.engine.now)
+
+    def first(
+        self, order: Order, closing: Collection[Contact], velocity: Velocities, noise: float
+    ) -> Collection[Contact]:
+        """Close all gaps."""
+        order.forget()
+        return closing
+
+
+class InOrder(Policy):
+    """Contacts of one instant have the gaps of a pattern, and come in that order."""
+
+    def __init__(self, engine: ContactEngine, errors: Exact, pattern: int) -> None:
+        super().__init__(engine, errors)
+        self.pattern = pattern
+
+    def begin(self) -> None:
+        """Answer what touches at the start and moves in the order of this policy."""
+        for i, path in enumerate(self.engine.paths):
+            if path.moves:
+                hits = self.engine.touching((), [i])
+                if len(hits) > 1:
+                    self.engine.instant.met = dict.fromkeys(hits)
+                    self.engine.answer_cluster(())
+
+    def takes_over(self, hits: Collection[Hit]) -> bool:
+        """Tell whether more than one contact is closed."""
+        return len(self.engine.touching(hits)) > 1
+
+    def arranged(
+        self, hits: Sequence[Hit], motions: Motions, contacts: list[Contact]
+    ) -> tuple[Motions, list[Contact]]:
+        """Return the motions and contacts with the gaps of the pattern."""
+        motions = self.errors.widened(motions)
+        contacts = distinct([self.engine.contact(hit, motions) for hit in hits])
+        return motions, with_gaps(contacts, self.pattern)
+
+    def first(
+        self, order: Order, closing: Collection[Contact], velocity: Velocities, noise: float
+    ) -> Collection[Contact]:
+        """Return the contacts whose gaps close first."""
+        return order.next(velocity, noise) or closing

@@ -1,0 +1,60 @@
+"""A recorder listens to the contact engine."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import NamedTuple
+
+from pool_pymunk.physics.collapse import Collapse
+from pool_pymunk.physics.contact import Contact, Vector
+from pool_pymunk.physics.path import Path
+
+Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
+
+
+class Doubt(NamedTuple):
+    """A doubt tells what the order of the contacts of one instant decides.
+
+    ``spread`` (m/s) is how far velocities may lie elsewhere. ``orders`` are numbers of patterns
+    (:mod:`~pool_pymunk.engine.orders`), one for each other outcome, the farthest one first.
+    """
+
+    spread: float = 0.0
+    orders: tuple[int, ...] = ()
+
+
+class Recorder:
+    """A recorder listens to the engine; this one does nothing.
+
+    Balls are numbers, times are in s and places in m.
+    """
+
+    def contact(self, contact: Contact, t: float) -> None:
+        """Take note that two balls, or a ball and a cushion, hit each other."""
+
+    def path(self, i: int, path: Path) -> None:
+        """Take note that ball ``i`` begins a new path."""
+
+    def stop(self, i: int, t: float, position: Vector) -> None:
+        """Take note that ball ``i`` comes to rest."""
+
+    def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
+        """Take note that a pocket has taken ball ``i`` in.
+
+        It came to the rim with this ``motion``, and lies at the pocket's ``center`` from now on.
+        """
+
+    def stop_revoked(self, i: int, t: float) -> None:
+        """Take note that ball ``i`` was not at rest at ``t``: a persistent contact drives it on."""
+
+    def zero_slip(self, contact: Contact, t: float) -> None:
+        """Take note that the law jumps at zero slip, and that rounding knew no other slip."""
+
+    def persistent(self, contact: Contact, t: float) -> None:
+        """Take note that friction presses two balls together: they hit once in a contact time."""
+
+    def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
+        """Take note of an inelastic collapse, whose hits are not listed one by one."""
+
+    def order_unknown(self, doubt: Doubt, t: float) -> None:
+        """Take note that the order of the contacts of one instant matters, and is unknown."""
