@@ -33,6 +33,7 @@ class Balls:
         self.paths: list[Path] = []
         self.radii: list[float] = []
         self.masses: list[float] = []
+        self.speeds: list[float] = []  # m/s, at the beginning of the paths
         self.noises: list[float] = []
         self.rested: list[float] = []
         self.walls: list[Wall] = []
@@ -41,6 +42,7 @@ class Balls:
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
         self.paths.append(path)
+        self.speeds.append(path.speed)
         self.noises.append(NOISE * path.speed)
         self.radii.append(radius)
         self.masses.append(mass)
@@ -82,13 +84,12 @@ class Balls:
         gap = self.gap(hit, motions)
         return gap if gap > 2.0 * EPSILON * (abs(x) + abs(y) + self.radii[hit.i]) else 0.0
 
-    def is_closed(self, hit: Hit, times: float = 1.0) -> bool:
-        """Tell whether a gap is closed now, to rounding, or no more than so many times wider."""
-        motions = self.motions([hit])
+    def is_closed(self, hit: Hit, motions: Motions, times: float = 1.0) -> bool:
+        """Tell whether a gap is closed, to rounding, or no more than this many times wider."""
         x, y, _, _ = motions[hit.i]
-        reach = sum(self.radii[i] for i in hit.balls)
+        reach = self.radii[hit.i] + (self.radii[hit.j] if hit.kind == "pair" else 0.0)
         return decisions.is_closed(self.gap(hit, motions) / times, x, y, reach)
 
     def noise(self, balls: Iterable[int]) -> float:
         """Return how much of these balls' velocities (m/s) may be rounding."""
-        return max(self.noises[i] for i in balls)
+        return max([self.noises[i] for i in balls])

@@ -27,12 +27,13 @@ from pool_pymunk.engine.balls import Balls, Motions
 from pool_pymunk.engine.due import Due, Hit, Look, PairHit, Queue, Stop, WallHit, hit_of
 from pool_pymunk.engine.instant import Cluster, Instant, velocities
 from pool_pymunk.engine.near import Near
-from pool_pymunk.engine.policies import AS_IT_IS, Policy, Variant
+from pool_pymunk.engine.persistent import PersistentContacts
+from pool_pymunk.engine.policies import Exact, Policy, Variant
 from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.engine.resolver import HIT, MICRO, MISSED, Answer, Resolution, Resolver, distinct
 from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.path import NOISE, Path, motion_at, pair_time
+from pool_pymunk.physics.path import NOISE, NOT_MET, Path, motion_at, pair_time
 from pool_pymunk.physics.surface import Surface
 
 __all__ = ["ContactEngine", "Motion", "Recorder"]
@@ -53,7 +54,7 @@ class Tally:
     @property
     def is_over(self) -> bool:
         """Tell whether as much has happened as may happen."""
-        return self.listed >= self.most or self.is_given_up
+        return self.listed >= self.most or self.unlisted >= self.most_unlisted
 
     @property
     def is_given_up(self) -> bool:
@@ -74,14 +75,15 @@ class ContactEngine(Balls):
         recorder: Recorder,
     ) -> None:
         super().__init__(pair, surface)
-        self.resolver = Resolver(law, self)
+        persistent = PersistentContacts(self.paths, self.radii, surface.pull)
+        self.resolver = Resolver(law, persistent, self.noises)
         self.recorder = recorder
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
-        self.policy: Policy = AS_IT_IS.policy(self)
+        self.policy: Policy = Policy(Exact())
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
         self.ends: list[float] = []  # the time (s) until which each path is looked at
         self._told: tuple[Answer, ...] = ()  # that of the contact of which the recorder is told
@@ -90,9 +92,9 @@ class ContactEngine(Balls):
 
     def vary(self, variant: Variant, measures: bool) -> None:
         """Play this variant of the run, or the run itself, which may measure what order decides."""
-        self.policy = variant.policy(self, measures)
+        self.policy = variant.policy(self.resolver, measures)
         if self.is_finite:
-            self.policy.begin()
+            self.policy.begin(self)
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
@@ -107,7 +109,7 @@ class ContactEngine(Balls):
         """
         path = self.paths[i]
         x, y, _, _ = motion_at(path, max(self.now, path.t))
-        self.paths[i] = self.surface.path(self.now, at or (x, y), (0.0, 0.0))
+        self.paths[i], self.speeds[i] = self.surface.path(self.now, at or (x, y), (0.0, 0.0)), 0.0
         self.rested[i] = self.now
         self.near.remove(i)
         self.resolver.persistent.forget(i)
@@ -128,16 +130,15 @@ class ContactEngine(Balls):
 
     def predict(self, balls: Collection[int]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
-        near = self.near
         for i in balls:
             path, end = self.paths[i], math.inf
-            if path.moves:
-                for wall in near.walls(i):
+            if self.speeds[i] > 0.0:
+                for wall in self.near.walls(i):
                     t = self.meet_wall(i, wall)
                     if t < end:
                         end = t
                 if end < math.inf:
-                    end += decisions.nearly_now(self.radii[i], path.speed)
+                    end += decisions.nearly_now(self.radii[i], self.speeds[i])
                 elif path.end < math.inf:
                     self.push(path.end, Stop(i))
             self.path_ends[i] = end
@@ -170,9 +171,11 @@ class ContactEngine(Balls):
         if i > j:
             i, j = j, i
         a, b, radii, ends = self.paths[i], self.paths[j], self.radii, self.ends
-        since = max(self.now, a.t, b.t)
+        since = a.t if a.t > b.t else b.t
+        since = since if since > self.now else self.now
         until = ends[i] if ends[i] < ends[j] else ends[j]
-        lasting = self.resolver.persistent.lasting(i, j, since)
+        has_met = (i, j) in self.resolver.history
+        lasting = self.resolver.persistent.lasting(i, j, since) if has_met else NOT_MET
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
         t = pair_time(a, b, radii[i] + radii[j], since, until, lasting, noise)
@@ -223,7 +226,7 @@ class ContactEngine(Balls):
 
     def next(self) -> None:
         """Play what is due next: a look ahead, a stop, or the contacts of one instant."""
-        t, _, what, path, other = self.queue.pop()
+        t, _, what, path, _ = self.queue.pop()
         self.now = max(t, self.now)
         if what.kind == "look":
             self._look_ahead(what[:1])
@@ -233,7 +236,7 @@ class ContactEngine(Balls):
             if self.rested[what.i] == math.inf:  # A path may have been predicted twice.
                 self._stop(what.i, path.end, path.rest)
             return
-        latest = self._latest(what, path, other)
+        latest = self._latest(what)
         heap = self.queue.heap
         is_alone = not heap or heap[0][0] > latest
         hits = [what] if is_alone else [what, *self._at_this_instant(what, latest)]
@@ -241,19 +244,22 @@ class ContactEngine(Balls):
         if hits:
             self._answer(hits)
 
-    def _latest(self, hit: Hit, path: Path, other: Path) -> float:
+    def _latest(self, hit: Hit) -> float:
         """Return up to when (s) contacts may be of the instant of this one."""
-        return self.now + decisions.nearly_now(self.radii[hit.i], max(path.speed, other.speed))
+        speed = self.speeds[hit.i]
+        if hit.kind == "pair":
+            speed = max(speed, self.speeds[hit.j])
+        return self.now + decisions.nearly_now(self.radii[hit.i], speed)
 
     def _at_this_instant(self, first: Hit, latest: float) -> list[Hit]:
         """Return further contacts that are due until ``latest`` (s) and already closed."""
         same: dict[Hit, None] = {}
         later: list[Due] = []
         for due in self.queue.pop_until(latest):
-            t, _, what, path, other = due
+            t, _, what, _, _ = due
             if what.kind == "stop" or what.kind == "look":
                 later.append(due)
-            elif t <= self._latest(what, path, other) and self.is_closed(what):
+            elif t <= self._latest(what) and self.is_closed(what, self.motions([what])):
                 same[what] = None
             else:
                 later.append(due)
@@ -267,7 +273,7 @@ class ContactEngine(Balls):
         These are contacts of balls that are still on the table.
         """
         met = {hit.i: self.walls[hit.wall] for hit in hits if hit.kind == "wall"}
-        gone = {i: wall for i, wall in met.items() if wall.center is not None}
+        gone = {i: wall for i, wall in met.items() if wall.is_pocket} if met else {}
         if not gone:
             return hits
         for i, wall in gone.items():
@@ -289,7 +295,7 @@ class ContactEngine(Balls):
         found = [self.contact(hit, motions) for hit in hits]
         if with_gaps:
             closes = self.policy.closes
-            gaps = [0.0 if closes(hit) else self.known_gap(hit, motions) for hit in hits]
+            gaps = [0.0 if closes(hit, self.now) else self.known_gap(hit, motions) for hit in hits]
             found = [each._replace(gap=gap) for each, gap in zip(found, gaps, strict=True)]
         return motions, distinct(found) if len(found) > 1 else found
 
@@ -299,9 +305,9 @@ class ContactEngine(Balls):
         balls = list(dict.fromkeys([*balls, *(i for hit in found for i in hit.balls)]))
         for i in balls:  # This list grows.
             for j in self.near.touching(i, self.now):
-                hit = hit_of(i, j)
-                if hit.kind == "wall" and self.walls[hit.wall].is_pocket:
+                if j < 0 and self.walls[-1 - j].is_pocket:
                     continue
+                hit = hit_of(i, j)
                 if hit not in found and self._touches(hit):
                     found[hit] = None
                     balls += [k for k in hit.balls if k not in balls]
@@ -309,32 +315,34 @@ class ContactEngine(Balls):
 
     def _touches(self, hit: Hit) -> bool:
         """Tell whether two sides touch now, or nearly so."""
-        return self.is_closed(hit, decisions.NEARLY_CLOSED) or self.policy.closes(hit)
+        is_closed = self.is_closed(hit, self.motions([hit]), decisions.NEARLY_CLOSED)
+        return is_closed or self.policy.closes(hit, self.now)
 
     def _answer(self, hits: Collection[Hit]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""
         motions, contacts = self.contacts(hits)
         instant = self._add_round(hits, motions)
-        self.policy.look(instant.has_many(contacts))
-        if instant.rounds > decisions.FEW_ROUNDS or self.policy.takes_over(hits):
+        self.policy.look(self, instant.has_many(contacts))
+        if instant.rounds > decisions.FEW_ROUNDS or self.policy.takes_over(self, hits):
             self.answer_cluster(contacts)
             return
-        resolution = self.resolver.resolve(contacts, velocities(motions))
+        resolution = self.resolver.resolve(contacts, velocities(motions), self.now)
         missed = resolution.of(MISSED)
-        self.policy.look(bool(missed))
+        self.policy.look(self, bool(missed))
         self._carry_out(resolution, motions)
         self.predict(resolution.velocity)
         self._meet_later(missed)
 
     def _add_round(self, hits: Iterable[Hit], motions: Motions) -> Instant:
         """Add a round of hits to the present instant, or begin another one."""
-        i = max(motions, key=lambda ball: self.paths[ball].speed)
+        i = max(motions, key=self.speeds.__getitem__)
         path = self.paths[i]
-        length = decisions.instant(self.now, path.x, path.y, self.radii[i], path.speed)
-        if self.now - self.instant.began > length:
-            self.instant = Instant(self.now)
-        self.instant.add(hits, motions)
-        return self.instant
+        length = decisions.instant(self.now, path.x, path.y, self.radii[i], self.speeds[i])
+        instant = self.instant
+        if self.now - instant.began > length:
+            instant.begin(self.now)
+        instant.add(hits, motions)
+        return instant
 
     def answer_cluster(self, closing: Collection[Contact]) -> None:
         """Answer round after round of this instant, until nothing closes.
@@ -343,7 +351,7 @@ class ContactEngine(Balls):
         """
         hits = self.touching(self.instant.met)
         found = self.contacts(hits, with_gaps=True)
-        cluster = Cluster(*self.policy.arranged(hits, *found))
+        cluster = Cluster(*self.policy.arranged(self, hits, *found))
         velocity, order, is_played_out = cluster.velocity, cluster.order, False
         closing = self.policy.first(order, closing, velocity, self.noise(velocity))
         while closing and not is_played_out and not self.is_over and self.is_finite:
@@ -352,7 +360,7 @@ class ContactEngine(Balls):
                 resolution, collapse = self.resolver.play_out(order.left(), velocity)
                 self.recorder.no_end(cluster.contacts, collapse, self.now)
             else:
-                resolution = self.resolver.resolve(list(closing), cluster.moving(closing))
+                resolution = self.resolver.resolve(list(closing), cluster.moving(closing), self.now)
             self._carry_out(resolution, cluster.motions)
             cluster.take(resolution, self.paths)
             closing = order.next(velocity, self.noise(velocity)) if resolution.velocity else []
@@ -365,9 +373,10 @@ class ContactEngine(Balls):
     def _carry_out(self, resolution: Resolution, motions: Motions) -> None:
         """Tell the recorder about the contacts, and give the balls their new paths."""
         self._report(resolution)
-        for i, velocity in resolution.velocity.items():
+        rounded = self.policy.errors.velocity
+        for i, found in resolution.velocity.items():
             x, y, _, _ = motions[i]
-            velocity = self.policy.errors.velocity(velocity, resolution.noise)
+            velocity = rounded(found, resolution.noise)
             path = self.surface.path(self.now, (x, y), velocity)
             if path.moves:
                 self.rested[i] = math.inf
@@ -377,7 +386,7 @@ class ContactEngine(Balls):
             self._begin(i, path, resolution.noise)
 
     def _begin(self, i: int, path: Path, noise: float) -> None:
-        self.paths[i], self.noises[i] = path, noise
+        self.paths[i], self.speeds[i], self.noises[i] = path, path.speed, noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 

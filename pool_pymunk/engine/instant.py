@@ -21,19 +21,25 @@ class Instant:
     them. ``is_measured`` tells whether it is known what the order of the contacts decides.
     """
 
-    def __init__(self, began: float = -math.inf) -> None:
-        self.began = began  # s
-        self.rounds = 0
+    def __init__(self) -> None:
         self.met: dict[Hit, None] = {}
         self.before: dict[int, Vector] = {}
+        self.begin(-math.inf)
+
+    def begin(self, now: float) -> None:
+        """Begin another instant now (s)."""
+        self.began = now
         self.is_measured = False
+        self.before.clear()
+        self.start_over()
 
     def add(self, hits: Iterable[Hit], motions: Motions) -> None:
         """Begin another round, of these hits of balls that move like this."""
         self.rounds += 1
-        for ball, motion in motions.items():
-            self.before.setdefault(ball, motion[2:])
-        self.met.update(dict.fromkeys(hits))
+        for ball, (_, _, vx, vy) in motions.items():
+            self.before.setdefault(ball, (vx, vy))
+        for hit in hits:
+            self.met[hit] = None
 
     def has_many(self, contacts: Sequence[Contact]) -> bool:
         """Tell whether there has been more than one contact."""

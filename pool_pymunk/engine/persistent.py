@@ -9,13 +9,13 @@ two balls, and of first order for a cluster.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.balls import Balls
 from pool_pymunk.physics.contact import Contact
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import NOT_MET, Lasting
+from pool_pymunk.physics.path import NOT_MET, Lasting, Path
 
 Two = tuple[int, int]  # the numbers of two balls, the lower one first
 
@@ -54,9 +54,10 @@ class PersistentContacts:
     ``longer`` is what contact times are multiplied by, to see what they decide.
     """
 
-    def __init__(self, balls: Balls) -> None:
-        self.balls = balls
-        self.pull = balls.surface.pull
+    def __init__(self, paths: Sequence[Path], radii: Sequence[float], pull: float) -> None:
+        self.paths = paths
+        self.radii = radii
+        self.pull = pull
         self.longer = 1.0
         self.history: dict[Two, History] = {}
 
@@ -67,10 +68,10 @@ class PersistentContacts:
 
     def lasting(self, i: int, j: int, now: float) -> Lasting:
         """Return how long one persistent contact of two balls takes, and what is faint in it."""
-        past = self.history.get((i, j)) if self.history else None
+        past = self.history.get((i, j))
         if past is None:
             return NOT_MET
-        paths, radii = self.balls.paths, self.balls.radii
+        paths, radii = self.paths, self.radii
         left = max(paths[i].end, paths[j].end) - now
         radius = min(radii[i], radii[j])
         many = past.hits > decisions.MANY_TIMES
@@ -96,9 +97,8 @@ class PersistentContacts:
         past = self.history.get((i, j)) if self.history else None
         if past is None:
             return MEETS
-        paths = self.balls.paths
         time, faint = self.lasting(i, j, now)
-        least = decisions.least_parting(paths[i], paths[j], now, time, self.balls.radii[i])
+        least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
         if not decisions.lasts(now - past.last, time):
             return Stage(least, faint)
         return Stage(least, faint, past, decisions.is_micro(closing, time, self.pull))
@@ -115,6 +115,6 @@ class PersistentContacts:
 
     def too_slow_to_move(self, i: int) -> float:
         """Return the speed (m/s) at which ball ``i`` would stop before its place changes."""
-        path = self.balls.paths[i]
-        size = abs(path.x) + abs(path.y) + self.balls.radii[i]
+        path = self.paths[i]
+        size = abs(path.x) + abs(path.y) + self.radii[i]
         return math.sqrt(2.0 * self.pull * EPSILON * size)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pool_pymunk.engine.balls import Motions
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.orders import Doubts, moved, with_gaps
-from pool_pymunk.engine.resolver import distinct
+from pool_pymunk.engine.resolver import Resolver, distinct
 from pool_pymunk.physics.collapse import Order
 from pool_pymunk.physics.contact import Contact, Vector, Velocities
 from pool_pymunk.physics.motion import EPSILON
@@ -38,15 +38,15 @@ class Variant(NamedTuple):
     seed: int | None = None
     opened: int | None = None
 
-    def policy(self, engine: ContactEngine, measures: bool = False) -> Policy:
+    def policy(self, resolver: Resolver, measures: bool = False) -> Policy:
         """Return the policy of this variant; that of the run itself may measure other orders."""
         errors = Exact() if self.seed is None else Rounding(self.seed)
         if self.gaps is not None:
-            return InOrder(engine, errors, self.gaps)
+            return InOrder(errors, self.gaps)
         if self.longer is not None:
-            return Otherwise(engine, errors, self.longer)
+            return Otherwise(errors, resolver, self.longer)
         is_itself = measures and self.seed is None
-        return Measuring(engine, errors) if is_itself else Policy(engine, errors)
+        return Measuring(errors, resolver) if is_itself else Policy(errors)
 
 
 AS_IT_IS = Variant()
@@ -101,26 +101,29 @@ class Rounding(Exact):
 class Policy:
     """This policy is that of the run itself."""
 
-    def __init__(self, engine: ContactEngine, errors: Exact) -> None:
-        self.engine = engine
+    def __init__(self, errors: Exact) -> None:
         self.errors = errors
 
-    def begin(self) -> None:
+    def begin(self, engine: ContactEngine) -> None:
         """Look at what touches at the start and moves."""
 
-    def look(self, in_doubt: bool) -> None:
+    def look(self, engine: ContactEngine, in_doubt: bool) -> None:
         """Look at the contacts of this instant, whose order may be ``in_doubt``."""
 
-    def takes_over(self, hits: Collection[Hit]) -> bool:
+    def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         """Tell whether this policy has an order of its own for these hits."""
         return False
 
-    def closes(self, hit: Hit) -> bool:
+    def closes(self, hit: Hit, now: float) -> bool:
         """Tell whether this policy takes what may be apart to touch."""
         return False
 
     def arranged(
-        self, hits: Sequence[Hit], motions: Motions, contacts: list[Contact]
+        self,
+        engine: ContactEngine,
+        hits: Sequence[Hit],
+        motions: Motions,
+        contacts: list[Contact],
     ) -> tuple[Motions, list[Contact]]:
         """Return the motions and contacts of hits, with the gaps that they shall have."""
         return motions, contacts
@@ -138,55 +141,56 @@ class Measuring(Policy):
     Rounding may hide that what touches and moves at the start closes, so this is looked at, too.
     """
 
-    def __init__(self, engine: ContactEngine, errors: Exact) -> None:
-        super().__init__(engine, errors)
-        self.doubts = Doubts(engine.resolver)
+    def __init__(self, errors: Exact, resolver: Resolver) -> None:
+        super().__init__(errors)
+        self.doubts = Doubts(resolver)
 
-    def begin(self) -> None:
+    def begin(self, engine: ContactEngine) -> None:
         """Measure what hits of balls that move and touch at the start would decide."""
-        for i, path in enumerate(self.engine.paths):
+        for i, path in enumerate(engine.paths):
             if path.moves:
-                self._measure(self.engine.touching((), [i]), {})
+                self._measure(engine, engine.touching((), [i]), {})
 
-    def look(self, in_doubt: bool) -> None:
+    def look(self, engine: ContactEngine, in_doubt: bool) -> None:
         """Measure what the order of the contacts decides, if it has not been done."""
-        instant = self.engine.instant
+        instant = engine.instant
         if in_doubt and not instant.is_measured:
             instant.is_measured = True
-            self._measure(self.engine.touching(instant.met), instant.before)
+            self._measure(engine, engine.touching(instant.met), instant.before)
 
-    def _measure(self, hits: Sequence[Hit], before: Velocities) -> None:
-        motions, contacts = self.engine.contacts(hits)
+    def _measure(self, engine: ContactEngine, hits: Sequence[Hit], before: Velocities) -> None:
+        motions, contacts = engine.contacts(hits)
         if len(contacts) > 1:
             velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
             doubt = self.doubts.doubt(contacts, {**velocity, **before})
             if doubt.orders:
-                self.engine.recorder.order_unknown(doubt, self.engine.now)
+                engine.recorder.order_unknown(doubt, engine.now)
 
 
 class Otherwise(Policy):
     """Contact times are longer, zero slips count as slip, and what presses together touches."""
 
-    def __init__(self, engine: ContactEngine, errors: Exact, longer: float) -> None:
-        super().__init__(engine, errors)
-        self.resolver = engine.resolver
-        self.resolver.jumps = True
-        self.resolver.persistent.longer = longer
+    def __init__(self, errors: Exact, resolver: Resolver, longer: float) -> None:
+        super().__init__(errors)
+        self.persistent = resolver.persistent
+        resolver.jumps, self.persistent.longer = True, longer
 
-    def takes_over(self, hits: Collection[Hit]) -> bool:
+    def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         """Tell whether a ball is hit that presses on yet another one.
 
         Tiny gaps of a persistent contact decide the order of hits then. This policy closes them, to
         see what they decide.
         """
         met = {hit.balls for hit in hits}
-        pressed = self.resolver.persistent.pressed(self.engine.now)
+        pressed = self.persistent.pressed(engine.now)
         others = {i for pair in pressed if pair not in met for i in pair}
-        return any(not others.isdisjoint(hit.balls) and not self.closes(hit) for hit in hits)
+        return any(
+            not others.isdisjoint(hit.balls) and not self.closes(hit, engine.now) for hit in hits
+        )
 
-    def closes(self, hit: Hit) -> bool:
+    def closes(self, hit: Hit, now: float) -> bool:
         """Tell whether two balls are in persistent contact."""
-        return hit.kind == "pair" and self.resolver.persistent.is_pressed(hit[:2], self.engine.now)
+        return hit.kind == "pair" and self.persistent.is_pressed(hit[:2], now)
 
     def first(
         self, order: Order, closing: Collection[Contact], velocity: Velocities, noise: float
@@ -199,29 +203,33 @@ class Otherwise(Policy):
 class InOrder(Policy):
     """Contacts of one instant have the gaps of a pattern, and come in that order."""
 
-    def __init__(self, engine: ContactEngine, errors: Exact, pattern: int) -> None:
-        super().__init__(engine, errors)
+    def __init__(self, errors: Exact, pattern: int) -> None:
+        super().__init__(errors)
         self.pattern = pattern
 
-    def begin(self) -> None:
+    def begin(self, engine: ContactEngine) -> None:
         """Answer what touches at the start and moves in the order of this policy."""
-        for i, path in enumerate(self.engine.paths):
+        for i, path in enumerate(engine.paths):
             if path.moves:
-                hits = self.engine.touching((), [i])
+                hits = engine.touching((), [i])
                 if len(hits) > 1:
-                    self.engine.instant.met = dict.fromkeys(hits)
-                    self.engine.answer_cluster(())
+                    engine.instant.met = dict.fromkeys(hits)
+                    engine.answer_cluster(())
 
-    def takes_over(self, hits: Collection[Hit]) -> bool:
+    def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         """Tell whether more than one contact is closed."""
-        return len(self.engine.touching(hits)) > 1
+        return len(engine.touching(hits)) > 1
 
     def arranged(
-        self, hits: Sequence[Hit], motions: Motions, contacts: list[Contact]
+        self,
+        engine: ContactEngine,
+        hits: Sequence[Hit],
+        motions: Motions,
+        contacts: list[Contact],
     ) -> tuple[Motions, list[Contact]]:
         """Return the motions and contacts with the gaps of the pattern."""
         motions = self.errors.widened(motions)
-        contacts = distinct([self.engine.contact(hit, motions) for hit in hits])
+        contacts = distinct([engine.contact(hit, motions) for hit in hits])
         return motions, with_gaps(contacts, self.pattern)
 
     def first(

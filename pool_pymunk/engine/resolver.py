@@ -21,7 +21,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.balls import Balls
 from pool_pymunk.engine.persistent import PersistentContacts
 from pool_pymunk.physics.collapse import MOST_HITS, Collapse, play_out
 from pool_pymunk.physics.contact import (
@@ -62,16 +61,15 @@ class Answer:
     contact.
     """
 
-    __slots__ = ("contact", "kind", "last", "notes", "parting", "pushed", "shared")
+    notes: tuple[str, ...] = ()
+    last = 0.0
+    parting = 0.0
+    pushed = 0.0  # N s, beside what is shared
+    shared: Shared | None = None
 
     def __init__(self, contact: Contact, kind: str = MISSED) -> None:
         self.contact = contact
         self.kind = kind
-        self.notes: tuple[str, ...] = ()
-        self.last = 0.0
-        self.parting = 0.0
-        self.pushed = 0.0  # N s, beside what is shared
-        self.shared: Shared | None = None
 
     @property
     def impulse(self) -> float:
@@ -103,18 +101,20 @@ class Resolver:
     If it ``jumps``, a slip that only rounding knows counts as slip.
     """
 
-    def __init__(self, law: Law, balls: Balls) -> None:
+    def __init__(self, law: Law, persistent: PersistentContacts, noises: Sequence[float]) -> None:
         self.law = law
-        self.balls = balls
-        self.persistent = PersistentContacts(balls)
+        self.noises = noises
+        self.persistent = persistent
         self.history = self.persistent.history
         self.jumps = False
         self.collapses = 0  # of more than two contacts, so far
 
-    def resolve(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Resolution:
+    def resolve(
+        self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
+    ) -> Resolution:
         """Answer the contacts of this instant; ``before`` (m/s) is the velocity of their balls."""
         velocity = dict(before)
-        answers = [self._look_at(contact, velocity) for contact in contacts]
+        answers = [self._look_at(contact, velocity, now) for contact in contacts]
         hits = [answer for answer in answers if answer.kind != MISSED]
         if len(hits) == 1:
             self._answer_alone(hits[0], velocity)
@@ -126,7 +126,7 @@ class Resolver:
         resolution = Resolution(answers)
         if len(hits) < len(answers):
             self._leave_out(resolution, hits, velocity)
-        self._conclude(before, velocity, resolution)
+        self._conclude(before, velocity, hits, resolution)
         return resolution
 
     def play_out(
@@ -150,7 +150,7 @@ class Resolver:
         collapse = self.play(contacts, velocity, one, most)
         _share(answers, Shared(contacts, dict(before), velocity), jumped)
         resolution = Resolution(answers)
-        self._conclude(before, velocity, resolution)
+        self._conclude(before, velocity, answers, resolution)
         return resolution, collapse
 
     def play(
@@ -206,18 +206,19 @@ class Resolver:
         self.answer(contacts, velocity, one)
         _share(hits, Shared(contacts, before, dict(velocity), calls), jumped)
 
-    def _look_at(self, contact: Contact, velocity: Velocities) -> Answer:
+    def _look_at(self, contact: Contact, velocity: Velocities, now: float) -> Answer:
         """Decide whether a contact is a hit, and of which kind."""
-        now, persistent, answer = self.balls.now, self.persistent, Answer(contact)
+        persistent, noises = self.persistent, self.noises
         closing = closing_speed(contact, velocity)
-        stage = persistent.stage(contact, closing, now)
-        least = stage.least
-        noise = self.balls.noise(contact.balls)
-        if closing < stage.faint or not decisions.is_hit(closing, noise, least):
-            return answer
-        answer.kind = HIT
-        if stage.past is not None and stage.is_micro:
-            answer.kind, answer.last = MICRO, stage.past.last
+        least, faint, past, is_micro = stage = persistent.stage(contact, closing, now)
+        noise = noises[contact.a]
+        if contact.b != NO_BALL:
+            noise = max(noise, noises[contact.b])
+        if closing < faint or not decisions.is_hit(closing, noise, least):
+            return Answer(contact, MISSED)
+        answer = Answer(contact, MICRO if is_micro else HIT)
+        if past is not None:
+            answer.last = past.last
         e = contact.pair.restitution
         if e * closing < least:
             e = decisions.bounce(e, closing, least)
@@ -248,19 +249,23 @@ class Resolver:
                 answer.pushed += along_normal(contact, before, after)
 
     def _conclude(
-        self, before: Mapping[int, Vector], velocity: Velocities, resolution: Resolution
+        self,
+        before: Mapping[int, Vector],
+        velocity: Velocities,
+        hits: Sequence[Answer],
+        resolution: Resolution,
     ) -> None:
         """Keep the new velocities, and set to zero what rounding alone left of them."""
-        fastest, noise = 0.0, 0.0
+        fastest, noise = 0.0, 0.0  # the square of a speed, and a speed
         for i, (wx, wy) in before.items():
             vx, vy = velocity[i]
             fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
-            noise = max(noise, self.balls.noises[i])
+            if self.noises[i] > noise:
+                noise = self.noises[i]
         resolution.noise = noise = decisions.noise_after(fastest, noise)
-        answers = resolution.answers
-        moved = {i for answer in answers if answer.kind != MISSED for i in answer.contact.balls}
-        pressed = {i for contact in resolution.of(MICRO) for i in contact.balls}
-        for i in sorted(moved):
+        moved = {i for hit in hits for i in hit.contact.balls}
+        pressed = {i for hit in hits if hit.kind == MICRO for i in hit.contact.balls}
+        for i in sorted(moved.union(resolution.velocity)):
             vx, vy = velocity[i]
             least = max(noise, self.persistent.too_slow_to_move(i)) if i in pressed else noise
             rests = vx * vx + vy * vy <= least * least

@@ -19,6 +19,9 @@ from pool_pymunk.physics.motion import (
     time_to_slide,
 )
 
+# A path passes a ball by if its distance squared is this many times the reach squared. One that is
+# nearer is looked at in full precision.
+FAR_OFF = 1.001
 LOST = 1e-3  # radii; a ball is lost that travels farther within one rounding error of the time
 NOISE = 16.0 * EPSILON  # This share of the speeds in a contact may be rounding.
 BARELY = 0.9  # of the least bounce: touching balls that close more slowly have no hit yet
@@ -107,7 +110,7 @@ class Path(NamedTuple):
         Within one rounding error of the time it travels more than ``LOST`` radii, or a number has
         overflowed.
         """
-        speed = speed_of(self)
+        speed = math.sqrt(self.vx * self.vx + self.vy * self.vy)
         way = speed * EPSILON * self.t
         return not (way <= LOST * radius and math.isfinite(self.x + self.y + speed))
 
@@ -207,9 +210,10 @@ def _one_moves(mover: Path, rester: Path, reach: float) -> float:
         t = rester.end
         x, y, vx, vy = motion_at(mover, t)
     dx, dy = rx - x, ry - y
-    if dx * ux + dy * uy <= 0.0:
+    across, square = dx * uy - dy * ux, ux * ux + uy * uy
+    if dx * ux + dy * uy <= 0.0 or across * across > FAR_OFF * reach * reach * square:
         return math.inf
-    speed = math.sqrt(ux * ux + uy * uy)
+    speed = math.sqrt(square)
     length = path_to_disc((dx, dy), (ux / speed, uy / speed), reach)
     if length == math.inf:
         return math.inf

@@ -39,10 +39,10 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     for t, changes in groupby(steps, key=itemgetter(0)):
         before = after = 0.0
         balls = []
-        for _, i, knot, new in changes:
-            old = motion_at(Path(*knot, math.inf), t)[2:]
-            before += kinetic_energy(masses[i], *old)
-            after += kinetic_energy(masses[i], *new[3:5])
+        for _, i, (t0, _, _, vx, vy, ax, ay), new in changes:
+            time, mass = t - t0, masses[i]
+            before += kinetic_energy(mass, vx + time * ax, vy + time * ay)
+            after += kinetic_energy(mass, new[3], new[4])
             balls.append(i)
         if after - before > GAINED * initial:
             gained, times, first = gained + after - before, times + 1, first or (t, balls)
