@@ -21,11 +21,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable
+from heapq import heappush
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.balls import Balls, Motions
 from pool_pymunk.engine.due import Due, Hit, Look, PairHit, Queue, Stop, WallHit, hit_of
-from pool_pymunk.engine.instant import Cluster, Instant, velocities
+from pool_pymunk.engine.instant import Instant, velocities
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.persistent import PersistentContacts
 from pool_pymunk.engine.policies import Exact, Policy, Variant
@@ -220,13 +221,13 @@ class ContactEngine(Balls):
     def advance(self, until: float) -> None:
         """Play what is due up to ``until`` (s), within the engine's bounds."""
         while self.is_finite and not self.tally.is_over:
-            if self.upcoming() > until or not self.queue.heap:
+            if self.upcoming() > until or not self.queue:
                 return
             self.next()
 
     def next(self) -> None:
         """Play what is due next: a look ahead, a stop, or the contacts of one instant."""
-        t, _, what, path, _ = self.queue.pop()
+        t, _, what, path, _ = self.queue.take()
         self.now = max(t, self.now)
         if what.kind == "look":
             self._look_ahead(what[:1])
@@ -237,8 +238,7 @@ class ContactEngine(Balls):
                 self._stop(what.i, path.end, path.rest)
             return
         latest = self._latest(what)
-        heap = self.queue.heap
-        is_alone = not heap or heap[0][0] > latest
+        is_alone = not self.queue or self.queue[0][0] > latest
         hits = [what] if is_alone else [what, *self._at_this_instant(what, latest)]
         hits = self._pocket(hits)
         if hits:
@@ -255,7 +255,7 @@ class ContactEngine(Balls):
         """Return further contacts that are due until ``latest`` (s) and already closed."""
         same: dict[Hit, None] = {}
         later: list[Due] = []
-        for due in self.queue.pop_until(latest):
+        for due in self.queue.take_until(latest):
             t, _, what, _, _ = due
             if what.kind == "stop" or what.kind == "look":
                 later.append(due)
@@ -264,7 +264,7 @@ class ContactEngine(Balls):
             else:
                 later.append(due)
         for due in later:
-            self.queue.put_back(due)
+            heappush(self.queue, due)
         return [hit for hit in same if hit != first]
 
     def _pocket(self, hits: list[Hit]) -> list[Hit]:
@@ -350,10 +350,8 @@ class ContactEngine(Balls):
         The balls are near each other, so that one look at what touches serves for all rounds.
         """
         hits = self.touching(self.instant.met)
-        found = self.contacts(hits, with_gaps=True)
-        cluster = Cluster(*self.policy.arranged(self, hits, *found))
+        cluster, closing = self.policy.cluster(self, hits, closing)
         velocity, order, is_played_out = cluster.velocity, cluster.order, False
-        closing = self.policy.first(order, closing, velocity, self.noise(velocity))
         while closing and not is_played_out and not self.is_over and self.is_finite:
             is_played_out = cluster.has_many_hits and self.resolver.loses_speed(cluster.contacts)
             if is_played_out:

@@ -71,53 +71,40 @@ def hit_of(i: int, j: int) -> Hit:
     return PairHit(i, j) if i < j else PairHit(j, i)
 
 
-class Queue:
-    """A queue holds what is due on the present ``paths`` of the balls."""
+class Queue(list[Due]):
+    """A queue is a heap of what is due on the present ``paths`` of the balls."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
+        super().__init__()
         self.paths = paths
-        self.heap: list[Due] = []
-        self._pushed = 0
-        self._full = SHORT  # From this length on, what is void leaves the queue.
-
-    def __len__(self) -> int:
-        return len(self.heap)
+        self.pushed = 0
+        self.full = SHORT  # From this length on, what is void leaves the queue.
 
     def push(self, t: float, what: What) -> None:
         """Put in what is due at ``t`` (s)."""
-        self._pushed += 1
+        self.pushed += 1
         path = self.paths[what.i]
         other = self.paths[what.j] if what.kind == "pair" else path
-        heappush(self.heap, (t, self._pushed, what, path, other))
-        if len(self.heap) > self._full:
+        heappush(self, (t, self.pushed, what, path, other))
+        if len(self) > self.full:
             self._leave_out_void()
 
-    def pop(self) -> Due:
+    def take(self) -> Due:
         """Take out what is due first."""
-        return heappop(self.heap)
+        return heappop(self)
 
-    def pop_until(self, latest: float) -> Iterator[Due]:
+    def take_until(self, latest: float) -> Iterator[Due]:
         """Take out what is due up to ``latest`` (s) and not void."""
-        heap = self.heap
-        while heap and heap[0][0] <= latest:
-            due = heappop(heap)
+        while self and self[0][0] <= latest:
+            due = heappop(self)
             if self._is_current(due):
                 yield due
 
-    def put_back(self, due: Due) -> None:
-        """Put in again what was taken out, in its old place."""
-        heappush(self.heap, due)
-
     def upcoming(self) -> float:
         """Return the time (s) at which something is due next; infinite if nothing is."""
-        heap = self.heap
-        while heap and not self._is_current(heap[0]):
-            heappop(heap)
-        return heap[0][0] if heap else math.inf
-
-    def clear(self) -> None:
-        """Forget all that is due."""
-        self.heap.clear()
+        while self and not self._is_current(self[0]):
+            heappop(self)
+        return self[0][0] if self else math.inf
 
     def _is_current(self, due: Due) -> bool:
         _, _, what, path, other = due
@@ -129,7 +116,7 @@ class Queue:
 
         The queue may then double its length until the next time, so that a push stays cheap.
         """
-        current = [due for due in self.heap if self._is_current(due)]
-        self.heap[:] = {(due[0], due[2]): due for due in sorted(current, reverse=True)}.values()
-        heapify(self.heap)
-        self._full = max(SHORT, 2 * len(self.heap))
+        current = [due for due in self if self._is_current(due)]
+        self[:] = {(due[0], due[2]): due for due in sorted(current, reverse=True)}.values()
+        heapify(self)
+        self.full = max(SHORT, 2 * len(self))

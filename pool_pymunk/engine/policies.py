@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pool_pymunk.engine.balls import Motions
 from pool_pymunk.engine.due import Hit
+from pool_pymunk.engine.instant import Cluster, velocities
 from pool_pymunk.engine.orders import Doubts, moved, with_gaps
 from pool_pymunk.engine.resolver import Resolver, distinct
-from pool_pymunk.physics.collapse import Order
 from pool_pymunk.physics.contact import Contact, Vector, Velocities
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE
@@ -118,21 +118,11 @@ class Policy:
         """Tell whether this policy takes what may be apart to touch."""
         return False
 
-    def arranged(
-        self,
-        engine: ContactEngine,
-        hits: Sequence[Hit],
-        motions: Motions,
-        contacts: list[Contact],
-    ) -> tuple[Motions, list[Contact]]:
-        """Return the motions and contacts of hits, with the gaps that they shall have."""
-        return motions, contacts
-
-    def first(
-        self, order: Order, closing: Collection[Contact], velocity: Velocities, noise: float
-    ) -> Collection[Contact]:
-        """Return the contacts that hit first, of those that are ``closing``."""
-        return closing
+    def cluster(
+        self, engine: ContactEngine, hits: Sequence[Hit], closing: Collection[Contact]
+    ) -> tuple[Cluster, Collection[Contact]]:
+        """Return the cluster of all that touches, and which of its contacts hit first."""
+        return Cluster(*engine.contacts(hits, with_gaps=True)), closing
 
 
 class Measuring(Policy):
@@ -161,8 +151,7 @@ class Measuring(Policy):
     def _measure(self, engine: ContactEngine, hits: Sequence[Hit], before: Velocities) -> None:
         motions, contacts = engine.contacts(hits)
         if len(contacts) > 1:
-            velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
-            doubt = self.doubts.doubt(contacts, {**velocity, **before})
+            doubt = self.doubts.doubt(contacts, {**velocities(motions), **before})
             if doubt.orders:
                 engine.recorder.order_unknown(doubt, engine.now)
 
@@ -192,12 +181,13 @@ class Otherwise(Policy):
         """Tell whether two balls are in persistent contact."""
         return hit.kind == "pair" and self.persistent.is_pressed(hit[:2], now)
 
-    def first(
-        self, order: Order, closing: Collection[Contact], velocity: Velocities, noise: float
-    ) -> Collection[Contact]:
-        """Close all gaps."""
-        order.forget()
-        return closing
+    def cluster(
+        self, engine: ContactEngine, hits: Sequence[Hit], closing: Collection[Contact]
+    ) -> tuple[Cluster, Collection[Contact]]:
+        """Return the cluster without gaps."""
+        cluster, closing = super().cluster(engine, hits, closing)
+        cluster.order.forget()
+        return cluster, closing
 
 
 class InOrder(Policy):
@@ -220,20 +210,12 @@ class InOrder(Policy):
         """Tell whether more than one contact is closed."""
         return len(engine.touching(hits)) > 1
 
-    def arranged(
-        self,
-        engine: ContactEngine,
-        hits: Sequence[Hit],
-        motions: Motions,
-        contacts: list[Contact],
-    ) -> tuple[Motions, list[Contact]]:
-        """Return the motions and contacts with the gaps of the pattern."""
-        motions = self.errors.widened(motions)
+    def cluster(
+        self, engine: ContactEngine, hits: Sequence[Hit], closing: Collection[Contact]
+    ) -> tuple[Cluster, Collection[Contact]]:
+        """Return the cluster with the gaps of the pattern, and whose gap closes first."""
+        motions = self.errors.widened(engine.contacts(hits)[0])
         contacts = distinct([engine.contact(hit, motions) for hit in hits])
-        return motions, with_gaps(contacts, self.pattern)
-
-    def first(
-        self, order: Order, closing: Collection[Contact], velocity: Velocities, noise: float
-    ) -> Collection[Contact]:
-        """Return the contacts whose gaps close first."""
-        return order.next(velocity, noise) or closing
+        cluster = Cluster(motions, with_gaps(contacts, self.pattern))
+        velocity = cluster.velocity
+        return cluster, cluster.order.next(velocity, engine.noise(velocity)) or closing

@@ -61,10 +61,7 @@ class Dual:
         return Dual(-self.value, tuple([-a for a in self.slopes]))
 
     def __sub__(self, other: Dual | float) -> Dual:
-        if isinstance(other, Dual):
-            slopes = tuple([a - b for a, b in zip(self.slopes, other.slopes, strict=True)])
-            return Dual(self.value - other.value, slopes)
-        return Dual(self.value - other, self.slopes)
+        return self + -other
 
     def __rsub__(self, other: float) -> Dual:
         return -self + other
