@@ -180,10 +180,8 @@ class ContactEngine(Balls):
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
         t = pair_time(a, b, radii[i] + radii[j], since, until, lasting, noise)
-        if t <= since and (
-            (just_missed and lasting.time > 0.0)
-            or (lasting.faint > 0.0 and self._is_faint(PairHit(i, j), lasting.faint))
-        ):
+        waits = t <= since and lasting.time > 0.0
+        if waits and (just_missed or self._is_faint(PairHit(i, j), lasting.faint)):
             t = since + lasting.time
             if t > min(until, max(a.end, b.end)):
                 return
@@ -192,6 +190,8 @@ class ContactEngine(Balls):
 
     def _is_faint(self, hit: Hit, faint: float) -> bool:
         """Tell whether two balls that touch close more slowly than ``faint`` (m/s)."""
+        if faint == 0.0:
+            return False
         motions, [contact] = self.contacts([hit])
         return closing_speed(contact, velocities(motions)) < faint
 
