@@ -45,7 +45,7 @@ class Variant(NamedTuple):
             return InOrder(errors, self.gaps)
         if self.longer is not None:
             return Otherwise(errors, resolver, self.longer)
-        is_itself = measures and self.seed is None
+        is_itself = measures and self == AS_IT_IS
         return Measuring(errors, resolver) if is_itself else Policy(errors)
 
 
