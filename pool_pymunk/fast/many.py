@@ -7,23 +7,23 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
-from pool_pymunk.fast.loop import HARD, NOTHING, Model, Out, Table
-from pool_pymunk.fast.shots import Source, read_source
+from pool_pymunk.fast.loop import HARD
+from pool_pymunk.fast.records import NOTHING, Out, Table, Tracks, tracks
+from pool_pymunk.fast.shots import Source, is_gone, read_source
 from pool_pymunk.fast.tables import can_compile, law_number, table_of, work_of
 from pool_pymunk.model import Scene, SceneError
 from pool_pymunk.model.plain import read_count
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 
-STUDIED = ("left", "same", "halt")  # These are not part of a Batch.
-NUMBERS = np.empty((0, 0), np.int64)
-NO_MODEL = Model(np.empty(0), np.empty((0, 0, 2)), 0.0, NUMBERS, NUMBERS, NUMBERS[0:0].ravel())
+# This function is told of the tracks of these shots.
+Watch = Callable[[slice, Tracks], object]
 CHUNK = 4_096  # A thread plays so many shots at most before it takes the next ones.
 FEW = 512  # So few shots are not shared out.
 PATIENCE = 0.1  # s; so often an interrupt is looked for
@@ -71,48 +71,51 @@ def simulate_many(
     """
     began = time.perf_counter()
     source = read_source(scene, position, velocity, vary, law, max_time)
-    out, by_reference = play_all(source, threads, on_done or _nothing)
+    out = empty(*source.position.shape[:2])
+    by_reference = play_all(source, out, threads, on_done or _nothing)
     return Batch(
         scene=source.scene,
         law=source.asked.law,
-        **{key: values for key, values in out._asdict().items() if key not in STUDIED},
+        **{key: values for key, values in out._asdict().items() if key != "halt"},
         by_reference=by_reference,
         wall_time=time.perf_counter() - began,
         source=source,
     )
 
 
+class Watcher(Protocol):
+    """A watcher compares shots with another run: compiled ones by tracks, others by their runs."""
+
+    def watch(self, part: slice, tracks: Tracks) -> None: ...
+
+    def see(self, k: int, run: Run) -> None: ...
+
+
 def play_all(
     source: Source,
+    out: Out,
     threads: int | None,
     done: Callable[[int], object],
-    model: Model | None = None,
-    seen: Callable[[Out, int, Run], object] | None = None,
-) -> tuple[Out, int]:
-    """Play all shots, perhaps beside a model, and count those that the exact solver plays.
-
-    Where there is a model, ``seen(out, k, run)`` compares the run of such a shot with it.
-    """
-    count, balls = source.position.shape[:2]
-    out, cores = empty(count, balls, model is not None), _threads(threads)
-    compiles = _compiles(source)
+    watcher: Watcher | None = None,
+) -> int:
+    """Play all shots, and count those that the exact solver plays; a ``watcher`` sees all."""
+    cores, compiles = _threads(threads), _compiles(source)
     if compiles:
-        play_compiled(source, out, cores, done, model)
+        play_compiled(source, out, cores, done, watcher.watch if watcher else None)
     else:
         out.status[:] = HARD
     hard = np.flatnonzero(out.status < 0).tolist()
     for k in hard:
         run = play_in_python(source, out, k)
-        if run is not None and seen is not None:
-            seen(out, k, run)
+        if run is not None and watcher is not None:
+            watcher.see(k, run)
         if not compiles:
             done(1)
-    return out, len(hard)
+    return len(hard)
 
 
-def empty(count: int, balls: int, beside_model: bool = False) -> Out:
-    """Return arrays for what comes of so many shots, perhaps beside a model."""
-    compared = count if beside_model else 0
+def empty(count: int, balls: int) -> Out:
+    """Return arrays for what comes of so many shots."""
     return Out(
         final=np.full((count, balls, 2), np.nan),
         duration=np.zeros(count),
@@ -123,8 +126,6 @@ def empty(count: int, balls: int, beside_model: bool = False) -> Out:
         pocketed=np.full((count, balls), NOTHING, np.int32),
         events=np.zeros(count, np.int32),
         status=np.full(count, HARD, np.int8),
-        left=np.empty((compared, balls)),
-        same=np.empty(compared, np.bool_),
         halt=np.zeros(1, np.int64),
     )
 
@@ -158,15 +159,18 @@ def play_compiled(
     out: Out,
     threads: int,
     done: Callable[[int], object],
-    model: Model | None = None,
+    watch: Watch | None = None,
 ) -> None:
-    """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark."""
+    """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark.
+
+    The threads tell ``watch`` of the tracks.
+    """
     play, table = compiled.play_shots(), table_of(source.scene)
     if not len(out.status):
         return
 
     def work(part: slice) -> int:
-        return play_chunk(play, source, table, out, part, model)
+        return play_chunk(play, source, table, out, part, watch)
 
     work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
     if len(out.status) == 1:  # A thread would take longer than the shot.
@@ -205,15 +209,25 @@ def play_chunk(
     table: Table,
     out: Out,
     part: slice,
-    model: Model | None = None,
+    watch: Watch | None = None,
 ) -> int:
     """Play some shots by the compiled loop, and return how many."""
     latest = source.asked.settings.max_time
-    latest = np.inf if latest is None else latest
-    work = work_of(source.scene, law_number(source.law), source.watched, latest)
-    work.keeps = model is not None
+    latest, law = np.inf if latest is None else latest, law_number(source.law)
+    work = work_of(source.scene, law, source.watched, latest, watch is not None)
     own = Out(*(each if each is out.halt else each[part] for each in out))
-    return play(work, table, source.shots(part), own, model or NO_MODEL, 0, len(own.status))
+    shots, count = source.shots(part), len(own.status)
+    if watch is None:
+        return play(work, table, shots, own, tracks(0, 0), 0, count)
+    first, kept = 0, tracks(count)
+    while True:
+        played = play(work, table, shots, own, kept, first, count)
+        if not played:
+            return first
+        own_ends = kept.ends[first : first + played]
+        now = slice(part.start + first, part.start + first + played)
+        watch(now, kept._replace(ends=own_ends))
+        first += played
 
 
 def play_in_python(source: Source, out: Out, k: int) -> Run | None:
@@ -231,7 +245,7 @@ def play_in_python(source: Source, out: Out, k: int) -> Run | None:
 def _write(source: Source, out: Out, k: int, run: Run) -> None:
     """Write down what came of a run."""
     scene, watched = source.scene, source.watched
-    is_off = np.isnan(source.position[k]).any(axis=-1)
+    is_off = is_gone(source.position[k])
     out.final[k] = np.where(is_off[:, np.newaxis], np.nan, run.end.position)
     out.duration[k], out.events[k] = run.duration, len(run.events)
     hits = [event for event in run.events if event.kind == "ball-ball"]

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.loop import NOTHING, Shots
+from pool_pymunk.fast.records import NOTHING, Shots
 from pool_pymunk.fast.tables import coefficients_of, cue_of
 from pool_pymunk.model import Scene, State
 from pool_pymunk.model.inputs import TABLE, column_of, parts, row_of, struck, with_inputs
@@ -66,7 +66,7 @@ class Source(NamedTuple):
 
     def state_of(self, k: int) -> State:
         """Return the state that shot ``k`` starts from; NaN means off the table."""
-        is_off = np.isnan(self.position[k]).any(axis=-1)
+        is_off = is_gone(self.position[k])
         places, speeds = self.position[k].tolist(), self.velocity[k].tolist()
         balls = list(zip(self.scene.balls, places, speeds, is_off.tolist(), strict=True))
         return State(
@@ -84,14 +84,14 @@ class Source(NamedTuple):
 
     def shots(self, part: slice) -> Shots:
         """Return some of the shots as the compiled loop takes them, in arrays of their own."""
-        position, velocity = np.array(self.position[part]), np.array(self.velocity[part])
-        is_off = np.isnan(position).any(axis=-1)
+        position, velocity = _own(self.position[part]), _own(self.velocity[part])
+        is_off = is_gone(position)
         position[is_off] = np.array([ball.position for ball in self.scene.balls])[
             np.nonzero(is_off)[1]
         ]
         count = len(position)
-        mass = np.array(np.broadcast_to([ball.mass for ball in self.scene.balls], is_off.shape))
-        coefficients = np.array(np.broadcast_to(coefficients_of(self.scene), (count, 6)))
+        mass = _own(np.broadcast_to([ball.mass for ball in self.scene.balls], is_off.shape))
+        coefficients = _own(np.broadcast_to(coefficients_of(self.scene), (count, 6)))
         for key, values in self.vary.items():
             some = values[part]
             if key == "mass":
@@ -102,7 +102,18 @@ class Source(NamedTuple):
                 coefficients[:, COLUMNS[key]] = some
         if "restitution.cue_ball" not in self.vary and self.scene.restitution.cue_ball is None:
             coefficients[:, 1] = coefficients[:, 0]  # The cue ball is as any other.
-        return Shots(position, velocity, is_off.astype(np.int64), mass, coefficients)
+        radius = np.array([ball.radius for ball in self.scene.balls])
+        return Shots(position, velocity, is_off.astype(np.int64), mass, radius, coefficients)
+
+
+def is_gone(position: Floats) -> NDArray[np.bool_]:
+    """Tell which balls (...) are off the table: NaN is in their positions (..., 2)."""
+    return np.asarray(np.isnan(position[..., 0]) | np.isnan(position[..., 1]))
+
+
+def _own(array: NDArray[Any]) -> Floats:
+    """Return a copy that lies in rows: numba compiles anew for another layout."""
+    return np.array(array, order="C")
 
 
 def _watched(scene: Scene, velocity: Floats) -> int:
@@ -139,7 +150,7 @@ def read_source(
     for key, own in counts.items():
         if own not in (1, count):
             raise setting_error(key, f"{own} shots", f"must be for 1 shot or for {count}")
-    lost = ~np.isfinite(speeds).all(axis=-1) & ~np.isnan(places).any(axis=-1)
+    lost = is_gone(speeds) & ~is_gone(places)
     if lost.any():
         where = tuple(np.argwhere(lost)[0].tolist())
         raise setting_error(_at("velocity", where), "no number", "must be two finite numbers")

@@ -9,16 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.loop import (
-    KINDS,
-    MOST_BALLS,
-    NOTHING,
-    NUMBERS,
-    SIDE,
-    WALL,
-    WORK,
-    Table,
-)
+from pool_pymunk.fast.kinds import KINDS
+from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDE, WORK, Table
 from pool_pymunk.model import Scene
 from pool_pymunk.model import Table as Outline
 from pool_pymunk.physics.laws import COMPILED, Law
@@ -49,16 +41,14 @@ def table_of(scene: Scene) -> Table:
 
 
 def arrays_of(found: Sequence[Wall], outline: Outline | None) -> Table:
-    """Return walls and pockets in arrays, with the corners of the table's outline."""
-    sides = [_side(side) for wall in found for side in wall.sides]
-    corners = np.array(outline.outline if outline else np.empty((0, 2)))
-    xs, ys = corners.T.copy()
-    return Table(
-        walls=np.array(list(_walls(found)), dtype=WALL).view(np.recarray),
-        sides=np.array(sides, dtype=SIDE).view(np.recarray),
-        xs=xs,
-        ys=ys,
-    )
+    """Return the sides of walls and pockets in arrays, with the corners of the table's outline."""
+    sides: list[tuple[Any, ...]] = []
+    for number, wall in enumerate(found):
+        pocket = wall.number if wall.is_pocket else NOTHING
+        its = number, len(sides), len(sides) + len(wall.sides), pocket, wall.center or (0.0, 0.0)
+        sides += [(*_side(side), *its) for side in wall.sides]
+    xs, ys = np.array(outline.outline if outline else np.empty((0, 2))).T.copy()
+    return Table(np.array(sides, dtype=SIDE).view(np.recarray), xs, ys)
 
 
 def can_compile(scene: Scene, law: Law) -> bool:
@@ -70,21 +60,9 @@ def can_compile(scene: Scene, law: Law) -> bool:
 
 def plain(table: Table) -> Table:
     """Return a table with objects for records: plain Python reads them several times as fast."""
-    walls, sides = (
-        [SimpleNamespace(**dict(zip(rows.dtype.names, row, strict=True))) for row in rows.tolist()]
-        for rows in (table.walls, table.sides)
-    )
-    return Table(walls, sides, table.xs.tolist(), table.ys.tolist())
-
-
-def _walls(found: Sequence[Wall]) -> list[tuple[Any, ...]]:
-    rows, first = [], 0
-    for wall in found:
-        count = len(wall.sides)
-        pocket = wall.number if wall.is_pocket else NOTHING
-        rows.append((first, count, pocket, wall.center or (0.0, 0.0)))
-        first += count
-    return rows
+    names = table.sides.dtype.names
+    sides = [SimpleNamespace(**dict(zip(names, row, strict=True))) for row in table.sides.tolist()]
+    return Table(sides, table.xs.tolist(), table.ys.tolist())
 
 
 def _side(side: Side) -> tuple[Any, ...]:
@@ -93,16 +71,16 @@ def _side(side: Side) -> tuple[Any, ...]:
     return kind, np.pad(numbers, (0, NUMBERS - len(numbers))), core
 
 
-def work_of(scene: Scene, law: int, watched: int, latest: float) -> Any:
+def work_of(scene: Scene, law: int, watched: int, latest: float, keeps: bool) -> Any:
     """Return a record in which the scene's shots can be played, until ``latest`` (s) at most.
 
-    ``law`` is the number of the law. The first hit of the ``watched`` ball is written down.
+    ``law`` is the number of the law. The first hit of the ``watched`` ball is written down, and if
+    it ``keeps`` tracks, all breakpoints and contacts.
     """
     work = np.zeros(1, dtype=WORK).view(np.recarray)[0]
-    count = len(scene.balls)
-    work.balls, work.cue, work.watched, work.latest = count, cue_of(scene), watched, latest
-    work.law = law
-    work.radius[:count] = [ball.radius for ball in scene.balls]
+    own = work.scene
+    own.balls, own.cue, own.watched = len(scene.balls), cue_of(scene), watched
+    own.latest, own.law, own.keeps = latest, law, keeps
     return work
 
 

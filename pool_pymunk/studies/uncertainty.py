@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast.batch import STATUSES
-from pool_pymunk.fast.loop import Model, Out
-from pool_pymunk.fast.many import play_all
+from pool_pymunk.fast.many import empty, play_all
+from pool_pymunk.fast.records import Out
 from pool_pymunk.fast.shots import Source, read_source
 from pool_pymunk.model import Point, Scene, Shot, Units
 from pool_pymunk.model.inputs import (
@@ -41,16 +41,15 @@ from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES as ENDS
-from pool_pymunk.results.run import Event, Run
+from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import SettingError, simulate, simulate_all, yardstick
-from pool_pymunk.studies.compare import Place, contact_order, contacts
+from pool_pymunk.studies.beside import Beside, Reference, reference_of
 from pool_pymunk.studies.starts import StartSampler, launched
 
 Mask = NDArray[np.bool_]
 
 UNFINISHED = ("max_events", "non_finite")
 MAX_TIME = STATUSES.index("max_time")
-INSTANTS = 256  # A run is compared at so many times, besides its start.
 PRINTED_DECIMALS = 2  # the decimals of a printed end, in the scenario's unit of length
 
 
@@ -304,81 +303,27 @@ class Study:
             if shot is not None:
                 velocity, is_struck = _struck(scene, shot, there, velocity, draws.shots[:, k])
                 finished &= is_struck
+            source = read_source(scene, there, velocity, others, self.law, None)
+            out = empty(*there.shape[:2])
             if shot is self.chain[-1]:
-                out = self._beside(there, velocity, others, threads, done)
+                found = Beside(self.reference, self.beside, out)
+                play_all(source, out, threads, done or _nothing, found)
                 for s, i in np.argwhere(pocketed >= 0).tolist():  # They lie in their pockets.
-                    out.left[s, i] = self._first_off(self.path[:, i : i + 1] - position[s, i])[0]
+                    off = self.beside.path[:, i : i + 1] - position[s, i]
+                    found.left[s, i] = found.first_off(off)[0]
             else:
-                source = read_source(scene, there, velocity, others, self.law, None)
-                out, _ = play_all(source, threads, _nothing)
+                play_all(source, out, threads, _nothing)
                 velocity = _go_on(source, out)
                 others = {name: each for name, each in others.items() if name[0] != "v"}
             finished &= out.status <= MAX_TIME
             pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
             position = np.where(np.isnan(out.final), position, out.final)
-        return Samples(position, out.left, out.same, pocketed, finished)
-
-    def _beside(
-        self, position: Array, velocity: Array, others: Mapping[str, Array], threads: int | None,
-        done: Callable[[int], object] | None,
-    ) -> Out:  # fmt: skip
-        """Play samples of the last shot, and compare them with the unperturbed run."""
-
-        def compare(out: Out, k: int, run: Run) -> None:
-            out.left[k] = self._first_off(run.at(self.times)[0] - self.path)
-            out.same[k] = contact_order(run) == self.order
-
-        source = read_source(self.reference.scene, position, velocity, others, self.law, None)
-        out, _ = play_all(source, threads, done or _nothing, self.model, compare)
-        return out
-
-    def _first_off(self, off: Array) -> Array:
-        """Return when (s; inf: never) balls (N,) are first ``agree`` away, by offsets (T, N, 2)."""
-        apart = np.hypot(off[..., 0], off[..., 1]) > self.agree
-        return np.where(apart.any(axis=0), self.times[apart.argmax(axis=0)], math.inf)
+        return Samples(position, found.left, found.same, pocketed, finished)
 
     @cached_property
-    def model(self) -> Model:
-        """Return the unperturbed run as compiled samples are compared with it."""
-        run = self.reference
-        seen: list[list[tuple[int, int]]] = [[] for _ in run.scene.balls]
-        for event in contacts(run):
-            one, *other = (run.scene.index[id_] for id_ in event.balls)
-            for i in other:
-                place = len(seen[one]) + 1, len(seen[i]) + 1
-                seen[one].append((i, place[1]))
-                seen[i].append((one, place[0]))
-            if not other:
-                seen[one].append((-1 - self._wall(event), 0))
-        most = max(map(len, seen))
-        rows = np.zeros((2, len(seen), most), dtype=np.int64)
-        for i, each in enumerate(seen):
-            rows[:, i, : len(each)] = np.array(each, dtype=np.int64).reshape(-1, 2).T
-        counts = np.array([len(each) for each in seen])
-        return Model(self.times, np.array(self.path), self.agree, rows[0], rows[1], counts)
-
-    def _wall(self, event: Event) -> int:
-        """Return the number of a cushion or pocket among all walls: cushions come first."""
-        scene = self.reference.scene
-        if event.cushion is not None:
-            return event.cushion
-        cushions = len(scene.table.edges) if scene.table else 0
-        return cushions + [hole.id for hole in scene.pockets].index(str(event.pocket))
-
-    @cached_property
-    def order(self) -> frozenset[Place]:
-        """Return which contacts the unperturbed run has, in the order of each ball."""
-        return contact_order(self.reference)
-
-    @cached_property
-    def times(self) -> Array:
-        """Return the times (s) at which runs are compared."""
-        return np.linspace(0.0, self.reference.duration, INSTANTS + 1)
-
-    @cached_property
-    def path(self) -> Array:
-        """Return where the unperturbed run has the balls at ``times`` (T, N, 2), in m."""
-        return self.reference.at(self.times)[0]
+    def beside(self) -> Reference:
+        """Return the unperturbed run as samples are compared with it."""
+        return reference_of(self.reference, self.agree)
 
 
 def read_study(

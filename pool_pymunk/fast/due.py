@@ -1,0 +1,212 @@
+"""This module predicts what is due in a compiled shot, as the contact engine does in its queue.
+
+A prediction that cannot come true is often left out by a bound that costs no square root. A bound
+leaves a margin that is far above rounding, so it never leaves out a contact.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pool_pymunk.engine import decisions
+from pool_pymunk.engine.near import box, horizon
+from pool_pymunk.fast.kinds import time_of_contact
+from pool_pymunk.fast.records import NOTHING, Ball, Sides, Work
+from pool_pymunk.physics.path import Lasting, Path, motion_at, pair_time
+
+# Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
+# and boxes have the same margin (engine/near.py).
+MARGIN = 1e-9
+PARTING = 1e-6  # Balls that part surely do so faster than this share of their speeds.
+
+
+def path_of(ball: Ball) -> Path:
+    """Return the path of a ball."""
+    return Path(ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end)
+
+
+def put_box(ball: Ball, found: tuple[float, float, float, float]) -> None:
+    """Give a ball a new box."""
+    ball.box[0], ball.box[1], ball.box[2], ball.box[3] = found
+
+
+# -- what is due next ------------------------------------------------------------------------------
+
+
+def due_next(w: Work) -> tuple[int, float, float]:
+    """Return which ball has the next event, when (s), and when another ball has one."""
+    ball, first, second = NOTHING, math.inf, math.inf
+    for i in range(w.scene.balls):
+        t = w.next_t[i]
+        if t < first:
+            ball, first, second = i, t, first
+        elif t < second:
+            second = t
+    return ball, first, second
+
+
+def note_next(w: Work, i: int) -> None:
+    """Note when ball ``i`` has its next event."""
+    due = w.due[i]
+    w.next_t[i] = min(min(due.ball_t, due.wall_t), min(due.stop_t, due.look_t))
+
+
+def forget(w: Work, i: int) -> None:
+    """Forget what is due for ball ``i``, which has a new path."""
+    due = w.due[i]
+    due.side = NOTHING
+    due.wall_t = due.second_t = due.stop_t = due.look_t = math.inf
+    for k in range(i):
+        w.pair_t[k, i] = math.inf
+    for k in range(i + 1, w.scene.balls):
+        w.pair_t[i, k] = math.inf
+
+
+def rescan(w: Work, i: int) -> None:
+    """Find the ball of a higher number that ball ``i`` meets first."""
+    ball, first = NOTHING, math.inf
+    for j in range(i + 1, w.scene.balls):
+        t = w.pair_t[i, j]
+        if t < first:
+            ball, first = j, t
+    w.due[i].ball, w.due[i].ball_t = ball, first
+    note_next(w, i)
+
+
+def refresh(w: Work, i: int) -> None:
+    """Find again who meets whom first, after predictions for ball ``i`` have changed."""
+    rescan(w, i)
+    for k in range(i):
+        t, due = w.pair_t[k, i], w.due[k]
+        if t < due.ball_t:
+            due.ball, due.ball_t = i, t
+            note_next(w, k)
+        elif due.ball == i:
+            rescan(w, k)
+
+
+# -- predictions -----------------------------------------------------------------------------------
+
+
+def look_for_walls(w: Work, sides: Sides, i: int) -> None:
+    """Predict which wall a path meets first, and when the next one, or where it ends."""
+    ball, due = w.ball[i], w.due[i]
+    path, found, wall, first, second = path_of(ball), NOTHING, NOTHING, math.inf, math.inf
+    due.path_end = math.inf
+    if ball.vx != 0.0 or ball.vy != 0.0:
+        for k in range(len(sides)):
+            t = time_of_contact(sides[k], path, ball.radius, w.now)
+            if t < first:
+                second = second if sides[k].wall == wall else first
+                found, wall, first = k, sides[k].wall, t
+            elif t < second and sides[k].wall != wall:
+                second = t
+        if first < math.inf:
+            due.path_end = first + decisions.nearly_now(ball.radius, ball.speed)
+        elif ball.end < math.inf:
+            due.stop_t = ball.end
+    due.side, due.wall_t, due.second_t = found, first, second
+
+
+def look_ahead(w: Work, i: int) -> None:
+    """Look at a path as far as the balls lie apart, or to its end."""
+    ball, due = w.ball[i], w.due[i]
+    path, end = path_of(ball), due.path_end
+    far = horizon(path, w.now, w.scene.ahead)
+    due.look_t = math.inf
+    if far < end and far < ball.end:
+        due.look_t = end = far
+    due.until = end
+    put_box(ball, box(path, ball.radius, w.now, end))
+
+
+def meet_others(w: Work, i: int, done: int) -> None:
+    """Predict when ball ``i`` meets the balls whose boxes overlap its own, but not ``done``."""
+    own = w.ball[i].box
+    x0, y0, x1, y1 = own[0], own[1], own[2], own[3]
+    for j in range(w.scene.balls):
+        other = w.ball[j].box
+        if (
+            other[0] <= x1 and other[2] >= x0 and other[1] <= y1 and other[3] >= y0
+            and j != i and j != done
+        ):  # fmt: skip
+            meet(w, min(i, j), max(i, j))
+
+
+def meet(w: Work, i: int, j: int) -> None:
+    """Predict when two balls meet on their present paths."""
+    a, b = w.ball[i], w.ball[j]
+    since = max(w.now, a.t, b.t)
+    until = min(w.due[i].until, w.due[j].until)
+    reach = a.radius + b.radius
+    if stay_apart(a, b, reach, since, until):
+        return
+    lasting = Lasting(contact_time(w, i, j, since), 0.0)
+    noise = max(a.noise, b.noise)
+    t = pair_time(path_of(a), path_of(b), reach, since, until, lasting, noise)
+    w.pair_t[i, j] = min(w.pair_t[i, j], t)
+
+
+def contact_time(w: Work, i: int, j: int, now: float) -> float:
+    """Return how long (s) a persistent contact of two balls takes; 0 if they have not met."""
+    if w.pair[i, j].last == -math.inf:
+        return 0.0
+    left = max(w.ball[i].end, w.ball[j].end) - now
+    radius = min(w.ball[i].radius, w.ball[j].radius)
+    return decisions.contact_time(now - w.pair[i, j].met, left, radius, w.scene.pull, False)
+
+
+# -- bounds ----------------------------------------------------------------------------------------
+
+
+def stay_apart(a: Ball, b: Ball, reach: float, since: float, until: float) -> bool:
+    """Tell whether two balls surely do not meet between ``since`` and ``until`` (s).
+
+    ``reach`` (m) is the sum of the radii.
+    """
+    if not a.moves:
+        return not b.moves or passes(b, a.rest[0], a.rest[1], reach)
+    if not b.moves:
+        return passes(a, b.rest[0], b.rest[1], reach)
+    end = min(a.end, b.end)
+    if not keep_apart(a, b, reach, since, min(until, end)):
+        return False
+    if until < end:
+        return True
+    mover, rester = (a, b) if b.end <= a.end else (b, a)
+    x, y, _, _ = motion_at(path_of(rester), end)
+    return passes(mover, x, y, reach)
+
+
+def passes(mover: Ball, x: float, y: float, reach: float) -> bool:
+    """Tell whether a ball surely does not come as near as ``reach`` (m) to a place (m)."""
+    dx, dy = x - mover.x, y - mover.y
+    margin = MARGIN * (abs(x) + abs(y) + abs(mover.x) + abs(mover.y) + reach)
+    along, across = dx * mover.vx + dy * mover.vy, abs(dx * mover.vy - dy * mover.vx)
+    return bool(along < -margin * mover.speed or across > (reach + margin) * mover.speed)
+
+
+def keep_apart(a: Ball, b: Ball, reach: float, since: float, until: float) -> bool:
+    """Tell whether two balls that both move surely do not meet.
+
+    They part if their velocity, at first and at last, points away from their first offset, and both
+    enclose an acute angle. Otherwise their offset deviates from its chord by |a| T^2 / 8 at most.
+    """
+    time = until - since
+    if not 0.0 < time < math.inf:
+        return False
+    x, y, vx, vy = motion_at(path_of(a), since)
+    dx, dy, ux, uy = motion_at(path_of(b), since)
+    dx, dy, vx, vy, ax, ay = dx - x, dy - y, ux - vx, uy - vy, b.ax - a.ax, b.ay - a.ay
+    wx, wy = vx + time * ax, vy + time * ay  # the velocity at last
+    least = PARTING * (abs(dx) + abs(dy)) * (abs(vx) + abs(vy) + abs(wx) + abs(wy))
+    if dx * vx + dy * vy > least and dx * wx + dy * wy > least and vx * wx + vy * wy >= 0.0:
+        return True
+    cx, cy = time * (vx + time * ax / 2.0), time * (vy + time * ay / 2.0)  # the chord
+    length, share = cx * cx + cy * cy, -(dx * cx + dy * cy)
+    share = min(max(share / length, 0.0), 1.0) if length > 0.0 else 0.0
+    nx, ny = dx + share * cx, dy + share * cy
+    bow = time * time * math.sqrt(ax * ax + ay * ay) / 8.0
+    size = abs(x) + abs(y) + abs(dx) + abs(dy) + time * (abs(vx) + abs(vy)) + reach
+    within = reach + bow + MARGIN * size
+    return bool(nx * nx + ny * ny > within * within)

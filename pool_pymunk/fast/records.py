@@ -1,0 +1,130 @@
+"""This module has the records and arrays in which compiled shots are played.
+
+A record has a fixed form, so numba passes it on as one pointer. Lengths are in m, times in s.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Work = Any  # one record of WORK
+Ball = Any  # one record of BALL
+Sides = Any  # an array of SIDE
+
+MOST_BALLS = 64
+MOST_KNOTS = 4096  # A track with more breakpoints goes to the engine.
+ROOM = 65_536  # This many breakpoints of some shots are kept together, in 4 MB a thread.
+NOTHING = -1  # stands for no ball, no side, no pocket
+
+N, F, I = MOST_BALLS, np.float64, np.int64  # noqa: E741
+
+NUMBERS = 8  # of a side, at most
+# A side stands beside the others of its wall, which are those from `first` up to `last`.
+SIDE = np.dtype(
+    [("kind", I), ("numbers", F, NUMBERS), ("core", F), ("wall", I), ("first", I), ("last", I),
+     ("pocket", I), ("center", F, 2)]
+)  # fmt: skip
+
+SCENE = np.dtype(
+    [("balls", I), ("cue", I), ("watched", I), ("law", I), ("latest", F), ("keeps", I),
+     ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F),
+     ("cushion_friction", F), ("ball_friction", F)]
+)  # fmt: skip
+
+# A ball has its path, its speed at the beginning, what of it is noise, the box around it, and
+# where it rests if it does not move.
+BALL = np.dtype(
+    [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
+     ("speed", F), ("noise", F), ("box", F, 4), ("moves", I), ("rest", F, 2),
+     ("radius", F), ("mass", F), ("is_off", I)]
+)  # fmt: skip
+
+# What is due for a ball: the times of its first wall and the second one, of its stop, of its next
+# look ahead, and of the first ball of a higher number; the time at which its path meets a wall, and
+# that until which the path is looked at.
+DUE = np.dtype(
+    [("side", I), ("wall_t", F), ("second_t", F), ("stop_t", F), ("look_t", F), ("ball", I),
+     ("ball_t", F), ("path_end", F), ("until", F)]
+)  # fmt: skip
+
+PAIR = np.dtype([("met", F), ("last", F)])  # when two balls met, and when they hit each other last
+
+COUNT = np.dtype(
+    [("events", I), ("hits", I), ("cushions", I), ("first_hit", I), ("duration", F),
+     ("pocket", I, N), ("met", I, N)]
+)  # fmt: skip
+
+# A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay. A contact is that
+# of a ball with another one, or with a wall, which is -1 - its number.
+KNOT = 8
+TRACK = np.dtype(
+    [
+        ("knots", I),
+        ("contacts", I),
+        ("knot", F, (MOST_KNOTS, KNOT)),
+        ("contact", I, (MOST_KNOTS, 2)),
+    ]
+)
+
+WORK = np.dtype(
+    [("scene", SCENE), ("ball", BALL, N), ("now", F), ("instant", F), ("rounds", I),
+     ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("pair", PAIR, (N, N)),
+     ("count", COUNT), ("track", TRACK)]
+)  # fmt: skip
+
+
+class Table(NamedTuple):
+    """A table has the sides of its walls, and the corners (C,) of the outline, in arrays."""
+
+    sides: Sides
+    xs: Any
+    ys: Any
+
+
+class Shots(NamedTuple):
+    """These are the shots to play.
+
+    The positions and velocities are (S, N, 2), in SI; ``is_off`` and ``mass`` are (S, N), and
+    ``radius`` is (N,). The ``coefficients`` (S, 6) are the restitutions of balls, of the cue ball
+    and of cushions, the pull of the surface, and the frictions of cushions and of balls.
+    """
+
+    position: Any
+    velocity: Any
+    is_off: Any
+    mass: Any
+    radius: Any
+    coefficients: Any
+
+
+class Out(NamedTuple):
+    """This is what comes of the shots, in arrays as in a Batch; ``halt`` ends the work."""
+
+    final: Any
+    duration: Any
+    hits: Any
+    cushions: Any
+    first_hit: Any
+    met: Any
+    pocketed: Any
+    events: Any
+    status: Any
+    halt: Any
+
+
+class Tracks(NamedTuple):
+    """These are the breakpoints (K, 8) and contacts (C, 2) of some shots, one shot after the other.
+
+    Those of shot ``s`` end where ``ends[s]`` (S, 2) says. A hard shot has none.
+    """
+
+    knots: Any
+    contacts: Any
+    ends: Any
+
+
+def tracks(count: int, room: int = ROOM) -> Tracks:
+    """Return arrays for the tracks of ``count`` shots; without room none are kept."""
+    return Tracks(np.empty((room, KNOT)), np.empty((room, 2), I), np.zeros((count, 2), I))
