@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -43,10 +44,11 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.fast import compiled, loop, many
+from pool_pymunk.fast import compiled, due, loop, many
 from pool_pymunk.fast.shots import read_source
 from pool_pymunk.fast.tables import table_of
 from pool_pymunk.physics.motion import path_to_disc
+from pool_pymunk.physics.path import pair_time, set_off
 
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
@@ -345,6 +347,43 @@ def test_bad_arguments_are_one_line(wrong: dict[str, Any], line: str) -> None:
 def test_a_shot_that_is_not_there() -> None:
     with pytest.raises(SettingError, match="k = 1: the shots have the numbers 0 to 0"):
         simulate_many(load("report")).run(1)
+
+
+def some_ball(rnd: random.Random, pull: float, scale: float, now: float) -> Any:
+    """Return a ball as the loop has it in a record, among balls of the same ``scale`` (m)."""
+    ball = SimpleNamespace(rest=[0.0, 0.0])
+    place = scale * rnd.uniform(995, 1005), scale * rnd.uniform(995, 1005)
+    angle, speed = rnd.uniform(0, math.tau), scale * 10 ** rnd.uniform(-3, 1.5)
+    velocity = (speed * math.cos(angle), speed * math.sin(angle))
+    began, ball.radius = rnd.uniform(0, now), scale * rnd.uniform(0.2, 1.0)
+    path = set_off(began, place, velocity if rnd.random() < 0.8 else (0.0, 0.0), pull * scale)
+    loop.put_path(ball, path)
+    ball.moves = path.moves
+    if path.end <= now:
+        ball.moves, (ball.rest[0], ball.rest[1]) = 0, path.rest
+    return ball
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_a_bound_never_leaves_out_two_balls_that_meet(scale: float) -> None:
+    """The times are those of balls that graze, start in touch, stop on the way, or miss."""
+    rnd, left_out, missed = random.Random(0), 0, 0
+    for _ in range(6_000):
+        now = rnd.uniform(0.0, 0.5)
+        a, b = (some_ball(rnd, rnd.choice((0.3, 2.0)), scale, now) for _ in "ab")
+        since, reach = max(now, a.t, b.t), a.radius + b.radius
+        until = rnd.choice((math.inf, since + rnd.uniform(0.0, 3.0)))
+        last = min(until, max(a.end, b.end))
+        times = [since + k / 30 * (last - since) for k in range(1 + 30 * rnd.randrange(2))]
+        if rnd.random() < 0.7:  # They touch at first, or nearly where they are nearest.
+            paths = due.path_of(a), due.path_of(b)
+            apart = min(math.dist(*(path.at(t)[0] for path in paths)) for t in times)
+            reach = apart * (1.0 + rnd.choice((0.0, -1e-15, -1e-6, 1e-15, 1e-8)))
+        t = pair_time(due.path_of(a), due.path_of(b), reach, since, until)
+        is_left_out = due.stay_apart(a, b, reach, since, until)
+        assert not (is_left_out and t < math.inf)
+        left_out, missed = left_out + is_left_out, missed + (t == math.inf)
+    assert left_out > 0.6 * missed > 700
 
 
 # -- sensitivity -----------------------------------------------------------------------------------
