@@ -72,7 +72,7 @@ def simulate_many(
     began = time.perf_counter()
     source = read_source(scene, position, velocity, vary, law, max_time)
     out = empty(*source.position.shape[:2])
-    by_reference = play_all(source, out, threads, on_done or _nothing)
+    by_reference = play_all(source, out, threads, on_done or (lambda _: None))
     return Batch(
         scene=source.scene,
         law=source.asked.law,
@@ -142,16 +142,9 @@ def _compiles(source: Source) -> bool:
 
 def _threads(asked: int | None) -> int:
     if asked is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else _cores()
+        has_affinity = hasattr(os, "sched_getaffinity")
+        return len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count() or 1
     return read_count("threads", asked)
-
-
-def _cores() -> int:
-    return os.cpu_count() or 1
-
-
-def _nothing(count: int) -> None:
-    """Take no note that shots are done."""
 
 
 def play_compiled(
