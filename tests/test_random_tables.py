@@ -262,7 +262,7 @@ class RandomTable:
                 for (i, j), past in state.history.items()
             }
         )
-        other.time = other._since = other.engine.now = state.time
+        other.time = other.engine.now = state.time
         other.restore_state(
             TableState(
                 state.time, dict(enumerate(state.motions.values())),

@@ -40,8 +40,7 @@ def solve(
     table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
     begin(trace, table.engine)
     bound(table.engine, settings)
-    table.latest = math.inf if settings.max_time is None else settings.max_time
-    table.play(settings.on_time)
+    table.play(settings.on_time, math.inf if settings.max_time is None else settings.max_time)
     trace.steps = table.steps
     trace.status = _status(table)
     cut_off(trace, table.engine, table.time)
@@ -86,7 +85,7 @@ def set_up(
         table.remove_ball(table.balls[scene.index[id_]])
     for wall, edge in zip(walls(scene), scene.table.edges if scene.table else (), strict=True):
         cushion = pymunk.Segment(space.static_body, edge.start, edge.end, 0.0)
-        table.add_wall(cushion, wall.restitution, wall.friction, wall.sides)
+        table.put_wall(cushion, wall)
     for hole in scene.pockets:
         table.add_pocket(hole.position, hole.radius)
     return table

@@ -6,47 +6,48 @@ Three calls a body would cost more than a step of pymunk does.
 from __future__ import annotations
 
 from struct import iter_unpack
-from typing import Any
+from typing import Any, NamedTuple
 
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies
 
 # This is how a body moves: its position (m), velocity (m/s) and force (N).
 Moves = tuple[float, float, float, float, float, float]
+FIELDS = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY | BodyFields.FORCE
+
+
+class Snapshot(NamedTuple):
+    """A snapshot has the bodies of a space, how they move, and the shapes, in pymunk's order.
+
+    Two snapshots are equal if nobody has come, gone, or been moved between them.
+    """
+
+    ids: bytes = b""
+    numbers: bytes = b""
+    shapes: tuple[pymunk.Shape, ...] = ()
+
+    @property
+    def members(self) -> tuple[bytes, tuple[pymunk.Shape, ...]]:
+        """Who is in the space: bodies and shapes."""
+        return self.ids, self.shapes
+
+    def moves(self) -> dict[int, Moves]:
+        """Return how each body moves, by its id."""
+        moves: Any = iter_unpack("6d", self.numbers)
+        return dict(zip(memoryview(self.ids).cast("P"), moves, strict=True))
 
 
 class Bodies:
-    """This reads the bodies of a space as a step begins, when pymunk moves its ``clock``.
+    """This reads the bodies of a space."""
 
-    pymunk has moved the bodies before the clock already; their way in this step is taken back.
-    """
-
-    _fields = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY | BodyFields.FORCE
-
-    def __init__(self, space: pymunk.Space, clock: pymunk.Body) -> None:
+    def __init__(self, space: pymunk.Space) -> None:
         self._space = space
-        self._clock = clock.id
         self._buffer = Buffer()
-        self._order = b""
-        self.ids: list[int] = []  # of the bodies, in pymunk's order
-        self.place: dict[int, int] = {}  # the places of the bodies in that order
-        self.has_new_order = False  # Some body has come or gone, fallen asleep or woken up.
 
-    def read(self, dt: float) -> list[Moves]:
-        """Return how the bodies move as this step of ``dt`` (s) begins, in the order of ``ids``."""
+    def read(self) -> Snapshot:
+        """Return how the bodies move now."""
         buffer = self._buffer
         buffer.clear()
-        get_space_bodies(self._space, self._fields, buffer)
-        order = bytes(buffer.int_buf())
-        self.has_new_order = order != self._order
-        if self.has_new_order:
-            self._order, self.ids = order, memoryview(order).cast("P").tolist()
-            self.place = {body: k for k, body in enumerate(self.ids)}
-        numbers: Any = buffer.float_buf()
-        moves: list[Any] = list(iter_unpack("6d", numbers))
-        for k, body in enumerate(self.ids):
-            if body == self._clock:
-                break
-            x, y, vx, vy, fx, fy = moves[k]
-            moves[k] = (x - vx * dt, y - vy * dt, vx, vy, fx, fy)
-        return moves
+        get_space_bodies(self._space, FIELDS, buffer)
+        shapes = tuple(self._space.shapes)
+        return Snapshot(bytes(buffer.int_buf()), bytes(buffer.float_buf()), shapes)

@@ -12,7 +12,6 @@ import pymunk
 from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside_ball, said
 from pool_pymunk.model.plain import Unfit, point, read_number
 from pool_pymunk.model.problems import (
-    SettingError,
     number_problems,
     setting_error,
     shown,
@@ -169,11 +168,12 @@ def check_place(
             raise setting_error("position", list(center), message)
 
 
-def step_error(dt: float, longest: float) -> SettingError:
-    """Make the error of a step that is no time, or a longer one than was agreed."""
+def check_step(dt: float, longest: float) -> None:
+    """Refuse a step (s) that is no time, or a longer one than was agreed."""
     if not dt > 0.0:
-        return setting_error("dt", dt, "a step must be greater than 0")
-    return setting_error("dt", dt, f"a step may be {longest:g} s long at most (max_dt)")
+        raise setting_error("dt", dt, "a step must be greater than 0")
+    if dt > LONGEST * longest:
+        raise setting_error("dt", dt, f"a step may be {longest:g} s long at most (max_dt)")
 
 
 def _kind(thing: object) -> str:

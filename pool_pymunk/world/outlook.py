@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import combinations
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import pymunk
 
@@ -13,10 +13,8 @@ from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside
 from pool_pymunk.physics.contact import Contact, Pair, Vector
-from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Round, Wall
-from pool_pymunk.physics.surface import Surface
 from pool_pymunk.world.edges import Edge, crossings
 
 HAIR = 1e-9  # radii; a ball is put so far off what it would touch
@@ -88,21 +86,18 @@ class Witness(Recorder):
 
 
 class Outlook(NamedTuple):
-    """An outlook has what a look ahead needs: balls by their numbers, walls, law and friction."""
+    """An outlook looks ahead from where some balls of a table's ``engine`` are now."""
 
-    paths: dict[int, Path]
-    radii: dict[int, float]
-    masses: dict[int, float]
-    walls: Sequence[Wall]
-    law: Law
-    pair: Callable[[int, int], Pair]
-    surface: Surface
+    table: ContactEngine
+    numbers: list[int]
 
-    def sketch(self, ball: int, velocity: Vector, now: float) -> Prediction[int]:
-        """Strike the ball, and play until it and what it met have turned once more each."""
-        numbers = list(self.paths)
-        witness = Witness(numbers.index(ball))
-        engine = self._engine(ball, velocity, now, witness)
+    def sketch(self, ball: int, velocity: Vector, now: float) -> Prediction[Any]:
+        """Strike the ball, and play until it and what it met have turned once more each.
+
+        In the prediction balls are numbers.
+        """
+        witness = Witness(self.numbers.index(ball))
+        engine = self._engine(witness, velocity, now)
         start = engine.paths[witness.ball]
         for _ in range(MOST):
             if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
@@ -111,7 +106,7 @@ class Outlook(NamedTuple):
         turns = witness.turns.get(witness.ball, [start.rest])
         met = witness.met
         return Prediction(
-            met=None if met is None else numbers[met],
+            met=None if met is None else self.numbers[met],
             wall=witness.first.cushion if witness.first else None,
             pocket=witness.pocket,
             t=witness.at,
@@ -119,22 +114,20 @@ class Outlook(NamedTuple):
             other_way=() if met is None else tuple(witness.turns[met][:2]),
         )
 
-    def _engine(
-        self, ball: int, velocity: Vector, now: float, recorder: Recorder
-    ) -> ContactEngine:  # fmt: skip
-        """Return an engine with all balls on their way from now on, the struck one included."""
-        numbers = list(self.paths)
+    def _engine(self, witness: Witness, velocity: Vector, now: float) -> ContactEngine:
+        """Return an engine with these balls on their way from now on, the struck one included."""
+        table, numbers = self.table, self.numbers
 
         def pair(i: int, j: int) -> Pair:
-            return self.pair(numbers[i], numbers[j])
+            return table.pair(numbers[i], numbers[j])
 
-        engine = ContactEngine(self.law, pair, self.surface, recorder)
-        for number, path in self.paths.items():
-            x, y, vx, vy = motion_at(path, now)
-            moves = velocity if number == ball else (vx, vy)
-            path = self.surface.path(0.0, (x, y), moves)
-            engine.add_ball(path, self.radii[number], self.masses[number])
-        engine.walls = list(self.walls)
+        engine = ContactEngine(table.resolver.law, pair, table.surface, witness)
+        for k, number in enumerate(numbers):
+            x, y, vx, vy = motion_at(table.paths[number], now)
+            moves = velocity if k == witness.ball else (vx, vy)
+            path = table.surface.path(0.0, (x, y), moves)
+            engine.add_ball(path, table.radii[number], table.masses[number])
+        engine.walls = list(table.walls)
         boxes = Boxes if len(numbers) < MANY else ManyBoxes
         engine.near = near = boxes(len(numbers), len(engine.walls))
         near.measure(engine.paths)

@@ -1,0 +1,410 @@
+"""This module owns the state of a table: its clock, its balls, their paths and their bodies.
+
+A step of pymunk moves positions first and changes velocities last. Between steps a body therefore
+carries the mean velocity of its path over the coming step, which makes positions exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from enum import Enum, auto
+
+import pymunk
+
+from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.sides import unit
+from pool_pymunk.world.ball import Ball, TableState
+from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase
+from pool_pymunk.world.checks import check_unchanged
+from pool_pymunk.world.pushes import NOTHING, Pushes
+
+BALL, SENSOR = 0x42616C6C, 0x53656E73  # These are our own collision types.
+HAIR = 1e-9  # radii; the sensor of a ball that moves is larger by this
+# With discrete contacts, the sensor of a resting ball is smaller by this: then balls that rest in
+# touch do not call in every step.
+
+
+class Phase(Enum):
+    """A phase says what is going on, and so which changes of the table are allowed."""
+
+    BETWEEN = auto()  # between two steps
+    STEPPING = auto()  # pymunk steps the space, which is closed to changes
+    ANSWERING = auto()  # the engine answers an instant, and asks the law and the pair
+    TELLING = auto()  # a callback hears of an instant that is over
+
+
+class State:
+    """The state of a table has one owner: this. All others read it, and change it by its methods.
+
+    Positions are in m, velocities in m/s, times in s.
+    """
+
+    def __init__(
+        self, space: pymunk.Space, engine: ContactEngine, near: BroadPhase, max_dt: float,
+        *, alone: bool, has_joints: bool, is_swept: bool,
+    ) -> None:  # fmt: skip
+        self.space = space
+        self.engine = engine
+        self.near = near
+        self.surface = engine.surface
+        self.max_dt = self.dt = max_dt
+        self.alone = alone
+        self.has_joints = has_joints  # friction by joints, not by callbacks
+        self.is_swept = is_swept
+        self.phase = Phase.BETWEEN
+        self.time = 0.0
+        self.latest = math.inf  # the time to stop at, in the middle of a step if need be
+        self.steps = 0
+        # The time is that at which the present length of steps began, and the steps since then.
+        self.since, self.count = 0.0, 0
+        self.next_stop = math.inf
+        self.wake = -math.inf  # when something is to be done; steps that end before it are bare
+        self.balls: list[Ball] = []
+        self.moving: dict[int, Ball] = {}
+        self.ball_of: dict[pymunk.Body, Ball] = {}  # the balls on the table
+        self.entries = 0  # how often a ball has come to the table
+        self.sent: list[int] = []  # balls that were sent off while pymunk was stepping
+        self.pushes: Pushes | None = None  # of others, while pymunk steps a shared space
+        # where, while a callback runs, bodies were put: position and velocity
+        self.carried: dict[Ball, tuple[float, ...]] = {}
+        self.error: Exception | None = None
+
+    # -- the clock -------------------------------------------------------------------------------
+
+    @property
+    def now(self) -> float:
+        """The time, which while a step is answered is that of the present instant."""
+        is_inside = self.phase in (Phase.ANSWERING, Phase.TELLING)
+        return self.engine.now if is_inside else self.time
+
+    def set_time(self, t: float) -> None:
+        """Set the clock."""
+        self.time = self.since = t
+        self.count = 0
+
+    def take_steps_of(self, dt: float) -> None:
+        """Make steps of this length from now on, and put all moving bodies on their paths.
+
+        pymunk's joints keep impulses from step to step, and take it that steps are equally long.
+        """
+        self.since, self.count, self.dt = self.time, 0, dt
+        self.carry_all()
+
+    def tick(self, steps: int = 1) -> None:
+        """Count steps that pymunk has made."""
+        self.steps += steps
+        self.count += steps
+        self.time = min(self.since + self.count * self.dt, self.latest)
+
+    def note(self, error: Exception) -> None:
+        """Keep an error until the step's end, because pymunk only prints what a callback raises."""
+        self.error = self.error or error
+        self.wake = -math.inf
+
+    def raise_noted(self) -> None:
+        """Raise the first error of this step, if there was one: now that all is in order."""
+        if self.error is not None:
+            error, self.error = self.error, None
+            raise error
+
+    # -- balls come and go -----------------------------------------------------------------------
+
+    def put_ball(self, circle: pymunk.Circle) -> Ball:
+        """Make a circle and its body a ball, unchecked."""
+        body, radius = circle.body, circle.radius
+        assert body is not None
+        self.near.filters = self.near.filters or circle.filter != EVERYTHING
+        self.join(body, circle)
+        sensor = circle
+        if not self.alone:
+            sensor = pymunk.Circle(body, radius)
+            sensor.sensor = True
+            sensor.color = (0, 0, 0, 0)
+        (x, y), (vx, vy) = body.position, body.velocity
+        path = self.surface.path(self.now, (x, y), (vx, vy))
+        ball = Ball(self.engine.add_ball(path, radius, body.mass), circle, sensor, self.engine)
+        self.balls.append(ball)
+        self.near.sensors.append(sensor)
+        self._enter(ball)
+        if path.moves or self.phase is not Phase.BETWEEN:
+            self.set_out([ball])
+        elif not self.is_swept:
+            sensor.unsafe_set_radius(radius * (1.0 - HAIR))
+        return ball
+
+    def _enter(self, ball: Ball) -> None:
+        """Put a ball's sensor into the space, and mark its circle as a ball's."""
+        if not self.alone:
+            ball.circle.collision_type = BALL
+            ball.sensor.filter = ball.circle.filter
+            ball.sensor.body = ball.body
+            self.join(ball.sensor)
+        ball.sensor.collision_type = SENSOR
+        ball.type = ball.circle.collision_type
+        self.near.numbers[ball.sensor] = ball.number
+        self.ball_of[ball.body] = ball
+        self.entries += 1
+        ball.is_on_table = True
+
+    def join(self, *things: pymunk.Body | pymunk.Shape) -> None:
+        """Put what is not in the space into it."""
+        self.space.add(*[thing for thing in things if thing.space is None])
+
+    def on_table(self) -> list[Ball]:
+        """Return the balls that are on the table."""
+        return list(self.ball_of.values())
+
+    def drop(self, ball: Ball) -> None:
+        """Take a ball off the table now, unless it is off it already."""
+        if ball.is_on_table:
+            self.engine.now = self.now
+            self.engine.remove(ball.number)
+            self.take_out_gone()
+
+    def drop_lost(self) -> None:
+        """Take the balls off the table whose bodies or circles somebody took out of the space."""
+        for ball in self.on_table():
+            if not ball.body.space is ball.circle.space is self.space:
+                self.drop(ball)
+
+    def take_out_gone(self) -> None:
+        """Take the bodies and shapes of balls that have left the table out of the space."""
+        while self.near.gone:
+            ball = self.balls[self.near.gone.pop(0)]
+            self._rest(ball)
+            ball.is_on_table = False
+            path = self.engine.paths[ball.number]
+            ball.body.position = path.x, path.y
+            ball.circle.collision_type = 0
+            del self.ball_of[ball.body]
+            there = [each for each in ball.body.shapes if each.space is not None]
+            things: list[pymunk.Body | pymunk.Shape] = [ball.body, *there]
+            self.space.remove(*[thing for thing in things if thing.space is not None])
+            if not self.alone:
+                there = [each for each in there if each is not ball.sensor]
+                if ball.sensor.space is None:
+                    ball.sensor.body = None  # Its body may come back as another ball.
+            ball.shapes = tuple(there)
+
+    def discs(self, without: Ball | None = None) -> dict[int, tuple[Vector, float]]:
+        """Return position and radius of each ball by its number, perhaps ``without`` one."""
+        now, balls, paths = self.now, self.ball_of.values(), self.engine.paths
+        return {
+            ball.number: (motion_at(paths[ball.number], now)[:2], ball.radius)
+            for ball in balls
+            if ball is not without
+        }
+
+    # -- balls on new paths ----------------------------------------------------------------------
+
+    def begin_path(self, ball: Ball, position: Vector, velocity: Vector) -> None:
+        """Give a ball a new path from now on; what it meets is not predicted yet."""
+        now = self.engine.now = self.now
+        path = self.surface.path(now, position, velocity)
+        self.engine.set_off(ball.number, path)
+        if not path.moves:
+            self.engine.rested[ball.number] = now
+
+    def send(self, ball: Ball, position: Vector | None, velocity: Vector | None) -> None:
+        """Set a ball off from a position, or from where it is; perhaps as fast as it is."""
+        place, goes = self.engine.paths[ball.number].at(self.now)
+        self.begin_path(ball, position or place, velocity or goes)
+        if position is not None:
+            self.carry(ball)
+            self._move_sensor(ball)
+        self.set_out([ball])
+
+    def set_out(self, balls: Collection[Ball]) -> None:
+        """Predict what balls on new paths meet, and put their bodies on these paths."""
+        for ball in balls:
+            if self.pushes is not None:
+                self.pushes.silence(ball)
+            self.carry(ball)
+        numbers = [ball.number for ball in balls]
+        if self.phase is Phase.STEPPING:
+            self.sent += numbers  # The answer to this step predicts it.
+        else:
+            self.engine.predict(numbers)
+        self.wake = -math.inf
+
+    def predict_anew(self) -> None:
+        """Put all balls on their paths, and predict again what they meet."""
+        if self.phase is Phase.BETWEEN:
+            self.near.until = self.engine.now = self.time
+        now = self.now
+        for ball in self.ball_of.values():
+            x, y, vx, vy = motion_at(self.engine.paths[ball.number], now)
+            path = self.surface.path(now, (x, y), (vx, vy))
+            if path.moves:
+                self.engine.set_off(ball.number, path)
+            self.carry(ball)
+            self._move_sensor(ball)
+        self.engine.predict([ball.number for ball in self.ball_of.values()])
+        self.wake = -math.inf
+
+    def _move_sensor(self, ball: Ball) -> None:
+        """Let pymunk find anew what a ball's sensor touches, because the ball was put elsewhere.
+
+        pymunk reports a touch only once until the two part.
+        """
+        self.space.remove(ball.sensor)
+        self.space.add(ball.sensor)
+        self.space.reindex_shapes_for_body(ball.body)
+
+    def beside(self, ball: Ball, x: float, y: float) -> Vector:
+        """Return where a ball lies that was pushed into balls and walls: it touches them."""
+        radius = ball.radius
+        for (u, v), other in self.discs(without=ball).values():
+            reach = radius + other
+            if math.dist((x, y), (u, v)) < reach:
+                nx, ny = unit(x - u, y - v)
+                x, y = u + reach * nx, v + reach * ny
+        for wall in self.engine.walls:
+            for side in () if wall.is_pocket else wall.sides:
+                gap = side.gap(x, y, radius)
+                if -radius <= gap < 0.0:
+                    nx, ny = side.normal(x, y)
+                    x, y = x - gap * nx, y - gap * ny
+        return x, y
+
+    def saved(self) -> TableState:
+        """Return where the balls are and how they move."""
+        now, paths = self.now, self.engine.paths
+        motions = {i: motion_at(paths[i], now) for i in (b.number for b in self.ball_of.values())}
+        return TableState(now, motions, dict(self.engine.resolver.history))
+
+    def restore(self, saved: TableState) -> None:
+        """Put the balls back to where they were, and the clock."""
+        for ball in self.on_table():
+            if ball.number not in saved.motions:
+                self.drop(ball)
+        self.set_time(saved.time)
+        self.engine.turn_back(self.time)
+        self.sent.clear()
+        for number, (x, y, vx, vy) in saved.motions.items():
+            ball = self.balls[number]
+            if not ball.is_on_table:
+                self.join(ball.body, *ball.shapes)
+                self._enter(ball)
+            path = self.surface.path(self.time, (x, y), (vx, vy))
+            self.engine.set_off(number, path)
+            self.engine.rested[number] = math.inf if path.moves else -math.inf
+        self.engine.resolver.history.clear()
+        self.engine.resolver.history.update(saved.history)
+        self.predict_anew()
+
+    # -- bodies on their paths -------------------------------------------------------------------
+
+    def mean_velocity(self, path: Path, t: float) -> Vector:
+        """Return the velocity that takes a body along its path from ``t`` to ``t + dt``.
+
+        A difference of two places would know it to rounding of a place over ``dt`` only.
+        """
+        moves = path.end - t
+        _, _, vx, vy = motion_at(path, t)
+        if moves > self.dt:
+            return vx + self.dt * path.ax / 2.0, vy + self.dt * path.ay / 2.0
+        share = max(moves, 0.0) / self.dt
+        return share * (vx + moves * path.ax / 2.0), share * (vy + moves * path.ay / 2.0)
+
+    def steps_on(self, path: Path) -> float:
+        """Return how many steps at most pymunk itself has taken a body along this path.
+
+        Each of them rounds its position and velocity.
+        """
+        steps = (self.time - path.t) / self.dt
+        return 2.0 + (steps if steps < self.count else self.count)
+
+    def carry(self, ball: Ball) -> None:
+        """Put a ball's body on its path at the end of this step, or to rest."""
+        if self.pushes is not None:
+            self.pushes.feel(ball)
+        path, goes = self.engine.paths[ball.number], NOTHING
+        x, y, vx, vy = motion_at(path, self.time)
+        ball.body.position = x, y
+        if path.end <= self.time:
+            self._rest(ball)
+        else:
+            ball.body.velocity = goes = self.mean_velocity(path, self.time)
+            margin = math.sqrt(vx * vx + vy * vy) * self.max_dt if self.is_swept else 0.0
+            rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
+            ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
+            if ball.number not in self.moving:
+                check_unchanged(ball, self.engine.masses[ball.number])
+                self.moving[ball.number] = ball
+                self._slow_down(ball)
+            self.next_stop = min(self.next_stop, path.end)
+        if self.phase is Phase.TELLING:
+            self.carried[ball] = x, y, *goes
+
+    def carry_all(self) -> None:
+        """Put all moving bodies on their paths."""
+        for ball in list(self.moving.values()):
+            self.carry(ball)
+
+    def _slow_down(self, ball: Ball) -> None:
+        """Install surface friction on a ball that begins to move.
+
+        A joint pulls back with the force m a inside the C step, and holds the body at no place.
+        """
+        if self.surface.pull > 0.0 and self.has_joints:
+            if ball.joint is None:
+                ground, origin = self.space.static_body, (0.0, 0.0)
+                ball.joint = pymunk.PivotJoint(ground, ball.body, origin, origin)
+                ball.joint.max_bias = 0.0
+                ball.joint.max_force = ball.body.mass * self.surface.pull
+            self.space.add(ball.joint)
+        elif self.surface.pull > 0.0:
+            ball.body.velocity_func = self._damp
+
+    def _damp(
+        self, body: pymunk.Body, _gravity: Vector, _damping: float, _dt: float
+    ) -> None:  # fmt: skip
+        """Damp a body: it carries its path's mean velocity over the coming step."""
+        try:
+            ball, end = self.ball_of[body], self.since + (self.count + 1) * self.dt
+            velocity = self.mean_velocity(self.engine.paths[ball.number], end)
+            body.force = NOTHING
+            body.velocity = velocity if self.pushes is None else self.pushes.damp(ball, velocity)
+        except Exception as error:
+            self.note(error)
+
+    def renew_joints(self) -> None:
+        """Give all moving balls new joints, which keep no impulse from a step of other length."""
+        for ball in self.moving.values():
+            if ball.joint is not None:
+                self.space.remove(ball.joint)
+                ball.joint = None
+                self._slow_down(ball)
+
+    @property
+    def joints(self) -> int:
+        """The number of friction joints that are in the space now."""
+        return len(self.moving) if self.has_joints and self.surface.pull > 0.0 else 0
+
+    def _rest(self, ball: Ball) -> None:
+        """Put a ball to rest; from now on it costs nothing."""
+        ball.body.velocity = NOTHING
+        ball.sensor.unsafe_set_radius(ball.radius * (1.0 if self.is_swept else 1.0 - HAIR))
+        if self.moving.pop(ball.number, None) is None:
+            return
+        if ball.joint is not None:
+            self.space.remove(ball.joint)
+            ball.joint = ball.joint if self.alone else None
+        elif self.surface.pull > 0.0:
+            ball.body.velocity_func = pymunk.Body.update_velocity
+
+    def stop_balls(self) -> None:
+        """Put balls to rest whose paths have ended, and steer those that stop in the next step."""
+        paths = self.engine.paths
+        for ball in list(self.moving.values()):
+            path = paths[ball.number]
+            if path.end <= self.time:
+                self.carry(ball)
+            elif path.end <= self.time + self.dt:
+                ball.body.velocity = self.mean_velocity(path, self.time)
+        self.next_stop = min((paths[i].end for i in self.moving), default=math.inf)
