@@ -9,15 +9,15 @@ kick at the step's end, so it is right to first order in the step.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import motion_at
+from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.world.ball import Ball
 from pool_pymunk.world.bodies import Bodies, Moves, Snapshot
 from pool_pymunk.world.checks import check_step
-from pool_pymunk.world.pushes import NOTHING, Pushes
-from pool_pymunk.world.state import Phase, State
+from pool_pymunk.world.state import NOTHING, Phase, State
 from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.telling import Callbacks
 from pool_pymunk.world.walls import Walls
@@ -28,6 +28,26 @@ SET = 1e-9
 # A step of pymunk rounds a velocity by less than this share of it, and a place too: some operations
 # round by half an EPSILON each.
 STEP_ROUNDING = 4.0 * EPSILON
+# In a step pymunk's solver goes over all joints ten times, and each time rounds the velocity.
+PUSH_ROUNDING = 64.0 * EPSILON
+
+
+class Acts(NamedTuple):
+    """These are what acts on balls in one step of ``dt`` (s), and how they moved as it began.
+
+    ``kicks`` (m/s^2) are accelerations by gravity and forces; ``damping`` is the share of a
+    velocity that the space's damping leaves. Others may act ``on_all`` balls, or on what the table
+    touches; ``carries`` says that all are to be put on their paths in the end, because pymunk does
+    not keep them there.
+    """
+
+    dt: float
+    moves: dict[int, Moves]
+    paths: tuple[Path, ...]
+    kicks: dict[Ball, Vector]
+    damping: float
+    on_all: bool
+    carries: bool
 
 
 class SharedSteps(Steps):
@@ -80,9 +100,10 @@ class SharedSteps(Steps):
         off, gain = abs(x - px) + abs(y - py), abs(vx - ex) + abs(vy - ey)
         if off == gain == 0.0:
             return False
-        rounding = STEP_ROUNDING * state.steps_on(path) if path.end > state.time else 0.0
+        share, late = self._rounding(path)
         size = abs(x) + abs(y) + path.speed * (state.time - path.t) + ball.radius
-        is_there, is_as_fast = off <= rounding * size, gain <= rounding * path.speed
+        is_there = off <= share * size + late * path.speed
+        is_as_fast = gain <= share * path.speed + late * state.surface.pull
         if is_there and is_as_fast:
             return False
         if is_as_fast:  # Only its place is new.
@@ -93,6 +114,18 @@ class SharedSteps(Steps):
         state.begin_path(ball, place, (vx, vy))
         return True
 
+    def _rounding(self, path: Path) -> tuple[float, float]:
+        """Return what may hide whether a ball is on its path; nothing hides it for one that rests.
+
+        pymunk rounds position and velocity by this share of them in all its steps along the path,
+        and the clock is rounded (s).
+        """
+        state = self.state
+        if path.end <= state.time:
+            return 0.0, 0.0
+        steps = 2.0 + min((state.time - path.t) / state.dt, state.count)
+        return STEP_ROUNDING * steps, 2.0 * EPSILON * state.time
+
     # -- a step ----------------------------------------------------------------------------------
 
     def step_of_space(self, dt: float) -> None:
@@ -102,80 +135,96 @@ class SharedSteps(Steps):
         state = self.state
         self.refuse_in_step("dt", dt)
         check_step(dt, state.max_dt)
-        self._begin(dt)
-        state.phase = Phase.STEPPING
-        state.space.add_post_step_callback(self._end, self)
-        try:
-            self._pymunk_step(dt)
-        finally:
-            state.phase, state.pushes = Phase.BETWEEN, None
-        state.raise_noted()
-
-    def _begin(self, dt: float) -> None:
-        """Follow the balls that others have moved, and note what acts on them in this step."""
         self.catch_up()
-        state, space = self.state, self.state.space
-        is_uneven, damping = dt != state.dt, space.damping
-        if is_uneven:
+        if is_uneven := dt != state.dt:
             state.take_steps_of(dt)
             state.renew_joints()
             self.catch_up()
-        gx, gy = space.gravity
+        acts = self._acts(dt, is_uneven)
+        state.begin_step()
+        state.space.add_post_step_callback(self._end, self, acts)
+        try:
+            self._pymunk_step(dt)
+        finally:
+            state.phase = Phase.BETWEEN
+        state.raise_noted()
+
+    def _acts(self, dt: float, is_uneven: bool) -> Acts | None:
+        """Return what acts on the balls in this step; None if it is nothing of which one knows."""
+        state, space = self.state, self.state.space
+        (gx, gy), damping = space.gravity, space.damping
         falls = gx != 0.0 or gy != 0.0 or damping != 1.0
-        is_felt = self._has_joints_of_others() or space.sleep_time_threshold < math.inf
-        if not (falls or is_felt or is_uneven or state.moving or self._forces):
-            return
-        masses, kicks = state.engine.masses, {}
+        may_sleep = space.sleep_time_threshold < math.inf
+        on_all = is_uneven or may_sleep or len(space.constraints) > state.joints
+        if not (falls or on_all or state.moving or self._forces):
+            return None
+        kicks, masses = {}, state.engine.masses
         for ball in state.ball_of.values() if falls else self._forces:
             (fx, fy), mass = self._forces.get(ball, NOTHING), masses[ball.number]
             kicks[ball] = (gx + fx / mass, gy + fy / mass)
-        pull = state.surface.pull
-        state.pushes = Pushes(dt, self._moves, kicks, damping**dt, pull, is_uneven)
+        paths = tuple(state.engine.paths)
+        return Acts(dt, self._moves, paths, kicks, damping**dt, on_all, is_uneven or may_sleep)
 
-    def _has_joints_of_others(self) -> bool:
-        return len(self.state.space.constraints) > self.state.joints
-
-    def _end(self, *_: object) -> None:
+    def _end(self, _space: object, _key: object, acts: Acts | None) -> None:
         """Answer this step, and let then act what others did in it."""
         state = self.state
         if state.phase is not Phase.STEPPING:
             return
         try:
-            self._answer_shared()
+            moves = self._bodies.read().moves() if acts is not None else {}
+            self.answer()
+            state.phase = Phase.BETWEEN
+            if acts is not None:
+                self._let_act(acts, moves)
         except Exception as error:
             state.note(error)
         finally:
-            state.phase, state.pushes = Phase.BETWEEN, None
+            state.phase = Phase.BETWEEN
 
-    def _answer_shared(self) -> None:
-        state, pushes = self.state, self.state.pushes
-        if pushes is None:
-            self.answer()
-            return
-        may_sleep = state.space.sleep_time_threshold < math.inf
-        # What others do to the balls that are put on their paths would be lost.
-        is_felt = pushes.is_uneven or may_sleep or self._has_joints_of_others()
-        for ball in state.on_table() if is_felt else pushes.kicks:
-            pushes.feel(ball)
-        self.answer()
-        # From now on velocities are what the table makes of them.
-        state.phase, state.pushes = Phase.BETWEEN, None
-        for ball in dict.fromkeys((*pushes.kicks, *pushes.felt)):
-            if ball.is_on_table and (ball in pushes.kicks or pushes.felt[ball] != NOTHING):
-                self._kick(ball, *pushes.gain(ball))
-        for ball in state.moving.values() if may_sleep else ():
-            ball.body.activate()  # A ball that moves must not fall asleep.
-        if pushes.is_uneven or may_sleep:
+    def _let_act(self, acts: Acts, moves: dict[int, Moves]) -> None:
+        """Let act, once each, what others did in a step that has left the bodies so.
+
+        What they did to a ball that the table has not touched is still in its body's velocity.
+        """
+        state, carried = self.state, self.state.carried
+        for ball in state.on_table() if acts.on_all else dict.fromkeys((*acts.kicks, *carried)):
+            if ball.is_on_table and ball not in state.sent_off and ball.id in acts.moves:
+                push = self._push(ball, acts, moves[ball.id])
+                if ball in acts.kicks or push != NOTHING:
+                    self._kick(ball, acts, push)
+        if acts.carries:
+            for ball in state.moving.values():
+                ball.body.activate()  # A ball that moves must not fall asleep.
             state.carry_all()
 
-    def _kick(self, ball: Ball, gain: Vector, share: float) -> None:
-        """Keep a ``share`` of a velocity, and add a ``gain`` (m/s).
+    def _push(self, ball: Ball, acts: Acts, move: Moves) -> Vector:
+        """Return what others than friction and forces have added to a velocity (m/s)."""
+        _, _, bx, by, _, _ = acts.moves[ball.id]
+        _, _, wx, wy, _, _ = move
+        path, pull = acts.paths[ball.number], self.state.surface.pull
+        slides = pull > 0.0 and path.end > self.state.time - acts.dt
+        if slides and not self.state.has_joints:
+            vx, vy = self.state.mean_velocity(path, self.state.time)
+        else:
+            (ax, ay), most = acts.kicks.get(ball, NOTHING), pull * acts.dt if slides else 0.0
+            vx, vy = bx * acts.damping + ax * acts.dt, by * acts.damping + ay * acts.dt
+            speed = math.sqrt(vx * vx + vy * vy)
+            left = 1.0 - most / speed if speed > most else 0.0
+            vx, vy = vx * left, vy * left
+        sizes = abs(bx) + abs(by) + abs(vx) + abs(vy) + abs(wx) + abs(wy)
+        is_pushed = abs(wx - vx) + abs(wy - vy) > PUSH_ROUNDING * sizes
+        return (wx - vx, wy - vy) if is_pushed else NOTHING
+
+    def _kick(self, ball: Ball, acts: Acts, push: Vector) -> None:
+        """Change a velocity by forces and by a push (m/s).
 
         Surface friction holds a ball at rest against as much as its own deceleration.
         """
-        state, (gain_x, gain_y) = self.state, gain
+        state, kick = self.state, acts.kicks.get(ball)
+        (ax, ay), share = kick or NOTHING, acts.damping if kick else 1.0
+        gain_x, gain_y = ax * acts.dt + push[0], ay * acts.dt + push[1]
         x, y, vx, vy = motion_at(state.engine.paths[ball.number], state.time)
-        most = state.surface.pull * state.dt
+        most = state.surface.pull * acts.dt
         if vx == vy == 0.0 and math.sqrt(gain_x * gain_x + gain_y * gain_y) <= most:
             ball.body.velocity = NOTHING
             return
@@ -187,7 +236,6 @@ class SharedSteps(Steps):
         try:
             self.walls.refuse_moved()
         except ValueError:
-            self.state.pushes = None
             for ball in self.state.on_table():
                 self.state.carry(ball)
             raise

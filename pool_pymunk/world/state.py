@@ -20,9 +20,9 @@ from pool_pymunk.physics.sides import unit
 from pool_pymunk.world.ball import Ball, TableState
 from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase
 from pool_pymunk.world.checks import check_unchanged
-from pool_pymunk.world.pushes import NOTHING, Pushes
 
 BALL, SENSOR = 0x42616C6C, 0x53656E73  # These are our own collision types.
+NOTHING = (0.0, 0.0)
 HAIR = 1e-9  # radii; the sensor of a ball that moves is larger by this
 # With discrete contacts, the sensor of a resting ball is smaller by this: then balls that rest in
 # touch do not call in every step.
@@ -68,9 +68,10 @@ class State:
         self.ball_of: dict[pymunk.Body, Ball] = {}  # the balls on the table
         self.entries = 0  # how often a ball has come to the table
         self.sent: list[int] = []  # balls that were sent off while pymunk was stepping
-        self.pushes: Pushes | None = None  # of others, while pymunk steps a shared space
-        # where, while a callback runs, bodies were put: position and velocity
+        # In the present step the table has put these bodies at positions with velocities, and has
+        # sent these balls off: what others have done to them in the step does not count.
         self.carried: dict[Ball, tuple[float, ...]] = {}
+        self.sent_off: set[Ball] = set()
         self.error: Exception | None = None
 
     # -- the clock -------------------------------------------------------------------------------
@@ -99,6 +100,12 @@ class State:
         self.steps += steps
         self.count += steps
         self.time = min(self.since + self.count * self.dt, self.latest)
+
+    def begin_step(self) -> None:
+        """Note that pymunk is going to step the space."""
+        self.phase = Phase.STEPPING
+        self.carried.clear()
+        self.sent_off.clear()
 
     def note(self, error: Exception) -> None:
         """Keep an error until the step's end, because pymunk only prints what a callback raises."""
@@ -221,8 +228,7 @@ class State:
     def set_out(self, balls: Collection[Ball]) -> None:
         """Predict what balls on new paths meet, and put their bodies on these paths."""
         for ball in balls:
-            if self.pushes is not None:
-                self.pushes.silence(ball)
+            self.sent_off.add(ball)
             self.carry(ball)
         numbers = [ball.number for ball in balls]
         if self.phase is Phase.STEPPING:
@@ -311,18 +317,8 @@ class State:
         share = max(moves, 0.0) / self.dt
         return share * (vx + moves * path.ax / 2.0), share * (vy + moves * path.ay / 2.0)
 
-    def steps_on(self, path: Path) -> float:
-        """Return how many steps at most pymunk itself has taken a body along this path.
-
-        Each of them rounds its position and velocity.
-        """
-        steps = (self.time - path.t) / self.dt
-        return 2.0 + (steps if steps < self.count else self.count)
-
     def carry(self, ball: Ball) -> None:
         """Put a ball's body on its path at the end of this step, or to rest."""
-        if self.pushes is not None:
-            self.pushes.feel(ball)
         path, goes = self.engine.paths[ball.number], NOTHING
         x, y, vx, vy = motion_at(path, self.time)
         ball.body.position = x, y
@@ -338,8 +334,7 @@ class State:
                 self.moving[ball.number] = ball
                 self._slow_down(ball)
             self.next_stop = min(self.next_stop, path.end)
-        if self.phase is Phase.TELLING:
-            self.carried[ball] = x, y, *goes
+        self.carried[ball] = x, y, *goes
 
     def carry_all(self) -> None:
         """Put all moving bodies on their paths."""
@@ -364,12 +359,19 @@ class State:
     def _damp(
         self, body: pymunk.Body, _gravity: Vector, _damping: float, _dt: float
     ) -> None:  # fmt: skip
-        """Damp a body: it carries its path's mean velocity over the coming step."""
+        """Damp a body: it carries its path's mean velocity over the coming step.
+
+        What springs and joints have given it before in this step is added.
+        """
         try:
             ball, end = self.ball_of[body], self.since + (self.count + 1) * self.dt
             velocity = self.mean_velocity(self.engine.paths[ball.number], end)
             body.force = NOTHING
-            body.velocity = velocity if self.pushes is None else self.pushes.damp(ball, velocity)
+            if not self.alone:
+                (vx, vy), (x, y) = velocity, body.velocity
+                began = self.mean_velocity(self.engine.paths[ball.number], self.time)
+                velocity = vx + x - began[0], vy + y - began[1]
+            body.velocity = velocity
         except Exception as error:
             self.note(error)
 

@@ -69,7 +69,7 @@ class Steps:
         """Step the space until two sensors touch, but at most ``count`` times."""
         state, step, pairs = self.state, self._pymunk_step, self.state.near.pairs
         dt, quiet = state.dt, 0
-        state.phase = Phase.STEPPING
+        state.begin_step()
         try:
             step(dt)
             while quiet < count - 1 and not pairs and state.error is None:

@@ -75,7 +75,6 @@ class Callbacks(Recorder):
         for ball, path in paths.items():
             ball.before = path
         state.phase = Phase.TELLING
-        state.carried.clear()
         self._before = self._bodies.read()
         try:
             callback(*said)
