@@ -53,11 +53,10 @@ from pool_pymunk.world.checks import (
 from pool_pymunk.world.others import SharedSteps
 from pool_pymunk.world.outlook import Outlook, Prediction, free_spot
 from pool_pymunk.world.pairs import check_pair
-from pool_pymunk.world.shapes import sides_of
 from pool_pymunk.world.state import BALL, SENSOR, Phase, State
 from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.telling import Callbacks
-from pool_pymunk.world.walls import WALL, Walls
+from pool_pymunk.world.walls import WALL, Walls, sides_of
 
 Contacts = Literal["swept", "discrete"]
 FrictionBy = Literal["joint", "callback"]

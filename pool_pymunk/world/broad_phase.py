@@ -49,8 +49,7 @@ class BroadPhase:
         self._around: dict[int, list[int]] = {}
         # around the rest of this step on the paths of the changed balls, if they are many
         self._boxes = ManyBoxes(0, 0)
-        self._boxed: set[int] = set()
-        self._unboxed: list[int] = []
+        self._unboxed: dict[int, None] = {}
 
     def touched(self, a: pymunk.Shape, b: pymunk.Shape) -> None:
         """Note that two shapes came so near that their balls may have met during this step."""
@@ -81,16 +80,14 @@ class BroadPhase:
 
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
         """Note that the body of ball ``i`` is to be put on a new path."""
-        self.changed[i] = None
-        self._unboxed.append(i)
+        self.changed[i] = self._unboxed[i] = None
 
     def settle(self) -> None:
         """Note that all bodies are on their paths again."""
         self.changed.clear()
         self._unboxed.clear()
-        for i in self._boxed:
-            self._boxes.remove(i)
-        self._boxed.clear()
+        if len(self._boxes.boxes):
+            self._boxes = ManyBoxes(0, 0)
 
     def balls(self, i: int, now: float) -> Iterable[int]:
         """Return the balls that ball ``i`` may meet in the rest of the step."""
@@ -106,7 +103,8 @@ class BroadPhase:
     def remove(self, i: int) -> None:
         """Leave ball ``i`` out from now on."""
         self.changed.pop(i, None)
-        if i in self._boxed:
+        self._unboxed.pop(i, None)
+        if i < len(self._boxes.boxes):
             self._boxes.remove(i)
         self.numbers.pop(self.sensors[i], None)
         self.leave_out(i)
@@ -131,14 +129,11 @@ class BroadPhase:
         paths, radii, now = self.engine.paths, self.engine.radii, self.engine.now
         if len(self._boxes.boxes) < len(paths):
             self._boxes = ManyBoxes(2 * len(paths), 0)
-            self._boxed.clear()
-            self._unboxed = list(self.changed)
-        for j in {*self._unboxed, i} if i not in self._boxed else self._unboxed:
-            if j in self.changed or j == i:
-                self._boxed.add(j)
-                self._boxes.begin(j, paths[j], radii[j], now, max(self.until, paths[j].t))
+            self._unboxed = dict.fromkeys(self.changed)
+        for j in {**self._unboxed, i: None}:
+            self._boxes.begin(j, paths[j], radii[j], now, max(self.until, paths[j].t))
         self._unboxed.clear()
-        return self._boxes.balls(i, now)
+        return [j for j in self._boxes.balls(i, now) if j in self.changed]
 
     def _look_around(self, i: int) -> list[int]:
         """Return what is near ball ``i`` in the rest of the step, or near its sensor.

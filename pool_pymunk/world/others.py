@@ -36,9 +36,8 @@ class Acts(NamedTuple):
     """These are what acts on balls in one step of ``dt`` (s), and how they moved as it began.
 
     ``kicks`` (m/s^2) are accelerations by gravity and forces; ``damping`` is the share of a
-    velocity that the space's damping leaves. Others may act ``on_all`` balls, or on what the table
-    touches; ``carries`` says that all are to be put on their paths in the end, because pymunk does
-    not keep them there.
+    velocity that the space's damping leaves. Pushes of ``on_all`` balls are looked for. Otherwise
+    a push still is in the velocity of the body, unless the table has put the body on its path.
     """
 
     dt: float
@@ -47,7 +46,7 @@ class Acts(NamedTuple):
     kicks: dict[Ball, Vector]
     damping: float
     on_all: bool
-    carries: bool
+    may_sleep: bool
 
 
 class SharedSteps(Steps):
@@ -163,7 +162,7 @@ class SharedSteps(Steps):
             (fx, fy), mass = self._forces.get(ball, NOTHING), masses[ball.number]
             kicks[ball] = (gx + fx / mass, gy + fy / mass)
         paths = tuple(state.engine.paths)
-        return Acts(dt, self._moves, paths, kicks, damping**dt, on_all, is_uneven or may_sleep)
+        return Acts(dt, self._moves, paths, kicks, damping**dt, on_all, may_sleep)
 
     def _end(self, _space: object, _key: object, acts: Acts | None) -> None:
         """Answer this step, and let then act what others did in it."""
@@ -182,17 +181,14 @@ class SharedSteps(Steps):
             state.phase = Phase.BETWEEN
 
     def _let_act(self, acts: Acts, moves: dict[int, Moves]) -> None:
-        """Let act, once each, what others did in a step that has left the bodies so.
-
-        What they did to a ball that the table has not touched is still in its body's velocity.
-        """
+        """Let act, once each, what others did in a step of pymunk, after which bodies moved so."""
         state, carried = self.state, self.state.carried
         for ball in state.on_table() if acts.on_all else dict.fromkeys((*acts.kicks, *carried)):
             if ball.is_on_table and ball not in state.sent_off and ball.id in acts.moves:
                 push = self._push(ball, acts, moves[ball.id])
                 if ball in acts.kicks or push != NOTHING:
                     self._kick(ball, acts, push)
-        if acts.carries:
+        if acts.may_sleep:
             for ball in state.moving.values():
                 ball.body.activate()  # A ball that moves must not fall asleep.
             state.carry_all()

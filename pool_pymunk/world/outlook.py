@@ -14,14 +14,13 @@ from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.path import Path, motion_at, set_off
-from pool_pymunk.physics.sides import Round, Wall
-from pool_pymunk.world.edges import Edge, crossings
+from pool_pymunk.physics.sides import Round, Straight, Wall
 
 HAIR = 1e-9  # radii; a ball is put so far off what it would touch
 MOST = 2_000  # So many instants are played at most.
 
-
 Who = TypeVar("Who")
+Edge = Round | Straight  # on which the centre of a touching ball lies
 
 
 class Prediction(NamedTuple, Generic[Who]):
@@ -200,3 +199,44 @@ def room(center: Vector, radius: float, shape: pymunk.Shape | None, wall: Wall) 
     if shape is None or wall.is_pocket:
         return room_beside(wall.sides, *center, radius)
     return shape.point_query(center).distance - radius
+
+
+def crossings(one: Edge, other: Edge) -> list[Vector]:
+    """Return the points that two edges share, if there are any and not too many.
+
+    >>> crossings(Round((0.0, 0.0), 5.0), Straight((3.0, 0.0), (1.0, 0.0)))
+    [(3.0, 4.0), (3.0, -4.0)]
+    >>> crossings(Straight((3.0, 0.0), (1.0, 0.0)), Straight((0.0, 2.0), (0.0, 1.0)))
+    [(3.0, 2.0)]
+    >>> crossings(Round((0.0, 0.0), 5.0), Round((6.0, 0.0), 5.0))
+    [(3.0, 4.0), (3.0, -4.0)]
+    """
+    if isinstance(one, Straight):
+        return _on_line(one, other)
+    if isinstance(other, Straight):
+        return _on_line(other, one)
+    # The points lie on a line, too: that of equal power to both circles.
+    (x, y), (u, v) = one.center, other.center
+    apart = math.dist((x, y), (u, v))
+    if apart == 0.0:
+        return []
+    nx, ny = (u - x) / apart, (v - y) / apart
+    far = (apart + (one.radius - other.radius) * (one.radius + other.radius) / apart) / 2.0
+    return _on_line(Straight((x + far * nx, y + far * ny), (nx, ny)), one)
+
+
+def _on_line(line: Straight, other: Edge) -> list[Vector]:
+    nx, ny = line.normal
+    if isinstance(other, Straight):
+        (x, y), (mx, my) = line.point, other.normal
+        slope = my * nx - mx * ny
+        if slope == 0.0:
+            return []
+        along = -other.height((x, y)) / slope
+        return [(x - along * ny, y + along * nx)]
+    height = line.height(other.center)
+    if abs(height) > other.radius:
+        return []
+    half = math.sqrt((other.radius - height) * (other.radius + height))
+    x, y = other.center[0] - height * nx, other.center[1] - height * ny
+    return [(x - half * ny, y + half * nx), (x + half * ny, y - half * nx)]
