@@ -31,10 +31,19 @@ class Snapshot(NamedTuple):
         """Who is in the space: bodies and shapes."""
         return self.ids, self.shapes
 
+    @property
+    def body_ids(self) -> list[int]:
+        """The ids of the bodies."""
+        return memoryview(self.ids).cast("P").tolist()
+
+    def rows(self) -> list[Moves]:
+        """Return how the bodies move, in their order."""
+        rows: list[Any] = list(iter_unpack("6d", self.numbers))
+        return rows
+
     def moves(self) -> dict[int, Moves]:
         """Return how each body moves, by its id."""
-        moves: Any = iter_unpack("6d", self.numbers)
-        return dict(zip(memoryview(self.ids).cast("P"), moves, strict=True))
+        return dict(zip(self.body_ids, self.rows(), strict=True))
 
 
 class Bodies:

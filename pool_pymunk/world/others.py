@@ -9,6 +9,7 @@ kick at the step's end, so it is right to first order in the step.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from pool_pymunk.physics.contact import Vector
@@ -33,13 +34,15 @@ PUSH_ROUNDING = 64.0 * EPSILON
 
 
 class Acts(NamedTuple):
-    """These are what acts on balls in one step of ``dt`` (s), and how they moved as it began.
+    """These are what acts on balls in one step.
 
-    ``kicks`` (m/s^2) are accelerations by gravity and forces; ``damping`` is the share of a
-    velocity that the space's damping leaves. Pushes of ``on_all`` balls are looked for. Otherwise
-    a push still is in the velocity of the body, unless the table has put the body on its path.
+    It ``began`` (s) with these ``moves`` on these ``paths``, and is ``dt`` (s) long. ``kicks``
+    (m/s^2) are accelerations by gravity and forces; ``damping`` is the share of a velocity that the
+    space's damping leaves. Pushes are looked for ``on_all`` balls, or on those that the table has
+    put on their paths: the velocities of the other bodies still have them.
     """
 
+    began: float
     dt: float
     moves: dict[int, Moves]
     paths: tuple[Path, ...]
@@ -59,8 +62,10 @@ class SharedSteps(Steps):
     def __init__(self, state: State, walls: Walls, callbacks: Callbacks) -> None:
         super().__init__(state, walls, callbacks)
         self._bodies = Bodies(state.space)
-        # how the bodies moved when all balls were last seen to be on their paths
-        self._seen, self._moves = Snapshot(), dict[int, Moves]()
+        # the bodies when all balls were last seen to be on their paths, and which of them are balls
+        self._seen = Snapshot()
+        self._rows: Sequence[Moves | None] = ()
+        self._balls: list[Ball | None] = []
         self._entries = 0  # of balls, until then
         self._forces: dict[Ball, Vector] = {}  # N, on balls then
 
@@ -69,35 +74,39 @@ class SharedSteps(Steps):
     def catch_up(self) -> None:
         """Follow what has happened to the balls since the last step."""
         now, state = self._bodies.read(), self.state
-        is_new = state.entries != self._entries
-        if now == self._seen and not is_new:
-            return
-        if is_new or now.members != self._seen.members:
+        if state.entries != self._entries or now.members != self._seen.members:
             state.drop_lost()
             now = self._bodies.read()
-        before, moves, moved = self._moves, now.moves(), []
-        self._forces = {}
-        for ball in state.ball_of.values():
-            move = moves[ball.id]
-            if move[4] != 0.0 or move[5] != 0.0:
-                self._forces[ball] = move[4:]
-            is_new = ball.number in state.moving or move != before.get(ball.id)
-            if is_new and self._follow(ball, move):
-                moved.append(ball)
-        state.set_out(moved)
+            ball_of = {ball.id: ball for ball in state.ball_of.values()}
+            self._balls = [ball_of.get(body) for body in now.body_ids]
+            self._rows = [None] * len(self._balls)
+            self._forces.clear()
+        elif now.numbers == self._seen.numbers:
+            return
+        rows = now.rows()
+        moved = [
+            ball
+            for ball, move, was in zip(self._balls, rows, self._rows, strict=True)
+            if move != was and ball is not None and self._follow(ball, move)
+        ]
+        self._seen, self._rows, self._entries = now, rows, state.entries
         if moved:
-            now = self._bodies.read()
-            moves = now.moves()
-        self._seen, self._moves, self._entries = now, moves, state.entries
+            state.set_out(moved)
+            self.catch_up()  # It sees them on their paths.
 
     def _follow(self, ball: Ball, move: Moves) -> bool:
         """Give a ball a new path if it is not on its own, and tell so: somebody has moved it."""
-        x, y, vx, vy, _, _ = move
+        x, y, vx, vy, fx, fy = move
+        if fx != 0.0 or fy != 0.0:
+            self._forces[ball] = fx, fy
+        elif self._forces:
+            self._forces.pop(ball, None)
         state, path = self.state, self.state.engine.paths[ball.number]
         px, py, pvx, pvy = motion_at(path, state.time)
-        ex, ey = state.mean_velocity(path, state.time)
+        ex, ey = state.mean_of(path, path.end - state.time, pvx, pvy)
         off, gain = abs(x - px) + abs(y - py), abs(vx - ex) + abs(vy - ey)
-        if off == gain == 0.0:
+        least = STEP_ROUNDING if path.end > state.time else 0.0
+        if off <= least * (abs(x) + abs(y)) and gain <= least * (abs(ex) + abs(ey)):
             return False
         share, late = self._rounding(path)
         size = abs(x) + abs(y) + path.speed * (state.time - path.t) + ball.radius
@@ -139,51 +148,53 @@ class SharedSteps(Steps):
             state.take_steps_of(dt)
             state.renew_joints()
             self.catch_up()
-        acts = self._acts(dt, is_uneven)
         state.begin_step()
-        state.space.add_post_step_callback(self._end, self, acts)
+        state.space.add_post_step_callback(self._end, self, dt, is_uneven)
         try:
             self._pymunk_step(dt)
         finally:
             state.phase = Phase.BETWEEN
         state.raise_noted()
 
-    def _acts(self, dt: float, is_uneven: bool) -> Acts | None:
-        """Return what acts on the balls in this step; None if it is nothing of which one knows."""
-        state, space = self.state, self.state.space
-        (gx, gy), damping = space.gravity, space.damping
-        falls = gx != 0.0 or gy != 0.0 or damping != 1.0
-        may_sleep = space.sleep_time_threshold < math.inf
-        on_all = is_uneven or may_sleep or len(space.constraints) > state.joints
-        if not (falls or on_all or state.moving or self._forces):
-            return None
-        kicks, masses = {}, state.engine.masses
-        for ball in state.ball_of.values() if falls else self._forces:
-            (fx, fy), mass = self._forces.get(ball, NOTHING), masses[ball.number]
-            kicks[ball] = (gx + fx / mass, gy + fy / mass)
-        paths = tuple(state.engine.paths)
-        return Acts(dt, self._moves, paths, kicks, damping**dt, on_all, may_sleep)
-
-    def _end(self, _space: object, _key: object, acts: Acts | None) -> None:
+    def _end(self, _space: object, _key: object, dt: float, is_uneven: bool) -> None:
         """Answer this step, and let then act what others did in it."""
-        state = self.state
+        state, space = self.state, self.state.space
         if state.phase is not Phase.STEPPING:
             return
         try:
-            moves = self._bodies.read().moves() if acts is not None else {}
+            may_sleep = space.sleep_time_threshold < math.inf
+            on_all = is_uneven or may_sleep or len(space.constraints) > state.joints
+            damping, kicks = space.damping, self._kicks(space.gravity, space.damping)
+            if self.is_bare() and not on_all and not kicks:
+                state.tick()
+                return
+            share = damping**dt if damping != 1.0 else 1.0
+            paths, after = tuple(state.engine.paths), self._bodies.read()
+            acts = Acts(state.time, dt, self._seen.moves(), paths, kicks, share, on_all, may_sleep)
             self.answer()
             state.phase = Phase.BETWEEN
-            if acts is not None:
-                self._let_act(acts, moves)
+            self._let_act(acts, after)
         except Exception as error:
             state.note(error)
         finally:
             state.phase = Phase.BETWEEN
 
-    def _let_act(self, acts: Acts, moves: dict[int, Moves]) -> None:
+    def _kicks(self, gravity: Vector, damping: float) -> dict[Ball, Vector]:
+        """Return the accelerations (m/s^2) of balls by gravity and forces, where there are any."""
+        (gx, gy), masses, forces = gravity, self.state.engine.masses, self._forces
+        falls = gx != 0.0 or gy != 0.0 or damping != 1.0
+        kicks = {}
+        for ball in self.state.ball_of.values() if falls else forces:
+            (fx, fy), mass = forces.get(ball, NOTHING), masses[ball.number]
+            kicks[ball] = (gx + fx / mass, gy + fy / mass)
+        return kicks
+
+    def _let_act(self, acts: Acts, after: Snapshot) -> None:
         """Let act, once each, what others did in a step of pymunk, after which bodies moved so."""
-        state, carried = self.state, self.state.carried
-        for ball in state.on_table() if acts.on_all else dict.fromkeys((*acts.kicks, *carried)):
+        state = self.state
+        balls = state.ball_of.values() if acts.on_all else (*acts.kicks, *state.carried)
+        moves = after.moves() if balls else {}
+        for ball in dict.fromkeys(balls):
             if ball.is_on_table and ball not in state.sent_off and ball.id in acts.moves:
                 push = self._push(ball, acts, moves[ball.id])
                 if ball in acts.kicks or push != NOTHING:
@@ -198,7 +209,7 @@ class SharedSteps(Steps):
         _, _, bx, by, _, _ = acts.moves[ball.id]
         _, _, wx, wy, _, _ = move
         path, pull = acts.paths[ball.number], self.state.surface.pull
-        slides = pull > 0.0 and path.end > self.state.time - acts.dt
+        slides = pull > 0.0 and path.end > acts.began
         if slides and not self.state.has_joints:
             vx, vy = self.state.mean_velocity(path, self.state.time)
         else:

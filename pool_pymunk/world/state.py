@@ -95,11 +95,18 @@ class State:
         self.since, self.count, self.dt = self.time, 0, dt
         self.carry_all()
 
+    @property
+    def end_of_step(self) -> float:
+        """The time at the end of the present step."""
+        t = self.since + (self.count + 1) * self.dt
+        return t if t < self.latest else self.latest
+
     def tick(self, steps: int = 1) -> None:
         """Count steps that pymunk has made."""
         self.steps += steps
         self.count += steps
-        self.time = min(self.since + self.count * self.dt, self.latest)
+        t = self.since + self.count * self.dt
+        self.time = t if t < self.latest else self.latest
 
     def begin_step(self) -> None:
         """Note that pymunk is going to step the space."""
@@ -306,16 +313,20 @@ class State:
     # -- bodies on their paths -------------------------------------------------------------------
 
     def mean_velocity(self, path: Path, t: float) -> Vector:
-        """Return the velocity that takes a body along its path from ``t`` to ``t + dt``.
+        """Return the velocity that takes a body along its path from ``t`` to ``t + dt``."""
+        _, _, vx, vy = motion_at(path, t)
+        return self.mean_of(path, path.end - t, vx, vy)
+
+    def mean_of(self, path: Path, left: float, vx: float, vy: float) -> Vector:
+        """Return the mean velocity over a step of a ball that moves so, and rests in ``left`` s.
 
         A difference of two places would know it to rounding of a place over ``dt`` only.
         """
-        moves = path.end - t
-        _, _, vx, vy = motion_at(path, t)
-        if moves > self.dt:
-            return vx + self.dt * path.ax / 2.0, vy + self.dt * path.ay / 2.0
-        share = max(moves, 0.0) / self.dt
-        return share * (vx + moves * path.ax / 2.0), share * (vy + moves * path.ay / 2.0)
+        dt = self.dt
+        if left > dt:
+            return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
+        share = max(left, 0.0) / dt
+        return share * (vx + left * path.ax / 2.0), share * (vy + left * path.ay / 2.0)
 
     def carry(self, ball: Ball) -> None:
         """Put a ball's body on its path at the end of this step, or to rest."""
@@ -325,7 +336,7 @@ class State:
         if path.end <= self.time:
             self._rest(ball)
         else:
-            ball.body.velocity = goes = self.mean_velocity(path, self.time)
+            ball.body.velocity = goes = self.mean_of(path, path.end - self.time, vx, vy)
             margin = math.sqrt(vx * vx + vy * vy) * self.max_dt if self.is_swept else 0.0
             rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
             ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)

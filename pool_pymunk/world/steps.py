@@ -91,15 +91,19 @@ class Steps:
 
     def answer(self) -> None:
         """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
-        state, since = self.state, self.state.time
-        end = min(state.since + (state.count + 1) * state.dt, state.latest)
-        if state.near.pairs or state.sent or end >= state.wake:
-            self._answer_due(since, end)
+        if self.is_bare():
+            self.state.tick()
         else:
-            state.tick()
+            self._answer_due()
 
-    def _answer_due(self, since: float, end: float) -> None:
+    def is_bare(self) -> bool:
+        """Tell whether nothing is to be done for the step that pymunk has just made."""
+        state = self.state
+        return not state.near.pairs and not state.sent and state.end_of_step < state.wake
+
+    def _answer_due(self) -> None:
         state, engine = self.state, self.state.engine
+        since, end = state.time, state.end_of_step
         is_due = state.near.pairs or state.sent or engine.upcoming() <= end
         if is_due:
             self._check_walls()
@@ -133,7 +137,8 @@ class Steps:
         try:
             while engine.is_finite and not engine.is_over and engine.upcoming() <= state.time:
                 engine.next()
-                state.take_out_gone()
+                if state.near.gone:
+                    state.take_out_gone()
                 if callbacks.told:
                     callbacks.tell_all()
         except Exception:  # A law or pair of the user's has failed: its contact is still due.
