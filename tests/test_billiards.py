@@ -559,6 +559,37 @@ def test_a_ball_within_a_pocket_or_a_wall() -> None:
     assert resting.is_on_table
 
 
+WALLS: dict[str, tuple[Callable[[pymunk.Body], pymunk.Shape], str]] = {
+    "segment through": (lambda b: pymunk.Segment(b, (0, -1), (0, 1), 0), "0.03 m (1 radii)"),
+    "segment at its rim": (lambda b: pymunk.Segment(b, (0.02, -1), (0.02, 1), 0), "0.01 m (0.33 "),
+    "segment that ends in it": (lambda b: pymunk.Segment(b, (0.01, 0), (1, 0), 0), "0.02 m"),
+    "circle around it": (lambda b: pymunk.Circle(b, 0.5), "0.53 m"),
+    "polygon around it": (lambda b: pymunk.Poly.create_box(b, (1, 1)), "0.53 m"),
+}
+
+
+@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("moved", [0.0, 0.3])
+@pytest.mark.parametrize("name", WALLS)
+def test_a_wall_in_a_ball_is_refused(name: str, moved: float, alone: bool) -> None:
+    """Nothing of it stays; where it touches the ball alone, it is put up."""
+    space, table = plane(alone=alone)
+    make, deep = WALLS[name]
+    post = pymunk.Body(body_type=pymunk.Body.STATIC)
+    post.position = moved, 0.0
+    ball(table, 1.5)
+    ball(table, moved)
+    shapes = len(space.shapes)
+    shape = make(post)
+    line = said(lambda: table.add_wall(shape, 0.8))
+    assert line.startswith(f"shape = {type(shape).__name__}: ball 1 overlaps this wall by {deep}")
+    assert len(space.shapes) == shapes
+    assert shape.collision_type == 0
+    space.add(post)
+    touches = pymunk.Segment(post, (-R, -1), (-R, 1), 0)
+    assert table.add_wall(touches, 0.8) == 0
+
+
 @pytest.mark.parametrize(
     ("shape", "restitution", "friction", "line"),
     [

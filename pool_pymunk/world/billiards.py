@@ -11,11 +11,6 @@ ball's sensor is larger than the ball by a margin, the way that the ball can tra
 Whatever the ball touched during a step is then near at the step's end. With ``contacts="discrete"``
 overlaps are answered at the end of the step, as a plain handler does. Such an answer comes up to a
 step late, and it never comes where a ball only grazed or tunnelled.
-
-The room is divided so: :mod:`~pool_pymunk.world.state` owns the clock, the balls and their bodies,
-:mod:`~pool_pymunk.world.walls` the walls and pockets. :mod:`~pool_pymunk.world.steps` makes steps
-and answers them, in a shared space with :mod:`~pool_pymunk.world.others`, and
-:mod:`~pool_pymunk.world.telling` calls the callbacks.
 """
 
 from __future__ import annotations
@@ -135,7 +130,8 @@ class Billiards:
             alone=alone, has_joints=friction == "joint", is_swept=is_swept,
         )  # fmt: skip
         self._walls = Walls(self.state)
-        self._callbacks = self.engine.recorder = Callbacks(self.state, self._callback)
+        self._callbacks = Callbacks(self.state, lambda name: getattr(self, name))
+        self.engine.recorder = self._callbacks
         self._install("begin" if is_swept else "pre_solve")
         self._steps = (Steps if alone else SharedSteps)(self.state, self._walls, self._callbacks)
         _taken.add(space)
@@ -170,10 +166,6 @@ class Billiards:
         """Return the pair that the user gives, with the masses of the bodies."""
         masses = self.engine.masses
         return check_pair(self._said_pair(i, j), (masses[i], masses[j]), (i, j))
-
-    def _callback(self, name: str) -> Callable[..., object] | None:
-        callback: Callable[..., object] | None = getattr(self, name)
-        return callback
 
     def _catch_up(self, changes_space: bool = False) -> None:
         """Follow what others have done to the balls before this call, or refuse the call.

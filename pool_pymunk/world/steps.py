@@ -39,15 +39,22 @@ class Steps:
     def step(self, dt: float | None) -> None:
         """Make one step (s), by default as long as the last one."""
         state = self.state
-        self.refuse_in_step("step")
+        if state.phase is not Phase.BETWEEN:
+            self.refuse_in_step("step")
         is_other = dt is not None and dt != state.dt
         if dt is not None and is_other:
             check_step(dt, state.max_dt)
             state.take_steps_of(float(dt))
-        self._make_steps(1)
+        state.begin_step()
+        try:
+            self._pymunk_step(state.dt)
+            self.answer()
+        finally:
+            state.phase = Phase.BETWEEN
         if is_other:
             state.carry_all()
-        state.raise_noted()
+        if state.error is not None:
+            state.raise_noted()
 
     def play(self, on_time: Callable[[float], object] | None, latest: float) -> None:
         """Step until everything rests, until ``latest``, or until nothing more may happen."""
@@ -91,19 +98,19 @@ class Steps:
 
     def answer(self) -> None:
         """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
-        if self.is_bare():
-            self.state.tick()
+        state, end = self.state, self.state.end_of_step
+        if end >= state.wake or state.near.pairs or state.sent:
+            self._answer_due(end)
         else:
-            self._answer_due()
+            state.tick()
 
     def is_bare(self) -> bool:
         """Tell whether nothing is to be done for the step that pymunk has just made."""
         state = self.state
-        return not state.near.pairs and not state.sent and state.end_of_step < state.wake
+        return state.end_of_step < state.wake and not state.near.pairs and not state.sent
 
-    def _answer_due(self) -> None:
-        state, engine = self.state, self.state.engine
-        since, end = state.time, state.end_of_step
+    def _answer_due(self, end: float) -> None:
+        state, engine, since = self.state, self.state.engine, self.state.time
         is_due = state.near.pairs or state.sent or engine.upcoming() <= end
         if is_due:
             self._check_walls()
