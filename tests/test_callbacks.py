@@ -14,6 +14,7 @@ from typing import Any
 
 import pymunk
 import pytest
+from scenes import lines_run
 
 from pool_pymunk import Billiards, same_balls
 from pool_pymunk.world import Ball
@@ -429,3 +430,28 @@ def test_a_handler_of_pymunk_may_strike_and_remove(what: str) -> None:
         assert ball.body.position.x < -1.0
     elif what in ("place", "add"):
         assert ball.body.position.x == pytest.approx(1.0 / (2 * A), abs=1e-12)
+
+
+@every_space
+def test_a_callback_costs_the_same_however_many_balls_lie_around(alone: bool) -> None:
+    def lines(count: int, hears: bool) -> int:
+        space = pymunk.Space()
+        table = Billiards(space, STEP, pair=same_balls(0.9, 0.0), deceleration=A, alone=alone)
+        for k in range(count):
+            body = pymunk.Body(M, 1e-4)
+            body.position = 0.2 * k, 0.0
+            table.add_ball(pymunk.Circle(body, R))
+        table.on_contact = table.on_stop = (lambda *_: None) if hears else None
+        table.strike(table.balls[0], (1.0, 0.0))
+
+        def play() -> None:
+            for _ in range(40):
+                table.step(STEP) if alone else space.step(STEP)
+
+        play()
+        table.strike(table.balls[0], (-1.0, 0.0))
+        table.strike(table.balls[2], (-1.0, 0.0))
+        return lines_run(play)
+
+    few, many = (lines(count, True) - lines(count, False) for count in (20, 80))
+    assert 0 < many < 1.1 * few
