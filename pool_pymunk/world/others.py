@@ -195,7 +195,8 @@ class SharedSteps(Steps):
         balls = state.ball_of.values() if acts.on_all else (*acts.kicks, *state.carried)
         moves = after.moves() if balls else {}
         for ball in dict.fromkeys(balls):
-            if ball.is_on_table and ball not in state.sent_off and ball.id in acts.moves:
+            is_known = ball.id in acts.moves and ball.id in moves
+            if ball.is_on_table and is_known and ball not in state.sent_off:
                 push = self._push(ball, acts, moves[ball.id])
                 if ball in acts.kicks or push != NOTHING:
                     self._kick(ball, acts, push)
