@@ -120,7 +120,7 @@ class State:
         self.wake = -math.inf
 
     def raise_noted(self) -> None:
-        """Raise the first error of this step, if there was one: now that all is in order."""
+        """Raise the first error of this step, if there was one."""
         if self.error is not None:
             error, self.error = self.error, None
             raise error
