@@ -29,24 +29,11 @@ from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.sides import Side, Wall
 from pool_pymunk.physics.surface import Sliding
+from pool_pymunk.world import checks
 from pool_pymunk.world.ball import Ball, ContactEvent, TableState
 from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep
-from pool_pymunk.world.checks import (
-    check_choice,
-    check_circle,
-    check_place,
-    check_space,
-    check_unchanged,
-    check_wall,
-    read_from_zero,
-    read_law,
-    read_share,
-    read_size,
-    read_vector,
-    warn_of_lengths,
-)
 from pool_pymunk.world.others import SharedSteps
-from pool_pymunk.world.outlook import Outlook, Prediction, free_spot
+from pool_pymunk.world.outlook import Prediction, free_spot, sketch
 from pool_pymunk.world.pairs import check_pair
 from pool_pymunk.world.state import BALL, SENSOR, Phase, State
 from pool_pymunk.world.steps import Steps
@@ -105,15 +92,15 @@ class Billiards:
         friction: FrictionBy = "joint",
         alone: bool = False,
     ) -> None:
-        check_space(space)
-        check_choice("contacts", contacts, get_args(Contacts))
-        check_choice("friction", friction, get_args(FrictionBy))
+        checks.check_space(space)
+        checks.check_choice("contacts", contacts, get_args(Contacts))
+        checks.check_choice("friction", friction, get_args(FrictionBy))
         if not callable(pair):
             raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
         if space in _taken:
             raise setting_error("space", "taken", "this space has a Billiards already")
         self.space = space
-        self.max_dt = read_size("max_dt", max_dt)
+        self.max_dt = checks.read_size("max_dt", max_dt)
         self.friction = friction
         self.alone = alone
         self.on_contact: Callable[[ContactEvent], object] | None = None
@@ -121,14 +108,16 @@ class Billiards:
         self.on_stop_revoked: Callable[[Ball, float], object] | None = None
         self.on_pocket: Callable[[Ball, int, float], object] | None = None
         self._said_pair = pair
-        surface = Sliding(read_from_zero("deceleration", deceleration))
-        self.engine = ContactEngine(read_law(law), self._pair, surface, Recorder())
+        surface = Sliding(checks.read_from_zero("deceleration", deceleration))
+        self.engine = ContactEngine(checks.read_law(law), self._pair, surface, Recorder())
         is_swept = contacts == "swept"
         self.near = self.engine.near = (BroadPhase if is_swept else EndOfStep)(space, self.engine)
         self.state = State(
             space, self.engine, self.near, self.max_dt,
             alone=alone, has_joints=friction == "joint", is_swept=is_swept,
         )  # fmt: skip
+        self.balls = self.state.balls  # all that were ever added, by their numbers
+        self.moving = self.state.moving  # the balls that move, by their numbers
         self._walls = Walls(self.state)
         self._callbacks = Callbacks(self.state, lambda name: getattr(self, name))
         self.engine.recorder = self._callbacks
@@ -197,24 +186,9 @@ class Billiards:
         self.state.set_time(t)
 
     @property
-    def balls(self) -> list[Ball]:
-        """All balls that were ever added, by their numbers."""
-        return self.state.balls
-
-    @property
-    def moving(self) -> dict[int, Ball]:
-        """The balls that move, by their numbers."""
-        return self.state.moving
-
-    @property
     def steps(self) -> int:
         """The number of steps that were made."""
         return self.state.steps
-
-    @property
-    def dt(self) -> float:
-        """The length (s) of the last step; before the first one, ``max_dt``."""
-        return self.state.dt
 
     @property
     def deceleration(self) -> float:
@@ -239,7 +213,7 @@ class Billiards:
 
     @property
     def _inside(self) -> bool:
-        """Whether the instants of a step are being played."""
+        """Tell whether the instants of a step are being played."""
         return self.state.phase in (Phase.ANSWERING, Phase.TELLING)
 
     def on_table(self) -> list[Ball]:
@@ -261,14 +235,14 @@ class Billiards:
         body, one that is a ball already, one that overlaps a ball or a wall or lies within a
         pocket.
         """
-        check_circle(circle)
+        checks.check_circle(circle)
         self._catch_up(changes_space=True)
         state, body = self.state, circle.body
         assert body is not None
         if body in state.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
-        place, number = read_vector("position", body.position), len(state.balls)
-        check_place(place, circle.radius, state.discs(), self._walls.obstacles())
+        place, number = checks.read_vector("position", body.position), len(state.balls)
+        checks.check_place(place, circle.radius, state.discs(), self._walls.obstacles())
         for other in itertools.islice(state.ball_of.values(), 1):
             masses = (other.body.mass, body.mass)
             check_pair(self._said_pair(other.number, number), masses, (other.number, number))
@@ -316,12 +290,12 @@ class Billiards:
         shape then only says where they are, and may be a sensor. Returns the wall's number. Raises
         ValueError for what cannot be a wall, and if a ball lies in it now.
         """
-        check_wall(shape)
-        if self._walls.has(shape):
+        checks.check_wall(shape)
+        if shape in self.near.numbers:
             raise setting_error("shape", "taken", "this shape is a wall already")
-        restitution = read_share("restitution", restitution)
-        friction = read_from_zero("friction", friction)
-        warn_of_lengths(sides or ())
+        restitution = checks.read_share("restitution", restitution)
+        friction = checks.read_from_zero("friction", friction)
+        checks.warn_of_lengths(sides or ())
         self._catch_up(changes_space=True)
         wall = Wall(sides or sides_of(shape), restitution, friction, self._walls.count)
         self._walls.refuse_on_balls(shape, wall, has_own_sides=bool(sides))
@@ -343,7 +317,10 @@ class Billiards:
         The bodies and shapes of these balls leave the space. Returns the pocket's number. Raises
         ValueError if a ball lies within it now.
         """
-        position, radius = read_vector("position", position), read_size("radius", radius)
+        position, radius = (
+            checks.read_vector("position", position),
+            checks.read_size("radius", radius),
+        )
         self._catch_up(changes_space=True)
         return self._walls.put_pocket(position, radius)
 
@@ -352,8 +329,8 @@ class Billiards:
     def strike(self, ball: Ball, velocity: Vector) -> None:
         """Give a ball a velocity (m/s) now."""
         self._check_ball(ball)
-        velocity = read_vector("velocity", velocity)
-        check_unchanged(ball, self.engine.masses[ball.number])
+        velocity = checks.read_vector("velocity", velocity)
+        checks.check_unchanged(ball, self.engine.masses[ball.number])
         self.state.send(ball, None, velocity)
 
     def place(self, ball: Ball, position: Vector) -> None:
@@ -362,9 +339,9 @@ class Billiards:
         Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket.
         """
         self._check_ball(ball, changes_space=True)
-        position = read_vector("position", position)
+        position = checks.read_vector("position", position)
         discs = self.state.discs(without=ball)
-        check_place(position, ball.radius, discs, self._walls.obstacles())
+        checks.check_place(position, ball.radius, discs, self._walls.obstacles())
         self.state.send(ball, position, (0.0, 0.0))
 
     def set_out(self, balls: Sequence[Ball]) -> None:
@@ -394,7 +371,7 @@ class Billiards:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
         if self.state.is_swept:  # Walls and pockets may have come since.
             for i, (x, y, _, _) in state.motions.items():
-                check_place((x, y), self.balls[i].radius, {}, self._walls.obstacles())
+                checks.check_place((x, y), self.balls[i].radius, {}, self._walls.obstacles())
         self.state.restore(state)
 
     def predict(self, ball: Ball, velocity: Vector) -> Prediction[Ball]:
@@ -403,9 +380,9 @@ class Billiards:
         All balls move on, as they would; nothing else in the space is looked at.
         """
         self._check_ball(ball)
-        velocity = read_vector("velocity", velocity)
+        velocity = checks.read_vector("velocity", velocity)
         numbers = [each.number for each in self.on_table()]
-        found = Outlook(self.engine, numbers).sketch(ball.number, velocity, self.state.now)
+        found = sketch(self.engine, numbers, ball.number, velocity, self.state.now)
         return found._replace(met=None if found.met is None else self.balls[found.met])
 
     def free_spot(
@@ -418,12 +395,12 @@ class Billiards:
         table there is room, too. Raises ValueError if there is none.
         """
         self._catch_up()
-        near = read_vector("near", near)
+        near = checks.read_vector("near", near)
         if ball is not None:
             radius = ball.radius
         elif radius is None and not self.balls:
             raise setting_error("radius", None, "is wanted where there is no ball")
-        size = self.balls[0].radius if radius is None else read_size("radius", radius)
+        size = self.balls[0].radius if radius is None else checks.read_size("radius", radius)
         discs = list(self.state.discs(without=ball).values())
         found = free_spot(near, size, discs, self._walls.obstacles())
         if found is None:

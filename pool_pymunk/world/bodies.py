@@ -28,7 +28,7 @@ class Snapshot(NamedTuple):
 
     @property
     def members(self) -> tuple[bytes, tuple[pymunk.Shape, ...]]:
-        """Who is in the space: bodies and shapes."""
+        """The bodies and shapes that are in the space."""
         return self.ids, self.shapes
 
     @property

@@ -36,15 +36,15 @@ PUSH_ROUNDING = 64.0 * EPSILON
 class Acts(NamedTuple):
     """These are what acts on balls in one step.
 
-    It ``began`` (s) with these ``moves`` on these ``paths``, and is ``dt`` (s) long. ``kicks``
-    (m/s^2) are accelerations by gravity and forces; ``damping`` is the share of a velocity that the
-    space's damping leaves. Pushes are looked for ``on_all`` balls, or on those that the table has
-    put on their paths: the velocities of the other bodies still have them.
+    It ``began`` (s) with these bodies ``before`` it on these ``paths``, and is ``dt`` (s) long.
+    ``kicks`` (m/s^2) are accelerations by gravity and forces; ``damping`` is the share of a
+    velocity that the space's damping leaves. Pushes are looked for ``on_all`` balls, or on those
+    that the table has put on their paths: the velocities of the other bodies still have them.
     """
 
     began: float
     dt: float
-    moves: dict[int, Moves]
+    before: Snapshot
     paths: tuple[Path, ...]
     kicks: dict[Ball, Vector]
     damping: float
@@ -147,7 +147,8 @@ class SharedSteps(Steps):
         if is_uneven := dt != state.dt:
             state.take_steps_of(dt)
             state.renew_joints()
-            self.catch_up()
+            self._seen = self._bodies.read()
+            self._rows = self._seen.rows()
         state.begin_step()
         state.space.add_post_step_callback(self._end, self, dt, is_uneven)
         try:
@@ -170,7 +171,7 @@ class SharedSteps(Steps):
                 return
             share = damping**dt if damping != 1.0 else 1.0
             paths, after = tuple(state.engine.paths), self._bodies.read()
-            acts = Acts(state.time, dt, self._seen.moves(), paths, kicks, share, on_all, may_sleep)
+            acts = Acts(state.time, dt, self._seen, paths, kicks, share, on_all, may_sleep)
             self.answer()
             state.phase = Phase.BETWEEN
             self._let_act(acts, after)
@@ -193,11 +194,11 @@ class SharedSteps(Steps):
         """Let act, once each, what others did in a step of pymunk, after which bodies moved so."""
         state = self.state
         balls = state.ball_of.values() if acts.on_all else (*acts.kicks, *state.carried)
-        moves = after.moves() if balls else {}
+        before, moves = (acts.before.moves(), after.moves()) if balls else ({}, {})
         for ball in dict.fromkeys(balls):
-            is_known = ball.id in acts.moves and ball.id in moves
+            is_known = ball.id in before and ball.id in moves
             if ball.is_on_table and is_known and ball not in state.sent_off:
-                push = self._push(ball, acts, moves[ball.id])
+                push = self._push(ball, acts, before[ball.id], moves[ball.id])
                 if ball in acts.kicks or push != NOTHING:
                     self._kick(ball, acts, push)
         if acts.may_sleep:
@@ -205,10 +206,9 @@ class SharedSteps(Steps):
                 ball.body.activate()  # A ball that moves must not fall asleep.
             state.carry_all()
 
-    def _push(self, ball: Ball, acts: Acts, move: Moves) -> Vector:
+    def _push(self, ball: Ball, acts: Acts, before: Moves, after: Moves) -> Vector:
         """Return what others than friction and forces have added to a velocity (m/s)."""
-        _, _, bx, by, _, _ = acts.moves[ball.id]
-        _, _, wx, wy, _, _ = move
+        (_, _, bx, by, _, _), (_, _, wx, wy, _, _) = before, after
         path, pull = acts.paths[ball.number], self.state.surface.pull
         slides = pull > 0.0 and path.end > acts.began
         if slides and not self.state.has_joints:

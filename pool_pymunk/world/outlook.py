@@ -84,56 +84,53 @@ class Witness(Recorder):
         return all(len(self.turns.get(i, ())) > 1 for i in both)
 
 
-class Outlook(NamedTuple):
-    """An outlook looks ahead from where some balls of a table's ``engine`` are now."""
+def sketch(
+    table: ContactEngine, numbers: list[int], ball: int, velocity: Vector, now: float
+) -> Prediction[Any]:
+    """Strike a ball of a table, and play until it and what it met have turned once more each.
 
-    table: ContactEngine
-    numbers: list[int]
+    ``numbers`` are those of the balls on the table; in the prediction balls are numbers.
+    """
+    witness = Witness(numbers.index(ball))
+    engine = _copy(table, numbers, witness, velocity, now)
+    start = engine.paths[witness.ball]
+    for _ in range(MOST):
+        if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
+            break
+        engine.next()
+    turns = witness.turns.get(witness.ball, [start.rest])
+    met = witness.met
+    return Prediction(
+        met=None if met is None else numbers[met],
+        wall=witness.first.cushion if witness.first else None,
+        pocket=witness.pocket,
+        t=witness.at,
+        way=((start.x, start.y), *turns[:2]),
+        other_way=() if met is None else tuple(witness.turns[met][:2]),
+    )
 
-    def sketch(self, ball: int, velocity: Vector, now: float) -> Prediction[Any]:
-        """Strike the ball, and play until it and what it met have turned once more each.
 
-        In the prediction balls are numbers.
-        """
-        witness = Witness(self.numbers.index(ball))
-        engine = self._engine(witness, velocity, now)
-        start = engine.paths[witness.ball]
-        for _ in range(MOST):
-            if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
-                break
-            engine.next()
-        turns = witness.turns.get(witness.ball, [start.rest])
-        met = witness.met
-        return Prediction(
-            met=None if met is None else self.numbers[met],
-            wall=witness.first.cushion if witness.first else None,
-            pocket=witness.pocket,
-            t=witness.at,
-            way=((start.x, start.y), *turns[:2]),
-            other_way=() if met is None else tuple(witness.turns[met][:2]),
-        )
+def _copy(
+    table: ContactEngine, numbers: list[int], witness: Witness, velocity: Vector, now: float
+) -> ContactEngine:
+    """Return an engine with these balls on their way from now on, the struck one included."""
 
-    def _engine(self, witness: Witness, velocity: Vector, now: float) -> ContactEngine:
-        """Return an engine with these balls on their way from now on, the struck one included."""
-        table, numbers = self.table, self.numbers
+    def pair(i: int, j: int) -> Pair:
+        return table.pair(numbers[i], numbers[j])
 
-        def pair(i: int, j: int) -> Pair:
-            return table.pair(numbers[i], numbers[j])
-
-        engine = ContactEngine(table.resolver.law, pair, table.surface, witness)
-        for k, number in enumerate(numbers):
-            x, y, vx, vy = motion_at(table.paths[number], now)
-            moves = velocity if k == witness.ball else (vx, vy)
-            path = table.surface.path(0.0, (x, y), moves)
-            engine.add_ball(path, table.radii[number], table.masses[number])
-        engine.walls = list(table.walls)
-        boxes = Boxes if len(numbers) < MANY else ManyBoxes
-        engine.near = near = boxes(len(numbers), len(engine.walls))
-        near.measure(engine.paths)
-        for i, path in enumerate(engine.paths):
-            near.begin(i, path, engine.radii[i], 0.0, math.inf)
-        engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
-        return engine
+    engine = ContactEngine(table.resolver.law, pair, table.surface, witness)
+    for k, number in enumerate(numbers):
+        x, y, vx, vy = motion_at(table.paths[number], now)
+        path = table.surface.path(0.0, (x, y), velocity if k == witness.ball else (vx, vy))
+        engine.add_ball(path, table.radii[number], table.masses[number])
+    engine.walls = list(table.walls)
+    boxes = Boxes if len(numbers) < MANY else ManyBoxes
+    engine.near = near = boxes(len(numbers), len(engine.walls))
+    near.measure(engine.paths)
+    for i, path in enumerate(engine.paths):
+        near.begin(i, path, engine.radii[i], 0.0, math.inf)
+    engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
+    return engine
 
 
 def free_spot(

@@ -27,10 +27,6 @@ class Walls:
         # the bodies of walls, each with its position (m) and angle
         self._bodies: dict[pymunk.Body, tuple[Vector, float]] = {}
 
-    def has(self, shape: pymunk.Shape) -> bool:
-        """Tell whether a shape is a wall already."""
-        return shape in self.state.near.numbers
-
     def obstacles(self) -> list[tuple[pymunk.Shape | None, Wall]]:
         """Return the walls and pockets, each with its shape if the sides are those of the shape."""
         walls, carriers = self.state.engine.walls, self._carriers
