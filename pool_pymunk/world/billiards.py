@@ -92,13 +92,7 @@ class Billiards:
         friction: FrictionBy = "joint",
         alone: bool = False,
     ) -> None:
-        checks.check_space(space)
-        checks.check_choice("contacts", contacts, get_args(Contacts))
-        checks.check_choice("friction", friction, get_args(FrictionBy))
-        if not callable(pair):
-            raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
-        if space in _taken:
-            raise setting_error("space", "taken", "this space has a Billiards already")
+        _check_settings(space, pair, contacts, friction)
         self.space = space
         self.max_dt = checks.read_size("max_dt", max_dt)
         self.friction = friction
@@ -427,6 +421,17 @@ class Billiards:
         ``on_time`` is called now and then with the time (s).
         """
         self._steps.play(on_time, latest)
+
+
+def _check_settings(space: Any, pair: Any, contacts: Any, friction: Any) -> None:
+    """Refuse settings that cannot be."""
+    checks.check_space(space)
+    checks.check_choice("contacts", contacts, get_args(Contacts))
+    checks.check_choice("friction", friction, get_args(FrictionBy))
+    if not callable(pair):
+        raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
+    if space in _taken:
+        raise setting_error("space", "taken", "this space has a Billiards already")
 
 
 def _no_response(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
