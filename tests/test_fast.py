@@ -567,6 +567,17 @@ def test_what_is_compiled_is_found_by_its_calls() -> None:
 
 
 @needs_numba
+def test_the_order_of_what_is_given_compiles_nothing_anew() -> None:
+    scene, position, velocity = simulation_1(3)
+    for give in (np.asfortranarray, lambda array: np.repeat(array, 2, axis=1)[:, ::2], np.copy):
+        for some in (position, np.broadcast_to(position[:1], position.shape), position[0]):
+            simulate_many(scene, give(some), give(velocity))
+    simulate_many(scene, velocity=velocity, vary={"mass": np.ones((11, 3)).T})
+    loop: Any = compiled.play_shots()
+    assert len(loop.signatures) == 1
+
+
+@needs_numba
 def test_no_product_and_sum_are_fused() -> None:
     """A fused one would round once where Python rounds twice, so bits would differ."""
     numba: Any = import_module("numba")
