@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from fractions import Fraction
@@ -33,6 +34,14 @@ Shown = tuple[Pixels, int]  # a picture (height, width, 3), and for how many 1/1
 def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
     """Write frames, (height, width, 3) each; one is encoded while the next one is drawn."""
     pace = float(_pace(fps))
+    gc.freeze()  # imageio collects garbage twice where it closes a film, a tenth of a short film.
+    try:
+        _write_mp4(path, frames, pace)
+    finally:
+        gc.unfreeze()
+
+
+def _write_mp4(path: Path, frames: Iterable[Pixels], pace: float) -> None:
     with path.open("wb") as file:
         film = iio.imopen(file, "w", plugin="pyav", extension=".mp4", container_options=FASTSTART)  # type: ignore[call-overload]
         try:
