@@ -11,6 +11,9 @@ EXTRAS ?= test,fast,sweep,cluster,env,fit,play,examples
 
 ELSEWHERE := not browser and not docs
 
+# Tests start many processes; none of them need compile the modules again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: run check test test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
 run: $(VENV)/installed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
@@ -9,12 +10,14 @@ import random
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from functools import cache
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, NamedTuple
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table
+from pool_pymunk.cli import main
 
 DATA = Path(__file__).parent / "data"
 BASE_SEED = int(os.environ.get("POOL_SEED", "0"))
@@ -156,3 +159,24 @@ def lines_run(work: Callable[[], object]) -> int:
     finally:
         sys.settrace(usual)
     return lines
+
+
+class Answer(NamedTuple):
+    """An answer is what the command line printed, and its exit code."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def typed(*arguments: object, cwd: Path | None = None) -> Answer:
+    """Run ``pool-pymunk`` with these arguments in this process, as if typed in a folder."""
+    code: object = None
+    out, err = io.StringIO(), io.StringIO()
+    with chdir(cwd or Path.cwd()), redirect_stdout(out), redirect_stderr(err):
+        try:
+            main([str(argument) for argument in arguments])
+        except SystemExit as ended:
+            code = ended.code
+    assert isinstance(code, int), "the command line ends with an exit code"
+    return Answer(code, out.getvalue(), err.getvalue())

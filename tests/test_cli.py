@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import INCH
+from scenes import INCH, Answer, typed
 
 from pool_pymunk import __version__, load
 from pool_pymunk.cli import main
@@ -20,13 +20,7 @@ from pool_pymunk.model.scenario import bundled
 pytestmark = pytest.mark.heavy
 
 
-def typed(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Run ``pool-pymunk`` with these arguments, in a process of its own."""
-    command = [sys.executable, "-m", "pool_pymunk", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
-
-
-def one_line(result: subprocess.CompletedProcess[str]) -> str:
+def one_line(result: Answer) -> str:
     """Return the single line that answers bad input.
 
     The exit code is 2, stdout is empty, and there is no traceback.
@@ -49,29 +43,15 @@ def test_help_names_every_command() -> None:
         assert typed(command, "--help").returncode == 0
 
 
-def test_help_loads_nothing_that_draws() -> None:
-    """An answer to --help must come quickly, so what draws is not imported for it."""
-    code = (
-        "import sys\nfrom pool_pymunk.cli import main\n"
-        "try:\n    main(['run', '--help'])\nexcept SystemExit:\n    pass\n"
-        "print([m for m in ('matplotlib', 'imageio', 'PIL') if m in sys.modules])"
-    )
-    result = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert result.stdout.strip().endswith("[]")
+def test_a_process_of_its_own_answers_as_well() -> None:
+    def ran(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "pool_pymunk", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
 
-
-def test_importing_the_package_imports_no_matplotlib() -> None:
-    code = "import sys, pool_pymunk; print('matplotlib' in sys.modules)"
-    result = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert result.stdout.strip() == "False"
-
-
-def test_version() -> None:
-    assert typed("--version").stdout.strip() == __version__
+    assert ran("--version").stdout.strip() == __version__
+    refused, said = ran("run", "nowhere"), typed("run", "nowhere")
+    assert (refused.returncode, refused.stdout, refused.stderr) == said
+    assert one_line(said)
 
 
 # -- run -------------------------------------------------------------------------------------------
