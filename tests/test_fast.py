@@ -460,7 +460,8 @@ def finished(process: subprocess.Popen[str]) -> tuple[float, float, str]:
 @pytest.mark.slow
 def test_processes_that_start_together_share_one_cache(tmp_path: Path) -> None:
     together = [finished(process) for process in [script(tmp_path) for _ in range(3)]]
-    assert any("Compiling" in err for _, _, err in together)
+    compiling = sum("Compiling" in err for _, _, err in together)
+    assert compiling == 1 or sys.platform == "win32"  # Others wait for what one compiles.
     later = finished(script(tmp_path))
     assert later[2] == ""
     assert {total for total, _, _ in together} == {later[0]}

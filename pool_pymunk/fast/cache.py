@@ -8,10 +8,15 @@ files, lies beside them, and files that differ from it are compiled anew.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
+
+try:
+    import fcntl
+except ImportError:  # Windows has no such locks; there each process compiles.
+    fcntl = None  # type: ignore[assignment]
 
 
 class SealedCache:
@@ -43,6 +48,17 @@ class SealedCache:
                 self._cache.flush()
             self._cache.save_overload(signature, compiled)
             self._seal.write_text(self._hash())
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Wait until no other process compiles the function; then it is found in the cache."""
+        with ExitStack() as stack:
+            with suppress(OSError):
+                self._folder.mkdir(parents=True, exist_ok=True)
+                file = stack.enter_context((self._folder / f"{self._name}.lock").open("a"))
+                if fcntl is not None:
+                    fcntl.flock(file, fcntl.LOCK_EX)
+            yield
 
     @property
     def _seal(self) -> Path:

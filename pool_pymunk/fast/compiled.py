@@ -13,6 +13,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -75,6 +76,11 @@ def _compiled(
         config.CACHE_DIR = before
     compiled._cache = SealedCache(compiled._cache, function.__name__, compiles)
     return cast("Callable[..., int]", compiled)
+
+
+def in_turn(function: Any) -> AbstractContextManager[None]:
+    """Keep processes from compiling the same at the same time; what is there already is no wait."""
+    return nullcontext() if function.signatures else function._cache.turn()
 
 
 @cache

@@ -165,7 +165,8 @@ def play_compiled(
     def work(part: slice) -> int:
         return play_chunk(play, source, table, out, part, watch)
 
-    work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
+    with compiled.in_turn(play):
+        work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
     if len(out.status) == 1:  # A thread would take longer than the shot.
         done(work(slice(0, 1)))
         return
