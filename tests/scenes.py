@@ -16,6 +16,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, NamedTuple
 
+import pytest
+
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table
 from pool_pymunk.cli import main
 
@@ -35,6 +37,14 @@ TABLES = {
 def seeds(count: int) -> range:
     """Return the seeds of so many random scenes; they count from POOL_SEED."""
     return range(BASE_SEED, BASE_SEED + count)
+
+
+def some_slow(count: int, quick: int) -> list[Any]:
+    """Return the seeds of so many random scenes as parameters; the first ones are quick."""
+    return [
+        pytest.param(seed, marks=[pytest.mark.slow] if k >= quick else [])
+        for k, seed in enumerate(seeds(count))
+    ]
 
 
 def random_scene(

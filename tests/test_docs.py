@@ -23,6 +23,7 @@ NAMES = [page.name for page in PAGES]
 
 # This page plays a million shots into a folder that other blocks read.
 TOO_LONG = ("many-shots.md",)
+LONG = ("environments.md", "fit.md")  # They play thousands of shots.
 NEEDS = {
     "environments.md": "gymnasium",
     "fit.md": "scipy",
@@ -108,8 +109,9 @@ def test_an_example_begins_with_a_title(example: Path) -> None:
 
 @pytest.mark.heavy
 @pytest.mark.parametrize(
-    "page", [page for page in PAGES[1:] if python_blocks(page) and page.name not in TOO_LONG],
-    ids=lambda page: page.name,
+    "page",
+    [pytest.param(page, marks=[pytest.mark.slow] if page.name in LONG else [], id=page.name)
+     for page in PAGES[1:] if python_blocks(page) and page.name not in TOO_LONG],
 )  # fmt: skip
 def test_python_runs(page: Path, tmp_path: Path) -> None:
     """The blocks of a page run one after the other, beside the scenario of the tutorial."""

@@ -26,6 +26,7 @@ from scenes import (
     frozen_rack,
     largest_distance,
     seeds,
+    some_slow,
 )
 
 from pool_pymunk import (
@@ -508,7 +509,7 @@ def test_bounces_that_die_down_end_in_a_push(e: float) -> None:
 @pytest.mark.parametrize(
     "gap", [0.0, *(pytest.param(gap, marks=pytest.mark.slow) for gap in (1e-12, 1e-6))]
 )
-@pytest.mark.parametrize("e", [1.0, 0.7, 0.3])
+@pytest.mark.parametrize("e", [1.0, 0.7, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_a_rack_breaks_symmetrically_whatever_its_balls_are_made_of(e: float, gap: float) -> None:
     """This also holds where balls press on each other; all are answered as if at once."""
     run = exact(frozen_rack(gap, e))
@@ -560,7 +561,7 @@ def heap(seed: int) -> Scene:
 
 @pytest.mark.heavy
 @pytest.mark.seeded
-@pytest.mark.parametrize("seed", seeds(60))
+@pytest.mark.parametrize("seed", some_slow(60, quick=20))
 def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
     """Pressed balls sink by 1e-4 radii, and by four times that after a thousand hits."""
     scene = heap(seed)

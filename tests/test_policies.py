@@ -146,9 +146,15 @@ SQUEEZES = [
     for e, e_cushion in ((0.0, 0.5), (0.5, 0.5), (0.8, 0.8), (0.8, 1.0), (0.9, 0.0))
     for mu, beside in ((0.0, 0.0), (0.0, 1e-3), (0.1, 0.0), (0.1, 1e-3), (0.02, 1e-2))
 ]
+# They take a thousand hits and more until nothing is left.
+LONG = [one for one in SQUEEZES if one[0] == 1e3 and one[3] > 0.0 and one[4] > 0.0]
 
 
-@pytest.mark.parametrize("squeeze", SQUEEZES, ids=str)
+@pytest.mark.parametrize(
+    "squeeze",
+    [pytest.param(one, marks=[pytest.mark.slow] if one in LONG else [], id=str(one))
+     for one in SQUEEZES],
+)  # fmt: skip
 def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
     squeeze: tuple[float, float, float, float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:

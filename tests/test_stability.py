@@ -41,13 +41,19 @@ SOLVERS = [solver.name for solver in columns()]
 EXACT = [solver.name for solver in columns() if solver.exact]
 
 
-# The rows of the report's law take as long again, and differ in the law alone.
-LONG = ("meeting at one instant", "frozen racks of 15")  # rows that take the discrete solver long
+# Rows that take long; event-driven alone plays them among the quick tests.
+LONG = (
+    "meeting at one instant", "frozen racks of 15", "many contacts", "many balls",
+    "Newton's cradles", "converging cushions",
+)  # fmt: skip
 
 
 def is_slow(key: Key) -> bool:
-    """Tell whether a cell is left to the slow tests."""
-    return key.law == "published" or (key.solver == "pymunk-discrete" and key.row in LONG)
+    """Tell whether a cell is left to the slow tests.
+
+    The rows of the report's law take as long again, and differ in the law alone.
+    """
+    return key.law == "published" or (key.solver != "event-driven" and key.row in LONG)
 
 
 ROWS = [
