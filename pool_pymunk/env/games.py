@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pool_pymunk.env.layouts import Floats, Hands, Layouts
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Scene
-from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.plain import read_count, read_number
 from pool_pymunk.model.problems import (
     listed,
     number_problems,
@@ -132,7 +132,7 @@ class Game(ABC):
             if not is_there:
                 given = repr(scene) if isinstance(scenario, Scene) else str(scenario)
                 raise setting_error("scenario", given, f"{self.name} needs {what}")
-        count = len(others) if balls is None else read_whole("balls", balls)
+        count = len(others) if balls is None else read_count("balls", balls)
         if not self.least <= count <= len(others):
             message = f"must be between {self.least} and {len(others)}"
             raise setting_error("balls", count, message)
@@ -376,11 +376,3 @@ def _size(key: str, value: Any) -> float:
 
 def _from_zero(key: str, value: Any) -> float:
     return read_number(key, value, lambda key, value: number_problems(key, value, 0.0))
-
-
-def read_whole(key: str, value: Any) -> int:
-    """Read a whole number from 1; raises SettingError for anything else."""
-    found = read_number(key, value, lambda key, value: number_problems(key, value, 1.0))
-    if not found.is_integer():
-        raise setting_error(key, value, "must be a whole number")
-    return int(found)

@@ -57,15 +57,9 @@ def simulate(
     start is what cannot be.
     """
     asked = request(
-        scene,
-        solver,
-        dt=dt,
-        law=law,
-        times=times,
-        max_time=max_time,
-        max_events=max_events,
+        scene, solver, dt=dt, law=law, times=times, max_time=max_time, max_events=max_events,
         **options,
-    )
+    )  # fmt: skip
     chosen = find_shot(scene, shot)
     return asked.play(chosen, None if start is None else scene.state(start))
 

@@ -16,6 +16,7 @@ import math
 import pymunk
 
 from pool_pymunk.model import Pocket, Scene, State
+from pool_pymunk.model.outline import Edge
 from pool_pymunk.model.scene import ball_ball_restitution
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Solver
@@ -69,7 +70,7 @@ class Builtin:
             self.space.remove(gone, *gone.shapes, *gone.constraints)
         for number, edge in enumerate(scene.table.edges if scene.table else ()):
             for kind in (CUE, OTHER):
-                self._add_cushion(number, edge.start, edge.end, kind)
+                self._add_cushion(number, edge, kind)
         self.space.on_collision(BALL, BALL, post_solve=self._met)
         self.space.on_collision(BALL, CUSHION, post_solve=self._met)
         self.steps_a_look = max(1, round(1.0 / (LOOKS * dt)))
@@ -101,10 +102,8 @@ class Builtin:
             brake.max_force = ball.mass * self.scene.deceleration
             self.space.add(brake)
 
-    def _add_cushion(
-        self, number: int, a: tuple[float, float], b: tuple[float, float], kind: int
-    ) -> None:  # fmt: skip
-        cushion = pymunk.Segment(self.space.static_body, a, b, 0.0)
+    def _add_cushion(self, number: int, edge: Edge, kind: int) -> None:
+        cushion = pymunk.Segment(self.space.static_body, edge.start, edge.end, 0.0)
         cushion.collision_type = CUSHION
         ball_elasticity = self._elasticity(kind == CUE)
         e = self.scene.restitution.cushion or 0.0
@@ -163,16 +162,11 @@ class Builtin:
 
 
 SOLVER = Solver(
-    name="pymunk-builtin",
-    solve=solve,
-    about="a baseline: stock pymunk",
-    dt=1 / 240,
-    late=True,
+    name="pymunk-builtin", solve=solve, about="a baseline: stock pymunk", dt=1 / 240, late=True,
     own_law=True,
     limits="another contact law, with spin and its own rules for touching balls; contacts come up "
     "to a step late",
     ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4),
     no_tolerance="its physics is not the scene's, so no step brings it within a tolerance",
-    color="#999999",
-    marker="X",
-)
+    color="#999999", marker="X",
+)  # fmt: skip

@@ -16,10 +16,9 @@ import numpy as np
 
 from pool_pymunk.engine.policies import AS_IT_IS, Variant
 from pool_pymunk.model import Scene, Shot, State
-from pool_pymunk.model.plain import read_number
+from pool_pymunk.model.plain import read_count, read_number
 from pool_pymunk.model.problems import (
     listed,
-    number_problems,
     setting_error,
     shown,
     size_problems,
@@ -197,7 +196,7 @@ def request(
     settings = Settings(
         dt=None if method.dt is None else step or method.dt,
         max_time=latest or scene.physics.max_time,
-        max_events=_count("max_events", max_events),
+        max_events=None if max_events is None else read_count("max_events", max_events),
         law=law if isinstance(law, Law) else None,
         on_time=on_time,
     )
@@ -266,13 +265,3 @@ def _check_law(method: Solver, law: str | Law | None) -> None:
 def _positive(key: str, value: object) -> float | None:
     """Read a positive number of seconds."""
     return None if value is None else read_number(key, value, size_problems)
-
-
-def _count(key: str, value: object) -> int | None:
-    """Read a whole number from 1."""
-    if value is None:
-        return None
-    found = read_number(key, value, lambda key, value: number_problems(key, value, 1.0))
-    if not found.is_integer():
-        raise setting_error(key, value, "must be a whole number")
-    return int(found)

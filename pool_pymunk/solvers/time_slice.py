@@ -48,7 +48,8 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
         if k >= last or len(trace.events) >= most:
             trace.status = "max_time" if k >= last else "max_events"
             trace.duration = k * settings.dt
-            slices.note_all(trace.duration)
+            for i in slices.moving:
+                slices.note(i, trace.duration)
             break
         quiet = min(slices.quiet(), last - k - 1, MOST_QUIET)
         if quiet > 0:
@@ -140,18 +141,14 @@ class Slices:
         assert self.scene.table is not None
         x0, y0, x1, y1 = self.scene.table.bounds
         r = self.radius[i]
-        if self.x[i] > x1 - r or self.x[i] < x0 + r:
-            number = 1 if self.x[i] > x1 - r else 3
-            self.x[i] = min(max(self.x[i], x0 + r), x1 - r)
-            approach = self.vx[i]
-            self.vx[i], self.vy[i] = self._cushion(NT(self.vx[i], self.vy[i]))
-            self._note_cushion(i, t, number, approach)
-        if self.y[i] > y1 - r or self.y[i] < y0 + r:
-            number = 2 if self.y[i] > y1 - r else 0
-            self.y[i] = min(max(self.y[i], y0 + r), y1 - r)
-            approach = self.vy[i]
-            self.vy[i], self.vx[i] = self._cushion(NT(self.vy[i], self.vx[i]))
-            self._note_cushion(i, t, number, approach)
+        across_x = self.x, self.vx, self.vy, x0 + r, x1 - r, (3, 1)
+        across_y = self.y, self.vy, self.vx, y0 + r, y1 - r, (0, 2)
+        for p, v, u, low, high, numbers in (across_x, across_y):
+            if p[i] > high or p[i] < low:
+                number, approach = numbers[p[i] > high], v[i]
+                p[i] = min(max(p[i], low), high)
+                v[i], u[i] = self._cushion(NT(v[i], u[i]))
+                self._note_cushion(i, t, number, approach)
 
     def _polygon(self, i: int, t: float) -> None:
         """Answer cushions edge by edge by the listing's rule, and corners that stick out."""
@@ -188,7 +185,7 @@ class Slices:
             self.trace.knot(i, t, (self.x[i], self.y[i]), (self.vx[i], self.vy[i]))
             return
         self.trace.ball_cushion(t, i, number)
-        self._note(i, t)
+        self.note(i, t)
 
     def _pair(self, i: int, j: int, t: float, active: set[int]) -> None:
         """Answer an overlap once; the pair answers again only after it has separated."""
@@ -201,8 +198,8 @@ class Slices:
                 self._collide(i, j, t)
                 self.trace.ball_ball(t, i, j)
                 active.update((i, j))
-                self._note(i, t)
-                self._note(j, t)
+                self.note(i, t)
+                self.note(j, t)
         elif not touching:
             self.colliding.discard((i, j))
 
@@ -211,8 +208,12 @@ class Slices:
         impact = atan2(self.y[j] - self.y[i], self.x[j] - self.x[i])
         a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
         if self.law.jumps(a, b, pair):
-            ids = self.scene.balls[i].id, self.scene.balls[j].id
-            self.trace.warn(sign_warning(self.law.name, *ids, a.t - b.t), t)
+            self.trace.warn(
+                f"law {self.law.name} jumps at zero slip: in the head-on hit of balls "
+                f"{self.scene.balls[i].id} and {self.scene.balls[j].id} the slip was "
+                f"{a.t - b.t:.0e} m/s, a rounding error, and its sign decided, as in the report",
+                t,
+            )
         after = self.law.ball_ball(a, b, pair)
         for ball, v in zip((i, j), after, strict=True):
             self.vx[ball] = cos(impact) * v.n - cos(pi / 2 - impact) * v.t
@@ -225,16 +226,12 @@ class Slices:
 
     # -- what the trace needs --------------------------------------------------------------------
 
-    def _note(self, i: int, t: float) -> None:
+    def note(self, i: int, t: float) -> None:
+        """Write down where a ball is, and that it stops if it does."""
         if self.vx[i] == 0.0 and self.vy[i] == 0.0:
             self.trace.stop(i, t, (self.x[i], self.y[i]))
         else:
             self.trace.knot(i, t, (self.x[i], self.y[i]), (self.vx[i], self.vy[i]))
-
-    def note_all(self, t: float) -> None:
-        """Write down where the balls are that still move."""
-        for i in self.moving:
-            self._note(i, t)
 
     def is_finite(self) -> bool:
         return all(math.isfinite(self.x[i] + self.y[i] + self.vx[i]) for i in self.moving)
@@ -257,13 +254,11 @@ class Slices:
         to_cushions = (gap / reach[i] for i in self.moving for gap in self._wall_gaps(i))
         to_balls = (gap / (reach[i] + reach[j]) for i, j, gap in self._pair_gaps())
         least = min(min(to_cushions, default=math.inf), min(to_balls, default=math.inf))
-        return least * SAFE - 2.0 if least < math.inf else self._until_rest()
-
-    def _until_rest(self) -> float:
-        """Return the slices until every ball has stopped, where there is nothing to meet."""
-        if self.loss == 0.0:
-            return math.inf
-        return max(hypot(self.vx[i], self.vy[i]) for i in self.moving) / self.loss + 1.0
+        if least < math.inf:
+            return least * SAFE - 2.0
+        # There is nothing to meet: these are the slices until every ball has stopped.
+        fastest = max(hypot(self.vx[i], self.vy[i]) for i in self.moving)
+        return fastest / self.loss + 1.0 if self.loss > 0.0 else math.inf
 
     def _wall_gaps(self, i: int) -> Iterator[float]:
         """Yield how far (m) the ball is from cushions, and its centre from pockets."""
@@ -271,31 +266,19 @@ class Slices:
         x, y = self.x[i], self.y[i]
         for pocket in self.scene.pockets:
             yield hypot(x - pocket.position[0], y - pocket.position[1]) - pocket.radius
-        if table is None:
-            return
-        if table.is_rectangle:
+        if table is not None and table.is_rectangle:
             x0, y0, x1, y1 = table.bounds
             yield min(x - x0, x1 - x, y - y0, y1 - y) - r
-            return
-        for edge in table.edges:
-            yield edge.distance(x, y) - r
+        elif table is not None:
+            yield from (edge.distance(x, y) - r for edge in table.edges)
 
     def _pair_gaps(self) -> Iterator[tuple[int, int, float]]:
         moving = set(self.moving)
         for i in self.moving:
             for j in self.present:
-                if j == i or (j in moving and j < i):
-                    continue
-                distance = hypot(self.x[i] - self.x[j], self.y[i] - self.y[j])
-                yield i, j, abs(distance - self.radius[i] - self.radius[j])
-
-
-def sign_warning(law: str, a: str, b: str, slip: float) -> str:
-    """Return the warning that in the listing's arithmetic rounding decides."""
-    return (
-        f"law {law} jumps at zero slip: in the head-on hit of balls {a} and {b} the slip was "
-        f"{slip:.0e} m/s, a rounding error, and its sign decided, as in the report"
-    )
+                if j not in moving or j > i:
+                    distance = hypot(self.x[i] - self.x[j], self.y[i] - self.y[j])
+                    yield i, j, abs(distance - self.radius[i] - self.radius[j])
 
 
 def slide(
@@ -337,20 +320,12 @@ def drift(
 PUBLISHED_STEP = 1e-6  # s; the report uses this slice
 
 SOLVER = Solver(
-    name="time-slice",
-    solve=solve,
-    about="the report's own algorithm",
-    dt=PUBLISHED_STEP,
+    name="time-slice", solve=solve, about="the report's own algorithm", dt=PUBLISHED_STEP,
     late=True,
     limits="the report's method: contacts come up to a slice late, a pair answers only once "
     "until it has parted, contacts of one instant are answered one after the other, and rounding "
     "decides the sign of a slip of zero",
     ladder=(1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, PUBLISHED_STEP),
-    stability_steps=(1e-5,),
-    quick_stability_steps=(1e-4,),
-    all_pairs=True,
-    published_step=PUBLISHED_STEP,
-    finest=1e-6,
-    color="#d55e00",
-    marker="D",
-)
+    stability_steps=(1e-5,), quick_stability_steps=(1e-4,), all_pairs=True,
+    published_step=PUBLISHED_STEP, finest=1e-6, color="#d55e00", marker="D",
+)  # fmt: skip
