@@ -16,6 +16,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from commands import Capture, exit_code, refusal
 from scenes import AT_A_TERMINAL
 
 from pool_pymunk import (
@@ -30,7 +31,7 @@ from pool_pymunk import (
     simulate,
     simulate_all,
 )
-from pool_pymunk.cli import choices, main
+from pool_pymunk.cli import choices
 from pool_pymunk.cli.common import progress
 from pool_pymunk.cli.run import Share
 from pool_pymunk.model import UNITS
@@ -41,24 +42,6 @@ from pool_pymunk.solvers import Settings
 from pool_pymunk.studies.tradeoff import Estimate, estimate
 
 pytestmark = pytest.mark.heavy
-
-Capture = pytest.CaptureFixture[str]
-
-
-def exit_code(*arguments: object) -> int:
-    """Run the command line in this process and return its exit code."""
-    with pytest.raises(SystemExit) as ended:
-        main([str(argument) for argument in arguments])
-    return int(ended.value.code or 0)
-
-
-def refusal(capsys: Capture, *arguments: object) -> str:
-    """Return the one line on stderr that answers bad input."""
-    assert exit_code(*arguments) == 2
-    answer = capsys.readouterr()
-    assert answer.out == ""
-    (line,) = answer.err.splitlines()
-    return line
 
 
 def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:

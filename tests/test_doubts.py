@@ -10,7 +10,7 @@ from itertools import permutations
 from pathlib import Path
 
 import pytest
-from test_policies import disc, exact, pressed, squeezed
+from hard_scenes import disc, exact, pressed, squeezed
 
 from pool_pymunk import Ball, Friction, Law, Physics, Restitution, Run, Scene, Table, load, simulate
 from pool_pymunk.studies.tolerance import simulate_within

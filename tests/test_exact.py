@@ -6,37 +6,19 @@ import json
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise, permutations
 from typing import Any
 
 import pytest
+from amplified import amplification
+from hard_scenes import exact
 from reference import scene_from_dict
 from scenes import DATA, INCH, asymmetry, contact_list, exact_run, frozen_rack, off_exact
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, load, simulate
+from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
-NUDGE = 1e-10  # m; it is small beside all else, and large beside rounding
 R = 0.05
-
-
-def exact(scene: Scene, **bounds: float | int) -> Run:
-    return simulate(scene, solver="event-driven", **bounds)  # type: ignore[arg-type]
-
-
-def amplification(scene: Scene, run: Run) -> float:
-    """Return how much farther ends move than starts, from one nudge of every start."""
-    rnd = random.Random(0)
-
-    def nudge(x: float) -> float:
-        return x + NUDGE * rnd.choice((-1, 1))
-
-    balls = tuple(
-        replace(b, position=(nudge(b.position[0]), nudge(b.position[1]))) for b in scene.balls
-    )
-    nudged = exact(replace(scene, balls=balls))
-    return max(1.0, max(math.dist(nudged.final[i], run.final[i]) for i in run.final) / NUDGE)
 
 
 # -- references ------------------------------------------------------------------------------------

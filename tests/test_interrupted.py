@@ -10,17 +10,14 @@ import errno
 import importlib
 import json
 import os
-import resource
-import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import at_a_terminal
+from programs import PATIENCE, interrupt, start, wait_until
 
 from pool_pymunk import SOLVERS
 from pool_pymunk.cli import main
@@ -32,37 +29,9 @@ pytestmark = pytest.mark.heavy
 # Its name is also that of a function.
 tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 
-PATIENCE = 60.0  # s
 # Slices of 1e-6 s take about a second for each of the report's shots, so there is time to
 # interrupt.
 SLOW_RUN = ("run", "report", "--solver", "time-slice", "--dt", "1e-6", "--no-pictures")
-MOST_BYTES = 20_000  # A file on the full disk can have so many bytes.
-
-
-def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:
-    """Start ``pool-pymunk`` with these arguments, in a process and group of its own."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "pool_pymunk", *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        preexec_fn=_on_a_full_disk if limited else at_a_terminal,
-    )
-
-
-def _on_a_full_disk() -> None:
-    """Limit the size of files, so that writing more fails as it does on a full disk."""
-    at_a_terminal()
-    resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES, MOST_BYTES))
-
-
-def wait_until(so: Callable[[], bool]) -> None:
-    """Wait until it is so."""
-    latest = time.monotonic() + PATIENCE
-    while not so():
-        assert time.monotonic() < latest, "it never came to be"
-        time.sleep(0.01)
 
 
 def _is_alive(group: int) -> bool:
@@ -72,14 +41,6 @@ def _is_alive(group: int) -> bool:
     except ProcessLookupError:
         return False
     return True
-
-
-def interrupt(process: subprocess.Popen[str]) -> str:
-    """Send Ctrl-C to the whole group, as a terminal does, and return stderr."""
-    os.killpg(process.pid, signal.SIGINT)
-    _, stderr = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130, stderr
-    return stderr
 
 
 def rows(path: Path) -> list[list[str]]:

@@ -9,10 +9,10 @@ from dataclasses import replace
 from itertools import combinations, permutations
 
 import pytest
+from clusters import ROUNDING, Cluster, answered, energy, random_cluster
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scenes import asymmetry, frozen_rack, largest_distance
-from test_together import ROUNDING, Cluster, answered, energy, random_cluster
 
 from pool_pymunk import (
     NT,

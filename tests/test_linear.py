@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_cli_manners import exit_code
+from commands import exit_code
 
 from pool_pymunk import Scene, Shot, Uncertainty, load, sensitivity
 from pool_pymunk.studies.sensitivity import ellipse, linear

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_cli_manners import exit_code, refusal
+from commands import exit_code, refusal
+from hostile import hostile_scene
 
 from pool_pymunk import (
     Ball,
@@ -30,23 +31,10 @@ from pool_pymunk.page import page
 
 pytestmark = pytest.mark.heavy
 
-HOSTILE = "</script><script>parent.hacked = 1</script><img src=x onerror='parent.hacked = 1'>"
-
 
 @pytest.fixture(scope="module")
 def report() -> list[Run]:
     return list(simulate_all(load("report"), solver="pymunk"))
-
-
-def hostile_scene() -> Scene:
-    """Return a scene whose every text would be markup if a page took it for that."""
-    scene = load("eight-ball")
-    balls = tuple(replace(ball, id=f"{ball.id}{HOSTILE}") for ball in scene.balls)
-    pockets = tuple(replace(hole, id=f"{hole.id}{HOSTILE}") for hole in scene.pockets)
-    first = scene.shots[0]
-    name, ball, aim = (f"{text}{HOSTILE}" for text in (first.name, first.ball, first.aim))
-    shots = (replace(first, name=name, ball=ball, aim=aim),)
-    return replace(scene, title=f"title {HOSTILE}", balls=balls, pockets=pockets, shots=shots)
 
 
 def content_of(document: str) -> dict[str, Any]:

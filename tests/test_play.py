@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import exit_code, refusal
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from test_cli_manners import exit_code, refusal
-from test_interrupted import PATIENCE, interrupt, start, wait_until
+from programs import PATIENCE, interrupt, start, wait_until
 
 from pool_pymunk import SOLVERS, Run, Scene, Shot, State, load, simulate
 from pool_pymunk.fast import compiled

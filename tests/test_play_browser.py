@@ -13,18 +13,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_page import hostile_scene
+from hostile import hostile_scene
 
 from pool_pymunk import Run, Scene, Shot, State, load, simulate
 from pool_pymunk.model.scenario import loads
 
 pytest.importorskip("starlette")
-test_page_browser = pytest.importorskip("test_page_browser")  # It needs playwright.
+browsers = pytest.importorskip("browsers")  # It needs playwright.
 live = pytest.importorskip("pool_pymunk.page.live.server")
 
-Visit = test_page_browser.Visit
-browser = test_page_browser.browser  # This is a fixture.
-picture = test_page_browser.picture
+Visit = browsers.Visit
+browser = browsers.browser  # This is a fixture.
+picture = browsers.picture
 
 pytestmark = pytest.mark.browser
 

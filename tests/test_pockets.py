@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from amplified import amplification
 from reference import (
     OUTLINES,
     Refused,
@@ -19,7 +20,6 @@ from reference import (
     scene_from_dict,
 )
 from scenes import DATA, seeds
-from test_exact import amplification
 
 from pool_pymunk import (
     Ball,

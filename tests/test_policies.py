@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hard_scenes import R, disc, exact, pressed, squeezed
 from scenes import largest_distance
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
+from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
 from pool_pymunk.engine import decisions, resolver
 from pool_pymunk.engine.contacts import ContactEngine, Recorder
 from pool_pymunk.engine.near import Boxes
@@ -19,19 +20,6 @@ from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, Post, Wall, face_between
 from pool_pymunk.physics.surface import Sliding
-
-R = 0.05
-
-
-def exact(scene: Scene, **bounds: float | int) -> Run:
-    return simulate(scene, solver="event-driven", **bounds)  # type: ignore[arg-type]
-
-
-def disc(
-    id_: str, position: Vector, velocity: Vector = (0.0, 0.0), mass: float = 1.0, r: float = R
-) -> Ball:
-    return Ball(id_, position, r, mass, velocity=velocity)
-
 
 # -- one instant -----------------------------------------------------------------------------------
 
@@ -128,18 +116,6 @@ def test_cushions_that_run_on_straight_answer_once() -> None:
 # -- hits without end ------------------------------------------------------------------------------
 
 
-def squeezed(ratio: float, e: float, e_cushion: float, mu: float, beside: float) -> Scene:
-    """A heavy ball drives a light one to a cushion that leans by 0.1 rad where it comes aslant."""
-    lean = 0.1 if beside else 0.0
-    corners = ((0.0, 0.0), (8.0, 0.0), (8.0, 2.0), (2.0 * math.tan(lean), 2.0))
-    balls = (
-        disc("light", (1.0, 1.0 + beside), mass=0.1),
-        disc("heavy", (2.0, 1.0), (-1.0, 0.0), mass=0.1 * ratio),
-    )
-    restitution, friction = Restitution(e, None, e_cushion), Friction(0.01, mu, mu)
-    return Scene(balls, Table(tuple(corners)), restitution, friction)
-
-
 SQUEEZES = [
     (ratio, e, e_cushion, mu, beside)
     for ratio in (10.0, 1e2, 1e3)
@@ -188,13 +164,6 @@ def test_some_squeezes_have_no_end_and_some_have(monkeypatch: pytest.MonkeyPatch
 
 
 # -- persistent contact ----------------------------------------------------------------------------
-
-
-def pressed(e: float, speed: float = 0.1, r: float = R) -> Scene:
-    """Return a ball that catches up with another at an angle; friction presses it on."""
-    way = (speed * math.cos(0.8), speed * math.sin(0.8))
-    balls = (disc("a", (0.0, 0.0), way, r=r), disc("b", (2 * r, 0.0), (way[0] / 2, 0.0), r=r))
-    return Scene(balls, None, Restitution(e), Friction(0.1))
 
 
 def deepest(run: Run) -> float:

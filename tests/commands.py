@@ -1,0 +1,25 @@
+"""The command line in this process."""
+
+from __future__ import annotations
+
+import pytest
+
+from pool_pymunk.cli import main
+
+Capture = pytest.CaptureFixture[str]
+
+
+def exit_code(*arguments: object) -> int:
+    """Run the command line in this process and return its exit code."""
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    return int(ended.value.code or 0)
+
+
+def refusal(capsys: Capture, *arguments: object) -> str:
+    """Return the one line on stderr that answers bad input."""
+    assert exit_code(*arguments) == 2
+    answer = capsys.readouterr()
+    assert answer.out == ""
+    (line,) = answer.err.splitlines()
+    return line
