@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -145,3 +146,8 @@ def test_solvers_do_not_know_each_other() -> None:
     for found in imports():
         if found.module.removeprefix("solvers/").removesuffix(".py") in files:
             assert found.target.removeprefix("pool_pymunk.solvers.") not in files, found
+
+
+def test_no_test_file_imports_another() -> None:
+    for path in Path(__file__).parent.glob("**/test_*.py"):
+        assert not re.findall(r"^(?:from|import) test_\w+", path.read_text("utf-8"), re.M), path
