@@ -42,7 +42,7 @@ LATE: set[tuple[str, str]] = {
 ONLY_IN = {
     "matplotlib": "render",
     "typer": "cli",
-    "pydantic": "model page",
+    "pydantic": "page",
     "gymnasium": "env",
     "starlette": "page",
     "uvicorn": "page",

@@ -68,11 +68,11 @@ def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
         ({"gap": -1e-9}, "gap = -1e-09: must be 0 or more"),
         ({"gap": "wide"}, 'gap = "wide": must be a number'),
         ({"angle": math.nan}, "angle = nan: must be a finite number"),
-        ({"apex": (1.0,)}, "apex = [1.0]: must be two numbers, (x, y)"),
+        ({"apex": (1.0,)}, "apex = [1.0]: must be two numbers, [x, y]"),
         ({"shape": "square"}, 'shape = "square": must be one of triangle, diamond'),
         ({"shape": "diamond", "rows": 5}, "rows = 5: stands beside shape: a diamond has five rows"),
         ({"ids": ["1"]}, 'ids = ["1"]: must be 15 ids, one a ball (1 given)'),
-        ({"ids": "123"}, 'ids = "123": must be a row of texts'),
+        ({"ids": "123"}, 'ids = "123": must be ids, ["1", "2", ...]'),
         ({"radius": -1.0}, "radius = -1.0: must be greater than 0"),
         ({"mass": 0.0}, "mass = 0.0: must be greater than 0"),
     ],
@@ -122,10 +122,10 @@ def test_a_file_has_its_racks_in_its_own_units() -> None:
         ("apex = [20, 0]", "", ["racks[0].apex = (left out): is wanted"]),
         ("rows = 3", "rows = 101", ["racks[0].rows = 101: must be a whole number from 1 to 100"]),
         ("rows = 3", 'rows = "3"', ['racks[0].rows = "3": must be a whole number from 1 to 100']),
-        ("rows = 3", 'shape = "o"', ['racks[0].shape = "o": must be "triangle" or "diamond"']),
+        ("rows = 3", 'shape = "o"', ['racks[0].shape = "o": must be one of triangle, diamond']),
         ("rows = 3", "row = 3", [
-            "racks[0].row = 3: unknown key (there are: radius, mass, color, rows, shape, apex, "
-            'angle, gap, ids); did you mean "rows"?',
+            "racks[0].row = 3: unknown key (there are: apex, radius, mass, rows, shape, angle, "
+            'gap, ids, color); did you mean "rows"?',
         ]),
         ("gap = 0.01", "gap = -1", ["racks[0].gap = -1: must be 0 or more"]),
         ("gap = 0.01", 'ids = ["a", "b"]', [

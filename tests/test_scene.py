@@ -85,7 +85,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     "ball: huge": (
         lambda: ball("1", 1e308, 0, radius=1e101),
         [
-            "position = [1e+308, 0.0]: is too large (more than 1e+100 in SI units)",
+            "position = [1e+308, 0]: is too large (more than 1e+100 in SI units)",
             "radius = 1e+101: is too large (more than 1e+100 in SI units)",
         ],
     ),

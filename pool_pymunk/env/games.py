@@ -19,13 +19,11 @@ from numpy.typing import NDArray
 from pool_pymunk.env.layouts import Floats, Hands, Layouts
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Scene
-from pool_pymunk.model.plain import read_count, read_number
+from pool_pymunk.model.plain import argument, between, choice, size, whole
 from pool_pymunk.model.problems import (
     listed,
-    number_problems,
     setting_error,
     shown,
-    size_problems,
     suggestion,
 )
 from pool_pymunk.model.scenario import load
@@ -95,13 +93,13 @@ class Game(ABC):
         angle_error: float = 0.0,
         speed_error: float = 0.0,
     ) -> None:
-        if layout not in LAYOUTS:
-            message = f"must be one of {', '.join(LAYOUTS)}{suggestion(layout, LAYOUTS)}"
-            raise setting_error("layout", layout, message)
+        argument("layout", layout, choice(LAYOUTS))
         self.scene = self._scene(scenario, balls)
-        self.fastest = _size("max_speed", self.max_speed if max_speed is None else max_speed)
-        self.angle_error = _from_zero("angle_error", angle_error)
-        self.speed_error = _from_zero("speed_error", speed_error)
+        self.fastest = argument(
+            "max_speed", self.max_speed if max_speed is None else max_speed, size
+        )
+        self.angle_error = argument("angle_error", angle_error, between(0.0))
+        self.speed_error = argument("speed_error", speed_error, between(0.0))
         assert self.scene.cue is not None and self.scene.table is not None
         self.cue = self.scene.index[self.scene.cue.id]
         self.layouts = Layouts(self.scene) if layout == "random" else None
@@ -132,7 +130,7 @@ class Game(ABC):
             if not is_there:
                 given = repr(scene) if isinstance(scenario, Scene) else str(scenario)
                 raise setting_error("scenario", given, f"{self.name} needs {what}")
-        count = len(others) if balls is None else read_count("balls", balls)
+        count = len(others) if balls is None else argument("balls", balls, whole(1))
         if not self.least <= count <= len(others):
             message = f"must be between {self.least} and {len(others)}"
             raise setting_error("balls", count, message)
@@ -368,11 +366,3 @@ def read_actions(actions: Any, shape: tuple[int, ...], many: bool = False) -> Fl
         message = f"must have the shape {wanted}: an angle and a speed"
         raise setting_error("action", f"shape {found.shape}", message)
     return found
-
-
-def _size(key: str, value: Any) -> float:
-    return read_number(key, value, size_problems)
-
-
-def _from_zero(key: str, value: Any) -> float:
-    return read_number(key, value, lambda key, value: number_problems(key, value, 0.0))

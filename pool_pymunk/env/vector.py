@@ -28,7 +28,7 @@ from pool_pymunk.env.games import (
 )
 from pool_pymunk.fast import Batch
 from pool_pymunk.model import Scene
-from pool_pymunk.model.plain import read_count
+from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.model.problems import setting_error, shown
 
 Flags = NDArray[np.bool_]
@@ -66,11 +66,11 @@ class BilliardsVectorEnv(VectorEnv[Observations, Observations, Any]):
         render_mode: str | None = None,
         **settings: Any,
     ) -> None:
-        self.num_envs = read_count("num_envs", num_envs)
+        self.num_envs = argument("num_envs", num_envs, whole(1))
         self.game = self.plays(scenario, **settings)
         self.mode = _read_autoreset(autoreset_mode)
         limit = max_episode_steps
-        self.most = np.inf if limit is None else read_count("max_episode_steps", limit)
+        self.most = np.inf if limit is None else argument("max_episode_steps", limit, whole(1))
         self.render_mode = read_mode(render_mode)
         self.metadata = {
             "render_modes": list(MODES),

@@ -18,7 +18,7 @@ from pool_pymunk.fast.records import NOTHING, Out, Table, Tracks, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_source
 from pool_pymunk.fast.tables import can_compile, law_number, table_of, work_of
 from pool_pymunk.model import Scene, SceneError
-from pool_pymunk.model.plain import read_count
+from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 
@@ -144,7 +144,7 @@ def _threads(asked: int | None) -> int:
     if asked is None:
         has_affinity = hasattr(os, "sched_getaffinity")
         return len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count() or 1
-    return read_count("threads", asked)
+    return argument("threads", asked, whole(1))
 
 
 def play_compiled(

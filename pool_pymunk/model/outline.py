@@ -8,15 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from pool_pymunk.model.plain import make_plain, number, points, read
-from pool_pymunk.model.problems import (
-    COORDINATE_ROUNDING,
-    Point,
-    Problem,
-    point_problems,
-    raise_any,
-    size_problems,
-)
+from pool_pymunk.model.keys import Corners, Part
+from pool_pymunk.model.plain import problems_of, size
+from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
 from pool_pymunk.physics.sides import Face, Post, Wall
 
 
@@ -53,7 +47,7 @@ def _edge(start: Point, end: Point) -> Edge:
 
 
 @dataclass(frozen=True)
-class Table:
+class Table(Part):
     """A table: any simple polygon, counter-clockwise; cushion k runs from corner k to the next.
 
     >>> table = Table.rectangle(2.0, 1.0)
@@ -63,29 +57,18 @@ class Table:
     (True, False)
     """
 
-    outline: tuple[Point, ...]
-
-    def __post_init__(self) -> None:
-        make_plain(self, outline=points)
-        raise_any(self._problems())
+    outline: Corners
 
     @classmethod
     def rectangle(cls, length: float, width: float) -> Table:
         """The report's table: x from 0 to ``length``, y from 0 to ``width`` (m)."""
-        x, y = (read(key, value, number) for key, value in (("length", length), ("width", width)))
-        raise_any([*size_problems("length", x), *size_problems("width", y)])
-        return cls(((0.0, 0.0), (x, 0.0), (x, y), (0.0, y)))
+        raise_any([*problems_of(length, size, "length"), *problems_of(width, size, "width")])
+        return cls(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)))
 
     def _problems(self) -> Iterator[Problem]:
         if len(self.outline) < 3:
             yield self._problem("must have three corners or more")
             return
-        astray = [p for corner in self.outline for p in point_problems("outline", corner)]
-        yield from astray
-        if not astray:
-            yield from self._shape_problems()
-
-    def _shape_problems(self) -> Iterator[Problem]:
         slack = COORDINATE_ROUNDING * max(map(abs, self.bounds))
         for k, corner in enumerate(self.outline):
             if math.dist(self.outline[k - 1], corner) <= slack:

@@ -116,19 +116,19 @@ def place_problems(
     for k, ball in balls.items():
         name = f"ball {shown(ball.id)}"
         for message in _ground_problems(name, ball, table, cushions, share, units):
-            yield Problem(f"balls[{k}].position", list(ball.position), message)
+            yield Problem(("balls", k, "position"), list(ball.position), message)
         for hole in holes:
             room = room_beside(hole.sides, *ball.position, ball.radius)
             if lies_in(hole, room, *ball.position, ball.radius):
                 what = f"pocket {shown(pockets[hole.number].id)}"
                 message = said(name, what, room, ball.radius, units, how="is within")
-                yield Problem(f"balls[{k}].position", list(ball.position), message)
+                yield Problem(("balls", k, "position"), list(ball.position), message)
     for i, j in sorted(islice(_overlaps(balls, share), MOST_OVERLAPS)):
         a, b = balls[i], balls[j]
         room = room_beside_ball(*b.position, b.radius, *a.position, a.radius)
         what, smaller = f"ball {shown(a.id)}", min(a.radius, b.radius)
         message = said(f"ball {shown(b.id)}", what, room, smaller, units)
-        yield Problem(f"balls[{j}].position", list(b.position), message)
+        yield Problem(("balls", j, "position"), list(b.position), message)
 
 
 def _ground_problems(

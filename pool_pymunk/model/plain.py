@@ -1,54 +1,176 @@
 """This module makes plain Python values of what users pass: numbers of NumPy, arrays, lists.
 
 A reader takes one value and returns it as a plain one, or raises :class:`Unfit`. So nothing of
-NumPy goes further than the door: not to the solvers, not to a law, not into a file.
+NumPy goes further than the door: not to the solvers, not to a law, not into a file. Readers of
+numbers also take the size of the ``unit`` (SI) that a file has them in; bounds are in SI.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from numbers import Real
+import math
+import unicodedata
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from numbers import Integral, Real
 from typing import Any, TypeVar
 
 import numpy as np
 
 from pool_pymunk.model.problems import (
+    LARGEST,
+    SMALLEST,
     TOO_LARGE,
+    TOO_SMALL,
+    Location,
     Point,
     Problem,
-    SceneError,
-    number_problems,
-    raise_any,
     setting_error,
     shown,
+    suggestion,
 )
 
 Value = TypeVar("Value")
-Reader = Callable[[Any], Value]
+Reader = Callable[..., Value]
 
 
 class Unfit(ValueError):
-    """The value is of the wrong kind; the message says which kind is right."""
+    """The value does not fit; the message says what would, ``inside`` what is wrong in it."""
+
+    def __init__(self, message: str, inside: Sequence[Problem] = ()) -> None:
+        super().__init__(message)
+        self.inside = inside
+
+    def problems(self, where: Location, value: object) -> Iterator[Problem]:
+        """Return what is wrong with the value that stands there."""
+        if not self.inside:
+            yield Problem(where, value, str(self))
+        for problem in self.inside:
+            yield problem.under(*where)
 
 
-def number(value: Any) -> float:
+def each(read: Reader[Value], values: Iterable[tuple[int | str, Any]], *unit: float) -> list[Value]:
+    """Read values that stand under keys or numbers; raises Unfit with all that do not fit."""
+    found: list[Value] = []
+    problems: list[Problem] = []
+    for step, value in values:
+        try:
+            found.append(read(value, *unit))
+        except Unfit as unfit:
+            problems += unfit.problems((step,), value)
+    if problems:
+        raise Unfit(problems[0].message, problems)
+    return found
+
+
+# -- numbers ---------------------------------------------------------------------------------------
+
+
+def number(value: Any, unit: float = 1.0) -> float:
     """Read a number of Python or NumPy as a plain float."""
-    if type(value) is float:
-        return value
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if isinstance(value, bool) or not isinstance(value, Real):
         raise Unfit("must be a number")
     try:
-        return float(value)
+        return float(value) * unit
     except OverflowError:
         raise Unfit(TOO_LARGE) from None
+
+
+def between(low: float, high: float = LARGEST) -> Reader[float]:
+    """Make a reader of numbers from ``low`` to ``high``."""
+
+    def read(value: Any, unit: float = 1.0) -> float:
+        found = number(value, unit)
+        if not (math.isfinite(found) and low <= found <= high):
+            raise Unfit(_bounds(found, low, high))
+        return found
+
+    return read
+
+
+def _bounds(found: float, low: float, high: float) -> str:
+    """Say what a number had to be that is none of those from ``low`` to ``high``."""
+    if not math.isfinite(found):
+        return "must be a finite number"
+    if high < LARGEST:
+        return f"must be between {low:g} and {high:g}"
+    if found > high:
+        return TOO_LARGE
+    if low != SMALLEST:
+        return f"must be {low:g} or more"
+    return TOO_SMALL if found > 0.0 else "must be greater than 0"
+
+
+finite, size = between(-LARGEST), between(SMALLEST)
+
+
+def whole(low: int, high: float = LARGEST) -> Reader[int]:
+    """Make a reader of whole numbers from ``low`` to ``high``."""
+    bounded = between(low, high)
+
+    def read(value: Any) -> int:
+        found = bounded(value)
+        if not found.is_integer():
+            raise Unfit("must be a whole number")
+        return int(value) if isinstance(value, Integral) else int(found)
+
+    return (
+        read if high == LARGEST else instead(f"must be a whole number from {low} to {high}", read)
+    )
+
+
+def instead(message: str, read: Reader[Value]) -> Reader[Value]:
+    """Make a reader that has one ``message`` for whatever does not fit."""
+
+    def reader(value: Any) -> Value:
+        try:
+            return read(value)
+        except Unfit:
+            raise Unfit(message) from None
+
+    return reader
+
+
+def pair(value: Any, unit: float = 1.0) -> tuple[float, float]:
+    """Read two numbers in a tuple, a list or an array."""
+    if not is_row(value) or len(value) != 2:
+        raise Unfit("must be two numbers, [x, y]")
+    x, y = each(number, enumerate(value), unit)
+    return x, y
+
+
+def point(value: Any, unit: float = 1.0) -> Point:
+    """Read two numbers that are finite."""
+    x, y = pair(value, unit)
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise Unfit("must be two finite numbers")
+    if max(abs(x), abs(y)) > LARGEST:
+        raise Unfit(TOO_LARGE)
+    return x, y
+
+
+def corners(value: Any, unit: float = 1.0) -> tuple[Point, ...]:
+    """Read points in a tuple, a list or an array (N, 2)."""
+    if not is_row(value):
+        raise Unfit("must be corners, [[x, y], ...]")
+    return tuple(each(point, enumerate(value), unit))
+
+
+def ends(value: Any, unit: float = 1.0) -> dict[str, Point]:
+    """Read points by the ids of their balls."""
+    if not isinstance(value, Mapping):
+        raise Unfit('must be points by ids, {"1" = [x, y]}')
+    found = each(point, value.items(), unit)
+    return dict(zip(map(text, value), found, strict=True))
+
+
+# -- texts, flags, objects -------------------------------------------------------------------------
 
 
 def flag(value: Any) -> bool:
     """Read True or False, of Python or NumPy."""
     if not isinstance(value, bool | np.bool_):
-        raise Unfit("must be True or False")
+        raise Unfit("must be true or false")
     return bool(value)
 
 
@@ -61,37 +183,33 @@ def text(value: Any) -> str:
     return str(value)
 
 
-def texts(value: Any) -> tuple[str, ...]:
-    """Read texts in a tuple, a list or an array."""
+def name(value: Any) -> str:
+    """Read a name that is to be printed in a line."""
+    found = text(value)
+    if not found.strip():
+        raise Unfit("must not be empty")
+    if any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in found):
+        raise Unfit("must be one line of text without control characters")
+    return found
+
+
+def ids(value: Any) -> tuple[str, ...]:
+    """Read ids in a tuple, a list or an array."""
     if not is_row(value):
-        raise Unfit("must be a row of texts")
-    return tuple(text(one) for one in value)
+        raise Unfit('must be ids, ["1", "2", ...]')
+    return tuple(each(text, enumerate(value)))
 
 
-def point(value: Any) -> Point:
-    """Read two numbers in a tuple, a list or an array."""
-    if not is_row(value) or len(value) != 2:
-        raise Unfit("must be two numbers, (x, y)")
-    return number(value[0]), number(value[1])
+def choice(known: Collection[str]) -> Reader[str]:
+    """Make a reader of one of some names; what is known may change."""
 
+    def read(value: Any) -> str:
+        found = text(value)
+        if found not in known:
+            raise Unfit(f"must be one of {', '.join(known)}{suggestion(found, known)}")
+        return found
 
-def points(value: Any) -> tuple[Point, ...]:
-    """Read points in a tuple, a list or an array (N, 2)."""
-    if not is_row(value):
-        raise Unfit("must be points, ((x, y), ...)")
-    return tuple(point(one) for one in value)
-
-
-def ends(value: Any) -> dict[str, Point]:
-    """Read points by the ids of their balls."""
-    if not isinstance(value, Mapping):
-        raise Unfit('must be points by ids, {"1": (x, y)}')
-    return {text(key): point(one) for key, one in value.items()}
-
-
-def optional(read: Reader[Value]) -> Reader[Value | None]:
-    """Make a reader that lets None be."""
-    return lambda value: None if value is None else read(value)
+    return read
 
 
 def one(kind: type[Value]) -> Reader[Value]:
@@ -121,56 +239,25 @@ def is_row(value: Any) -> bool:
     return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
-def make_plain(part: object, **readers: Reader[Any]) -> None:
-    """Turn the fields of a frozen object into plain values, each by its reader.
-
-    Raises :class:`~pool_pymunk.SceneError` with every field that does not fit.
-    """
-    problems = []
-    for key, read in readers.items():
-        value = getattr(part, key)
-        try:
-            object.__setattr__(part, key, read(value))
-        except Unfit as unfit:
-            problems.append(Problem(key, value, str(unfit)))
-    raise_any(problems)
+# -- arguments -------------------------------------------------------------------------------------
 
 
-def read(key: str, value: Any, reader: Reader[Value]) -> Value:
-    """Read one value; the :class:`~pool_pymunk.SceneError` that may come of it names ``key``."""
+def argument(key: str, value: Any, read: Reader[Value]) -> Value:
+    """Read an argument; raises SettingError, in one line that names ``key``, if it does not fit."""
     try:
-        return reader(value)
+        return read(value)
     except Unfit as unfit:
-        raise SceneError([Problem(key, value, str(unfit))]) from None
+        raise setting_error(key, shown(value), str(unfit)) from None
+
+
+def problems_of(value: Any, read: Reader[object], *where: str) -> Iterator[Problem]:
+    """Return what is wrong with the value that stands there, if anything is."""
+    try:
+        read(value)
+    except Unfit as unfit:
+        yield from unfit.problems(where, value)
 
 
 def read_pair(key: str, value: Any) -> tuple[float, float]:
     """Read two numbers; raises SettingError, which names ``key``, for anything else."""
-    try:
-        return point(value)
-    except Unfit:
-        raise setting_error(key, shown(value), "must be two numbers") from None
-
-
-def read_number(
-    key: str, value: Any, problems: Callable[[str, float], Iterable[Problem]]
-) -> float:  # fmt: skip
-    """Read an argument that is a number of which nothing is wrong.
-
-    Raises :class:`~pool_pymunk.SettingError` with the first of its ``problems``.
-    """
-    try:
-        found = number(value)
-    except Unfit as unfit:
-        raise setting_error(key, shown(value), str(unfit)) from None
-    for problem in problems(key, found):
-        raise setting_error(key, value, problem.message)
-    return found
-
-
-def read_count(key: str, value: Any, least: int = 1) -> int:
-    """Read a whole number that is not below ``least``; raises SettingError for anything else."""
-    found = read_number(key, value, lambda key, value: number_problems(key, value, float(least)))
-    if not found.is_integer():
-        raise setting_error(key, value, "must be a whole number")
-    return int(found)
+    return argument(key, value, instead("must be two numbers", pair))

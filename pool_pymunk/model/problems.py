@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 import math
 import re
-import unicodedata
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import islice
 
 import numpy as np
 
 Point = tuple[float, float]
+Location = tuple[int | str, ...]  # where something stands in a file: ("balls", 2, "mass")
 
 LEFT_OUT = "(left out)"
 
@@ -32,15 +32,41 @@ MOST_LISTED = 12  # names in a message
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that is wrong with a scene: where, what stands there, and what would be right."""
+    """One thing that is wrong with a scene: where, what stands there, and what would be right.
 
-    key: str
+    ``where`` is a key, or the steps that lead to it from the outside.
+
+    >>> str(Problem(("balls", 2, "mass"), 0, "must be greater than 0"))
+    'balls[2].mass = 0: must be greater than 0'
+    """
+
+    where: str | Location
     value: object
     message: str
+
+    @property
+    def key(self) -> str:
+        """Return the key as people write it."""
+        return self.where if isinstance(self.where, str) else written(self.where)
+
+    @property
+    def steps(self) -> Location:
+        """Return the steps that lead to it."""
+        return (self.where,) if isinstance(self.where, str) else self.where
+
+    def under(self, *where: int | str) -> Problem:
+        """Return the problem of a part as one of the whole, where the part stands there."""
+        return replace(self, where=(*where, *self.steps))
 
     def __str__(self) -> str:
         value = LEFT_OUT if self.value is LEFT_OUT else shown(self.value)
         return _one_line(f"{self.key} = {value}: {self.message}")
+
+
+def written(where: Location) -> str:
+    """Write a location as a key: ``balls[2].mass``."""
+    steps = (f"[{one}]" if isinstance(one, int) else f".{key_of(one)}" for one in where)
+    return "".join(steps).removeprefix(".")
 
 
 class SceneError(ValueError):
@@ -147,41 +173,3 @@ def raise_any(problems: Iterable[Problem]) -> None:
     found = list(problems)
     if found:
         raise SceneError(found)
-
-
-def number_problems(key: str, value: float, low: float, high: float = LARGEST) -> Iterator[Problem]:
-    """What is wrong with a number that must be finite and lie between ``low`` and ``high``."""
-    if not math.isfinite(value):
-        yield Problem(key, value, "must be a finite number")
-    elif high < LARGEST and not low <= value <= high:
-        yield Problem(key, value, f"must be between {low:g} and {high:g}")
-    elif value < low:
-        yield Problem(key, value, f"must be {low:g} or more")
-    elif value > high:
-        yield Problem(key, value, TOO_LARGE)
-
-
-def size_problems(key: str, value: float) -> Iterator[Problem]:
-    """What is wrong with a number that must be greater than zero."""
-    if value <= 0.0:
-        message = "must be greater than 0" if math.isfinite(value) else "must be a finite number"
-        yield Problem(key, value, message)
-    elif value < SMALLEST:
-        yield Problem(key, value, TOO_SMALL)
-    else:
-        yield from number_problems(key, value, 0.0)
-
-
-def point_problems(key: str, point: Point) -> Iterator[Problem]:
-    if not (math.isfinite(point[0]) and math.isfinite(point[1])):
-        yield Problem(key, list(point), "must be two finite numbers")
-    elif max(map(abs, point)) > LARGEST:
-        yield Problem(key, list(point), TOO_LARGE)
-
-
-def name_problems(key: str, name: str) -> Iterator[Problem]:
-    """What is wrong with a name that is to be printed in a line."""
-    if not name.strip():
-        yield Problem(key, name, "must not be empty")
-    elif any(unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") for c in name):
-        yield Problem(key, name, "must be one line of text without control characters")

@@ -4,23 +4,65 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from numbers import Integral
+from dataclasses import dataclass
+from typing import Annotated
 
-from pool_pymunk.model.parts import Ball
-from pool_pymunk.model.plain import number, optional, point, read, text, texts
-from pool_pymunk.model.problems import (
-    LARGEST,
-    Point,
-    Problem,
-    number_problems,
-    point_problems,
-    raise_any,
-    size_problems,
-)
+from pool_pymunk.model.keys import Angle, Gap, Ids, Key, Length, Mass, Part, Place
+from pool_pymunk.model.parts import Ball, Color
+from pool_pymunk.model.plain import choice, whole
+from pool_pymunk.model.problems import Point, Problem
 
 SHAPES = ("triangle", "diamond")
 DIAMOND = (1, 2, 3, 2, 1)  # balls in each row
 MOST_ROWS = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Rack(Part):
+    """Balls in rows, as :func:`rack` takes them."""
+
+    apex: Place
+    radius: Length
+    mass: Mass
+    rows: Annotated[int, Key(whole(1, MOST_ROWS))] | None = None
+    shape: Annotated[str, Key(choice(SHAPES))] = SHAPES[0]
+    angle: Angle = 0.0
+    gap: Gap = 0.0
+    ids: Ids | None = None
+    color: Color | None = None
+
+    def _problems(self) -> Iterator[Problem]:
+        if self.shape == "diamond" and self.rows is not None:
+            yield Problem("rows", self.rows, "stands beside shape: a diamond has five rows")
+        elif self.ids is not None and len(self.ids) != (count := sum(self.counts)):
+            message = f"must be {count} ids, one a ball ({len(self.ids)} given)"
+            yield Problem("ids", self.ids, message)
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Return how many balls each row has."""
+        return _counts(self.rows, self.shape)
+
+    @property
+    def balls(self) -> tuple[Ball, ...]:
+        """Return the balls, row by row."""
+        pitch, angle = 2.0 * self.radius + self.gap, math.radians(self.angle)
+        ahead = (math.cos(angle), math.sin(angle))
+        return tuple(
+            Ball(
+                name,
+                (
+                    self.apex[0] + pitch * (behind * ahead[0] - beside * ahead[1]),
+                    self.apex[1] + pitch * (behind * ahead[1] + beside * ahead[0]),
+                ),
+                self.radius,
+                self.mass,
+                color=self.color,
+            )
+            for name, (behind, beside) in zip(
+                rack_ids(self.rows, self.shape, self.ids), _places(self.counts), strict=True
+            )
+        )
 
 
 def rack(
@@ -47,33 +89,7 @@ def rack(
     >>> len(balls), balls[0].position, [round(x, 6) for x in balls[1].position]
     (15, (1.905, 0.635), [1.95458, 0.606375])
     """
-    apex = read("apex", apex, point)
-    radius, angle, gap = (
-        read("radius", radius, number),
-        read("angle", angle, number),
-        read("gap", gap, number),
-    )
-    names = read("ids", ids, optional(texts))
-    shape = read("shape", shape, text)
-    rows = int(rows) if isinstance(rows, Integral) and not isinstance(rows, bool) else rows
-    raise_any(rack_problems(apex, rows, shape, angle, gap, names))
-    raise_any(size_problems("radius", radius))
-    pitch = 2.0 * radius + gap
-    ahead = (math.cos(math.radians(angle)), math.sin(math.radians(angle)))
-    names = rack_ids(rows, shape, names)
-    return tuple(
-        Ball(
-            name,
-            (
-                apex[0] + pitch * (behind * ahead[0] - beside * ahead[1]),
-                apex[1] + pitch * (behind * ahead[1] + beside * ahead[0]),
-            ),
-            radius,
-            mass,
-            color=color,
-        )
-        for name, (behind, beside) in zip(names, _places(_counts(rows, shape)), strict=True)
-    )
+    return Rack(apex, radius, mass, rows, shape, angle, gap, ids, color).balls
 
 
 def rack_ids(rows: int | None, shape: str, ids: Sequence[str] | None = None) -> tuple[str, ...]:
@@ -83,30 +99,6 @@ def rack_ids(rows: int | None, shape: str, ids: Sequence[str] | None = None) -> 
     ('1', '2', '3')
     """
     return tuple(ids or (str(k + 1) for k in range(sum(_counts(rows, shape)))))
-
-
-def rack_problems(
-    apex: Point,
-    rows: int | None,
-    shape: str,
-    angle: float = 0.0,
-    gap: float = 0.0,
-    ids: Sequence[str] | None = None,
-) -> Iterator[Problem]:
-    """Find what is wrong with a rack."""
-    yield from point_problems("apex", apex)
-    yield from number_problems("gap", gap, 0.0)
-    yield from number_problems("angle", angle, -LARGEST)
-    if shape not in SHAPES:
-        yield Problem("shape", shape, f"must be one of {', '.join(SHAPES)}")
-    elif shape == "diamond" and rows is not None:
-        yield Problem("rows", rows, "stands beside shape: a diamond has five rows")
-    elif rows is not None and (
-        not isinstance(rows, int) or isinstance(rows, bool) or not 1 <= rows <= MOST_ROWS
-    ):
-        yield Problem("rows", rows, f"must be a whole number from 1 to {MOST_ROWS}")
-    elif ids is not None and len(ids) != (count := sum(_counts(rows, shape))):
-        yield Problem("ids", list(ids), f"must be {count} ids, one a ball ({len(ids)} given)")
 
 
 def _counts(rows: int | None, shape: str) -> tuple[int, ...]:

@@ -1,151 +1,72 @@
 """Scenario files: TOML in the file's units -> a :class:`~pool_pymunk.model.scene.Scene` in SI.
 
-The models here know the format: which keys there are and what type each has. What the numbers may
-be is checked by the scene's parts. All problems of a file are reported at once, each in one line
-with the file, the key and the value as it is written there.
+Which keys there are, and what each may be, is said by the parts of a scene (``model/keys.py``). All
+problems of a file are reported at once, each in one line with the file, the key and the value as it
+is written there.
 """
 
 from __future__ import annotations
 
-import json
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import MISSING, fields
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
+from pool_pymunk.model.keys import Key, Part
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import (
-    NO_TARGET,
-    STANDARD_GRAVITY,
+    LAUNCH,
     Ball,
     Friction,
     Physics,
     Pocket,
     Restitution,
     Shot,
+    beside,
 )
-from pool_pymunk.model.places import place_problems
+from pool_pymunk.model.plain import Unfit, choice, text
 from pool_pymunk.model.problems import (
     LEFT_OUT,
-    TOO_LARGE,
-    Point,
+    Location,
     Problem,
     SceneError,
-    key_of,
     most_like,
-    name_problems,
     suggestion,
+    written,
 )
-from pool_pymunk.model.racks import MOST_ROWS, SHAPES, rack, rack_ids
-from pool_pymunk.model.scene import (
-    Scene,
-    id_problems,
-    repeated,
-    rest_needs,
-    restitution_needs,
-    shot_problems,
-)
+from pool_pymunk.model.racks import Rack
+from pool_pymunk.model.scene import Located, Scene, scene_problems
 from pool_pymunk.model.units import Units
 
 Made = TypeVar("Made")
-Location = tuple[int | str, ...]  # where something stands in a file: ("balls", 2, "mass")
-SMALL = 1e-9  # stands in for a size that is missing, so that the rest of a ball is checked
-Vector = Annotated[list[float], Field(min_length=2, max_length=2)]
+SomePart = TypeVar("SomePart", bound=Part)
+Values = dict[str, Any]  # of a section, in SI
+Entry = tuple[Location, Values]
 
+FILE_NAMES = {"from_previous": "from"}
+DEFAULTS = ("radius", "mass", "color")  # [ball] has them for balls and racks that leave them out
 
-class _Section(BaseModel):
-    """All keys are optional here: what is wanted is said by :class:`_Builder`."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-
-class _Units(_Section):
-    length: str = "m"
-    mass: str = "kg"
-    speed: str = "m/s"
-    numbers: Literal["units", "SI"] = "units"
-
-
-class _Table(_Section):
-    length: float | None = None
-    width: float | None = None
-    outline: list[Vector] | None = None
-
-
-class _Physics(_Section):
-    law: str = "coulomb"
-    gravity: float = STANDARD_GRAVITY
-    max_time: float | None = None
-
-
-class _Restitution(_Section):
-    ball_ball: float | None = None
-    cue_ball: float | None = None
-    cushion: float | None = None
-
-
-class _Friction(_Section):
-    surface: float = 0.0
-    cushion: float = 0.0
-    ball_ball: float = 0.0
-
-
-class _BallDefaults(_Section):
-    radius: float | None = None
-    mass: float | None = None
-    color: str | None = None
-
-
-class _Ball(_BallDefaults):
-    id: str | None = None
-    position: Vector | None = None
-    cue: bool = False
-    velocity: Vector | None = None
-
-
-class _Rack(_BallDefaults):
-    rows: Annotated[int, Field(ge=1, le=MOST_ROWS)] | None = None
-    shape: Literal["triangle", "diamond"] | None = None
-    apex: Vector | None = None
-    angle: float = 0.0
-    gap: float = 0.0
-    ids: list[str] | None = None
-
-
-class _Pocket(_Section):
-    id: str | None = None
-    position: Vector | None = None
-    radius: float | None = None
-
-
-class _Shot(_Section):
-    name: str | None = None
-    ball: str | None = None
-    velocity: Vector | None = None
-    speed: float | None = None
-    angle: float | None = None
-    aim: str | None = None
-    from_: Literal["start", "previous"] = Field("start", alias="from")
-    published: dict[str, Vector] = {}
-
-
-class _File(_Section):
-    title: str = ""
-    units: _Units = _Units()
-    table: _Table | None = None
-    physics: _Physics = _Physics()
-    restitution: _Restitution = _Restitution()
-    friction: _Friction = _Friction()
-    ball: _BallDefaults = _BallDefaults()
-    pockets: list[_Pocket] = []
-    balls: list[_Ball] = []
-    racks: list[_Rack] = []
-    shots: list[_Shot] = []
+# What stands in a file: sections, and lists of sections, each with its keys.
+KEYS: Mapping[str, Mapping[str, Key]] = {
+    "units": Units.KEYS | {"numbers": Key(choice(("units", "SI")))},
+    "table": dict.fromkeys(("length", "width"), Pocket.KEYS["radius"]) | Table.KEYS,
+    "physics": Physics.KEYS,
+    "restitution": Restitution.KEYS,
+    "friction": Friction.KEYS,
+    "ball": {key: Ball.KEYS[key] for key in DEFAULTS},
+    "pockets": Pocket.KEYS,
+    "balls": Ball.KEYS,
+    "racks": Rack.KEYS,
+    "shots": {FILE_NAMES.get(name, name): key for name, key in Shot.KEYS.items()}
+    | {"from": Key(choice(("start", "previous")))},
+}
+LISTS = ("pockets", "balls", "racks", "shots")
+BARE = (MISSING, MISSING)  # the defaults of a field that has none
+SIZE = {"radius": 1.0, "mass": 1.0}  # stands in for one that is missing or broken
+OF_RACKS = {"position": "apex", "id": "ids"}  # what a rack has for these keys of its balls
 
 
 def bundled() -> dict[str, Path]:
@@ -201,10 +122,10 @@ def loads(text: str, source: str = "scenario") -> Scene:
         raw = tomllib.loads(text.removeprefix("\ufeff"))
     except (ValueError, RecursionError) as error:
         raise SceneError([_toml_problem(text, source, error)], source) from None
-    builder = _Builder(raw)
-    made = builder.scene()
+    file = _File(raw)
+    made = file.scene()
     if made is None:
-        raise SceneError(list(builder.problems.values()), source)
+        raise SceneError(file.problems, source)
     return made
 
 
@@ -229,435 +150,233 @@ def _line_problem(text: str, number: int, message: str) -> Problem:
     return Problem(f"line {number}", line, message)
 
 
-class _Builder:
-    """Turns a raw file into a Scene part by part, and collects the problems of all parts.
+class _File:
+    """Makes a Scene of a raw file part by part, and collects the problems of all parts.
 
-    What is unsound is noted as ``broken`` and left out or stood in for, so that the rest is
-    checked all the same and nothing is said of what only follows from it.
+    What is wrong is noted as ``broken``, and all that it stands in as ``touched``. It is left out
+    or stood in for, so that the rest is checked all the same and nothing is said of what only
+    follows from it.
     """
 
-    def __init__(self, raw: Mapping[str, Any]) -> None:
+    def __init__(self, raw: Values) -> None:
         self.raw = raw
-        self.problems: dict[str, Problem] = {}  # by their text: the same is said once
+        self.problems: list[Problem] = []
         self.broken: set[Location] = set()
-        self.file = self._read()
-        self.units = self._part("units", Units)
-        self.racks: list[int] = []  # of each ball of a rack, the number of the rack
-        self.written = Units() if self.file.units.numbers == "SI" else self.units
+        self.touched: set[Location] = set()
+        self.nowhere: set[Location] = set()  # balls that are not sound enough to have a place
+        self.written = Units()  # the units of the file's numbers
+        as_it_is = Key(lambda value: value)
+        self.content = self._read((), raw, {"title": Key(text)} | dict.fromkeys(KEYS, as_it_is))
+        units = self._section("units")
+        numbers = units.pop("numbers", "units")
+        self.units = self._part("units", Units, units)
+        if numbers == "units":
+            self.written = self.units
+        self.defaults = self._section("ball")
+        self.entries = {name: self._entries(name) for name in LISTS}
 
     def scene(self) -> Scene | None:
-        """The Scene, or None where there are problems."""
-        table = self._table()
-        physics = self._part("physics", Physics)
-        restitution = self._part("restitution", Restitution)
-        friction = self._part("friction", Friction)
-        balls = dict(self._balls())
-        for n, ball in self._racked():
-            balls[len(self.file.balls) + len(self.racks)] = ball
-            self.racks.append(n)
-        pockets = dict(self._pockets())
-        shots = {k: self._shot(k, entry) for k, entry in enumerate(self.file.shots)}
-        self._check_balls(balls, table, pockets)
-        self._check_shots(shots)
-        self._check_needs(restitution, friction, physics)
+        """Return the Scene, or None where there are problems."""
+        sections: Values = {
+            "table": self._table(),
+            "physics": self._part("physics", Physics, self._section("physics")),
+            "restitution": self._part("restitution", Restitution, self._section("restitution")),
+            "friction": self._part("friction", Friction, self._section("friction")),
+        }
+        balls, pockets = [*self._balls(), *self._racked()], [*self._pockets()]
+        lists: Values = {"balls": balls, "pockets": pockets, "shots": [*self._shots(balls)]}
+        self._note(
+            scene_problems(
+                **lists,
+                **sections,
+                has_table="table" in self.content,
+                nowhere=self.nowhere,
+                knows_balls=self._knows_balls(),
+                units=self.written,
+            )
+        )
         if self.problems:
             return None
-        return Scene(
-            balls=tuple(balls.values()),
-            table=table,
-            restitution=restitution,
-            friction=friction,
-            physics=physics,
-            shots=tuple(shots.values()),
-            title=self.file.title,
-            units=self.units,
-            pockets=tuple(pockets.values()),
-        )
+        parts: Values = {name: tuple(part for _, part in each) for name, each in lists.items()}
+        title = self.content.get("title", "")
+        return Scene(**parts, **sections, title=title, units=self.units)
 
     # -- problems --------------------------------------------------------------------------------
 
-    def _note(self, problem: Problem) -> None:
-        """Keep a problem with key and value as the file has them; defaults stand in [ball]."""
-        location = _location(problem.key)
-        value = _find(self.raw, location)
-        if value is None and location[0] in ("balls", "racks") and len(location) == 3:
-            default = ("ball", location[2])
-            if (value := _find(self.raw, default)) is not None:
-                location = default
-        if value is not None:
-            problem = Problem(_key(location), value, problem.message)
-        self.problems.setdefault(str(problem), problem)
-        self.broken.add(location)
-
-    def _note_all(self, problems: Iterable[Problem]) -> None:
-        """Note problems, less those of what is broken already."""
+    def _note(self, problems: Iterable[Problem]) -> None:
+        """Keep problems, less those of what is broken already, with values as the file has them."""
         for problem in problems:
-            if not self._is_broken(*_location(problem.key)):
-                self._note(problem)
+            where = problem.steps
+            if where[0] == "racks":
+                where = (*where[:2], *(OF_RACKS.get(str(step), step) for step in where[2:]))
+            if self._is_sound(where):
+                value = _find(self.raw, where)
+                value = problem.value if value is None else value
+                self.problems.append(Problem(where, value, problem.message))
+                self._break(where)
 
-    def _is_broken(self, *location: int | str) -> bool:
-        """Whether something is known to be wrong with this value or with what it stands in."""
-        return any(location[:n] in self.broken for n in range(1, len(location) + 1))
+    def _missing(self, where: Location, message: str = "is wanted") -> None:
+        self._note([Problem(where, LEFT_OUT, message)])
 
-    # -- types and keys --------------------------------------------------------------------------
+    def _break(self, where: Location) -> None:
+        self.broken.add(where)
+        self.touched.update(where[:n] for n in range(1, len(where) + 1))
 
-    def _read(self) -> _File:
-        """The file's typed content; what does not fit is noted and left out."""
-        try:
-            return _File.model_validate(self.raw)
-        except ValidationError as error:
-            sound = _copied(self.raw, depth=4)
-            for details in error.errors(include_url=False):
-                location = details["loc"]
-                self._note(Problem(_key(location), details["input"], _type_message(details)))
-                self._take_as_meant(details)
-                field = location[: _depth(location)]
-                self.broken.add(field)
-                _take_out(sound, field)
-            return _File.model_validate(sound)
+    def _is_sound(self, where: Location) -> bool:
+        """Tell whether nothing is known to be wrong with this, in it, or with what it stands in."""
+        return where not in self.touched and not any(
+            where[:n] in self.broken for n in range(1, len(where))
+        )
 
-    def _take_as_meant(self, details: Any) -> None:
-        """Take an unknown key for the one that it is most like: so that is not left out."""
-        if details["type"] == "extra_forbidden":
-            *path, name = details["loc"]
-            meant = (*path, most_like(name, _known_keys(tuple(path))))
-            if meant[-1] and _find(self.raw, meant) is None:
-                self.broken.add(meant)
+    # -- values ----------------------------------------------------------------------------------
+
+    def _read(self, where: Location, raw: Any, keys: Mapping[str, Key]) -> Values:
+        """Return the values of a section, less those that do not fit."""
+        found: Values = {}
+        if not isinstance(raw, dict):
+            self._note([Problem(where, raw, "must be a table")])
+            return found
+        for name, value in raw.items():
+            try:
+                if name in keys:
+                    read, unit, _ = keys[name]
+                    in_si = (self.written.to_si(1.0, unit),) if unit else ()
+                    found[name] = read(value, *in_si)
+                else:
+                    self._refuse(where, name, value, keys)
+            except Unfit as unfit:
+                self._note(unfit.problems((*where, name), value))
+        return found
+
+    def _refuse(self, where: Location, name: str, value: Any, known: Iterable[str]) -> None:
+        """Refuse an unknown key. It is taken for the one that is most like it: so that is there."""
+        message = f"unknown key (there are: {', '.join(known)}){suggestion(name, known)}"
+        self.problems.append(Problem((*where, name), value, message))
+        meant = (*where, most_like(name, known))
+        if meant[-1] and _find(self.raw, meant) is None:
+            self._break(meant)
+
+    def _section(self, name: str) -> Values:
+        return self._read((name,), self.content.get(name, {}), KEYS[name])
+
+    def _entries(self, name: str) -> list[Entry]:
+        """Return the values of the sections in a list; for balls and racks with [ball]."""
+        raw = self.content.get(name, [])
+        if not isinstance(raw, list):
+            message = f"must be a list: write [[{name}]] above each of them"
+            self._note([Problem((name,), raw, message)])
+            return []
+        found: list[Entry] = [
+            ((name, k), self._read((name, k), one, KEYS[name])) for k, one in enumerate(raw)
+        ]
+        if name in ("balls", "racks"):
+            for where, own in found:
+                for key, value in self.defaults.items():
+                    if self._is_sound((*where, key)):
+                        own.setdefault(key, value)
+        return found
 
     # -- parts -----------------------------------------------------------------------------------
 
-    def _part(self, name: str, kind: Callable[..., Made]) -> Made:
-        """A section's object; sound values stand in for broken ones."""
-        values = getattr(self.file, name).model_dump(exclude={"numbers"})
-        values |= {key: _stand_in(key) for key in values if self._is_broken(name, key)}
+    def _part(self, name: str, kind: type[SomePart], values: Values) -> SomePart:
+        """Return a section's object; sound values stand in for broken ones."""
+        sound = {key: getattr(kind(), key) or 1.0 for key in kind.KEYS}
+        broken = {key: sound[key] for key in sound if not self._is_sound((name, key))}
+        return self._made((name,), kind, values | broken) or kind(**sound)
+
+    def _made(self, where: Location, kind: Callable[..., Made], values: Values) -> Made | None:
+        """Return a part, or None if something is wrong between its values."""
         try:
             return kind(**values)
         except SceneError as error:
-            self._note_all(_under(name, error))
-            return kind(**values | {p.key: _stand_in(p.key) for p in error.problems})
+            self._note(problem.under(*where) for problem in error.problems)
+            return None
 
-    def _si(self, value: float, kind: str) -> float:
-        return self.written.to_si(value, kind)
-
-    def _point(self, xy: list[float], kind: str = "length") -> Point:
-        return (self._si(xy[0], kind), self._si(xy[1], kind))
+    def _is_complete(self, where: Location, kind: type[Part], values: Values) -> bool:
+        """Tell whether all is there that must be, and say what is not."""
+        needed = [one.name for one in fields(kind) if (one.default, one.default_factory) == BARE]
+        for key in [key for key in needed if key not in values]:
+            inherits = where[0] in ("balls", "racks") and key in DEFAULTS
+            if not inherits or self._is_sound(("ball", key)):
+                self._missing((*where, key), "is wanted" + ", here or in [ball]" * inherits)
+        return all(key in values for key in needed)
 
     def _table(self) -> Table | None:
-        table = self.file.table
-        if table is None:
+        if "table" not in self.content:
             return None
-        size = {key: getattr(table, key) for key in ("length", "width")}
-        try:
-            if table.outline is not None:
-                self._note_all(_beside("table", size, "outline"))
-                return Table(tuple(map(self._point, table.outline)))
-            if self._is_broken("table", "outline"):
-                return None
-            self._note_all(_wanted("table", size, "is wanted (or an outline)"))
-            si = [self._si(x, "length") for x in size.values() if x is not None]
-            return Table.rectangle(*si) if len(si) == 2 else None
-        except SceneError as error:
-            self._note_all(_under("table", error))
+        values = self._section("table")
+        sides = {key: values.pop(key, None) for key in ("length", "width")}
+        if values:
+            self._note(problem.under("table") for problem in beside("outline", **sides))
+            return self._made(("table",), Table, values)
+        if not self._is_sound(("table", "outline")):
             return None
+        for key, side in sides.items():
+            if side is None:
+                self._missing(("table", key), "is wanted (or an outline)")
+        return None if None in sides.values() else self._made(("table",), Table.rectangle, sides)
 
-    def _balls(self) -> Iterator[tuple[int, Ball]]:
-        """The sound balls, each with its number."""
-        for k, entry in enumerate(self.file.balls):
-            own = {"id": entry.id, "position": entry.position}
-            self._note_all(_wanted(f"balls[{k}]", own, "is wanted"))
-            size = self._sizes(f"balls[{k}]", entry)
-            try:
-                ball = self._ball(entry, **size)
-            except SceneError as error:
-                self._note_all(_under(f"balls[{k}]", error))
-                continue
-            if None not in own.values():
-                yield k, ball
+    def _balls(self) -> Iterator[tuple[Location, Ball]]:
+        """Yield the balls of the list; where one is unsound, one that stands in for it."""
+        for where, own in self.entries["balls"]:
+            if not self._is_complete(where, Ball, own):
+                self.nowhere.add(where)
+            stand_in: Values = {"id": written(where), "position": (0.0, 0.0), **SIZE}
+            yield where, Ball(**stand_in | own)
 
-    def _racked(self) -> Iterator[tuple[int, Ball]]:
-        """The balls of sound racks, each with the number of its rack."""
-        for n, entry in enumerate(self.file.racks):
-            key = f"racks[{n}]"
-            self._note_all(_wanted(key, {"apex": entry.apex}, "is wanted"))
-            said = {entry.rows, entry.shape} != {None} or self._is_broken("racks", n, "shape")
-            if not said:
-                self._note_all(_wanted(key, {"rows": None}, "is wanted (or a shape)"))
-            size = self._sizes(key, entry)
-            try:
-                balls = self._rack(entry, **size)
-            except SceneError as error:
-                self._note_all(_under(key, error))
-                continue
-            if not any(location[:2] == ("racks", n) for location in self.broken):
-                yield from ((n, ball) for ball in balls)
+    def _racked(self) -> Iterator[tuple[Location, Ball]]:
+        """Yield the balls of sound racks."""
+        for where, own in self.entries["racks"]:
+            if not {"rows", "shape"} & own.keys() and self._is_sound((*where, "shape")):
+                self._missing((*where, "rows"), "is wanted (or a shape)")
+            if self._is_complete(where, Rack, own) and self._is_sound(where):
+                for ball in self._made(where, lambda **own: Rack(**own).balls, own) or ():
+                    yield where, ball
 
-    def _rack(self, entry: _Rack, radius: float, mass: float) -> tuple[Ball, ...]:
-        return rack(
-            self._point(entry.apex or [0.0, 0.0]),
-            radius=self._si(radius, "length"),
-            mass=self._si(mass, "mass"),
-            rows=entry.rows,
-            shape=entry.shape or SHAPES[0],
-            angle=entry.angle,
-            gap=self._si(entry.gap, "length"),
-            ids=entry.ids,
-            color=self.file.ball.color if entry.color is None else entry.color,
-        )
+    def _pockets(self) -> Iterator[tuple[Location, Pocket]]:
+        """Yield the sound pockets; one without an id is called by its number, from 1."""
+        for k, (where, own) in enumerate(self.entries["pockets"], start=1):
+            values: Values = {"id": str(k)} | own
+            if self._is_complete(where, Pocket, values):
+                yield where, Pocket(**values)
 
-    def _pockets(self) -> Iterator[tuple[int, Pocket]]:
-        """The sound pockets, each with its number; without an id it is called by that, from 1."""
-        for k, entry in enumerate(self.file.pockets):
-            own = {"position": entry.position, "radius": entry.radius}
-            self._note_all(_wanted(f"pockets[{k}]", own, "is wanted"))
-            id_ = str(k + 1) if entry.id is None else entry.id
-            radius = SMALL if entry.radius is None else self._si(entry.radius, "length")
-            try:
-                pocket = Pocket(id_, self._point(entry.position or [0.0, 0.0]), radius)
-            except SceneError as error:
-                self._note_all(_under(f"pockets[{k}]", error))
-                continue
-            if None not in own.values():
-                yield k, pocket
+    def _shots(self, balls: Located[Ball]) -> Iterator[tuple[Location, Shot]]:
+        """Yield the shots; where one is unsound, one that stands in for it."""
+        struck = next((ball.id for _, ball in balls if ball.cue), "")
+        for k, (where, own) in enumerate(self.entries["shots"], start=1):
+            name = f"Shot {k}" if self._is_sound((*where, "name")) else written(where)
+            values: Values = {"name": name, "ball": struck, "published": self._ends(where)} | own
+            if not values["ball"] and "ball" not in own and self._knows_balls():
+                self._missing((*where, "ball"), "is wanted where there is no cue ball")
+            values["from_previous"] = values.pop("from", "start") == "previous"
+            is_launched = all(self._is_sound((*where, key)) for key in LAUNCH)
+            made = self._made(where, Shot, values) if is_launched else None
+            rest = {key: value for key, value in values.items() if key not in LAUNCH}
+            aim = own.get("aim")
+            start = {"speed": 0.0, "aim": aim} if aim else {"velocity": (0.0, 0.0)}
+            yield where, made or Shot(**rest, **start)
 
-    def _sizes(self, key: str, entry: _BallDefaults) -> dict[str, float]:
-        """Radius and mass, the entry's or those of [ball]; small ones stand in for missing ones."""
-        size = {name: self._size(entry, name) for name in ("radius", "mass")}
-        for name, value in size.items():
-            if not self._is_broken("ball", name):
-                self._note_all(_wanted(key, {name: value}, "is wanted, here or in [ball]"))
-        return {name: SMALL if value is None else value for name, value in size.items()}
-
-    def _size(self, entry: _BallDefaults, key: str) -> float | None:
-        value: float | None = getattr(entry, key)
-        return getattr(self.file.ball, key) if value is None else value
-
-    def _ball(self, entry: _Ball, radius: float, mass: float) -> Ball:
-        return Ball(
-            id="?" if entry.id is None else entry.id,
-            position=self._point(entry.position or [0.0, 0.0]),
-            radius=self._si(radius, "length"),
-            mass=self._si(mass, "mass"),
-            cue=entry.cue,
-            velocity=self._point(entry.velocity or [0.0, 0.0], "speed"),
-            color=self.file.ball.color if entry.color is None else entry.color,
-        )
-
-    def _shot(self, k: int, entry: _Shot) -> Shot:
-        """A shot; where it is unsound, one that stands in for it in the checks to come."""
-        key, name = f"shots[{k}]", f"Shot {k + 1}" if entry.name is None else entry.name
-        ball = self._shot_ball(key, entry)
-        try:
-            if not any(self._is_broken(*_location(f"{key}.{said}")) for said in _LAUNCH):
-                return self._sound_shot(entry, name, ball)
-        except SceneError as error:
-            self._note_all(_under(key, error))
-        ends = dict.fromkeys(entry.published, (0.0, 0.0))
-        name = key if any(name_problems("name", name)) else name
-        start: dict[str, Any] = (
-            {"speed": 0.0, "aim": entry.aim} if entry.aim else {"velocity": (0.0, 0.0)}
-        )
-        return Shot(name, ball, **start, from_previous=entry.from_ == "previous", published=ends)
-
-    def _sound_shot(self, entry: _Shot, name: str, ball: str) -> Shot:
-        return Shot(
-            name=name,
-            ball=ball,
-            velocity=None if entry.velocity is None else self._point(entry.velocity, "speed"),
-            speed=None if entry.speed is None else self._si(entry.speed, "speed"),
-            angle=entry.angle,
-            aim=entry.aim,
-            from_previous=entry.from_ == "previous",
-            published={id_: self._point(end) for id_, end in entry.published.items()},
-        )
-
-    def _shot_ball(self, key: str, entry: _Shot) -> str:
-        if entry.ball is not None:
-            return entry.ball
-        cues = [ball.id for ball in self.file.balls if ball.cue]
-        if not cues and self._knows_balls():
-            message = "is wanted where there is no cue ball"
-            self._note_all([Problem(f"{key}.ball", LEFT_OUT, message)])
-        return cues[0] or "" if cues else ""
+    def _ends(self, where: Location) -> Values:
+        """Return published ends with the file's ids, which stand in for ends that do not fit."""
+        raw = _find(self.raw, (*where, "published"))
+        return dict.fromkeys(raw if isinstance(raw, dict) else (), (0.0, 0.0))
 
     def _knows_balls(self) -> bool:
-        """Whether every ball's id is known (and the cue ball), so that any other is unknown."""
-        return bool(self.file.balls or self.racks) and not (
-            self._is_broken("balls")
-            or any(location[:1] == ("racks",) for location in self.broken)
-            or any(
-                ball.id is None or self._is_broken("balls", k, "cue")
-                for k, ball in enumerate(self.file.balls)
-            )
+        """Tell whether every ball's id is known (and the cue ball), so that others are unknown."""
+        balls = self.entries["balls"]
+        return (
+            bool(balls or self.entries["racks"])
+            and ("balls",) not in self.broken
+            and self._is_sound(("racks",))
+            and all("id" in own and self._is_sound((*where, "cue")) for where, own in balls)
         )
 
-    # -- between the parts -----------------------------------------------------------------------
 
-    def _check_balls(
-        self, balls: Mapping[int, Ball], table: Table | None, pockets: Mapping[int, Pocket]
-    ) -> None:
-        entries = self.file.balls
-        if not entries and not self.file.racks:
-            self._note_all([Problem("balls", LEFT_OUT, "one ball or more is wanted")])
-        ids = {k: entry.id for k, entry in enumerate(entries) if entry.id is not None}
-        ids |= {k: ball.id for k, ball in balls.items() if k >= len(entries)}
-        cues = [k for k, entry in enumerate(entries) if entry.cue]
-        holes = {k: pocket.id for k, pocket in pockets.items()}
-        self._note_all(map(self._as_written, id_problems(ids, cues)))
-        self._note_all(repeated("pockets", "id", holes))
-        holes_there = tuple(pockets.values())
-        places = place_problems(balls, table, holes_there, units=self.written)
-        self._note_all(map(self._as_written, places))
-
-    def _as_written(self, problem: Problem) -> Problem:
-        """Name the rack of a ball that the file does not list itself."""
-
-        def rack_of(found: re.Match[str]) -> str:
-            k = int(found[1]) - len(self.file.balls)
-            return found[0] if k < 0 else f"racks[{self.racks[k]}]"
-
-        key = re.sub(r"^balls\[(\d+)\]", rack_of, problem.key)
-        if key == problem.key:
-            return replace(problem, message=re.sub(r"balls\[(\d+)\]", rack_of, problem.message))
-        key = key.replace(".position", ".apex").replace(".id", ".ids")
-        return Problem(key, problem.value, re.sub(r"balls\[(\d+)\]", rack_of, problem.message))
-
-    def _check_shots(self, shots: Mapping[int, Shot]) -> None:
-        ids = [entry.id for entry in self.file.balls if entry.id is not None]
-        for entry in self.file.racks:
-            ids += rack_ids(entry.rows, entry.shape or SHAPES[0], entry.ids)
-        if not self._knows_balls():  # then any name may be the name of a ball
-            for shot in shots.values():
-                ids += [shot.ball, shot.aim or shot.ball, *shot.published]
-        self._note_all(shot_problems(shots, ids))
-
-    def _check_needs(self, restitution: Restitution, friction: Friction, physics: Physics) -> None:
-        balls = self.file.balls
-        cues = [k for k, ball in enumerate(balls) if ball.cue]
-        moves = bool(self.file.shots) or any(any(ball.velocity or ()) for ball in balls)
-        has_table = "table" in self.raw
-        count = len(balls) + len(self.racks)
-        self._note_all(restitution_needs(restitution, has_table, count, cues))
-        if not self._is_broken("friction", "surface"):
-            self._note_all(rest_needs(friction, physics, moves))
-
-
-LISTS = ("pockets", "balls", "racks", "shots")
-_LAUNCH = ("velocity", "speed", "angle", "aim")
-
-
-def _stand_in(key: str) -> float | str:
-    """A sound value for a broken one: 1 with every number in need of none other."""
-    return {"law": "coulomb", "length": "m", "mass": "kg", "speed": "m/s"}.get(key, 1.0)
-
-
-def _under(key: str, error: SceneError) -> Iterator[Problem]:
-    """The problems that a part of the file has found in itself."""
-    for problem in error.problems:
-        yield Problem(f"{key}.{problem.key}", problem.value, problem.message)
-
-
-def _wanted(key: str, values: Mapping[str, object], message: str) -> Iterator[Problem]:
-    for name, value in values.items():
-        if value is None:
-            yield Problem(f"{key}.{name}", LEFT_OUT, message)
-
-
-def _beside(key: str, values: Mapping[str, object], other: str) -> Iterator[Problem]:
-    for name, value in values.items():
-        if value is not None:
-            yield Problem(f"{key}.{name}", value, f"stands beside {other}: one of the two")
-
-
-# -- keys and messages ---------------------------------------------------------------------------
-
-
-def _key(location: Location) -> str:
-    """``("balls", 2, "mass")`` as ``balls[2].mass``."""
-    parts = (f"[{part}]" if isinstance(part, int) else f".{key_of(part)}" for part in location)
-    return "".join(parts).removeprefix(".")
-
-
-def _location(key: str) -> Location:
-    """What :func:`_key` was made from."""
-    parts = re.findall(r'\[(\d+)\]|("(?:[^"\\]|\\.)*")|([^.\[\]]+)', key)
-    return tuple(int(n) if n else json.loads(text) if text else bare for n, text, bare in parts)
-
-
-def _depth(location: Location) -> int:
-    """How many steps down ``location`` lies what can be left out: a key, not half a vector."""
-    if location[2:3] == ("published",):
-        return 4
-    return 3 if location[0] in LISTS else 2
-
-
-def _find(raw: Any, location: Location) -> Any:
-    """What stands at a location in the raw file; None where nothing does."""
-    for part in location:
+def _find(raw: Any, where: Location) -> Any:
+    """Return what stands at a location in the raw file; None where nothing does."""
+    for step in where:
         try:
-            raw = raw[part]
+            raw = raw[step]
         except (KeyError, IndexError, TypeError):
             return None
     return raw
-
-
-def _copied(raw: Any, depth: int) -> Any:
-    if depth > 0 and isinstance(raw, dict):
-        return {key: _copied(value, depth - 1) for key, value in raw.items()}
-    if depth > 0 and isinstance(raw, list):
-        return [_copied(value, depth - 1) for value in raw]
-    return raw
-
-
-def _take_out(raw: Any, location: Location) -> None:
-    """Take a value out; a list keeps its places, with an empty table in this one."""
-    *path, last = location
-    parent = _find(raw, tuple(path))
-    if isinstance(parent, list):
-        parent[int(last)] = {}
-    elif parent is not None:
-        parent.pop(last, None)
-
-
-_TYPE_MESSAGES = {
-    "string_type": 'must be text, in "quotes"',
-    "bool_type": "must be true or false",
-    "dict_type": "must be a table",
-    "model_type": "must be a table",
-    "too_short": "must be two numbers, [x, y]",
-    "too_long": "must be two numbers, [x, y]",
-}
-
-
-def _type_message(details: Any) -> str:
-    kind, location, value = details["type"], details["loc"], details["input"]
-    if kind == "string_type" and location[-1] == "aim":
-        return NO_TARGET
-    if kind == "extra_forbidden":
-        known = _known_keys(location[:-1])
-        return f"unknown key (there are: {', '.join(known)}){suggestion(location[-1], known)}"
-    if kind == "literal_error":
-        return f"must be {details['ctx']['expected']}".replace("'", '"')
-    if kind == "float_type":
-        is_integer = isinstance(value, int) and not isinstance(value, bool)
-        return TOO_LARGE if is_integer else "must be a number"
-    if kind == "list_type" and location[-1] in LISTS:
-        return f"must be a list: write [[{location[-1]}]] above each of them"
-    if kind == "list_type" and location[-1] == "ids":
-        return 'must be ids, ["1", "2", ...]'
-    if kind in ("int_type", "int_from_float", "greater_than_equal", "less_than_equal"):
-        return f"must be a whole number from 1 to {MOST_ROWS}"
-    if kind == "list_type":
-        is_outline = location[-1] == "outline"
-        return f"must be {'corners, [[x, y], ...]' if is_outline else 'two numbers, [x, y]'}"
-    return _TYPE_MESSAGES.get(kind) or str(details["msg"])
-
-
-def _known_keys(location: Location) -> list[str]:
-    """The keys of the part of a file at ``location``."""
-    parts: Mapping[int | str, type[BaseModel]] = {
-        "units": _Units, "table": _Table, "physics": _Physics, "restitution": _Restitution,
-        "friction": _Friction, "ball": _BallDefaults, "balls": _Ball, "shots": _Shot,
-        "pockets": _Pocket, "racks": _Rack,
-    }  # fmt: skip
-    model = parts[location[0]] if location else _File
-    return [field.alias or name for name, field in model.model_fields.items()]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import Ball, Pocket, Shot
-from pool_pymunk.model.problems import SMALLEST, Point, key_of
+from pool_pymunk.model.problems import SMALLEST, key_of
 from pool_pymunk.model.units import Units
 from pool_pymunk.safety.files import whole
 
@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     from pool_pymunk.model.scene import Scene
 
 NEIGHBOURS = 4  # floats to each side of a quotient, one of which may give the number back
+
+# A file has the keys of a part in this order.
+ORDER = (
+    "id", "name", "ball", "cue", "position", "length", "radius", "mass", "velocity", "speed",
+    "angle", "aim", "from", "published", "color",
+)  # fmt: skip
 
 
 class Inexact(ValueError):
@@ -61,101 +67,75 @@ def in_units(value: float, kind: str, units: Units) -> float:
 
 def _text(scene: Scene, units: Units) -> str:
     """Write the file with all numbers in ``units``."""
-    parts = _Parts(units)
     sections = [
         ("", {"title": scene.title} if scene.title else {}),
         ("[units]", _units(scene.units, units)),
-        ("[table]", parts.table(scene.table)),
-        ("[physics]", _said(scene.physics)),
-        ("[restitution]", _said(scene.restitution)),
-        ("[friction]", _said(scene.friction)),
-        *(("[[pockets]]", parts.pocket(pocket)) for pocket in scene.pockets),
-        *(("[[balls]]", parts.ball(ball)) for ball in scene.balls),
-        *(("[[shots]]", parts.shot(shot)) for shot in scene.shots),
+        ("[table]", _table(scene.table, units)),
+        ("[physics]", _said(scene.physics, units)),
+        ("[restitution]", _said(scene.restitution, units)),
+        ("[friction]", _said(scene.friction, units)),
+        *(("[[pockets]]", _unusual(pocket, units)) for pocket in scene.pockets),
+        *(("[[balls]]", _unusual(ball, units)) for ball in scene.balls),
+        *(("[[shots]]", _unusual(shot, units)) for shot in scene.shots),
     ]
     return "\n".join(_section(head, values) for head, values in sections if values)
 
 
-Values = Mapping[str, object]
+Values = dict[str, Any]
 
 
-class _Parts:
-    """This class writes the parts of a scene as a file has them, in its units."""
+def _said(part: Any, units: Units) -> Values:
+    """Return the fields of a part that are not None, in these units."""
+    return {
+        key: _in_units(getattr(part, key), unit, units)
+        for key, (_, unit, _) in part.KEYS.items()
+        if getattr(part, key) is not None
+    }
 
-    def __init__(self, units: Units) -> None:
-        self.units = units
 
-    def table(self, table: Table | None) -> Values:
-        if table is None:
-            return {}
-        corner = table.outline[2:3]
-        if corner and min(corner[0]) >= SMALLEST and table == Table.rectangle(*corner[0]):
-            length, width = self._point(corner[0])
-            return {"length": length, "width": width}
-        return {"outline": [self._point(corner) for corner in table.outline]}
+def _unusual(part: Any, units: Units) -> Values:
+    """Return the fields of a part that differ from what a file that leaves them out means."""
+    said = _said(part, units)
+    for one in fields(part):
+        if getattr(part, one.name) in (one.default, {}):
+            said.pop(one.name, None)
+    if said.pop("from_previous", False):
+        said["from"] = "previous"
+    return dict(sorted(said.items(), key=lambda item: ORDER.index(item[0])))
 
-    def pocket(self, pocket: Pocket) -> Values:
-        return {
-            "id": pocket.id,
-            "position": self._point(pocket.position),
-            "radius": in_units(pocket.radius, "length", self.units),
-        }
 
-    def ball(self, ball: Ball) -> Values:
-        return {
-            "id": ball.id,
-            **({"cue": True} if ball.cue else {}),
-            "position": self._point(ball.position),
-            "radius": in_units(ball.radius, "length", self.units),
-            "mass": in_units(ball.mass, "mass", self.units),
-            **({"velocity": self._point(ball.velocity, "speed")} if any(ball.velocity) else {}),
-            **({} if ball.color is None else {"color": ball.color}),
-        }
-
-    def shot(self, shot: Shot) -> Values:
-        speed, velocity = shot.speed, shot.velocity
-        start = {
-            "velocity": None if velocity is None else self._point(velocity, "speed"),
-            "speed": None if speed is None else in_units(speed, "speed", self.units),
-            "angle": shot.angle,
-            "aim": shot.aim,
-            "from": "previous" if shot.from_previous else None,
-        }
-        ends = {id_: self._point(end) for id_, end in shot.published.items()}
-        said = {key: value for key, value in start.items() if value is not None}
-        return {
-            "name": shot.name,
-            "ball": shot.ball,
-            **said,
-            **({"published": ends} if ends else {}),
-        }
-
-    def _point(self, point: Point, kind: str = "length") -> list[float]:
-        return [in_units(value, kind, self.units) for value in point]
+def _table(table: Table | None, units: Units) -> Values:
+    if table is None:
+        return {}
+    corner = table.outline[2:3]
+    if corner and min(corner[0]) >= SMALLEST and table == Table.rectangle(*corner[0]):
+        return dict(zip(("length", "width"), _in_units(corner[0], "length", units), strict=True))
+    return _said(table, units)
 
 
 def _units(units: Units, written: Units) -> Values:
     """Return the units that differ from SI, and whether the file's numbers are in them."""
-    said = {key: name for key, name in _said(units).items() if name != getattr(Units(), key)}
+    said = _unusual(units, units)
     return said if units == written else {**said, "numbers": "SI"}
 
 
-def _said(part: object) -> dict[str, object]:
-    """Return the fields of a part that are not None."""
-    names: Iterable[str] = part.__slots__  # type: ignore[attr-defined]
-    return {key: value for key in names if (value := getattr(part, key)) is not None}
+def _in_units(value: Any, kind: str, units: Units) -> Any:
+    """Return a number, a point or points in these units, where they are of a kind that has some."""
+    if not kind:
+        return value
+    if isinstance(value, Mapping):
+        return {key: _in_units(one, kind, units) for key, one in value.items()}
+    if isinstance(value, tuple):
+        return [_in_units(one, kind, units) for one in value]
+    return in_units(value, kind, units)
 
 
 # -- TOML ----------------------------------------------------------------------------------------
 
 
 def _section(head: str, values: Values) -> str:
-    return "\n".join([*([head] if head else []), *_lines(values), ""])
-
-
-def _lines(values: Values) -> Iterator[str]:
-    for key, value in values.items():
-        yield f"{key} = {toml(value)}"
+    lines = [f"{key} = {toml(value)}" for key, value in values.items()]
+    return "\n".join([*([head] if head else []), *lines, ""])
 
 
 def toml(value: object) -> str:

@@ -7,32 +7,36 @@ friction, a second ball) is physics that no solver computes.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, TypeVar, overload
 
+from pool_pymunk.model.keys import Part, Text
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Pocket, Restitution, Shot
-from pool_pymunk.model.places import SUNK, place_problems, placed
-from pool_pymunk.model.plain import make_plain, one, optional, row, text
+from pool_pymunk.model.places import METRES, SUNK, place_problems, placed
 from pool_pymunk.model.problems import (
     LEFT_OUT,
+    Location,
     Point,
     Problem,
-    key_of,
     listed,
     raise_any,
+    written,
 )
 from pool_pymunk.model.state import State, read_state
 from pool_pymunk.model.units import Units
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.physics.surface import Sliding
 
+SomePart = TypeVar("SomePart")
+Located = Sequence[tuple[Location, SomePart]]
+
 
 @dataclass(frozen=True)
-class Scene:
+class Scene(Part):
     """Everything a solver may know: balls, table, pockets, materials, law, and shots to play.
 
     >>> scene = Scene(
@@ -51,17 +55,9 @@ class Scene:
     friction: Friction = field(default_factory=Friction)
     physics: Physics = field(default_factory=Physics)
     shots: tuple[Shot, ...] = ()
-    title: str = ""
+    title: Text = ""
     units: Units = field(default_factory=Units)
     pockets: tuple[Pocket, ...] = ()
-
-    def __post_init__(self) -> None:
-        make_plain(
-            self, balls=row(Ball), table=optional(one(Table)), restitution=one(Restitution),
-            friction=one(Friction), physics=one(Physics), shots=row(Shot), title=text,
-            units=one(Units), pockets=row(Pocket),
-        )  # fmt: skip
-        raise_any(self._problems())
 
     def __repr__(self) -> str:
         return (
@@ -85,17 +81,13 @@ class Scene:
         return f"a table of {x1 - x0:g} x {y1 - y0:g} m with {cushions}"
 
     def _problems(self) -> Iterator[Problem]:
-        balls, shots = dict(enumerate(self.balls)), dict(enumerate(self.shots))
-        cues = [k for k, ball in balls.items() if ball.cue]
-        moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for ball in self.balls)
-        if not self.balls:
-            yield Problem("balls", LEFT_OUT, "one ball or more is wanted")
-        yield from id_problems({k: ball.id for k, ball in balls.items()}, cues)
-        yield from repeated("pockets", "id", {k: hole.id for k, hole in enumerate(self.pockets)})
-        yield from place_problems(balls, self.table, self.pockets)
-        yield from shot_problems(shots, [ball.id for ball in self.balls])
-        yield from restitution_needs(self.restitution, self.table is not None, len(balls), cues)
-        yield from rest_needs(self.friction, self.physics, moves)
+        balls, pockets, shots = (
+            [((name, k), part) for k, part in enumerate(getattr(self, name))]
+            for name in ("balls", "pockets", "shots")
+        )
+        yield from scene_problems(
+            balls, pockets, shots, self.table, self.restitution, self.friction, self.physics
+        )
 
     @cached_property
     def index(self) -> Mapping[str, int]:
@@ -187,7 +179,7 @@ class Scene:
         state = read_state(value, self.index)
         there = placed(self.balls, state)
         raise_any(
-            replace(problem, key=_start_key(problem.key))
+            Problem(("start", "position", problem.steps[1]), problem.value, problem.message)
             for problem in place_problems(there, self.table, self.pockets, SUNK)
         )
         return state
@@ -212,11 +204,6 @@ class Scene:
         return None
 
 
-def _start_key(key: str) -> str:
-    """Name ``balls[3].position`` as a state has it."""
-    return "start.position" + key.removeprefix("balls").removesuffix(".position")
-
-
 def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | None:
     """The coefficient of a hit between two balls; ``cue_ball`` defaults to ``ball_ball``."""
     if with_cue and restitution.cue_ball is not None:
@@ -228,70 +215,89 @@ def _deceleration(friction: Friction, physics: Physics) -> float:
     return friction.surface * physics.gravity
 
 
-# What can be wrong between the parts of a scene. Balls and shots come with their numbers: a
-# scenario file of which some are unsound is checked as far as it is sound.
+# What can be wrong between the parts of a scene. Parts come with where they stand: a scenario file
+# of which some are unsound is checked as far as it is sound.
 
 
-def id_problems(ids: Mapping[int, str], cues: Sequence[int]) -> Iterator[Problem]:
-    """Repeated ids, a second cue ball."""
-    yield from repeated("balls", "id", ids)
-    for k in cues[1:]:
-        yield Problem(f"balls[{k}].cue", True, f"balls[{cues[0]}] is the cue ball already")
+def scene_problems(
+    balls: Located[Ball],
+    pockets: Located[Pocket],
+    shots: Located[Shot],
+    table: Table | None,
+    restitution: Restitution,
+    friction: Friction,
+    physics: Physics,
+    *,
+    has_table: bool | None = None,
+    nowhere: Collection[Location] = (),
+    knows_balls: bool = True,
+    units: Units = METRES,
+) -> Iterator[Problem]:
+    """Find what is wrong between the parts of a scene; lengths are said in ``units``.
+
+    A table may be there of which nothing is known. Balls ``nowhere`` are not asked for their
+    places. Unless it ``knows_balls``, a shot may be of any ball.
+    """
+    if not balls:
+        yield Problem("balls", LEFT_OUT, "one ball or more is wanted")
+    cues = [where for where, ball in balls if ball.cue]
+    yield from repeated("id", [(where, ball.id) for where, ball in balls])
+    for where in cues[1:]:
+        yield Problem((*where, "cue"), True, f"{written(cues[0])} is the cue ball already")
+    yield from repeated("id", [(where, pocket.id) for where, pocket in pockets])
+    there = {k: ball for k, (where, ball) in enumerate(balls) if where not in nowhere}
+    for problem in place_problems(there, table, [hole for _, hole in pockets], units=units):
+        where = balls[int(problem.steps[1])][0]
+        yield Problem((*where, "position"), problem.value, problem.message)
+    yield from shot_problems(shots, {ball.id: where for where, ball in balls}, knows_balls)
+    has_table = table is not None if has_table is None else has_table
+    yield from restitution_needs(restitution, has_table, len(balls), len(cues))
+    moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for _, ball in balls)
+    if moves and _deceleration(friction, physics) == 0.0 and physics.max_time is None:
+        message = "is wanted: without surface friction and gravity the balls never come to rest"
+        yield Problem(("physics", "max_time"), LEFT_OUT, message)
 
 
-def repeated(key: str, field: str, names: Mapping[int, str]) -> Iterator[Problem]:
+def repeated(field: str, names: Iterable[tuple[Location, str]]) -> Iterator[Problem]:
     """Find names that stand there twice."""
-    seen: dict[str, int] = {}
-    for k, name in names.items():
-        if seen.setdefault(name, k) != k:
-            yield Problem(
-                f"{key}[{k}].{field}", name, f"is the {field} of {key}[{seen[name]}] already"
-            )
+    seen: dict[str, Location] = {}
+    for where, name in names:
+        if (first := seen.setdefault(name, where)) is not where:
+            message = f"is the {field} of {written(first)} already"
+            yield Problem((*where, field), name, message)
 
 
-def shot_problems(shots: Mapping[int, Shot], ids: Collection[str]) -> Iterator[Problem]:
-    """Repeated names, unknown balls, shots that aim at nothing or go on from no shot."""
-    yield from repeated("shots", "name", {k: shot.name for k, shot in shots.items()})
-    known = set(ids)
+def shot_problems(
+    shots: Located[Shot], ids: Collection[str], knows_balls: bool
+) -> Iterator[Problem]:
+    """Find repeated names, unknown balls, shots that aim at nothing or go on from no shot."""
+    yield from repeated("name", [(where, shot.name) for where, shot in shots])
     unknown = f"there is no such ball (there are: {listed(ids)})"
-    for k, shot in shots.items():
-        if shot.ball not in known:
-            yield Problem(f"shots[{k}].ball", shot.ball, unknown)
-        yield from _aim_problems(f"shots[{k}].aim", shot, known, unknown)
-        for id_, end in shot.published.items():
-            if id_ not in known:
-                yield Problem(f"shots[{k}].published.{key_of(id_)}", list(end), unknown)
+    for k, (where, shot) in enumerate(shots):
+        asked: dict[Location, str] = {("ball",): shot.ball}
+        if shot.aim == shot.ball:
+            yield Problem((*where, "aim"), shot.aim, "a ball cannot aim at itself")
+        elif shot.aim == NEAREST and knows_balls and len(ids) < 2:
+            yield Problem((*where, "aim"), shot.aim, "there is no other ball to aim at")
+        elif shot.aim not in (None, NEAREST):
+            asked[("aim",)] = str(shot.aim)
+        asked |= {("published", id_): id_ for id_ in shot.published}
+        for key, id_ in asked.items():
+            if knows_balls and id_ not in ids:
+                value = list(shot.published[id_]) if len(key) > 1 else id_
+                yield Problem((*where, *key), value, unknown)
         if k == 0 and shot.from_previous:
-            yield Problem("shots[0].from", "previous", "there is no shot before the first")
-
-
-def _aim_problems(key: str, shot: Shot, ids: set[str], unknown: str) -> Iterator[Problem]:
-    if shot.aim is None:
-        return
-    if shot.aim == shot.ball:
-        yield Problem(key, shot.aim, "a ball cannot aim at itself")
-    elif shot.aim == NEAREST and len(ids) < 2:
-        yield Problem(key, shot.aim, "there is no other ball to aim at")
-    elif shot.aim != NEAREST and shot.aim not in ids:
-        yield Problem(key, shot.aim, unknown)
+            yield Problem((*where, "from"), "previous", "there is no shot before the first")
 
 
 def restitution_needs(
-    restitution: Restitution, has_table: bool, balls: int, cues: Sequence[int]
+    restitution: Restitution, has_table: bool, balls: int, cues: int
 ) -> Iterator[Problem]:
-    """Coefficients of restitution that the scene needs and leaves out."""
+    """Find coefficients of restitution that the scene needs and leaves out."""
     if has_table and restitution.cushion is None:
-        yield Problem("restitution.cushion", LEFT_OUT, "is wanted where there is a table")
-    plain_pairs = balls - len(cues) > 1
-    cue_pairs = balls > 1 and len(cues) > 0
-    if (plain_pairs and ball_ball_restitution(restitution, False) is None) or (
-        cue_pairs and ball_ball_restitution(restitution, True) is None
-    ):
-        yield Problem("restitution.ball_ball", LEFT_OUT, "is wanted where two balls can meet")
-
-
-def rest_needs(friction: Friction, physics: Physics, moves: bool) -> Iterator[Problem]:
-    """A bound in time, where something moves and nothing slows it."""
-    if moves and _deceleration(friction, physics) == 0.0 and physics.max_time is None:
-        message = "is wanted: without surface friction and gravity the balls never come to rest"
-        yield Problem("physics.max_time", LEFT_OUT, message)
+        message = "is wanted where there is a table"
+        yield Problem(("restitution", "cushion"), LEFT_OUT, message)
+    meet = {False: balls - cues > 1, True: balls > 1 and cues > 0}  # without the cue ball, with it
+    if any(meet[cue] and ball_ball_restitution(restitution, cue) is None for cue in meet):
+        message = "is wanted where two balls can meet"
+        yield Problem(("restitution", "ball_ball"), LEFT_OUT, message)

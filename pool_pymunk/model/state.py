@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from pool_pymunk.model.plain import Unfit, is_row, point, text
-from pool_pymunk.model.problems import (
-    Point,
-    Problem,
-    SceneError,
-    listed,
-    point_problems,
-    raise_any,
-    shown,
-)
+from pool_pymunk.model.plain import Unfit, each, is_row, point, text
+from pool_pymunk.model.problems import Point, Problem, SceneError, listed, shown
 
 
 class State(NamedTuple):
@@ -52,22 +44,16 @@ def _read_points(name: str, value: Any, ids: Collection[str]) -> tuple[Point, ..
     if not is_row(value) or len(value) != len(ids):
         given = f"{len(value)} given" if is_row(value) else "none given"
         raise SceneError([Problem(key, value, f"must be {len(ids)} points, one a ball ({given})")])
-    found: list[Point] = []
-    problems: list[Problem] = []
-    for k, (id_, one) in enumerate(zip(ids, value, strict=True)):
-        try:
-            found.append(point(one))
-            problems += _named(point_problems(f"{key}[{k}]", found[-1]), id_)
-        except Unfit as unfit:
-            problems += _named([Problem(f"{key}[{k}]", one, str(unfit))], id_)
-    raise_any(problems)
-    return tuple(found)
+    balls = list(ids)
+    try:
+        return tuple(each(point, enumerate(value)))
+    except Unfit as unfit:
+        found = [problem.under("start", name) for problem in unfit.inside]
+        raise SceneError([_of_ball(one, balls[int(one.steps[2])]) for one in found]) from None
 
 
-def _named(problems: Iterable[Problem], id_: str) -> Iterator[Problem]:
-    """Say of which ball the problems are."""
-    for problem in problems:
-        yield replace(problem, message=f"{problem.message} (ball {shown(id_)})")
+def _of_ball(problem: Problem, id_: str) -> Problem:
+    return replace(problem, message=f"{problem.message} (ball {shown(id_)})")
 
 
 def _read_off(value: Any, ids: Collection[str]) -> frozenset[str]:

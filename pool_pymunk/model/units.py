@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
-from pool_pymunk.model.plain import make_plain, text
-from pool_pymunk.model.problems import Problem, raise_any
+from pool_pymunk.model.keys import Key, Part
+from pool_pymunk.model.plain import choice
 
 UNITS: Mapping[str, Mapping[str, float]] = {
     "length": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254},
@@ -16,24 +17,16 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Units:
+class Units(Part):
     """The units a scenario is written and reported in; numbers inside are SI.
 
     >>> Units(length="in").from_si(0.0254, "length")
     1.0
     """
 
-    length: str = "m"
-    mass: str = "kg"
-    speed: str = "m/s"
-
-    def __post_init__(self) -> None:
-        make_plain(self, **dict.fromkeys(self.__slots__, text))
-        raise_any(
-            Problem(kind, getattr(self, kind), f"must be one of {', '.join(known)}")
-            for kind, known in UNITS.items()
-            if getattr(self, kind) not in known
-        )
+    length: Annotated[str, Key(choice(UNITS["length"]))] = "m"
+    mass: Annotated[str, Key(choice(UNITS["mass"]))] = "kg"
+    speed: Annotated[str, Key(choice(UNITS["speed"]))] = "m/s"
 
     def to_si(self, value: float, kind: str) -> float:
         """``value`` in this file's unit of ``kind`` (length, mass or speed), in SI."""

@@ -32,7 +32,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
 from pool_pymunk.model import Point, Problem, SceneError
-from pool_pymunk.model.problems import number_problems, size_problems, suggestion
+from pool_pymunk.model.plain import between, problems_of, size
+from pool_pymunk.model.problems import suggestion
 from pool_pymunk.physics.contact import NT, Contact, Pair, split
 from pool_pymunk.physics.laws import LAWS, Law, find_law, respond
 from pool_pymunk.physics.motion import kinetic_energy
@@ -187,7 +188,7 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
         ...
     pool_pymunk.SceneError: offset = -0.07: the balls miss: the radii add up to less
     """
-    _raise_any([*_problems(a, b, material), *number_problems("offset", abs(offset), 0.0)])
+    _raise_any([*_problems(a, b, material), *problems_of(abs(offset), between(0.0), "offset")])
     reach = a.radius + b.radius
     if abs(offset) >= reach:
         message = "the balls miss: the radii add up to less"
@@ -209,7 +210,7 @@ def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> 
     >>> round(hit.offset, 9)
     0.03
     """
-    _raise_any([*_problems(a, b, material), *number_problems("angle", abs(angle), 0.0)])
+    _raise_any([*_problems(a, b, material), *problems_of(abs(angle), between(0.0), "angle")])
     hit = _answered(a, b, material, (math.cos(angle), math.sin(angle)))
     before_a, before_b = hit.before
     if before_a.n <= before_b.n:
@@ -236,12 +237,12 @@ ZERO_SLIP_WARNING = (
 
 def _problems(a: Disc, b: Disc, material: Material) -> Iterator[Problem]:
     for name, ball in (("a", a), ("b", b)):
-        yield from size_problems(f"{name}.mass", ball.mass)
-        yield from size_problems(f"{name}.radius", ball.radius)
+        yield from problems_of(ball.mass, size, name, "mass")
+        yield from problems_of(ball.radius, size, name, "radius")
         for v in ball.velocity:
-            yield from number_problems(f"{name}.velocity", abs(v), 0.0)
-    yield from number_problems("restitution", material.restitution, 0.0, 1.0)
-    yield from number_problems("friction", material.friction, 0.0)
+            yield from problems_of(abs(v), between(0.0), name, "velocity")
+    yield from problems_of(material.restitution, between(0.0, 1.0), "restitution")
+    yield from problems_of(material.friction, between(0.0), "friction")
     if not isinstance(material.law, Law) and material.law not in LAWS:
         message = f"must be one of {', '.join(LAWS)}{suggestion(material.law, LAWS)}"
         yield Problem("law", material.law, message)

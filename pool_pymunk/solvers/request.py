@@ -16,12 +16,11 @@ import numpy as np
 
 from pool_pymunk.engine.policies import AS_IT_IS, Variant
 from pool_pymunk.model import Scene, Shot, State
-from pool_pymunk.model.plain import read_count, read_number
+from pool_pymunk.model.plain import argument, size, whole
 from pool_pymunk.model.problems import (
     listed,
     setting_error,
     shown,
-    size_problems,
     suggestion,
 )
 from pool_pymunk.physics.laws import LAWS, Law
@@ -196,7 +195,7 @@ def request(
     settings = Settings(
         dt=None if method.dt is None else step or method.dt,
         max_time=latest or scene.physics.max_time,
-        max_events=None if max_events is None else read_count("max_events", max_events),
+        max_events=None if max_events is None else argument("max_events", max_events, whole(1)),
         law=law if isinstance(law, Law) else None,
         on_time=on_time,
     )
@@ -264,4 +263,4 @@ def _check_law(method: Solver, law: str | Law | None) -> None:
 
 def _positive(key: str, value: object) -> float | None:
     """Read a positive number of seconds."""
-    return None if value is None else read_number(key, value, size_problems)
+    return None if value is None else argument(key, value, size)

@@ -14,7 +14,7 @@ from pool_pymunk.fast.batch import CANNOT_START, Batch
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.inputs import row_of
 from pool_pymunk.model.parts import NEAREST
-from pool_pymunk.model.plain import read_count, read_pair
+from pool_pymunk.model.plain import argument, read_pair, whole
 from pool_pymunk.model.problems import setting_error, suggestion
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.solvers import find_shot
@@ -101,7 +101,7 @@ def atlas(
         raise setting_error("shot", None, "is wanted: the scene has none")
     ranges = _axes(scene, chosen, angle, speed) if axes is None else _other_axes(scene, axes)
     width, height = (
-        read_count(key, each, 2)
+        argument(key, each, whole(2))
         for key, each in zip(("width", "height"), read_pair("size", size), strict=True)
     )
     (across, columns), (up, rows) = ranges.items()

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Point, Scene, Shot
 from pool_pymunk.model.inputs import SHOT, input_value, row_of
-from pool_pymunk.model.plain import read_count, read_number, read_pair
-from pool_pymunk.model.problems import listed, setting_error, size_problems
+from pool_pymunk.model.plain import argument, read_pair, size, whole
+from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
@@ -118,7 +118,7 @@ def find(
         ("samples", samples, 10),
         ("best", best, 1),
     ):
-        read_count(key, count, least)
+        argument(key, count, whole(least))
     found: list[Found] = []
     for place in search.look(angle, speed, tries)[: CANDIDATES * best]:
         one = search.closely(place, samples)
@@ -136,7 +136,7 @@ class _Search:
     ) -> None:  # fmt: skip
         self.scene, self.shot, self.wanted, self.seed, self.law = scene, shot, wanted, seed, law
         self.errors = tuple(
-            read_number(key, value, size_problems)
+            argument(key, value, size)
             for key, value in (("angle_error", angle), ("speed_error", speed))
         )
         self.ball = scene.index[shot.ball]
@@ -164,7 +164,7 @@ class _Search:
             if row.of == SHOT:
                 key = "speed_error" if row.quantity == "speed" else "angle_error"
                 raise setting_error("errors", name, f"is the player's: give it as {key}")
-            self.others[name] = read_number(f"errors[{name!r}]", error, size_problems)
+            self.others[name] = argument(f"errors[{name!r}]", error, size)
 
     def aim_for(self, ends: Mapping[str, Point]) -> None:
         """Say where balls shall end."""

@@ -29,8 +29,8 @@ from pool_pymunk.model.inputs import (
     parts,
     unit_of,
 )
-from pool_pymunk.model.plain import read_count, read_number
-from pool_pymunk.model.problems import listed, setting_error, size_problems
+from pool_pymunk.model.plain import argument, size, whole
+from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.studies.fit_doubts import Optimum, doubts
@@ -216,8 +216,8 @@ def fit(
     shots = sorted({one.shot for one in rows})
     names = input_names(scene, free, shots)
     if error is not None:
-        error = read_number("error", error, size_problems)
-    count, first = read_count("starts", starts), read_count("seed", seed, 0)
+        error = argument("error", error, size)
+    count, first = argument("starts", starts, whole(1)), argument("seed", seed, whole(0))
     return _Search(Forecast(scene, names, rows, law), error, first).fit(count)
 
 

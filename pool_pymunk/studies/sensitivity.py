@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point, Scene, Shot
-from pool_pymunk.model.plain import read_count
+from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
@@ -290,7 +290,7 @@ def sensitivity(
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         threads = processes
     began = time.perf_counter()
-    samples, seed = read_count("samples", samples, 2), read_count("seed", seed, 0)
+    samples, seed = argument("samples", samples, whole(2)), argument("seed", seed, whole(0))
     study = read_study(scene, find_shot(scene, shot), uncertainty, law)
     draws = study.draw(samples, seed)
     played = study.play(draws, threads, on_done)

@@ -10,12 +10,10 @@ from typing import Any
 import pymunk
 
 from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside_ball, said
-from pool_pymunk.model.plain import Unfit, point, read_number
+from pool_pymunk.model.plain import Unfit, argument, between, pair, size
 from pool_pymunk.model.problems import (
-    number_problems,
     setting_error,
     shown,
-    size_problems,
     suggestion,
 )
 from pool_pymunk.physics.contact import Vector
@@ -37,23 +35,23 @@ def check_space(space: Any) -> None:
 
 def read_size(key: str, value: Any) -> float:
     """Read a number greater than 0."""
-    return read_number(key, value, size_problems)
+    return argument(key, value, size)
 
 
 def read_share(key: str, value: Any) -> float:
     """Read a number between 0 and 1."""
-    return read_number(key, value, lambda key, value: number_problems(key, value, 0.0, 1.0))
+    return argument(key, value, between(0.0, 1.0))
 
 
 def read_from_zero(key: str, value: Any) -> float:
     """Read a number from 0 on."""
-    return read_number(key, value, lambda key, value: number_problems(key, value, 0.0))
+    return argument(key, value, between(0.0))
 
 
 def read_vector(key: str, value: Any) -> Vector:
     """Read two finite numbers."""
     try:
-        x, y = point(tuple(value) if isinstance(value, pymunk.Vec2d) else value)
+        x, y = pair(tuple(value) if isinstance(value, pymunk.Vec2d) else value)
     except Unfit as unfit:
         raise setting_error(key, shown(value), str(unfit)) from None
     if not math.isfinite(x + y):

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.inputs import ROWS, SI, TABLE, column_of, input_value, parts, row_of, struck
-from pool_pymunk.model.plain import read_count, read_number
-from pool_pymunk.model.problems import number_problems, setting_error
+from pool_pymunk.model.plain import argument, between, whole
+from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.solvers import find_shot, request, simulate, yardstick
@@ -248,12 +248,12 @@ def make_plan(
     points = math.prod(count for _, _, count in steps.values())
     if samples is None and not steps:
         raise setting_error("samples", None, "is wanted where there is no grid")
-    total = points if samples is None else read_count("samples", samples)
+    total = points if samples is None else argument("samples", samples, whole(1))
     if steps and total != points:
         raise setting_error("samples", total, f"the grid has {points:,} points")
     plan = Plan(
-        scene, find_shot(scene, shot), varied, steps, total, read_count("seed", seed, 0),
-        read_count("chunk", chunk), asked.settings.law_of(scene),
+        scene, find_shot(scene, shot), varied, steps, total, argument("seed", seed, whole(0)),
+        argument("chunk", chunk, whole(1)), asked.settings.law_of(scene),
     )  # fmt: skip
     _check_shot(plan)
     return plan
@@ -296,8 +296,8 @@ def _grid(scene: Scene, key: str, value: Any) -> tuple[float, float, int]:
         message = "must be (low, high, count), of a key that takes a range"
         raise setting_error(f"grid[{key!r}]", str(value), message)
     low, high = _range(scene, key, value[:2], "grid")
-    return low, high, read_count(f"grid[{key!r}]", value[2])
+    return low, high, argument(f"grid[{key!r}]", value[2], whole(1))
 
 
 def _number(key: str, value: Any, low: float) -> float:
-    return read_number(key, value, lambda key, value: number_problems(key, value, low))
+    return argument(key, value, between(low))
