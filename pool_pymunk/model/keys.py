@@ -11,22 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple, get_args, get_type_hints
 
-from pool_pymunk.model.plain import (
-    Reader,
-    Unfit,
-    between,
-    corners,
-    ends,
-    finite,
-    flag,
-    ids,
-    name,
-    one,
-    point,
-    row,
-    size,
-    text,
-)
+from pool_pymunk.model import plain
+from pool_pymunk.model.plain import Reader, Unfit
 from pool_pymunk.model.problems import Point, Problem, raise_any
 
 
@@ -41,33 +27,56 @@ class Key(NamedTuple):
         return "Key()"
 
 
-Flag = Annotated[bool, Key(flag)]
-Text = Annotated[str, Key(text)]
-Ids = Annotated[Sequence[str], Key(ids)]
-Name = Annotated[str, Key(name)]
-Length = Annotated[float, Key(size, "length")]  # m, greater than 0
-Gap = Annotated[float, Key(between(0.0), "length")]  # m
-Mass = Annotated[float, Key(size, "mass")]  # kg
-Time = Annotated[float, Key(size)]  # s
-Speed = Annotated[float, Key(between(0.0), "speed")]  # m/s
-Angle = Annotated[float, Key(finite)]  # degrees
-Share = Annotated[float, Key(between(0.0, 1.0))]
-Number = Annotated[float, Key(between(0.0))]  # from 0 on
-Place = Annotated[Point, Key(point, "length")]  # m
-Velocity = Annotated[Point, Key(point, "speed")]  # m/s
-Corners = Annotated[tuple[Point, ...], Key(corners, "length")]  # m
-Ends = Annotated[Mapping[str, Point], Key(ends, "length")]  # m
+Flag = Annotated[bool, Key(plain.flag)]
+Text = Annotated[str, Key(plain.text)]
+Ids = Annotated[Sequence[str], Key(plain.ids)]
+Name = Annotated[str, Key(plain.name)]
+Length = Annotated[float, Key(plain.size, "length")]  # m, greater than 0
+Gap = Annotated[float, Key(plain.between(0.0), "length")]  # m
+Mass = Annotated[float, Key(plain.size, "mass")]  # kg
+Time = Annotated[float, Key(plain.size)]  # s
+Speed = Annotated[float, Key(plain.between(0.0), "speed")]  # m/s
+Angle = Annotated[float, Key(plain.finite)]  # degrees
+Share = Annotated[float, Key(plain.between(0.0, 1.0))]
+Number = Annotated[float, Key(plain.between(0.0))]  # from 0 on
+Place = Annotated[Point, Key(plain.point, "length")]  # m
+Velocity = Annotated[Point, Key(plain.point, "speed")]  # m/s
+Corners = Annotated[tuple[Point, ...], Key(plain.corners, "length")]  # m
+Ends = Annotated[Mapping[str, Point], Key(plain.ends, "length")]  # m
+
+
+Keys = dict[str, Key]
+
+
+def keys_of(made: Any) -> Keys:
+    """Return the keys of a class by its fields, of a function by its arguments."""
+    hints = get_type_hints(made, include_extras=True)
+    return {name: _key(hints[name]) for name in made.__annotations__ if name != "return"}
 
 
 def _key(hint: Any) -> Key:
     """Return the key in an annotation, which may be None, a class, or a tuple of objects of one."""
     if isinstance(hint, type):
-        return Key(one(hint))
+        return Key(plain.one(hint))
     if hasattr(hint, "__metadata__"):
         key: Key = hint.__metadata__[0]
         return key
     first, second = get_args(hint)
-    return Key(row(first)) if second is ... else _key(first)._replace(may_be_none=True)
+    return Key(plain.row(first)) if second is ... else _key(first)._replace(may_be_none=True)
+
+
+def read_all(keys: Keys, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Read values by their keys; raises SceneError with every one that does not fit."""
+    found: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for name, key in keys.items():
+        value = values[name]
+        try:
+            found[name] = None if value is None and key.may_be_none else key.read(value)
+        except Unfit as unfit:
+            problems += unfit.problems((name,), value)
+    raise_any(problems)
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,22 +87,15 @@ class Part:
     is wrong between the fields.
     """
 
-    KEYS: ClassVar[dict[str, Key]]  # by the names of the fields
+    KEYS: ClassVar[Keys]
 
     def __init_subclass__(cls) -> None:
-        hints = get_type_hints(cls, include_extras=True)
-        cls.KEYS = {field: _key(hints[field]) for field in cls.__annotations__}
+        cls.KEYS = keys_of(cls)
 
     def __post_init__(self) -> None:
-        problems: list[Problem] = []
-        for field, key in self.KEYS.items():
-            value = getattr(self, field)
-            try:
-                plain = None if value is None and key.may_be_none else key.read(value)
-                object.__setattr__(self, field, plain)
-            except Unfit as unfit:
-                problems += unfit.problems((field,), value)
-        raise_any(problems)
+        given = {name: getattr(self, name) for name in self.KEYS}
+        for name, value in read_all(self.KEYS, given).items():
+            object.__setattr__(self, name, value)
         raise_any(self._problems())
 
     def _problems(self) -> Iterable[Problem]:

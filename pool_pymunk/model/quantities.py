@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Sequence
 
+from pool_pymunk.model.plain import finite
 from pool_pymunk.model.problems import Point, Problem, SceneError
 from pool_pymunk.model.units import UNITS, Units
 
@@ -24,19 +23,13 @@ def quantity(key: str, text: str, kind: str, units: Units) -> float:
     """
     known = UNITS[kind]
     longest_first = sorted(known, key=len, reverse=True)
-    match = re.fullmatch(rf"(.*?)\s*({'|'.join(longest_first)})?", text.strip())
-    number = _number(match[1]) if match else math.nan
-    if match is None or not math.isfinite(number):
-        message = f"must be a {kind}, such as 1 {longest_first[0]} ({', '.join(known)})"
-        raise SceneError([Problem(key, text, message)])
-    return number * known[match[2]] if match[2] else units.to_si(number, kind)
-
-
-def _number(text: str) -> float:
+    unit = next((one for one in longest_first if text.strip().endswith(one)), "")
     try:
-        return float(text)
+        number = finite(float(text.strip().removesuffix(unit)))
     except ValueError:
-        return math.nan
+        message = f"must be a {kind}, such as 1 {longest_first[0]} ({', '.join(known)})"
+        raise SceneError([Problem(key, text, message)]) from None
+    return number * known[unit] if unit else units.to_si(number, kind)
 
 
 def positive(key: str, text: str, kind: str, units: Units) -> float:

@@ -4,78 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Annotated
 
-from pool_pymunk.model.keys import Angle, Gap, Ids, Key, Length, Mass, Part, Place
+from pool_pymunk.model.keys import Angle, Gap, Ids, Key, Length, Mass, Place, keys_of, read_all
 from pool_pymunk.model.parts import Ball, Color
 from pool_pymunk.model.plain import choice, whole
-from pool_pymunk.model.problems import Point, Problem
+from pool_pymunk.model.problems import Problem, raise_any
 
 SHAPES = ("triangle", "diamond")
 DIAMOND = (1, 2, 3, 2, 1)  # balls in each row
 MOST_ROWS = 100
 
-
-@dataclass(frozen=True, slots=True)
-class Rack(Part):
-    """Balls in rows, as :func:`rack` takes them."""
-
-    apex: Place
-    radius: Length
-    mass: Mass
-    rows: Annotated[int, Key(whole(1, MOST_ROWS))] | None = None
-    shape: Annotated[str, Key(choice(SHAPES))] = SHAPES[0]
-    angle: Angle = 0.0
-    gap: Gap = 0.0
-    ids: Ids | None = None
-    color: Color | None = None
-
-    def _problems(self) -> Iterator[Problem]:
-        if self.shape == "diamond" and self.rows is not None:
-            yield Problem("rows", self.rows, "stands beside shape: a diamond has five rows")
-        elif self.ids is not None and len(self.ids) != (count := sum(self.counts)):
-            message = f"must be {count} ids, one a ball ({len(self.ids)} given)"
-            yield Problem("ids", self.ids, message)
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """Return how many balls each row has."""
-        return _counts(self.rows, self.shape)
-
-    @property
-    def balls(self) -> tuple[Ball, ...]:
-        """Return the balls, row by row."""
-        pitch, angle = 2.0 * self.radius + self.gap, math.radians(self.angle)
-        ahead = (math.cos(angle), math.sin(angle))
-        return tuple(
-            Ball(
-                name,
-                (
-                    self.apex[0] + pitch * (behind * ahead[0] - beside * ahead[1]),
-                    self.apex[1] + pitch * (behind * ahead[1] + beside * ahead[0]),
-                ),
-                self.radius,
-                self.mass,
-                color=self.color,
-            )
-            for name, (behind, beside) in zip(
-                rack_ids(self.rows, self.shape, self.ids), _places(self.counts), strict=True
-            )
-        )
+Rows = Annotated[int, Key(whole(1, MOST_ROWS))]
+Shape = Annotated[str, Key(choice(SHAPES))]
 
 
 def rack(
-    apex: Point,
+    apex: Place,
     *,
-    radius: float,
-    mass: float,
-    rows: int | None = None,
-    shape: str = "triangle",
-    angle: float = 0.0,
-    gap: float = 0.0,
-    ids: Sequence[str] | None = None,
-    color: str | None = None,
+    radius: Length,
+    mass: Mass,
+    rows: Rows | None = None,
+    shape: Shape = "triangle",
+    angle: Angle = 0.0,
+    gap: Gap = 0.0,
+    ids: Ids | None = None,
+    color: Color | None = None,
 ) -> tuple[Ball, ...]:
     """Return balls in rows: a triangle of so many ``rows`` (default: 5), or a "diamond" of nine.
 
@@ -89,7 +43,34 @@ def rack(
     >>> len(balls), balls[0].position, [round(x, 6) for x in balls[1].position]
     (15, (1.905, 0.635), [1.95458, 0.606375])
     """
-    return Rack(apex, radius, mass, rows, shape, angle, gap, ids, color).balls
+    given = read_all(KEYS, locals())
+    apex, radius, mass, rows, shape, angle, gap, ids, color = given.values()
+    counts = _counts(rows, shape)
+    raise_any(_problems(rows, shape, ids, sum(counts)))
+    pitch, (x, y) = 2.0 * radius + gap, apex
+    cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    places = [
+        (x + pitch * (behind * cos - beside * sin), y + pitch * (behind * sin + beside * cos))
+        for behind, beside in _places(counts)
+    ]
+    names = rack_ids(rows, shape, ids)
+    return tuple(
+        Ball(name, place, radius, mass, color=color)
+        for name, place in zip(names, places, strict=True)
+    )
+
+
+KEYS = keys_of(rack)
+
+
+def _problems(
+    rows: int | None, shape: str, ids: Sequence[str] | None, count: int
+) -> Iterator[Problem]:
+    """Find what is wrong between the numbers of rows, balls and ids."""
+    if shape == "diamond" and rows is not None:
+        yield Problem("rows", rows, "stands beside shape: a diamond has five rows")
+    elif ids is not None and len(ids) != count:
+        yield Problem("ids", ids, f"must be {count} ids, one a ball ({len(ids)} given)")
 
 
 def rack_ids(rows: int | None, shape: str, ids: Sequence[str] | None = None) -> tuple[str, ...]:

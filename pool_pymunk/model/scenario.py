@@ -10,8 +10,9 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import MISSING, fields
+from functools import cache
 from importlib import resources
+from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -37,7 +38,8 @@ from pool_pymunk.model.problems import (
     suggestion,
     written,
 )
-from pool_pymunk.model.racks import Rack
+from pool_pymunk.model.racks import KEYS as RACK
+from pool_pymunk.model.racks import rack
 from pool_pymunk.model.scene import Located, Scene, scene_problems
 from pool_pymunk.model.units import Units
 
@@ -49,22 +51,20 @@ Entry = tuple[Location, Values]
 FILE_NAMES = {"from_previous": "from"}
 DEFAULTS = ("radius", "mass", "color")  # [ball] has them for balls and racks that leave them out
 
+PARTS = {"physics": Physics, "restitution": Restitution, "friction": Friction}
 # What stands in a file: sections, and lists of sections, each with its keys.
 KEYS: Mapping[str, Mapping[str, Key]] = {
     "units": Units.KEYS | {"numbers": Key(choice(("units", "SI")))},
     "table": dict.fromkeys(("length", "width"), Pocket.KEYS["radius"]) | Table.KEYS,
-    "physics": Physics.KEYS,
-    "restitution": Restitution.KEYS,
-    "friction": Friction.KEYS,
+    **{name: part.KEYS for name, part in PARTS.items()},
     "ball": {key: Ball.KEYS[key] for key in DEFAULTS},
     "pockets": Pocket.KEYS,
     "balls": Ball.KEYS,
-    "racks": Rack.KEYS,
+    "racks": RACK,
     "shots": {FILE_NAMES.get(name, name): key for name, key in Shot.KEYS.items()}
     | {"from": Key(choice(("start", "previous")))},
 }
 LISTS = ("pockets", "balls", "racks", "shots")
-BARE = (MISSING, MISSING)  # the defaults of a field that has none
 SIZE = {"radius": 1.0, "mass": 1.0}  # stands in for one that is missing or broken
 OF_RACKS = {"position": "apex", "id": "ids"}  # what a rack has for these keys of its balls
 
@@ -179,9 +179,7 @@ class _File:
         """Return the Scene, or None where there are problems."""
         sections: Values = {
             "table": self._table(),
-            "physics": self._part("physics", Physics, self._section("physics")),
-            "restitution": self._part("restitution", Restitution, self._section("restitution")),
-            "friction": self._part("friction", Friction, self._section("friction")),
+            **{name: self._part(name, kind, self._section(name)) for name, kind in PARTS.items()},
         }
         balls, pockets = [*self._balls(), *self._racked()], [*self._pockets()]
         lists: Values = {"balls": balls, "pockets": pockets, "shots": [*self._shots(balls)]}
@@ -292,14 +290,14 @@ class _File:
             self._note(problem.under(*where) for problem in error.problems)
             return None
 
-    def _is_complete(self, where: Location, kind: type[Part], values: Values) -> bool:
+    def _is_complete(self, where: Location, kind: Callable[..., Any], values: Values) -> bool:
         """Tell whether all is there that must be, and say what is not."""
-        needed = [one.name for one in fields(kind) if (one.default, one.default_factory) == BARE]
-        for key in [key for key in needed if key not in values]:
+        missing = [key for key in _needed(kind) if key not in values]
+        for key in missing:
             inherits = where[0] in ("balls", "racks") and key in DEFAULTS
             if not inherits or self._is_sound(("ball", key)):
                 self._missing((*where, key), "is wanted" + ", here or in [ball]" * inherits)
-        return all(key in values for key in needed)
+        return not missing
 
     def _table(self) -> Table | None:
         if "table" not in self.content:
@@ -329,9 +327,8 @@ class _File:
         for where, own in self.entries["racks"]:
             if not {"rows", "shape"} & own.keys() and self._is_sound((*where, "shape")):
                 self._missing((*where, "rows"), "is wanted (or a shape)")
-            if self._is_complete(where, Rack, own) and self._is_sound(where):
-                for ball in self._made(where, lambda **own: Rack(**own).balls, own) or ():
-                    yield where, ball
+            if self._is_complete(where, rack, own) and self._is_sound(where):
+                yield from ((where, ball) for ball in self._made(where, rack, own) or ())
 
     def _pockets(self) -> Iterator[tuple[Location, Pocket]]:
         """Yield the sound pockets; one without an id is called by its number, from 1."""
@@ -370,6 +367,13 @@ class _File:
             and self._is_sound(("racks",))
             and all("id" in own and self._is_sound((*where, "cue")) for where, own in balls)
         )
+
+
+@cache
+def _needed(kind: Callable[..., Any]) -> tuple[str, ...]:
+    """Return the names of the arguments without a default."""
+    arguments = signature(kind).parameters.values()
+    return tuple(one.name for one in arguments if one.default is one.empty)
 
 
 def _find(raw: Any, where: Location) -> Any:
