@@ -521,7 +521,7 @@ NO_CUE = Scene((Ball("a", (0.5, 0.5), R, 0.17),), scene(TWO).table, Restitution(
         (CaromEnv, {"max_speed": 0.0}, "max_speed = 0.0: must be greater than 0"),
         (CaromEnv, {"angle_error": -1.0}, "angle_error = -1.0: must be 0 or more"),
         (CaromEnv, {"speed_error": math.nan}, "speed_error = nan: must be a finite number"),
-        (CaromEnv, {"render_mode": "human"}, "render_mode = human: must be one of rgb_array"),
+        (CaromEnv, {"render_mode": "human"}, 'render_mode = "human": must be one of rgb_array'),
         (CaromVectorEnv, {"num_envs": 0}, "num_envs = 0: must be 1 or more"),
         (CaromVectorEnv, {"max_episode_steps": 0}, "max_episode_steps = 0: must be 1 or more"),
         (

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pool_pymunk.env.games import Game, Tables
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Shot
-from pool_pymunk.model.problems import setting_error, suggestion
+from pool_pymunk.model.plain import argument, choice
 from pool_pymunk.results.run import Run
 
 Pixels = NDArray[np.uint8]
@@ -23,10 +23,7 @@ SIZE = (800, 450)  # pixels
 
 def read_mode(mode: str | None) -> str | None:
     """Return a mode that is known, or None; raises SettingError for others."""
-    if mode is not None and mode not in MODES:
-        message = f"must be one of {', '.join(MODES)}{suggestion(mode, MODES)}"
-        raise setting_error("render_mode", mode, message)
-    return mode
+    return None if mode is None else argument("render_mode", mode, choice(MODES))
 
 
 def rendered(

@@ -13,12 +13,40 @@ from numpy.typing import NDArray
 
 from pool_pymunk.env.frames import FPS, MODES, read_mode, rendered
 from pool_pymunk.env.games import Carom, Game, Played, Pot, Tables, read_actions
+from pool_pymunk.fast import Batch
 from pool_pymunk.model import Scene
 
 Observation = NDArray[np.float32]
 
 
-class BilliardsEnv(gymnasium.Env[Observation, Observation]):
+class Playing:
+    """What environments with one table and with many have in common."""
+
+    game: Game
+    render_mode: str | None
+    _tables: Tables | None = None
+
+    @property
+    def scene(self) -> Scene:
+        """The scene in which the balls are, with the table and its coefficients."""
+        return self.game.scene
+
+    @property
+    def _now(self) -> Tables:
+        if self._tables is None:
+            raise ResetNeeded("There are no layouts yet: call reset() first.")
+        return self._tables
+
+    def _drawn(self, k: int, batch: Batch | None, row: int) -> Any:
+        """Return the picture or the frames of table ``k``; None, with a warning, without a mode."""
+        if self.render_mode is not None:
+            return rendered(self.game, self._now, k, batch, row, self.render_mode)
+        message = 'Nothing is drawn: the environment was made without render_mode="rgb_array".'
+        gymnasium.logger.warn(message)
+        return None
+
+
+class BilliardsEnv(Playing, gymnasium.Env[Observation, Observation]):
     """A billiards environment plays a game on one table: a step is a shot of the cue ball.
 
     An action is two numbers in [-1, 1], clipped to this range. The cue ball leaves at the angle
@@ -67,25 +95,13 @@ class BilliardsEnv(gymnasium.Env[Observation, Observation]):
         low, high = self.game.bounds
         self.observation_space = Box(low, high, dtype=np.float32)
         self.action_space = Box(-1.0, 1.0, (2,), np.float32)
-        self._tables: Tables | None = None
         self._shots: Played | None = None
         self._is_over = False
-
-    @property
-    def scene(self) -> Scene:
-        """The scene in which the balls are, with the table and its coefficients."""
-        return self.game.scene
 
     @property
     def position(self) -> NDArray[np.float64]:
         """Where the balls are (N, 2), in m; NaN for those off the table."""
         return np.array(self._now.position[0])
-
-    @property
-    def _now(self) -> Tables:
-        if self._tables is None:
-            raise ResetNeeded("There is no layout yet: call reset() first.")
-        return self._tables
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -120,12 +136,7 @@ class BilliardsEnv(gymnasium.Env[Observation, Observation]):
 
     def render(self) -> Any:
         """Return the picture of the last shot's end, or all of its frames in a list."""
-        if self.render_mode is None:
-            message = 'Nothing is drawn: the environment was made without render_mode="rgb_array".'
-            gymnasium.logger.warn(message)
-            return None
-        batch = None if self._shots is None else self._shots.batch
-        return rendered(self.game, self._now, 0, batch, 0, self.render_mode)
+        return self._drawn(0, None if self._shots is None else self._shots.batch, 0)
 
 
 class CaromEnv(BilliardsEnv):

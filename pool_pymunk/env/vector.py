@@ -7,7 +7,6 @@ from numbers import Integral
 from pathlib import Path
 from typing import Any, ClassVar, SupportsIndex
 
-import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box
@@ -16,16 +15,16 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from pool_pymunk.env.frames import FPS, MODES, read_mode, rendered
+from pool_pymunk.env.frames import FPS, MODES, read_mode
 from pool_pymunk.env.games import (
     Carom,
     Game,
     Info,
     Pot,
-    Tables,
     read_actions,
     read_options,
 )
+from pool_pymunk.env.single import Playing
 from pool_pymunk.fast import Batch
 from pool_pymunk.model import Scene
 from pool_pymunk.model.plain import argument, whole
@@ -39,7 +38,7 @@ Infos = dict[str, Any]
 Step = tuple[Observations, Floats, Flags, Flags, Infos]
 
 
-class BilliardsVectorEnv(VectorEnv[Observations, Observations, Any]):
+class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
     """A billiards vector environment plays a game on many tables: a step is a shot on each.
 
     All shots of a step are one call of ``simulate_many``. Table i gives the same bits as a
@@ -83,16 +82,10 @@ class BilliardsVectorEnv(VectorEnv[Observations, Observations, Any]):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._hands: list[np.random.Generator] = []
         self._seeds: list[int] = []
-        self._tables: Tables | None = None
         self._batch: Batch | None = None
         self._played = np.full(self.num_envs, -1)  # the row of a table's last shot in the batch
         self._steps = np.zeros(self.num_envs, np.int64)
         self._done = np.zeros(self.num_envs, np.bool_)
-
-    @property
-    def scene(self) -> Scene:
-        """The scene in which the balls are, with the table and its coefficients."""
-        return self.game.scene
 
     @property
     def position(self) -> Floats:
@@ -110,12 +103,6 @@ class BilliardsVectorEnv(VectorEnv[Observations, Observations, Any]):
         """The seeds of the generators, one a table."""
         self._draw_hands([None] * self.num_envs, range(self.num_envs))
         return tuple(self._seeds)
-
-    @property
-    def _now(self) -> Tables:
-        if self._tables is None:
-            raise ResetNeeded("There are no layouts yet: call reset() first.")
-        return self._tables
 
     # -- beginning ---------------------------------------------------------------------------------
 
@@ -240,12 +227,9 @@ class BilliardsVectorEnv(VectorEnv[Observations, Observations, Any]):
     def render(self) -> Any:
         """Return for each table the picture of its last shot's end, or all frames in a list."""
         if self.render_mode is None:
-            message = 'Nothing is drawn: the environment was made without render_mode="rgb_array".'
-            gymnasium.logger.warn(message)
-            return None
+            return self._drawn(0, None, 0)
         return tuple(
-            rendered(self.game, self._now, k, self._batch, row, self.render_mode)
-            for k, row in enumerate(self._played.tolist())
+            self._drawn(k, self._batch, row) for k, row in enumerate(self._played.tolist())
         )
 
 

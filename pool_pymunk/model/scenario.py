@@ -51,7 +51,11 @@ Entry = tuple[Location, Values]
 FILE_NAMES = {"from_previous": "from"}
 DEFAULTS = ("radius", "mass", "color")  # [ball] has them for balls and racks that leave them out
 
-PARTS = {"physics": Physics, "restitution": Restitution, "friction": Friction}
+PARTS: dict[str, type[Part]] = {
+    "physics": Physics,
+    "restitution": Restitution,
+    "friction": Friction,
+}
 # What stands in a file: sections, and lists of sections, each with its keys.
 KEYS: Mapping[str, Mapping[str, Key]] = {
     "units": Units.KEYS | {"numbers": Key(choice(("units", "SI")))},

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 NEIGHBOURS = 4  # floats to each side of a quotient, one of which may give the number back
 
-# A file has the keys of a part in this order.
+# A file has the keys of a part in this order; others follow.
 ORDER = (
     "id", "name", "ball", "cue", "position", "length", "radius", "mass", "velocity", "speed",
     "angle", "aim", "from", "published", "color",
@@ -101,7 +101,7 @@ def _unusual(part: Any, units: Units) -> Values:
             said.pop(one.name, None)
     if said.pop("from_previous", False):
         said["from"] = "previous"
-    return dict(sorted(said.items(), key=lambda item: ORDER.index(item[0])))
+    return {key: said[key] for key in (*ORDER, *said) if key in said}
 
 
 def _table(table: Table | None, units: Units) -> Values:
