@@ -67,13 +67,17 @@ def draw_figures(app: Sphinx) -> None:
 # This is how a type of array is written in full, with any type of its elements.
 ARRAY = re.compile(r"ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[~?numpy\.\w+\]\]")
 
+# This is how the type of a part's field is written, with the key that says how it is read.
+KEYED = re.compile(r"~?[\w.]*\bAnnotated\[(.*?), Key\(\)\]")
+
 
 def plain_signature(_app: Sphinx, *about: Any) -> tuple[str | None, str | None]:
-    """Return arguments and answer of a function, with short names of arrays.
+    """Return arguments and answer of a function, with short names of types.
 
     A default that a class makes anew each time is shown as three dots.
     """
-    arguments, answer = (text and ARRAY.sub("ndarray", text) for text in about[-2:])
+    short = (text and KEYED.sub(r"\1", text) for text in about[-2:])
+    arguments, answer = (text and ARRAY.sub("ndarray", text) for text in short)
     return arguments and arguments.replace("<factory>", "..."), answer
 
 

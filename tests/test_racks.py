@@ -130,6 +130,11 @@ def test_a_file_has_its_racks_in_its_own_units() -> None:
         ("gap = 0.01", "gap = -1", ["racks[0].gap = -1: must be 0 or more"]),
         ("gap = 0.01", 'ids = ["a", "b"]', [
             'racks[0].ids = ["a", "b"]: must be 6 ids, one a ball (2 given)']),
+        ("gap = 0.01", 'ids = ["1", "2", "3", "4", "5", "5"]', [
+            'racks[0].ids = ["1", "2", "3", "4", "5", "5"]: is the id of racks[0] already']),
+        ("apex = [20, 0]", 'apex = [20]\nids = ["a"]', [
+            "racks[0].apex = [20]: must be two numbers, [x, y]",
+            'racks[0].ids = ["a"]: must be 6 ids, one a ball (1 given)']),
         ("gap = 0.01", 'ids = "abc"', ['racks[0].ids = "abc": must be ids, ["1", "2", ...]']),
         ("gap = 0.01", 'ids = ["1", "2", "3", "4", "5", "cue"]', [
             'racks[0].ids = ["1", "2", "3", "4", "5", "cue"]: is the id of balls[0] already']),

@@ -321,7 +321,8 @@ class _File:
     def _balls(self) -> Iterator[tuple[Location, Ball]]:
         """Yield the balls of the list; where one is unsound, one that stands in for it."""
         for where, own in self.entries["balls"]:
-            if not self._is_complete(where, Ball, own):
+            self._is_complete(where, Ball, own)
+            if not {"id", "position", "radius"} <= own.keys():
                 self.nowhere.add(where)
             stand_in: Values = {"id": written(where), "position": (0.0, 0.0), **SIZE}
             yield where, Ball(**stand_in | own)
@@ -331,8 +332,11 @@ class _File:
         for where, own in self.entries["racks"]:
             if not {"rows", "shape"} & own.keys() and self._is_sound((*where, "shape")):
                 self._missing((*where, "rows"), "is wanted (or a shape)")
-            if self._is_complete(where, rack, own) and self._is_sound(where):
-                yield from ((where, ball) for ball in self._made(where, rack, own) or ())
+            is_whole = self._is_complete(where, rack, own)
+            if all(self._is_sound((*where, key)) for key in ("rows", "shape")):
+                balls = self._made(where, rack, {"apex": (0.0, 0.0), **SIZE} | own)
+                if is_whole and balls and self._is_sound(where):
+                    yield from ((where, ball) for ball in balls)
 
     def _pockets(self) -> Iterator[tuple[Location, Pocket]]:
         """Yield the sound pockets; one without an id is called by its number, from 1."""
@@ -347,7 +351,7 @@ class _File:
         for k, (where, own) in enumerate(self.entries["shots"], start=1):
             name = f"Shot {k}" if self._is_sound((*where, "name")) else written(where)
             values: Values = {"name": name, "ball": struck, "published": self._ends(where)} | own
-            if not values["ball"] and "ball" not in own and self._knows_balls():
+            if not values["ball"] and "ball" not in own and balls and self._knows_balls():
                 self._missing((*where, "ball"), "is wanted where there is no cue ball")
             values["from_previous"] = values.pop("from", "start") == "previous"
             is_launched = all(self._is_sound((*where, key)) for key in LAUNCH)
@@ -366,8 +370,7 @@ class _File:
         """Tell whether every ball's id is known (and the cue ball), so that others are unknown."""
         balls = self.entries["balls"]
         return (
-            bool(balls or self.entries["racks"])
-            and ("balls",) not in self.broken
+            ("balls",) not in self.broken
             and self._is_sound(("racks",))
             and all("id" in own and self._is_sound((*where, "cue")) for where, own in balls)
         )

@@ -238,7 +238,7 @@ def scene_problems(
     A table may be there of which nothing is known. Balls ``nowhere`` are not asked for their
     places. Unless it ``knows_balls``, a shot may be of any ball.
     """
-    if not balls:
+    if knows_balls and not balls:
         yield Problem("balls", LEFT_OUT, "one ball or more is wanted")
     cues = [where for where, ball in balls if ball.cue]
     yield from repeated("id", [(where, ball.id) for where, ball in balls])
@@ -249,7 +249,8 @@ def scene_problems(
     for problem in place_problems(there, table, [hole for _, hole in pockets], units=units):
         where = balls[int(problem.steps[1])][0]
         yield Problem((*where, "position"), problem.value, problem.message)
-    yield from shot_problems(shots, {ball.id: where for where, ball in balls}, knows_balls)
+    ids = [ball.id for _, ball in balls]
+    yield from shot_problems(shots, ids if knows_balls and ids else None)
     has_table = table is not None if has_table is None else has_table
     yield from restitution_needs(restitution, has_table, len(balls), len(cues))
     moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for _, ball in balls)
@@ -262,30 +263,33 @@ def repeated(field: str, names: Iterable[tuple[Location, str]]) -> Iterator[Prob
     """Find names that stand there twice."""
     seen: dict[str, Location] = {}
     for where, name in names:
-        if (first := seen.setdefault(name, where)) is not where:
-            message = f"is the {field} of {written(first)} already"
+        if name in seen:
+            message = f"is the {field} of {written(seen[name])} already"
             yield Problem((*where, field), name, message)
+        seen.setdefault(name, where)
 
 
-def shot_problems(
-    shots: Located[Shot], ids: Collection[str], knows_balls: bool
-) -> Iterator[Problem]:
-    """Find repeated names, unknown balls, shots that aim at nothing or go on from no shot."""
+def shot_problems(shots: Located[Shot], ids: Collection[str] | None) -> Iterator[Problem]:
+    """Find repeated names, unknown balls, shots that aim at nothing or go on from no shot.
+
+    Without ``ids`` no ball is unknown.
+    """
     yield from repeated("name", [(where, shot.name) for where, shot in shots])
-    unknown = f"there is no such ball (there are: {listed(ids)})"
+    known = None if ids is None else set(ids)
     for k, (where, shot) in enumerate(shots):
         asked: dict[Location, str] = {("ball",): shot.ball}
         if shot.aim == shot.ball:
             yield Problem((*where, "aim"), shot.aim, "a ball cannot aim at itself")
-        elif shot.aim == NEAREST and knows_balls and len(ids) < 2:
+        elif shot.aim == NEAREST and known is not None and len(known) < 2:
             yield Problem((*where, "aim"), shot.aim, "there is no other ball to aim at")
         elif shot.aim not in (None, NEAREST):
             asked[("aim",)] = str(shot.aim)
         asked |= {("published", id_): id_ for id_ in shot.published}
         for key, id_ in asked.items():
-            if knows_balls and id_ not in ids:
+            if known is not None and id_ not in known:
                 value = list(shot.published[id_]) if len(key) > 1 else id_
-                yield Problem((*where, *key), value, unknown)
+                message = f"there is no such ball (there are: {listed(ids or ())})"
+                yield Problem((*where, *key), value, message)
         if k == 0 and shot.from_previous:
             yield Problem((*where, "from"), "previous", "there is no shot before the first")
 
