@@ -20,7 +20,7 @@ Observation = NDArray[np.float32]
 
 
 class Playing:
-    """What environments with one table and with many have in common."""
+    """Environments with one table and with many have this in common."""
 
     game: Game
     render_mode: str | None

@@ -8,7 +8,6 @@ files are read and written.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple, get_args, get_type_hints
 
 from pool_pymunk.model import plain
@@ -79,18 +78,18 @@ def read_all(keys: Keys, values: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-@dataclass(frozen=True, slots=True)
 class Part:
-    """A part of a scene: it reads its fields by their keys when it is made.
+    """A part of a scene: a dataclass that reads its fields by their keys when it is made.
 
     Raises :class:`~pool_pymunk.SceneError` with every field that does not fit, or else with what
     is wrong between the fields.
     """
 
+    __slots__ = ()
     KEYS: ClassVar[Keys]
 
     def __init_subclass__(cls) -> None:
-        cls.KEYS = keys_of(cls)
+        cls.KEYS = getattr(cls, "KEYS", {}) | keys_of(cls)
 
     def __post_init__(self) -> None:
         given = {name: getattr(self, name) for name in self.KEYS}
