@@ -6,21 +6,19 @@ All lengths are in m, times in s. A number that is not finite becomes null.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from pool_pymunk.model import Scene, Table
+from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.units import UNITS
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.sheet import setting
-from pool_pymunk.render.style import IVORY, ball_colors, halo_color, striped
-from pool_pymunk.render.table import is_sharp, round_number, sights
-from pool_pymunk.render.view import extent
+from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
+from pool_pymunk.render.table import plane, woodwork
+from pool_pymunk.render.view import contact_places, extent
 from pool_pymunk.results.run import Run
-
-PITCH = 0.16  # of the width; the lines of an open plane are at most so far apart
 
 
 def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
@@ -37,18 +35,18 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
             "runs", f"{len(runs)} runs", "must be on one table, with the same balls"
         )
     seen = extent(scene, runs)
-    length, speed = scene.units.length, scene.units.speed
     return {
         "title": scene.title or "Billiards",
         "units": {
-            "length": [length, UNITS["length"][length]],
-            "speed": [speed, UNITS["speed"][speed]],
+            kind: [name, UNITS[kind][name]]
+            for kind, name in (("length", scene.units.length), ("speed", scene.units.speed))
         },
+        "look": LOOK._asdict(),
         "styles": {"light": asdict(PRINT), "dark": asdict(SCREEN)},
         "ivory": IVORY,
         "seen": list(seen),
-        "grid": _grid(scene, seen.width),
-        "table": scene.table and _table(scene.table, scene),
+        "plane": None if scene.table else plane(seen, scene.units)._asdict(),
+        "table": scene.table and woodwork(scene.table, scene.pockets)._asdict(),
         "pockets": [
             {"id": hole.id, "x": hole.position[0], "y": hole.position[1], "radius": hole.radius}
             for hole in scene.pockets
@@ -65,23 +63,6 @@ def _on_the_table(scene: Scene) -> tuple[object, ...]:
     return scene.table, scene.pockets, tuple((b.id, b.radius, b.color) for b in scene.balls)
 
 
-def _grid(scene: Scene, width: float) -> dict[str, Any]:
-    """Return how far the lines of an open plane are apart: a round number of the scene's units."""
-    unit = scene.units.to_si(1.0, "length")
-    count = round_number(PITCH * width / unit)
-    return {"pitch": count * unit, "text": f"{count:g} {scene.units.length}"}
-
-
-def _table(table: Table, scene: Scene) -> dict[str, Any]:
-    x0, y0, x1, y1 = table.bounds
-    return {
-        "outline": table.outline,
-        "short": min(x1 - x0, y1 - y0),
-        "sharp": is_sharp(table),
-        "sights": list(sights(table, scene.pockets)),
-    }
-
-
 def _runs(shot: Sequence[Run]) -> list[dict[str, Any]]:
     """Return the runs of one shot; their labels say the laws where they differ in them."""
     laws = {run.law for run in shot} - {run.solver for run in shot}
@@ -90,19 +71,27 @@ def _runs(shot: Sequence[Run]) -> list[dict[str, Any]]:
 
 def _run(run: Run, label: str) -> dict[str, Any]:
     index = run.scene.index
-    gone = run.off - run.pocketed.keys()
     return {
         "solver": run.solver,
         "label": label,
         "message": run.message if run.solver else "",
         "warnings": list(run.warnings),
         "duration": run.duration,
-        "off": [index[id_] for id_ in sorted(gone, key=lambda id_: index[id_])],
-        "events": [
-            event.as_dict() | {"balls": [index[id_] for id_ in event.balls]} for event in run.events
-        ],
+        "off": sorted(index[id_] for id_ in run.off - run.pocketed.keys()),
+        "events": list(_events(run)),
         "knots": [[list(map(_finite, knot)) for knot in knots.tolist()] for knots in run.knots],
     }
+
+
+def _events(run: Run) -> Iterator[dict[str, Any]]:
+    """Yield what happens; a contact has its place and size: x, y and a radius."""
+    places = iter(contact_places(run))
+    for event in run.events:
+        shown = event.as_dict() | {"balls": [run.scene.index[id_] for id_ in event.balls]}
+        if event.is_contact:
+            _, place, radius = next(places)
+            shown["place"] = list(map(_finite, (*place, radius)))
+        yield shown
 
 
 def _finite(number: float) -> float | None:

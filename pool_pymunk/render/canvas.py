@@ -1,4 +1,4 @@
-"""This module makes an empty canvas measured in points, text on it, and its pixels.
+"""This module makes an empty canvas measured in points, text on it, its pixels, and plots.
 
 It needs no window and no display.
 """
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
+from pool_pymunk.render.style import Style
 
 Pixels = NDArray[np.uint8]
 POINTS_PER_INCH = 72.0
@@ -47,3 +48,13 @@ def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **look
     width = drawn.get_window_extent().width
     if width > room:
         drawn.set_fontsize(size * room / width)
+
+
+def dress(axes: Axes, style: Style) -> None:
+    """Give a plot the page's colours, and axes at the left and below alone."""
+    axes.set_facecolor("none")
+    axes.tick_params(colors=style.ink, which="both")
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(style.faint)
+    for words in (axes.xaxis.label, axes.yaxis.label, axes.title, *axes.texts):
+        words.set_color(style.ink)

@@ -13,10 +13,9 @@ from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
 from pool_pymunk.render.balls import HALO, Disc, discs, draw_balls, draw_rings
-from pool_pymunk.render.pictures import as_set_up
+from pool_pymunk.render.pictures import as_set_up, save_figure
 from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import PRINT, Style, ball_colors, halo_color
-from pool_pymunk.safety.files import whole
 from pool_pymunk.studies.sensitivity import ellipse
 
 if TYPE_CHECKING:
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from pool_pymunk.fast import Batch
     from pool_pymunk.model import Scene
     from pool_pymunk.physics.motion import Array
+    from pool_pymunk.results.run import Run
     from pool_pymunk.studies.sensitivity import Linear, Sensitivity
 
 DOTS = 0.9  # the radius of a point, in points
@@ -49,39 +49,31 @@ def cloud_picture(
     ellipses have 95 % of the ends within them as the derivatives say. The suffix of ``path`` gives
     the format (png, svg, pdf).
     """
-    show = Show((found.reference,))
-    layout = picture_layout(show)
-    sheet = draw_sheet(show, layout, style, (0.0, 1.0))
-    _draw_clouds(sheet, found, style)
-    scene = found.reference.scene
+    run = found.reference
     key = "rings: starts; discs: the ends if nothing is moved"
     if linear is not None:
-        _draw_ellipses(sheet, linear, style)
         key += "; ellipses: 95 % of the ends by derivatives"
-    spread = f"{found.samples:,} ends with {found.uncertainty.described(scene)}"
-    text = DOT.join(part for part in (scene.title, found.reference.name, spread, key) if part)
-    draw_caption(sheet, layout, text, style)
-    with whole(path) as part:
-        sheet.figure.savefig(part, dpi=dpi)
+    spread = f"{found.samples:,} ends with {found.uncertainty.described(run.scene)}"
+    sheet = _sheet(run, style, run.name, spread, key)
+    end = _starts_and_ends(sheet, run)
+    deviation = np.array([ball.deviation for ball in found.balls])
+    _draw_ends(sheet, run.scene, end, found.ends, deviation, style)
+    if linear is not None:
+        _draw_ellipses(sheet, linear, style)
+    save_figure(sheet.figure, path, dpi)
 
 
 def linear_picture(linear: Linear, path: Path, *, dpi: float = 200.0, style: Style = PRINT) -> None:
     """Draw the ends, each in an ellipse that has 95 % of the ends in it, by derivatives."""
     run = linear.reference
-    show = Show((run,))
-    layout = picture_layout(show)
-    sheet = draw_sheet(show, layout, style, (0.0, 1.0))
-    start, end = (discs(run.scene, run.at(t)[0], sheet.views[0]) for t in (0.0, run.duration))
-    draw_rings(sheet.axes, [a for a, b in zip(start, end, strict=True) if (a.x, a.y) != (b.x, b.y)])
-    for ball in end:
+    errors = linear.uncertainty.described(run.scene)
+    words = f"ellipses: 95 % of the ends by derivatives, with {errors}; rings: starts"
+    sheet = _sheet(run, style, run.name, words)
+    for ball in _starts_and_ends(sheet, run):
         _faded(sheet.axes, ball, style)
         _tag(sheet.axes, ball, np.array([(ball.x, ball.y)]), [], style)
     _draw_ellipses(sheet, linear, style)
-    errors = linear.uncertainty.described(run.scene)
-    text = f"ellipses: 95 % of the ends by derivatives, with {errors}; rings: starts"
-    draw_caption(sheet, layout, DOT.join(t for t in (run.scene.title, run.name, text) if t), style)
-    with whole(path) as part:
-        sheet.figure.savefig(part, dpi=dpi)
+    save_figure(sheet.figure, path, dpi)
 
 
 def batch_figure(batch: Batch, style: Style = PRINT) -> Figure:
@@ -91,27 +83,46 @@ def batch_figure(batch: Batch, style: Style = PRINT) -> Figure:
     shown, and the caption says so.
     """
     scene = batch.scene
-    show = Show((as_set_up(scene),))
-    layout = picture_layout(show)
-    sheet = draw_sheet(show, layout, style, (0.0, 1.0))
     played = batch.final[batch.ended]
     ends = played[:: max(1, -(-len(played) // MOST_ENDS))]
-    if len(ends):
-        _draw_ends(sheet, scene, ends, style)
     shown = f"{len(ends):,} ends" + f" of {len(played):,}" * (len(ends) < len(played))
-    draw_caption(sheet, layout, DOT.join(part for part in (scene.title, shown) if part), style)
+    sheet = _sheet(as_set_up(scene), style, shown)
+    if len(ends):
+        balls = discs(scene, np.nan_to_num(np.median(ends, axis=0)), sheet.views[0])
+        _draw_ends(sheet, scene, balls, ends, ends.std(axis=0).max(axis=1), style)
     return sheet.figure
 
 
-def _draw_ends(sheet: Sheet, scene: Scene, ends: Array, style: Style) -> None:
-    """Draw the ends (S, N, 2); a ball that was off the table has none."""
-    there = np.flatnonzero(np.isfinite(ends).all(axis=(0, 2)))
-    balls = discs(scene, np.nan_to_num(np.median(ends, axis=0)), sheet.views[0])
-    spread = ends.std(axis=0).max(axis=1)
-    still = [i for i in there if spread[i] < SHOWN * scene.balls[i].radius]
+def _sheet(run: Run, style: Style, *words: str) -> Sheet:
+    """Return a table or plane with a caption: the scene's title, and words."""
+    show = Show((run,))
+    layout = picture_layout(show)
+    sheet = draw_sheet(show, layout, style, (0.0, 1.0))
+    text = DOT.join(part for part in (run.scene.title, *words) if part)
+    draw_caption(sheet, layout, text, style)
+    return sheet
+
+
+def _starts_and_ends(sheet: Sheet, run: Run) -> list[Disc]:
+    """Draw rings where balls set off, and return the balls where they end."""
+    start, end = (discs(run.scene, run.at(t)[0], sheet.views[0]) for t in (0.0, run.duration))
+    draw_rings(sheet.axes, [a for a, b in zip(start, end, strict=True) if (a.x, a.y) != (b.x, b.y)])
+    return end
+
+
+def _draw_ends(
+    sheet: Sheet, scene: Scene, balls: list[Disc], ends: Array, spread: Array, style: Style
+) -> None:
+    """Draw the ``ends`` (S, N, 2) with clouds where their ``spread`` (m) shows.
+
+    A ball that was off the table has none.
+    """
+    there = np.isfinite(ends).all(axis=(0, 2))
+    clouds = there & (spread >= SHOWN * np.array([ball.radius for ball in scene.balls]))
+    still = [balls[i] for i in np.flatnonzero(there & ~clouds)]
     if still:
-        draw_balls(sheet.axes, [balls[i] for i in still], style)
-    for i in sorted(set(there) - set(still)):
+        draw_balls(sheet.axes, still, style)
+    for i in np.flatnonzero(clouds):
         points = np.array([sheet.views[0].place((x, y)) for x, y in ends[:, i].tolist()])
         _faded(sheet.axes, balls[i], style)
         _cloud(sheet.axes, balls[i], points)
@@ -131,23 +142,6 @@ def _draw_ellipses(sheet: Sheet, linear: Linear, style: Style) -> None:
             line = Polygon(corners, facecolor="none", edgecolor=color, linewidth=width, zorder=2.7)
             line.set_clip_box(sheet.axes.bbox)
             sheet.axes.add_artist(line)
-
-
-def _draw_clouds(sheet: Sheet, found: Sensitivity, style: Style) -> None:
-    scene, view = found.reference.scene, sheet.views[0]
-    start, end = (found.reference.at([t])[0][0] for t in (0.0, found.reference.duration))
-    starts, balls = discs(scene, start, view), discs(scene, end, view)
-    moved = np.flatnonzero((start != end).any(axis=1))
-    draw_rings(sheet.axes, [starts[i] for i in moved])
-    spread = np.array([ball.deviation for ball in found.balls])
-    clouds = spread >= SHOWN * np.array([ball.radius for ball in scene.balls])
-    if not clouds.all():
-        draw_balls(sheet.axes, [balls[i] for i in np.flatnonzero(~clouds)], style)
-    for i in np.flatnonzero(clouds):
-        points = np.array([view.place((x, y)) for x, y in found.ends[:, i].tolist()])
-        _faded(sheet.axes, balls[i], style)
-        _cloud(sheet.axes, balls[i], points)
-        _tag(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
 
 
 def _faded(axes: Axes, ball: Disc, style: Style) -> None:

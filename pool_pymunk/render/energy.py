@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.canvas import dress
 from pool_pymunk.render.sheet import Show
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.results.run import Run
@@ -23,21 +21,27 @@ def energy_figure(run: Run, style: Style = PRINT) -> Figure:
 
     Faint upright lines in both are contacts.
     """
-    t, energy, momentum = energy_and_momentum(run)
-    figure = Figure(figsize=(10.0, 6.0), layout="constrained", facecolor=style.page)
-    FigureCanvasAgg(figure)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    _curve(upper, t, energy, ENERGY, style)
-    _curve(lower, t, momentum, MOMENTUM, style)
-    upper.set_ylabel("kinetic energy (J)", color=style.ink)
-    lower.set_ylabel("size of momentum (kg m/s)", color=style.ink)
-    lower.set_xlabel("time (s); the upright lines are contacts", color=style.ink)
+    t, *values = energy_and_momentum(run)
     contacts = [event.t for event in run.events if event.is_contact]
-    for axes in (upper, lower):
-        for at in contacts:
-            axes.axvline(at, color=style.faint, alpha=0.35, linewidth=0.8, zorder=0)
+    figure = Figure(figsize=(10.0, 6.0), layout="constrained", facecolor=style.page)
+    names, colors = ("kinetic energy (J)", "size of momentum (kg m/s)"), (ENERGY, MOMENTUM)
+    plots = figure.subplots(2, 1, sharex=True)
+    for axes, curve, name, color in zip(plots, values, names, colors, strict=True):
+        axes.plot(t, curve, color=color, linewidth=1.8)
+        axes.vlines(
+            contacts, 0.0, 1.0, transform=axes.get_xaxis_transform(), color=style.faint,
+            alpha=0.35, linewidth=0.8, zorder=0,
+        )  # fmt: skip
+        axes.set_xlim(0.0, max(float(t[-1]), 1e-9))
+        axes.set_ylim(0.0, HEADROOM * float(curve.max()) or 1.0)
+        axes.set_ylabel(name)
+        axes.locator_params(axis="y", nbins=5)
+        axes.grid(axis="y", color=style.faint, alpha=0.25, linewidth=0.6)
+    plots[0].set_title(Show((run,)).caption(""), loc="left", fontsize=11, color=style.ink, pad=10.0)
+    plots[1].set_xlabel("time (s); the upright lines are contacts")
+    for axes in plots:
+        dress(axes, style)
     figure.align_ylabels()
-    upper.set_title(Show((run,)).caption(""), loc="left", fontsize=11, color=style.ink, pad=10.0)
     return figure
 
 
@@ -55,16 +59,3 @@ def energy_and_momentum(run: Run) -> tuple[Array, Array, Array]:
     energy = 0.5 * (velocity**2).sum(axis=2) @ mass
     momentum = np.einsum("tnk,n->tk", velocity, mass)
     return t, energy, np.hypot(momentum[:, 0], momentum[:, 1])
-
-
-def _curve(axes: Axes, t: Array, values: Array, color: str, style: Style) -> None:
-    """Draw one curve from zero upwards."""
-    axes.plot(t, values, color=color, linewidth=1.8)
-    axes.yaxis.set_major_locator(MaxNLocator(5))
-    axes.set_xlim(0.0, max(float(t[-1]), 1e-9))
-    axes.set_ylim(0.0, HEADROOM * float(values.max()) or 1.0)
-    axes.set_facecolor("none")
-    axes.grid(axis="y", color=style.faint, alpha=0.25, linewidth=0.6)
-    axes.tick_params(colors=style.ink)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=style.faint)

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.canvas import dress
+from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.render.style import PRINT, Style
-from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
     from pool_pymunk.studies.fit import Fit
@@ -38,8 +38,7 @@ def residuals_picture(
     found: Fit, path: Path, *, dpi: float = 150.0, style: Style = PRINT
 ) -> None:  # fmt: skip
     """Draw the residuals of a fit; the suffix of ``path`` gives the format (png, svg, pdf)."""
-    with whole(path) as part:
-        residuals_figure(found, style).savefig(part, dpi=dpi)
+    save_figure(residuals_figure(found, style), path, dpi)
 
 
 def residuals_figure(found: Fit, style: Style = PRINT) -> Figure:
@@ -51,7 +50,6 @@ def residuals_figure(found: Fit, style: Style = PRINT) -> Figure:
     lines = _lines(found, np.flatnonzero(shown).tolist())
     height = max(4.6, 1.6 + 0.24 * len(lines))
     figure = Figure(figsize=(12.0, height), layout="constrained", facecolor=style.page)
-    FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     _draw_distances(left, found, lines, style)
     _draw_frame(right, found, shown & found.used, style)
@@ -91,24 +89,23 @@ def _draw_distances(axes: Axes, found: Fit, lines: dict[str, list[int]], style: 
     """Draw distances on a logarithmic axis: rings before the fit, dots after it."""
     unit = found.scene.units.from_si(1.0, "length")
     sigma = _sigma(found)
-    nearest = max(NEAREST * sigma, SHARP)
     before, after = (
-        np.maximum(_length(each), nearest) * unit
+        np.maximum(_length(each), max(NEAREST * sigma, SHARP)) * unit
         for each in (found.residuals_before, found.residuals)
     )
-    for y, places in enumerate(lines.values()):
-        strength = 0.35 if len(places) > NARROW else 1.0
-        used = found.used[places]
-        axes.plot(
-            before[places], [y] * len(places), "o", mfc="none", mec=BEFORE, ms=5.5, alpha=strength
-        )
-        for chosen, color in ((used, AFTER), (~used, OUT)):
-            its = np.array(places)[chosen]
-            axes.plot(after[its], [y] * len(its), "o", color=color, ms=4.0, alpha=strength, mew=0)
-    axes.plot([], [], "o", mfc="none", mec=BEFORE, ms=5.5, label="the scenario's own numbers")
-    axes.plot([], [], "o", color=AFTER, ms=4.5, label="fitted")
-    if not found.used.all():
-        axes.plot([], [], "o", color=OUT, ms=4.5, label="left out")
+    line_of = {m: y for y, places in enumerate(lines.values()) for m in places}
+    ring: dict[str, Any] = {"mfc": "none", "mec": BEFORE, "ms": 5.5}
+    every = np.array(list(line_of), dtype=int)
+    dot: dict[str, Any] = {"ms": 4.0, "mew": 0}
+    for values, chosen, looks, label in (
+        (before, every, ring, "the scenario's own numbers"),
+        (after, every[found.used[every]], dot | {"color": AFTER}, "fitted"),
+        (after, every[~found.used[every]], dot | {"color": OUT}, "left out"),
+    ):
+        if len(chosen) or label != "left out":
+            ys = [line_of[m] for m in chosen]
+            strength = 0.35 if len(every) > NARROW * len(lines) else 1.0
+            axes.plot(values[chosen], ys, "o", label=label, alpha=strength, **looks)
     axes.axvspan(0.0, 2.0 * sigma * unit, color="#f0e442", alpha=0.25, linewidth=0)
     axes.set_xscale("log")
     axes.set_yticks(range(len(lines)), list(lines), parse_math=False)
@@ -119,47 +116,37 @@ def _draw_distances(axes: Axes, found: Fit, lines: dict[str, list[int]], style: 
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=9
     )  # fmt: skip
     axes.grid(axis="y", color=style.faint, alpha=0.25, linewidth=0.6)
-    _dress(axes, style)
+    dress(axes, style)
 
 
 def _draw_frame(axes: Axes, found: Fit, drawn: Mask, style: Style) -> None:
     """Draw the residuals in a frame of some sigma; what lies beyond is drawn at its edge."""
     unit = found.scene.units.from_si(1.0, "length")
-    sigma = _sigma(found)
-    reach = FRAME * sigma * unit
+    sigma = _sigma(found) * unit
     off = found.residuals[drawn] * unit
-    beyond = np.abs(off).max(axis=1, initial=0.0) > reach
-    farthest = np.maximum(np.abs(off).max(axis=1, keepdims=True, initial=0.0), SHARP * unit)
-    shown = off * np.minimum(0.97 * reach / farthest, 1.0)
+    farthest = np.abs(off).max(axis=1, keepdims=True, initial=SHARP * unit)
+    shown = off * np.minimum(0.97 * FRAME * sigma / farthest, 1.0)
+    beyond = farthest[:, 0] > FRAME * sigma
     halo = [withStroke(linewidth=2, foreground=style.page)]
     for sigmas in (1.0, 2.0):
-        axes.add_patch(
-            Circle((0.0, 0.0), sigmas * sigma * unit, fill=False, color=style.faint, lw=0.8)
-        )
+        circle = Circle((0.0, 0.0), sigmas * sigma, fill=False, color=style.faint, lw=0.8)
+        axes.add_patch(circle)
         axes.annotate(
-            f"{sigmas:g} sigma", (0.0, sigmas * sigma * unit), ha="center", va="bottom",
-            fontsize=8, color=style.ink, zorder=4, path_effects=halo,
+            f"{sigmas:g} sigma", (0.0, sigmas * sigma), ha="center", va="bottom",
+            fontsize=8, zorder=4, path_effects=halo,
         )  # fmt: skip
     strength = 0.35 if len(off) > 10 * NARROW else 0.9
     axes.plot(*shown[~beyond].T, "o", color=AFTER, ms=4.0, mew=0, alpha=strength)
     axes.plot(*shown[beyond].T, "D", color=OUT, ms=5.0, mew=0)
     count = int(beyond.sum())
     words = f"; {count} beyond the frame (at its edge)" if count else ""
-    length = found.scene.units.length
+    length, reach = found.scene.units.length, FRAME * sigma
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     axes.set_xlabel(f"measured less fitted x ({length}){words}")
     axes.set_ylabel(f"measured less fitted y ({length})")
     axes.axhline(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
     axes.axvline(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
-    _dress(axes, style)
-
-
-def _dress(axes: Axes, style: Style) -> None:
-    axes.tick_params(colors=style.ink)
-    axes.xaxis.label.set_color(style.ink)
-    axes.yaxis.label.set_color(style.ink)
-    for side, spine in axes.spines.items():
-        spine.set(visible=side in ("left", "bottom"), color=style.faint)
+    dress(axes, style)
 
 
 def _length(points: Array) -> Array:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from pool_pymunk.model import Point
 from pool_pymunk.render.balls import Disc, discs
 from pool_pymunk.render.canvas import canvas, draw_text
-from pool_pymunk.render.distance import draw_key, dress_plot, key_columns, plot_distances
+from pool_pymunk.render.distance import draw_key, key_columns, plot_distances
 from pool_pymunk.render.output import RenderError
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.table import draw_plane, draw_pockets, draw_table
@@ -140,18 +140,6 @@ class Layout(NamedTuple):
         return radius, [(first + pitch * (k + 0.5), (y0 + y1) / 2) for k in range(count)]
 
 
-def _with_key(show: Show, layout: Layout) -> Layout:
-    """Return the layout with room for a key if there is a plot, and a label that does not fit."""
-    run = show.runs[0]
-    view = fit(show.seen, layout.rooms[0], SMALL * layout.letter)
-    balls = discs(run.scene, run.at([0.0])[0][0], view)
-    if layout.plot is None or all(ball.is_labelled_inside for ball in balls):
-        return layout
-    longest = max(len(ball.label) for ball in balls)
-    width = key_columns(len(balls)) * (2.0 + 0.55 * longest) * layout.letter
-    return layout._replace(plot=layout.plot._replace(x1=layout.plot.x1 - width), key=True)
-
-
 def picture_layout(show: Show, tray: bool = False) -> Layout:
     """Lay out a sheet ten inches wide, or less if the table would be higher than 7.5 inches.
 
@@ -159,51 +147,69 @@ def picture_layout(show: Show, tray: bool = False) -> Layout:
     """
     margin, letter, strip = 16.0, 10.5, 36.0
     panels, seen = len(show.panels), show.seen
-    shelf = 2.4 * letter if tray else 0.0
     below = strip + (112.0 if len(show.runs) > 1 else 0.0)
-    foot = below + shelf
-    head = 1.8 * letter if panels > 1 else 0.0
+    foot = below + (2.4 * letter if tray else 0.0)
     width = min(720.0, (panels + 1) * margin + panels * 540.0 * seen.width / seen.height)
     inner = (width - (panels + 1) * margin) / panels
-    height = inner * seen.height / seen.width
-    left = [margin + k * (inner + margin) for k in range(panels)]
-    layout = Layout(
-        width=width,
-        height=foot + height + head + margin,
-        rooms=tuple(Box(x, foot, x + inner, foot + height) for x in left),
-        plot=Box(66.0, strip + 22.0, width - 24.0, below - 12.0) if len(show.runs) > 1 else None,
-        tray=Box(margin, below, width - margin, foot - 4.0) if shelf else None,
+    top = foot + inner * seen.height / seen.width
+    return _layout(
+        show, (width, top + margin + (1.8 * letter if panels > 1 else 0.0)), letter, margin,
+        tables=(foot, top), plot=Box(66.0, strip + 22.0, width - 24.0, below - 12.0),
+        tray=Box(margin, below, width - margin, foot - 4.0) if tray else None,
         caption=Box(margin, margin, width - margin, strip),
-        letter=letter,
-    )
-    return _with_key(show, layout)
+    )  # fmt: skip
 
 
 def film_layout(show: Show, size: tuple[int, int]) -> Layout:
     """Lay out a frame of ``size`` pixels: the panels, below them the plot, then the caption."""
     width, height = size
     unit = min(height, 0.7 * width) / 100.0
-    margin, strip, heading = 2.0 * unit, 6.0 * unit, 4.5 * unit
+    margin, strip = 2.0 * unit, 6.0 * unit
     panels, compared = len(show.panels), len(show.runs) > 1
-    inner = (width - (panels + 1) * margin) / panels
-    head = height - margin - (heading if panels > 1 else 0.0)
+    head = height - margin - (4.5 * unit if panels > 1 else 0.0)
     shelf = 6.5 * unit if show.tray else 0.0
     tall = head - strip - shelf - (26.0 * unit if compared else 0.0)
     if compared:  # The plot gets what the tables leave.
+        inner = (width - (panels + 1) * margin) / panels
         tall = min(tall, inner * show.seen.height / show.seen.width)
-    left = [margin + k * (inner + margin) for k in range(panels)]
     low = head - tall - shelf
-    plot = Box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit, low - 1.5 * margin)
-    layout = Layout(
-        width=width,
-        height=height,
-        rooms=tuple(Box(x, head - tall, x + inner, head) for x in left),
-        plot=plot if compared else None,
+    return _layout(
+        show, size, 2.6 * unit, margin, tables=(head - tall, head),
+        plot=Box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit, low - 1.5 * margin),
         tray=Box(2 * margin, low, width - 2 * margin, low + shelf - 0.6 * unit) if shelf else None,
         caption=Box(2 * margin, margin, width - 2 * margin, strip),
-        letter=2.6 * unit,
+    )  # fmt: skip
+
+
+def _layout(
+    show: Show,
+    size: tuple[float, float],
+    letter: float,
+    margin: float,
+    *,
+    tables: tuple[float, float],
+    plot: Box,
+    tray: Box | None,
+    caption: Box,
+) -> Layout:
+    """Return a layout whose tables stand side by side between two heights, with margins.
+
+    There is a plot for two runs, and beside it a key if there is a label that does not fit.
+    """
+    (width, height), panels = size, len(show.panels)
+    inner = (width - (panels + 1) * margin) / panels
+    left = [margin + k * (inner + margin) for k in range(panels)]
+    rooms = tuple(Box(x, tables[0], x + inner, tables[1]) for x in left)
+    if len(show.runs) == 1:
+        return Layout(width, height, rooms, None, tray, caption, letter)
+    run = show.runs[0]
+    balls = discs(run.scene, run.at([0.0])[0][0], fit(show.seen, rooms[0], SMALL * letter))
+    key = not all(ball.is_labelled_inside for ball in balls)
+    longest = max(len(ball.label) for ball in balls)
+    beside = key_columns(len(balls)) * (2.0 + 0.55 * longest) * letter if key else 0.0
+    return Layout(
+        width, height, rooms, plot._replace(x1=plot.x1 - beside), tray, caption, letter, key
     )
-    return _with_key(show, layout)
 
 
 # -- what stands still -------------------------------------------------------------------------
@@ -230,14 +236,16 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
             draw_plane(axes, room, view, scene.units, style)
         draw_pockets(axes, scene.pockets, view, style)
     if show.side_by_side:
-        _headings(axes, show, layout, style)
+        for room, text in zip(layout.rooms, show.settings(), strict=True):
+            at = ((room.x0 + room.x1) / 2, room.y1 + 0.6 * layout.letter)
+            draw_text(axes, text, at, layout.letter, room.width, ha="center", color=style.ink)
     plot = None
     if layout.plot is not None:
         a, b = show.runs
-        plot = plot_distances(figure, layout.plot, (a, b), times)
-        dress_plot(plot, style, letter=0.85 * layout.letter)
+        small = 0.85 * layout.letter
+        plot = plot_distances(figure, layout.plot, (a, b), times, style, small)
         if layout.key:
-            draw_key(plot, style, letter=0.85 * layout.letter)
+            draw_key(plot, style, small)
     return Sheet(figure, axes, views, plot)
 
 
@@ -257,12 +265,6 @@ def draw_tray(axes: Axes, layout: Layout, style: Style) -> None:
         at = (layout.tray.x0, (layout.tray.y0 + layout.tray.y1) / 2)
         looks = {"va": "center", "color": style.faint}
         draw_text(axes, "Pocketed", at, layout.letter, 6.0 * layout.letter, **looks)
-
-
-def _headings(axes: Axes, show: Show, layout: Layout, style: Style) -> None:
-    for room, text in zip(layout.rooms, show.settings(), strict=True):
-        at = ((room.x0 + room.x1) / 2, room.y1 + 0.6 * layout.letter)
-        draw_text(axes, text, at, layout.letter, room.width, ha="center", color=style.ink)
 
 
 def draw_caption(sheet: Sheet, layout: Layout, text: str, style: Style, share: float = 1.0) -> None:

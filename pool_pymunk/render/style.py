@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from pool_pymunk.model import Ball, Scene
 
@@ -17,6 +18,30 @@ POOL_IDS = frozenset(map(str, range(1, 16)))
 STRIPES = frozenset(map(str, range(9, 16)))
 # These are further rounds through the palette, darker and lighter.
 SHADES = (("#000000", 0.45), ("#ffffff", 0.55))
+
+
+class Look(NamedTuple):
+    """A look has what pictures, films and the page draw alike; the page gets it as content.
+
+    Times are in seconds of film or on the screen.
+    """
+
+    spot: float = 0.5  # the radius of the white spot, in that of the ball
+    stripe: float = 0.62  # half the height of a stripe, in the ball's radius
+    track: float = 0.24  # half the width of a ball's track, in the ball's radius
+    few: int = 8  # More balls than these have thinner tracks, and thinner lines in plots.
+    pieces: int = 40  # A track that fades consists of about this number of pieces.
+    oldest: float = 0.3  # The oldest end of a track is as strong as this, the newest end 1.
+    arrow: float = 0.08  # An arrow is as long as the path of a ball in this time, if that shows.
+    shot: float = 0.5  # The arrow of the shot fades in this time.
+    flash: float = 0.22  # A contact lights up for this time.
+    drop: float = 0.35  # A ball takes this time to fall into a pocket.
+    # From this ratio of the largest to the smallest distance on, a plot's axis is logarithmic.
+    wide_range: float = 30.0
+    decades: float = 1e-6  # the least distance that a plot shows, in the largest
+
+
+LOOK = Look()
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,6 +49,14 @@ class View(NamedTuple):
         """Return where a point of the plane (m) lies on the canvas (points)."""
         return self.x + self.scale * point[0], self.y + self.scale * point[1]
 
+    def seen(self, room: Box) -> Box:
+        """Return the part of the plane (m) that lies in a room of the canvas (points)."""
+        (x0, x1), (y0, y1) = (
+            ((low - origin) / self.scale, (high - origin) / self.scale)
+            for low, high, origin in ((room.x0, room.x1, self.x), (room.y0, room.y1, self.y))
+        )
+        return Box(x0, y0, x1, y1)
+
 
 def fit(extent: Box, room: Box, letter: float) -> View:
     """Return the view that shows ``extent`` (m) as large as ``room`` (points) allows, centred."""
@@ -83,3 +91,27 @@ def _widened(box: Box, most: float = 2.4) -> Box:
     dx = max(0.0, box.height / most - box.width) / 2
     dy = max(0.0, box.width / most - box.height) / 2
     return Box(box.x0 - dx, box.y0 - dy, box.x1 + dx, box.y1 + dy)
+
+
+def contact_places(run: Run) -> list[tuple[float, Point, float]]:
+    """Return the time (s), the place (m) and the size (m) of each contact, in their order.
+
+    The size is the radius of the smaller ball, and at a cushion half the ball's radius.
+    """
+    contacts = [event for event in run.events if event.is_contact]
+    positions = run.at([event.t for event in contacts])[0]
+    found = []
+    for event, places in zip(contacts, positions.tolist(), strict=True):
+        balls = [run.scene.index[id_] for id_ in event.balls]
+        (x, y), radius = places[balls[0]], run.scene.balls[balls[0]].radius
+        if event.kind == "ball-ball":
+            (x2, y2), other = places[balls[1]], run.scene.balls[balls[1]].radius
+            share = radius / (radius + other)
+            x, y, radius = x + share * (x2 - x), y + share * (y2 - y), min(radius, other)
+        elif run.scene.table is not None and event.cushion is not None:
+            edge = run.scene.table.edges[event.cushion]
+            s = min(max(edge.along(x, y), 0.0), edge.length)
+            x, y = edge.start[0] + s * edge.tangent[0], edge.start[1] + s * edge.tangent[1]
+            radius /= 2.0
+        found.append((event.t, (x, y), radius))
+    return found

@@ -2,10 +2,10 @@
  * every question; the server keeps nothing. A start is what a shot begins from: {position,
  * velocity, off}, in m and m/s, with the ids of the balls that are off the table. */
 
-const WAY = 0.4; // of the width that is seen; a drag of this length is a full shot
-const REACH = { mouse: 4, touch: 18 }; // pixels; so near to a ball does a press take it
-const ANSWER = 40_000; // ms; the page waits so long for an answer,
-const AGAIN = 1000; // and so long before it asks for a cloud again
+const FULL = 0.4; // of the width that is seen; a drag of this length is a full shot
+const REACH = { mouse: 4, touch: 18 }; // pixels; a press takes a ball that is as near as this
+const ANSWER = 40_000; // ms; the page waits no longer than this for an answer,
+const AGAIN = 1000; // and this time before it asks for a cloud again
 const SOON = 250; // ms; an answer that takes longer is announced
 const POINT = [0.09, 0.6, 1.3]; // the radius of an end, in that of its ball; its bounds in pixels
 const EXACT = 1e-9; // m; ends that are nearer than this differ by rounding
@@ -33,63 +33,51 @@ class Latest {
 
 class LiveTable {
   constructor(player) {
-    this.player = player;
-    this.table = player.table;
-    this.content = player.content;
-    this.choices = player.content.live;
-    this.balls = player.content.balls;
+    const { table, content } = player;
+    const { live, balls } = content;
+    Object.assign(this, { player, table, content, balls, choices: live });
     this.start = this.first = endOf(player);
     this.before = []; // what undo goes back to: starts, each with the aim there
-    this.aim = { ball: this.choices.ball, speed: this.choices.speed, angle: this.choices.angle };
+    this.aim = { ball: live.ball, speed: live.speed, angle: live.angle };
     this.last = null; // the question of the shot that is shown
     this.track = null; // the exact run of the aim
     this.drag = null;
     this.cloud = null;
     this.ghosts = true;
-    this.aims = new Latest(
-      (question) => this.ask("aim", question),
-      (run, question) => this.takeTrack(run, question),
-    );
-    this.clouds = new Latest(
-      (question) => this.askCloud(question),
-      (cloud, question) => this.takeCloud(cloud, question),
-    );
+    this.aims = new Latest((one) => this.ask("aim", one), this.takeTrack.bind(this));
+    this.clouds = new Latest(this.askCloud.bind(this), this.takeCloud.bind(this));
     player.keepsPlot = true;
-    this.table.under = () => this.drawCloud();
-    this.table.over = () => this.drawAim();
+    table.under = () => this.drawCloud();
+    table.over = () => this.drawAim();
     this.tip = element("p");
     this.tip.id = "tip";
     byId("frame").append(this.tip);
     this.fillChoices();
     this.listen();
     this.rest();
+    this.wantCloud();
   }
 
   // -- questions ------------------------------------------------------------------------------
 
   /** Ask the server; where there is no answer, say why and return null. */
   async ask(name, question) {
+    const headers = { "content-type": "application/json", "x-pool-token": token };
+    const [body, signal] = [JSON.stringify(question), AbortSignal.timeout(ANSWER)];
     let reply;
     let text;
     try {
-      reply = await fetch(`/api/${name}`, {
-        method: "POST",
-        headers: { "content-type": "application/json", "x-pool-token": token },
-        body: JSON.stringify(question),
-        signal: AbortSignal.timeout(ANSWER),
-      });
+      reply = await fetch(`/api/${name}`, { method: "POST", headers, body, signal });
       text = await reply.text();
     } catch {
       this.say("The server does not answer. The table stays as it is: try again when it runs.");
       return null;
     }
-    if (reply.ok) {
-      this.say("");
-      return name === "save" ? text : JSON.parse(text);
-    }
-    this.comesLater = name === "cloud" && (reply.status === 503 || reply.status === 429);
-    if (!this.comesLater) this.say(problemsOf(text));
-    return null;
+    const comesLater = name === "cloud" && [503, 429].includes(reply.status);
+    if (comesLater) this.comesLater = true;
+    else this.say(reply.ok ? "" : problemsOf(text));
+    if (!reply.ok) return null;
+    return name === "save" ? text : JSON.parse(text);
   }
 
   say(text) {
@@ -103,21 +91,21 @@ class LiveTable {
   }
 
   settings() {
-    const step = byId("step").value;
-    return {
-      solver: byId("solver").value,
-      dt: step === "" ? null : Number(step),
-      law: byId("law").value,
-    };
+    const [solver, step, law] = ["solver", "step", "law"].map((id) => byId(id).value);
+    return { solver, dt: step === "" ? null : Number(step), law };
   }
 
   // -- shots ----------------------------------------------------------------------------------
 
+  /** Return what undo goes back to. */
+  now() {
+    return { start: this.start, aim: { ...this.aim } };
+  }
+
   /** Shoot as it is aimed. */
   async shoot() {
-    const question = this.question();
-    const from = { start: this.start, aim: { ...this.aim } };
-    if (await this.playShot(question)) this.before.push(from);
+    const from = this.now();
+    if (await this.playShot(this.question())) this.before.push(from);
     this.tellState();
   }
 
@@ -151,12 +139,11 @@ class LiveTable {
   /** Show a content; the ghost stays chosen or not. */
   show(content) {
     this.player.pause();
-    const ghosts = this.ghosts;
+    const { ghosts } = this;
     this.player.load(content);
-    if (!ghosts) {
-      byId("ghost").value = 0;
-      this.player.compare();
-    }
+    if (ghosts) return;
+    byId("ghost").value = 0;
+    this.player.compare();
   }
 
   /** Show the balls where they lie, before a shot. */
@@ -176,7 +163,7 @@ class LiveTable {
   }
 
   reset() {
-    this.before.push({ start: this.start, aim: { ...this.aim } });
+    this.before.push(this.now());
     this.start = this.first;
     this.letBe();
   }
@@ -208,34 +195,27 @@ class LiveTable {
   }
 
   /** Return the speed and the angle of a drag from a ball to a point; null for none. */
-  dragged(i, x, y) {
-    const [x0, y0] = this.start.position[i];
-    const way = Math.hypot(x - x0, y - y0) - this.balls[i].radius;
+  dragged(ball, x, y) {
+    const [x0, y0] = this.start.position[ball];
+    const way = Math.hypot(x - x0, y - y0) - this.balls[ball].radius;
     if (way <= 0) return null;
-    const { unit, grain } = { unit: this.unit(), grain: this.grain() };
+    const top = this.choices.top / this.unit();
+    const grain = 10 ** Math.floor(Math.log10(top / 100)); // a dragged speed is rounded to it
     const share = Math.min(way / this.fullWay(), 1);
-    const speed = Math.max(Math.round((share * this.choices.top) / unit / grain), 1) * grain;
+    const speed = Math.max(Math.round((share * top) / grain), 1) * grain;
     const angle = (Math.atan2(y - y0, x - x0) * 180) / Math.PI;
-    return {
-      ball: i,
-      speed: +speed.toPrecision(9) * unit,
-      angle: Math.round(angle * 100) / 100,
-    };
+    const rounded = Math.round(angle * 100) / 100;
+    return { ball, speed: +speed.toPrecision(9) * this.unit(), angle: rounded };
   }
 
   /** Return how far (m) a drag goes from the rim of a ball for a full shot. */
   fullWay() {
     const [x0, , x1] = this.content.seen;
-    return WAY * (x1 - x0);
+    return FULL * (x1 - x0);
   }
 
   unit() {
     return this.content.units.speed[1];
-  }
-
-  /** Return to how much a dragged speed is rounded, in the scenario's units. */
-  grain() {
-    return 10 ** Math.floor(Math.log10(this.choices.top / this.unit() / 100));
   }
 
   // -- the pointer ----------------------------------------------------------------------------
@@ -243,37 +223,29 @@ class LiveTable {
   press(event) {
     if (event.button !== 0 || this.shooting) return;
     if (this.last) this.player.jump(this.player.duration);
-    const [x, y] = this.table.point(event.clientX, event.clientY);
-    const i = this.ballAt(x, y, event.pointerType === "mouse" ? REACH.mouse : REACH.touch);
+    if (this.last) this.player.jump(this.player.duration);
+    const { position, off } = this.start;
+    const there = position.map((at, i) => (off.includes(this.balls[i].id) ? [Infinity, 0] : at));
+    const i = this.table.nearest(event, there, REACH[event.pointerType] ?? REACH.touch);
     if (i === null) return;
     event.preventDefault();
     document.activeElement?.blur();
     byId("table").setPointerCapture(event.pointerId);
-    const moves = event.shiftKey || byId("move").getAttribute("aria-pressed") === "true";
-    const [x0, y0] = this.start.position[i];
-    this.drag = { i, moves, x: x0 - x, y: y0 - y, pointer: event.pointerId, aim: null, end: null };
+    const [x, y] = this.table.point(event);
+    const moves = event.shiftKey || byId("move").ariaPressed === "true";
+    const grip = [position[i][0] - x, position[i][1] - y];
+    this.drag = { i, moves, grip, pointer: event.pointerId, aim: null, end: null };
     this.player.held = true;
     this.player.picked = null;
     if (this.last) this.rest();
   }
 
-  /** Return the ball at a point, or the nearest within reach (pixels). */
-  ballAt(x, y, reach) {
-    const gaps = this.start.position.map(([px, py], i) =>
-      this.start.off.includes(this.balls[i].id)
-        ? Infinity
-        : Math.hypot(px - x, py - y) - this.balls[i].radius,
-    );
-    const least = Math.min(...gaps);
-    return (least * this.table.scale) / this.table.ratio <= reach ? gaps.indexOf(least) : null;
-  }
-
   pull(event) {
     const { drag } = this;
-    if (!drag || event.pointerId !== drag.pointer) return;
-    const [x, y] = this.table.point(event.clientX, event.clientY);
+    if (event.pointerId !== drag?.pointer) return;
+    const [x, y] = this.table.point(event);
     if (drag.moves) {
-      drag.end = [x + drag.x, y + drag.y];
+      drag.end = [x + drag.grip[0], y + drag.grip[1]];
       const [, , , vx, vy] = this.player.run.knots[drag.i][0];
       this.player.run.knots[drag.i] = [[0, ...drag.end, vx, vy, 0, 0]];
     } else {
@@ -286,15 +258,13 @@ class LiveTable {
 
   release(event) {
     const { drag } = this;
-    if (!drag || event.pointerId !== drag.pointer) return;
+    if (event.pointerId !== drag?.pointer) return;
     this.drag = null;
     this.player.held = false;
     if (drag.moves && drag.end) this.put(drag.i, drag.end);
     else if (drag.aim) this.shoot();
     else this.letBe();
   }
-
-  // -- moving balls ---------------------------------------------------------------------------
 
   /** Put a ball to a place, if the server finds nothing wrong with it. */
   async put(i, place) {
@@ -304,7 +274,7 @@ class LiveTable {
       velocity: this.start.velocity.with(i, [0, 0]),
       off: this.start.off.filter((other) => other !== id),
     };
-    const from = { start: this.start, aim: { ...this.aim } };
+    const from = this.now();
     if (await this.ask("place", { ...start, ball: id })) {
       this.before.push(from);
       this.start = start;
@@ -330,27 +300,21 @@ class LiveTable {
   async save() {
     const text = await this.ask("save", this.last ?? this.question());
     if (!text) return;
-    const link = element("a");
-    link.href = URL.createObjectURL(new Blob([text], { type: "text/html" }));
-    link.download = "shot.html";
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), ANSWER);
+    const href = URL.createObjectURL(new Blob([text], { type: "text/html" }));
+    Object.assign(element("a"), { href, download: "shot.html" }).click();
+    setTimeout(() => URL.revokeObjectURL(href), ANSWER);
   }
 
   // -- the player's error ---------------------------------------------------------------------
 
-  errors() {
-    return {
-      angle_error: Number(byId("angle-error").value),
-      speed_error: Number(byId("speed-error").value) / 100,
-    };
-  }
-
   /** Ask where the balls end if the player errs, in the shot that is shown or aimed. */
   wantCloud() {
-    const errors = this.errors();
+    const [angle, speed] = ["angle-error", "speed-error"].map((id) => byId(id).valueAsNumber);
+    byId("angle-error-text").textContent = `${angle}\u00b0`;
+    byId("speed-error-text").textContent = `${speed} %`;
+    this.errs = angle > 0 || speed > 0;
     const { solver, dt, ...shot } = this.last ?? this.question();
-    if (errors.angle_error || errors.speed_error) this.clouds.want({ ...shot, ...errors });
+    if (this.errs) this.clouds.want({ ...shot, angle_error: angle, speed_error: speed / 100 });
     else this.takeCloud(null);
   }
 
@@ -366,20 +330,14 @@ class LiveTable {
   }
 
   takeCloud(cloud) {
-    const errors = this.errors();
-    this.cloud = errors.angle_error || errors.speed_error ? cloud : null;
+    this.cloud = this.errs ? cloud : null;
     this.cloudLayer = null;
-    const few = this.cloud && cloud.samples < this.choices.samples;
-    const why = cloud?.compiled ? "these shots are hard" : "numba is not installed";
+    const few = this.cloud?.samples < this.choices.samples;
+    const why = cloud?.compiled ? " (these shots are hard)" : " (numba is not installed)";
     byId("cloud-text").textContent = this.cloud
-      ? `${cloud.samples} ends${few ? ` (${why})` : ""}; the errors are standard deviations`
+      ? `${cloud.samples} ends${few ? why : ""}; the errors are standard deviations`
       : "";
     this.player.draw();
-  }
-
-  tellErrors() {
-    byId("angle-error-text").textContent = `${byId("angle-error").value}\u00b0`;
-    byId("speed-error-text").textContent = `${byId("speed-error").value} %`;
   }
 
   // -- what is said ---------------------------------------------------------------------------
@@ -390,27 +348,22 @@ class LiveTable {
     const gaps = exact ? apart(run, exact, Math.max(run.duration, exact.duration)) : [];
     const most = Math.max(...gaps, 0);
     const [name, unit] = this.content.units.length;
-    const far = `${+(most / unit).toPrecision(3)} ${name}`;
-    const farthest = this.balls[gaps.indexOf(most)]?.id;
-    byId("cost").textContent = !exact
-      ? "This is the exact run."
-      : most < EXACT
-        ? "Every ball ends where it exactly ends, but for rounding."
-        : `Ball ${isolated(farthest)} ends ${far} from its exact end.`;
+    const ball = isolated(this.balls[gaps.indexOf(most)]?.id ?? "");
+    let cost = `Ball ${ball} ends ${+(most / unit).toPrecision(3)} ${name} from its exact end.`;
+    if (most < EXACT) cost = "Every ball ends where it exactly ends, but for rounding.";
+    byId("cost").textContent = exact ? cost : "This is the exact run.";
   }
 
   /** Say which balls can be put back, and whether there is something to undo. */
   tellState() {
     byId("undo").disabled = !this.before.length;
-    const balls = this.start.off.map((id) => {
-      const button = element("button", shortened(id));
-      button.type = "button";
-      button.title = `Put ${isolated(id)} back to where the scenario has it`;
+    const buttons = this.start.off.map((id) => {
       const i = this.balls.findIndex((ball) => ball.id === id);
-      button.addEventListener("click", () => this.put(i, this.first.position[i]));
-      return button;
+      const made = button(shortened(id), () => this.put(i, this.first.position[i]));
+      made.title = `Put ${isolated(id)} back to where the scenario has it`;
+      return made;
     });
-    byId("off").replaceChildren("Put back: ", ...balls.flatMap((button) => [button, " "]));
+    byId("off").replaceChildren("Put back: ", ...buttons.flatMap((one) => [one, " "]));
   }
 
   // -- what is drawn --------------------------------------------------------------------------
@@ -418,74 +371,52 @@ class LiveTable {
   /** Draw the aimed shot: an arrow, and the exact ways up to the contact after the first hit. */
   drawAim() {
     byId("off").hidden = !this.start.off.length || this.player.playing;
-    this.tip.hidden = !(this.drag?.aim && !this.drag.moves);
-    if (this.last || this.drag?.moves) return;
-    if (!this.drag?.aim && !this.track) return;
+    this.tip.hidden = !this.drag?.aim;
+    if (this.last || this.drag?.moves || !(this.drag?.aim || this.track)) return;
     const { ball, speed, angle } = this.aim;
-    if (this.start.off.includes(this.balls[ball].id)) return;
+    const { id, radius } = this.balls[ball];
+    if (this.start.off.includes(id)) return;
     const turn = (angle * Math.PI) / 180;
-    const [x, y] = this.start.position[ball];
-    const { radius } = this.balls[ball];
-    const tip = radius + Math.max((speed / this.choices.top) * this.fullWay(), 1.5 * radius);
     const [ux, uy] = [Math.cos(turn), Math.sin(turn)];
+    const [x, y] = this.start.position[ball];
+    const tip = radius + Math.max((speed / this.choices.top) * this.fullWay(), 1.5 * radius);
     this.table.pen.globalAlpha = 0.55;
     this.table.drawArrow(x, y, ux, uy, radius, tip);
     this.table.pen.globalAlpha = 1;
     if (this.track) this.drawTrack(this.track);
-    if (!this.tip.hidden) this.tell(x + tip * ux, y + tip * uy);
-  }
-
-  /** Say speed and angle beyond the tip of the arrow. */
-  tell(x, y) {
-    const { speed, angle } = this.aim;
     const fast = +(speed / this.unit()).toPrecision(6);
     this.tip.textContent = `${fast} ${this.content.units.speed[0]} at ${angle.toFixed(1)}\u00b0`;
-    const [px, py] = this.table.place(x, y).map((pixel) => pixel / this.table.ratio);
-    const { offsetLeft, clientHeight } = byId("table");
-    const wide = byId("frame").clientWidth - this.tip.offsetWidth;
-    const left = Math.cos((angle * Math.PI) / 180) < 0 ? px - 14 - this.tip.offsetWidth : px + 14;
-    this.tip.style.left = `${Math.max(Math.min(offsetLeft + left, wide), 0)}px`;
-    this.tip.style.top = `${Math.max(Math.min(py + 14, clientHeight - 30), 0)}px`;
+    this.table.putBeside(this.tip, x + tip * ux, y + tip * uy, ux < 0);
   }
 
+  /** Draw the ways of the struck ball and of the ball that it hits first, dashed. */
   drawTrack(run) {
     const { table } = this;
-    const isHit = (event) => event.kind === "ball-ball" && event.balls.includes(run.struck);
-    const hit = run.events.find(isHit);
-    const other = hit?.balls.find((i) => i !== run.struck);
-    const ends = (event) =>
-      hit &&
-      event.t > hit.t &&
-      event.kind !== "stop" &&
-      event.balls.some((i) => i === run.struck || i === other);
+    const { struck } = run;
+    const hit = run.events.find((e) => e.kind === "ball-ball" && e.balls.includes(struck));
+    const both = hit?.balls ?? [struck];
+    const ends = (e) => e.t > hit?.t && isMarked(e) && e.balls.some((i) => both.includes(i));
     const t = run.events.find(ends)?.t ?? run.duration;
-    for (const i of [run.struck, other].filter((ball) => ball !== undefined)) {
-      const corners = table.corners(run.knots[i], t, stateAt(run, i, t));
-      this.drawWay(corners, this.balls[i].color);
+    table.pen.setLineDash([7 * table.ratio, 5 * table.ratio]);
+    for (const i of both) {
+      const path = table.path(table.way(run, i, t, 1));
+      for (const [width, strokeStyle] of [
+        [3.6, "rgb(0 0 0 / 35%)"],
+        [2, this.balls[i].color],
+      ]) {
+        Object.assign(table.pen, {
+          strokeStyle,
+          lineWidth: width * table.ratio,
+          lineJoin: "round",
+        });
+        table.pen.stroke(path);
+      }
     }
-    if (hit) {
-      const { x, y } = stateAt(run, run.struck, hit.t);
-      const { radius } = this.balls[run.struck];
-      table.ring(x, y, 0.94 * radius, 0.12 * radius, table.style.flash, 1);
-    }
-  }
-
-  /** Draw a dashed line through corners [x, y]. */
-  drawWay(corners, color) {
-    if (corners.length < 2) return;
-    const { pen, ratio } = this.table;
-    pen.save();
-    pen.beginPath();
-    trace(pen, corners);
-    for (const [width, shade] of [
-      [3.6, "rgb(0 0 0 / 35%)"],
-      [2, color],
-    ]) {
-      pen.setLineDash([7 * ratio, 5 * ratio]);
-      Object.assign(pen, { strokeStyle: shade, lineWidth: width * ratio, lineJoin: "round" });
-      pen.stroke();
-    }
-    pen.restore();
+    table.pen.setLineDash([]);
+    if (!hit) return;
+    const { x, y } = stateAt(run, struck, hit.t);
+    const { radius } = this.balls[struck];
+    table.ring(x, y, 0.94 * radius, 0.12 * radius, table.style.flash, 1);
   }
 
   /** Draw the cloud below the balls; it is drawn once for each size of the table. */
@@ -499,29 +430,24 @@ class LiveTable {
   }
 
   drawEnds() {
-    const { canvas, ratio } = this.table;
+    const { canvas, ratio, scale } = this.table;
     const layer = new OffscreenCanvas(canvas.width, canvas.height);
     const pen = layer.getContext("2d");
-    const dots = (ends, radius) => {
-      pen.beginPath();
-      for (const [x, y] of ends) {
-        const [px, py] = this.table.place(x, y);
-        pen.moveTo(px + radius, py);
-        pen.arc(px, py, radius, 0, 2 * Math.PI);
+    const dots = (ends, radius, fillStyle, globalAlpha) => {
+      const path = new Path2D();
+      for (const [x, y] of ends.map((end) => this.table.place(...end))) {
+        path.moveTo(x + radius, y);
+        path.arc(x, y, radius, 0, 2 * Math.PI);
       }
-      pen.fill();
+      Object.assign(pen, { fillStyle, globalAlpha });
+      pen.fill(path);
     };
     const [share, least, most] = POINT;
     this.cloud.ends.forEach((ends, i) => {
       const { radius, color, halo } = this.balls[i];
-      const size = Math.min(
-        Math.max(share * radius * this.table.scale, least * ratio),
-        most * ratio,
-      );
-      Object.assign(pen, { fillStyle: halo, globalAlpha: 0.25 });
-      dots(ends, 2 * size);
-      Object.assign(pen, { fillStyle: color, globalAlpha: 0.8 });
-      dots(ends, size);
+      const size = Math.min(Math.max(share * radius * scale, least * ratio), most * ratio);
+      dots(ends, 2 * size, halo, 0.25);
+      dots(ends, size, color, 0.8);
     });
     return layer;
   }
@@ -529,29 +455,24 @@ class LiveTable {
   // -- controls -------------------------------------------------------------------------------
 
   fillChoices() {
-    const { choices } = this;
-    const name = (one) => [one.name, one.name];
-    fill(byId("solver"), choices.solvers.map(name));
+    const same = (name) => [name, name];
+    const { solvers, laws, law } = this.choices;
     fill(
-      byId("law"),
-      choices.laws.map((law) => [law, law]),
+      "solver",
+      solvers.map(({ name }) => same(name)),
     );
-    byId("law").value = choices.law;
-    fill(
-      byId("aim-ball"),
-      this.balls.map((ball, i) => [i, ball.id]),
-    );
+    fill("law", laws.map(same), law);
+    const ids = this.balls.map((ball, i) => [i, ball.id]);
+    fill("aim-ball", ids);
     this.writeAim();
     byId("aim-unit").textContent = this.content.units.speed[0];
     this.fillSteps();
-    this.tellErrors();
   }
 
   /** Offer the steps of the solver. */
   fillSteps() {
     const solver = this.choices.solvers.find((one) => one.name === byId("solver").value);
-    fill(byId("step"), solver.steps);
-    byId("step").value = solver.dt ?? "";
+    fill("step", solver.steps, solver.dt);
     byId("step-label").hidden = !solver.steps.length;
     byId("solver").title = solver.about;
   }
@@ -579,43 +500,29 @@ class LiveTable {
   }
 
   listen() {
-    const on = (id, kind, action) => byId(id).addEventListener(kind, action);
     on("table", "pointerdown", (event) => this.press(event));
     on("table", "pointermove", (event) => this.pull(event));
     on("table", "pointerup", (event) => this.release(event));
     on("table", "pointercancel", () => this.drag && this.letBe());
     for (const id of ["aim-ball", "aim-angle", "aim-speed"]) on(id, "change", () => this.typed());
-    on("solver", "change", () => {
-      this.fillSteps();
-      this.again();
-    });
-    on("step", "change", () => this.again());
-    on("law", "change", () => this.again());
+    for (const id of ["angle-error", "speed-error"]) on(id, "input", () => this.wantCloud());
+    on("solver", "change", () => this.fillSteps());
+    for (const id of ["solver", "step", "law"]) on(id, "change", () => this.again());
     on("ghost", "change", () => {
       this.ghosts = byId("ghost").value !== "0";
     });
-    for (const id of ["angle-error", "speed-error"]) {
-      on(id, "input", () => {
-        this.tellErrors();
-        this.wantCloud();
-      });
+    for (const id of ["shoot", "undo", "reset", "copy", "save"]) {
+      on(id, "click", () => this[id]());
     }
-    on("shoot", "click", () => this.shoot());
-    on("undo", "click", () => this.undo());
-    on("reset", "click", () => this.reset());
-    on("copy", "click", () => this.copy());
-    on("save", "click", () => this.save());
     on("move", "click", () => {
-      const moves = byId("move").getAttribute("aria-pressed") !== "true";
-      byId("move").setAttribute("aria-pressed", moves);
+      byId("move").ariaPressed = byId("move").ariaPressed !== "true";
     });
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const turn = (by) => this.changeAim({ angle: +(this.aim.angle + by).toFixed(6) });
-    const actions = {
+    const action = actionOf(event, {
       "[": () => turn(0.1),
       "]": () => turn(-0.1),
       "{": () => turn(1),
@@ -624,11 +531,9 @@ class LiveTable {
       r: () => this.reset(),
       m: () => byId("move").click(),
       Escape: () => this.letBe(),
-      Enter: () => this.shoot(),
-    };
-    const action = actions[event.key] || actions[event.key.toLowerCase()];
-    const pressed = event.target.closest("button") && event.key === "Enter";
-    if (!action || pressed || event.target.closest("select")) return;
+      Enter: !event.target.closest("button") && (() => this.shoot()),
+    });
+    if (!action || event.target.closest("select")) return;
     if (event.target.matches("input[type=number]")) this.typed();
     event.preventDefault();
     action();
@@ -636,14 +541,12 @@ class LiveTable {
 }
 
 /** Return where the balls lie after the run that is shown. */
-function endOf(player) {
-  const { run } = player;
+function endOf({ run, content }) {
   const balls = statesAt(run, run.duration);
-  const gone = (_, i) => run.leaves[i] <= run.duration;
   return {
-    position: balls.map(({ x, y }) => [x, y]),
+    position: placesOf(balls),
     velocity: balls.map(({ vx, vy }) => [vx, vy]),
-    off: player.content.balls.filter(gone).map((ball) => ball.id),
+    off: content.balls.filter((_, i) => run.leaves[i] <= run.duration).map((ball) => ball.id),
   };
 }
 

@@ -21,11 +21,8 @@ window.pool = {
   /** Where every ball of the shot is at the time t (s): {id: [x, y]}, in m. */
   positions(t) {
     finite("positions", t);
-    const balls = statesAt(player.run, t).map(({ x, y }, i) => [
-      player.content.balls[i].id,
-      [x, y],
-    ]);
-    return Object.fromEntries(balls);
+    const places = placesOf(statesAt(player.run, t));
+    return Object.fromEntries(player.content.balls.map(({ id }, i) => [id, places[i]]));
   },
   seek(t) {
     finite("seek", t);
@@ -39,7 +36,6 @@ window.pool = {
     if (!Number.isInteger(k) || k < 1 || k > count) {
       throw new RangeError(`shot(${k}): the shots have the numbers 1 to ${count}`);
     }
-    player.pause();
-    player.choose(k - 1);
+    player.open(k - 1);
   },
 };

@@ -14,8 +14,9 @@ function lastKnot(knots, t) {
   return knots[low];
 }
 
-/** Return position (m) and velocity (m/s) of a ball at the time t, from its last breakpoint. */
-function freeMotion([start, x, y, vx, vy, ax, ay], t) {
+/** Return position (m) and velocity (m/s) of a ball at the time t, from its breakpoints. */
+function freeMotion(knots, t) {
+  const [start, x, y, vx, vy, ax, ay] = lastKnot(knots, t);
   const time = t - start;
   return {
     x: x + time * (vx + (time * ax) / 2),
@@ -27,13 +28,17 @@ function freeMotion([start, x, y, vx, vy, ax, ay], t) {
 
 /** Return where ball i of a run is at the time t; after the end, it is where it ended. */
 function stateAt(run, i, t) {
-  const at = Math.min(Math.max(t, 0), run.duration);
-  return freeMotion(lastKnot(run.knots[i], at), at);
+  return freeMotion(run.knots[i], Math.min(Math.max(t, 0), run.duration));
 }
 
 /** Return where all balls of a run are at the time t. */
 function statesAt(run, t) {
   return run.knots.map((_, i) => stateAt(run, i, t));
+}
+
+/** Return the places [x, y] of states. */
+function placesOf(states) {
+  return states.map(({ x, y }) => [x, y]);
 }
 
 /** Return how far (m) ball i is from itself in another run, at the time t. */
@@ -52,27 +57,4 @@ function leavingTimes(run) {
   const times = run.knots.map((_, i) => (run.off.includes(i) ? -Infinity : Infinity));
   for (const event of run.events) if (event.kind === "pocket") times[event.balls[0]] = event.t;
   return times;
-}
-
-/** Return where a contact happens (m), and the radius of its smaller ball. */
-function contactPlace(content, run, event) {
-  const [i, j] = event.balls;
-  const { x, y } = stateAt(run, i, event.t);
-  const { radius } = content.balls[i];
-  if (j !== undefined) {
-    const share = radius / (radius + content.balls[j].radius);
-    const other = stateAt(run, j, event.t);
-    return {
-      x: x + share * (other.x - x),
-      y: y + share * (other.y - y),
-      radius: Math.min(radius, content.balls[j].radius),
-    };
-  }
-  const corners = content.table?.outline;
-  if (!corners || event.cushion === undefined) return { x, y, radius };
-  const [ax, ay] = corners[event.cushion];
-  const [bx, by] = corners[(event.cushion + 1) % corners.length];
-  const along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2);
-  const share = Math.min(Math.max(along, 0), 1);
-  return { x: ax + share * (bx - ax), y: ay + share * (by - ay), radius: radius / 2 };
 }

@@ -2,12 +2,13 @@
  * as text, never as markup. */
 
 const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
-const MOST_EVENTS = 2000; // So many events are listed at most.
-const NUDGE = 0.01; // s on the screen; so far do the keys , and . go, or this share of a short run
-const DIGITS = 4; // The clock shows at least so many digits of a run's duration,
-const DECIMALS = [3, 15]; // and between so many decimals.
-const LOWEST = 140; // pixels; a table that is higher than wide is at least so high
+const MOST_EVENTS = 2000; // No more events than these are listed.
+const NUDGE = 0.01; // s on the screen, or this share of a short run: the step of the keys , and .
+const DIGITS = 4; // The clock shows at least this number of digits of a run's duration,
+const DECIMALS = [3, 15]; // and no fewer and no more decimals than these.
+const LOWEST = 140; // pixels; a table that is higher than wide is at least as high as this
 const byId = (id) => document.getElementById(id);
+const on = (id, kind, action) => byId(id).addEventListener(kind, action);
 
 class Player {
   constructor(content) {
@@ -30,12 +31,11 @@ class Player {
 
   /** Show a content: a scene, and runs of its shots. */
   load(content) {
-    this.content = ready(content);
+    this.content = content;
+    for (const run of content.shots.flatMap((shot) => shot.runs)) ready(run);
     byId("title").textContent = content.title;
-    fill(
-      byId("shot"),
-      content.shots.map((shot, k) => [k, `${k + 1}: ${shot.name}`]),
-    );
+    const names = content.shots.map((shot, k) => [k, `${k + 1}: ${shot.name}`]);
+    fill("shot", names);
     byId("shot-label").hidden = content.shots.length < 2;
     byId("bar").hidden = byId("events").hidden = !content.shots.some((shot) => shot.runs[0].solver);
     this.choose(0);
@@ -47,9 +47,8 @@ class Player {
     this.run = this.shot.runs[0];
     byId("shot").value = k;
     const others = this.shot.runs.map((run, n) => [n, run.label]).slice(1);
-    fill(byId("ghost"), [[0, "nothing"], ...others]);
+    fill("ghost", [[0, "nothing"], ...others], others.length ? 1 : 0);
     byId("ghost-label").hidden = !others.length;
-    byId("ghost").value = others.length ? 1 : 0;
     byId("setting").textContent = [isolated(this.shot.name), this.run.label, this.run.message]
       .filter(Boolean)
       .join("\u2002\u00b7\u2002");
@@ -59,6 +58,12 @@ class Player {
     this.seek(0);
   }
 
+  /** Stop, and show a shot by its place from 0. */
+  open(k) {
+    this.pause();
+    this.choose(k);
+  }
+
   /** Show the run that was chosen to compare with, or none. */
   compare() {
     const n = Number(byId("ghost").value);
@@ -66,22 +71,20 @@ class Player {
     this.duration = Math.max(this.run.duration, this.ghost?.duration ?? 0);
     byId("time").max = this.duration || 1;
     byId("apart").hidden = !this.ghost;
-    if (this.ghost) {
-      const text = `How far every ball is from itself by ${this.ghost.label} (its ghost)`;
-      byId("apart-text").textContent = text;
-    }
-    this.dress();
+    const text = `How far every ball is from itself by ${this.ghost?.label} (its ghost)`;
+    byId("apart-text").textContent = text;
+    this.dress(this.dark);
   }
 
   /** Put on the colours of dark or light. */
-  dress() {
-    const style = this.content.styles[this.dark ? "dark" : "light"];
-    for (const name of ["page", "ink", "faint"]) {
-      document.documentElement.style.setProperty(`--${name}`, style[name]);
-    }
-    document.documentElement.style.colorScheme = this.dark ? "dark" : "light";
-    this.table.show(this.content, style);
-    if (this.ghost) this.plot.show(this.content, style, this.run, this.ghost, this.duration);
+  dress(dark) {
+    this.dark = dark;
+    this.style = this.content.styles[dark ? "dark" : "light"];
+    const page = document.documentElement.style;
+    for (const name of ["page", "ink", "faint"]) page.setProperty(`--${name}`, this.style[name]);
+    page.colorScheme = dark ? "dark" : "light";
+    this.table.show(this.content, this.style);
+    if (this.ghost) this.plot.show(this.content, this.style, this.run, this.ghost, this.duration);
     this.resize();
   }
 
@@ -91,19 +94,13 @@ class Player {
     const last = `${(shown.at(-1)?.t ?? 0).toFixed(decimals)} s`;
     byId("events").style.setProperty("--letters", last.length);
     this.rows = shown.map((event) => {
-      const row = element("button");
-      row.type = "button";
-      const time = element("span", `${event.t.toFixed(decimals)} s`);
-      row.append(time, element("span", this.words(event)));
-      row.classList.toggle("quiet", event.kind === "stop");
-      row.addEventListener("click", () => this.jump(event.t));
+      const row = button("", () => this.jump(event.t));
+      row.append(element("span", `${event.t.toFixed(decimals)} s`));
+      row.append(element("span", this.words(event)));
+      row.classList.toggle("quiet", !isMarked(event));
       return row;
     });
-    const items = this.rows.map((row) => {
-      const item = element("li");
-      item.append(row);
-      return item;
-    });
+    const items = this.rows.map((row) => element("li", row));
     const left = this.run.events.length - shown.length;
     if (left) items.push(element("li", `${left} more events are not listed.`));
     byId("events").replaceChildren(...items);
@@ -111,17 +108,19 @@ class Player {
 
   /** Say in words what happens. */
   words(event) {
-    const [a, b] = event.balls.map((i) => isolated(this.content.balls[i].id));
-    switch (event.kind) {
-      case "ball-ball":
-        return `${a} meets ${b}`;
-      case "ball-cushion":
-        return `${a} meets cushion ${event.cushion}`;
-      case "pocket":
-        return `${a} falls into ${isolated(event.pocket)}`;
-      default:
-        return `${a} stops`;
-    }
+    const [a, b] = event.balls.map((i) => this.name(i));
+    const words = {
+      "ball-ball": `meets ${b}`,
+      "ball-cushion": `meets cushion ${event.cushion}`,
+      pocket: `falls into ${isolated(event.pocket ?? "")}`,
+      roll: "begins to roll",
+    };
+    return `${a} ${words[event.kind] ?? "stops"}`;
+  }
+
+  /** Return the name of a ball as it may stand between words. */
+  name(i) {
+    return isolated(this.content.balls[i].id);
   }
 
   // -- time -----------------------------------------------------------------------------------
@@ -139,6 +138,12 @@ class Player {
     this.playing = false;
     cancelAnimationFrame(this.frame);
     this.mark();
+  }
+
+  /** Play or pause. */
+  toggle() {
+    if (this.playing) this.pause();
+    else this.play();
   }
 
   tick(now) {
@@ -174,7 +179,7 @@ class Player {
 
   /** Go to the contact before or after: to the start or to the end where there is none. */
   step(way) {
-    const times = this.run.events.filter((event) => event.kind !== "stop").map((event) => event.t);
+    const times = this.run.events.filter(isMarked).map((event) => event.t);
     const next = times.find((t) => t > this.time) ?? this.duration;
     const last = times.findLast((t) => t < this.time) ?? 0;
     this.jump(way > 0 ? next : last);
@@ -217,18 +222,14 @@ class Player {
   /** Mark the contacts on the rail of time; the slider's knob is 16 pixels wide. */
   drawTicks() {
     const canvas = byId("ticks");
-    const ratio = window.devicePixelRatio || 1;
-    canvas.width = Math.round(canvas.clientWidth * ratio);
-    canvas.height = Math.round(canvas.clientHeight * ratio);
+    const ratio = setSize(canvas, byId("rail").clientWidth, canvas.clientHeight);
     const pen = canvas.getContext("2d");
-    const style = this.content.styles[this.dark ? "dark" : "light"];
     const room = canvas.width - 16 * ratio;
-    for (const event of this.run.events) {
-      if (event.kind === "stop") continue;
-      const hit = event.kind === "ball-cushion" ? 0.45 : 0;
-      pen.fillStyle = event.kind === "pocket" ? "#d55e00" : style.ink;
+    for (const event of this.run.events.filter(isMarked)) {
+      const top = event.kind === "ball-cushion" ? 0.45 * canvas.height : 0;
+      pen.fillStyle = event.pocket ? "#d55e00" : this.style.ink;
       const x = 8 * ratio + (event.t / (this.duration || 1)) * room;
-      pen.fillRect(x - ratio / 2, hit * canvas.height, ratio, (1 - hit) * canvas.height);
+      pen.fillRect(x - ratio / 2, top, ratio, canvas.height - top);
     }
   }
 
@@ -249,11 +250,10 @@ class Player {
 
   /** Say which balls are off the table. */
   tellPocketed() {
-    const name = (i) => isolated(this.content.balls[i].id);
-    const fallen = this.run.events.filter((e) => e.kind === "pocket" && e.t <= this.time);
+    const fallen = this.run.events.filter((e) => e.pocket && e.t <= this.time);
     const names = [
-      ...this.run.off.map(name),
-      ...fallen.map((e) => `${name(e.balls[0])} (${isolated(e.pocket)})`),
+      ...this.run.off.map((i) => this.name(i)),
+      ...fallen.map((e) => `${this.name(e.balls[0])} (${isolated(e.pocket)})`),
     ];
     byId("pocketed").hidden = !names.length;
     byId("pocketed").textContent = `Off the table: ${names.join(", ")}`;
@@ -264,65 +264,44 @@ class Player {
     const box = byId("ball");
     box.hidden = this.picked === null;
     if (box.hidden) return;
-    const { x, y, vx, vy } = statesAt(this.run, this.time)[this.picked];
+    const { x, y, vx, vy } = stateAt(this.run, this.picked, this.time);
     const { length, speed } = this.content.units;
-    const round = (value, unit) => `${(value / unit[1]).toFixed(3)} ${unit[0]}`;
+    const round = (value, [name, unit]) => `${(value / unit).toFixed(3)} ${name}`;
     const angle = ((Math.atan2(vy, vx) * 180) / Math.PI).toFixed(1);
     const fast = Math.hypot(vx, vy);
     const moves = fast ? `${round(fast, speed)} at ${angle}\u00b0` : "at rest";
-    const place = `${round(x, length)}, ${round(y, length)}`;
     const name = isolated(shortened(this.content.balls[this.picked].id));
-    box.textContent = `${name}: ${moves}\n${place}`;
-    const [px, py] = this.table.place(x, y).map((pixel) => pixel / this.table.ratio);
-    const offset = byId("table").offsetLeft;
-    const wide = byId("frame").clientWidth - box.offsetWidth;
-    const below = py + 20 + box.offsetHeight < byId("frame").clientHeight;
-    box.style.left = `${Math.max(Math.min(offset + px + 14, wide), 0)}px`;
-    box.style.top = `${below ? py + 18 : Math.max(py - 18 - box.offsetHeight, 0)}px`;
+    box.textContent = `${name}: ${moves}\n${round(x, length)}, ${round(y, length)}`;
+    this.table.putBeside(box, x, y);
   }
 
   /** Pick the ball under the pointer, or the one that is nearest to it within reach (pixels). */
   pick(event, reach) {
     if (this.held) return;
-    const [x, y] = this.table.point(event.clientX, event.clientY);
-    const gaps = statesAt(this.run, this.time).map(
-      (ball, i) => Math.hypot(ball.x - x, ball.y - y) - this.content.balls[i].radius,
-    );
-    const least = Math.min(...gaps);
-    this.picked =
-      (least * this.table.scale) / this.table.ratio <= reach ? gaps.indexOf(least) : null;
+    const places = placesOf(statesAt(this.run, this.time));
+    this.picked = this.table.nearest(event, places, reach);
     if (!this.playing) this.draw();
   }
 
   listen() {
-    fill(
-      byId("speed"),
-      SPEEDS.map((s) => [s, s < 1 ? `1/${Math.round(1 / s)}\u00d7` : `${s}\u00d7`]),
-    );
-    byId("speed").value = this.speed;
-    const on = (id, kind, action) => byId(id).addEventListener(kind, action);
-    on("play", "click", () => (this.playing ? this.pause() : this.play()));
+    const paces = SPEEDS.map((s) => [s, s < 1 ? `1/${Math.round(1 / s)}\u00d7` : `${s}\u00d7`]);
+    fill("speed", paces, this.speed);
+    on("play", "click", () => this.toggle());
     on("back", "click", () => this.step(-1));
     on("on", "click", () => this.step(1));
-    on("time", "input", () => this.jump(Number(byId("time").value)));
+    on("time", "input", () => this.jump(byId("time").valueAsNumber));
     on("speed", "change", () => {
       this.speed = Number(byId("speed").value);
       this.draw();
     });
-    on("shot", "change", () => {
-      this.pause();
-      this.choose(Number(byId("shot").value));
-    });
+    on("shot", "change", () => this.open(Number(byId("shot").value)));
     on("ghost", "change", () => {
       this.compare();
       this.seek(this.time);
     });
     on("trails", "change", () => this.draw());
-    on("theme", "click", () => {
-      this.dark = !this.dark;
-      this.dress();
-    });
-    on("plot", "pointerdown", (event) => this.jump(this.plot.time(event.clientX)));
+    on("theme", "click", () => this.dress(!this.dark));
+    on("plot", "pointerdown", (event) => this.jump(this.plot.time(event)));
     on("table", "pointermove", (event) => event.pointerType === "mouse" && this.pick(event, 2));
     on("table", "pointerdown", (event) => this.pick(event, event.pointerType === "mouse" ? 2 : 16));
     on("table", "pointerleave", (event) => {
@@ -331,18 +310,16 @@ class Player {
     });
     document.addEventListener("keydown", (event) => this.key(event));
     window.addEventListener("resize", () => this.resize());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => {
-      this.dark = event.matches;
-      this.dress();
-    });
+    const scheme = matchMedia("(prefers-color-scheme: dark)");
+    scheme.addEventListener("change", () => this.dress(scheme.matches));
   }
 
   key(event) {
-    const typing = event.target.closest("select, input:not([type=range]):not([type=checkbox])");
-    if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target.closest("select, input:not([type=range]):not([type=checkbox])")) return;
     const pressed = event.target.closest("button, input[type=checkbox]");
-    const actions = {
-      " ": () => (this.playing ? this.pause() : this.play()),
+    const k = Number(event.key) - 1;
+    const action = actionOf(event, {
+      " ": !pressed && (() => this.toggle()),
       ArrowLeft: () => this.step(-1),
       ArrowRight: () => this.step(1),
       ",": () => this.nudge(-1),
@@ -354,37 +331,43 @@ class Player {
       "-": () => this.faster(-1),
       t: () => byId("trails").click(),
       d: () => byId("theme").click(),
-    };
-    const k = Number(event.key) - 1;
-    const choose =
-      k >= 0 &&
-      k < this.content.shots.length &&
-      (() => {
-        this.pause();
-        this.choose(k);
-      });
-    const action = actions[event.key] || actions[event.key.toLowerCase()] || choose;
-    if (!action || (pressed && event.key === " ")) return;
+      [k >= 0 && k < this.content.shots.length && event.key]: () => this.open(k),
+    });
+    if (!action) return;
     event.preventDefault();
     action();
     if (!this.playing) this.draw();
   }
 }
 
-function element(kind, text = "") {
+/** Return what a key does, if anything. */
+function actionOf(event, actions) {
+  if (event.ctrlKey || event.metaKey || event.altKey) return null;
+  return actions[event.key] || actions[event.key.toLowerCase()];
+}
+
+/** Tell whether an event is a contact, or the fall of a ball. */
+function isMarked(event) {
+  return Boolean(event.place || event.pocket);
+}
+
+function element(kind, ...inside) {
   const made = document.createElement(kind);
-  made.textContent = text;
+  made.append(...inside);
   return made;
 }
 
-function fill(select, choices) {
-  select.replaceChildren(
-    ...choices.map(([value, text]) => {
-      const option = element("option", text);
-      option.value = value;
-      return option;
-    }),
-  );
+function button(text, action) {
+  const made = element("button", text);
+  made.type = "button";
+  made.addEventListener("click", action);
+  return made;
+}
+
+/** Offer choices [value, text] in a list, of which one is chosen. */
+function fill(id, choices, chosen = choices[0]?.[0]) {
+  byId(id).replaceChildren(...choices.map(([value, text]) => new Option(text, value)));
+  byId(id).value = chosen ?? "";
 }
 
 /** Return a name that cannot turn round the words beside it, whatever its direction. */
@@ -393,12 +376,8 @@ function isolated(id) {
   return plain ? id : `\u2068${id.replace(/[\u2066-\u2069]/g, "")}\u2069`;
 }
 
-/** Make a content ready to be shown: numbers that are not finite came as null. */
-function ready(content) {
-  for (const run of content.shots.flatMap((shot) => shot.runs)) {
-    run.knots = run.knots.map((knots) => knots.map((knot) => knot.map((value) => value ?? NaN)));
-    run.leaves = leavingTimes(run);
-    for (const event of run.events) event.place = contactPlace(content, run, event);
-  }
-  return content;
+/** Make a run ready to be shown: numbers that are not finite came as null. */
+function ready(run) {
+  run.knots = run.knots.map((knots) => knots.map((knot) => knot.map((value) => value ?? NaN)));
+  run.leaves = leavingTimes(run);
 }
