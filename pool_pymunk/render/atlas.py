@@ -9,19 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, Normalize, to_rgb
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pool_pymunk.model.inputs import in_units, unit_of
+from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.render.style import SCREEN, Style, default_color
-from pool_pymunk.safety.files import whole
 from pool_pymunk.studies.atlas import Atlas, Floats
 
 Image = NDArray[np.uint8]  # (H, W, 3)
@@ -38,6 +38,26 @@ MOST_HITS = 0.995  # of the shots have no more hits than the scale
 AT_ONCE = 100
 
 
+class _Legend(NamedTuple):
+    """A legend says on the ``side`` of a map, with letters of its ``size``, what colours mean."""
+
+    side: Axes
+    size: float
+    style: Style
+
+    def inset(self, *box: float) -> Axes:
+        """Return axes in a part of the side."""
+        inset = self.side.inset_axes(box)  # type: ignore[arg-type]
+        inset.spines[:].set_visible(False)
+        inset.tick_params(labelsize=SMALL * self.size, colors=self.style.ink)
+        return inset
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """Return how words look."""
+        return {"fontsize": SMALL * self.size, "color": self.style.ink}
+
+
 def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) -> None:
     """Draw an atlas; ``show`` is one of ``SHOWS``. The suffix of ``path`` gives the format."""
     height, width = len(found.speed), len(found.angle)
@@ -47,15 +67,12 @@ def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) ->
     figure = Figure(inches, dpi=DPI, facecolor=style.page)
     box = (left / inches[0], bottom / inches[1], width / DPI / inches[0], height / DPI / inches[1])
     axes = figure.add_axes(box)
-    side = figure.add_axes(
-        (box[0] + box[2] + 0.55 * size / inches[0], box[1], 1.75 * size / inches[0], box[3])
-    )
+    beside = (box[0] + box[2] + 0.55 * size / inches[0], box[1], 1.75 * size / inches[0], box[3])
+    side = figure.add_axes(beside)
     side.axis("off")
-    pieces = SHOWS[show](found, side, size, style)
-    _draw_map(axes, found, pieces, size, style)
+    _draw_map(axes, found, SHOWS[show](found, _Legend(side, size, style)), size, style)
     axes.set_title(_title(found, show), fontsize=LARGE * size, color=style.ink, loc="left")
-    with whole(path) as part:
-        figure.savefig(part, dpi=DPI, facecolor=style.page)
+    save_figure(figure, path, DPI)
 
 
 def _title(found: Atlas, show: str) -> str:
@@ -74,26 +91,23 @@ def _title(found: Atlas, show: str) -> str:
 def _draw_map(axes: Axes, found: Atlas, pieces: Pieces, size: float, style: Style) -> None:
     """Draw the map with its axes, and mark the shot itself."""
     both = zip(found.axes, (found.angle, found.speed), strict=True)
-    (left, right), (low, top) = (_edges(found, name, values) for name, values in both)
-    extent, row = (left, right, low, top), (top - low) / len(found.speed)
+    (left, right), (low, high) = (_edges(found, name, values) for name, values in both)
+    foot, row = low, (high - low) / len(found.speed)
     for piece in pieces:
-        high = low + len(piece) * row
-        axes.imshow(piece, origin="lower", extent=(*extent[:2], low, high), aspect="auto",
-                    interpolation="none")  # fmt: skip
-        low = high
-    axes.set(xlim=extent[:2], ylim=extent[2:])
+        head = foot + len(piece) * row
+        extent = (left, right, foot, head)
+        axes.imshow(piece, origin="lower", extent=extent, aspect="auto", interpolation="none")
+        foot = head
+    axes.set(xlim=(left, right), ylim=(low, high))
     axes.set_xlabel(_label(found, found.axes[0]), fontsize=LARGE * size, color=style.ink)
     axes.set_ylabel(_label(found, found.axes[1]), fontsize=LARGE * size, color=style.ink)
     axes.tick_params(labelsize=SMALL * size, colors=style.ink)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
     x, y = (_in_units(found, name, found.plan.own(name)) for name in found.axes)
-    if left <= x <= right and extent[2] <= y <= top:
+    if left <= x <= right and low <= y <= high:
         for color, width in (("#000000", 4.5), ("#ffffff", 2.0)):
-            axes.plot(
-                x, y, "o", markersize=15 * size, markerfacecolor="none",
-                markeredgecolor=color, markeredgewidth=width * size,
-            )  # fmt: skip
+            ring = {"mfc": "none", "mec": color, "mew": width * size}
+            axes.plot(x, y, "o", ms=15 * size, **ring)  # type: ignore[arg-type]
 
 
 def _in_units(found: Atlas, name: str, value: float) -> float:
@@ -117,7 +131,7 @@ def _label(found: Atlas, name: str) -> str:
 # -- what is shown ---------------------------------------------------------------------------------
 
 
-def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
+def _ends(found: Atlas, legend: _Legend) -> Pieces:
     """Colour where the ball ends; the legend is the table in these colours."""
     x, y = found.end[..., 0], found.end[..., 1]
     table = found.scene.table
@@ -126,14 +140,13 @@ def _ends(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
     else:
         (x0, x1), (y0, y1) = (np.nanquantile(v, (0.01, 0.99)) for v in (x, y))
     wide, high = max(x1 - x0, 1e-9), max(y1 - y0, 1e-9)
-    legend = _inset(side, (0.0, 0.78, 1.0, 0.2))
     u, v = np.meshgrid(np.linspace(0, 1, 120), np.linspace(0, 1, 60))
     units = found.scene.units
     extent = tuple(units.from_si(float(each), "length") for each in (x0, x1, y0, y1))
-    legend.imshow(_two_ways(u, v), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
-    legend.tick_params(labelsize=SMALL * size, colors=style.ink)
-    legend.set_xlabel(f"x of the end ({units.length})", fontsize=SMALL * size, color=style.ink)
-    legend.set_ylabel("y", fontsize=SMALL * size, color=style.ink, rotation=0.0)
+    axes = legend.inset(0.0, 0.78, 1.0, 0.2)
+    axes.imshow(_two_ways(u, v), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
+    axes.set_xlabel(f"x of the end ({units.length})", **legend.words)
+    axes.set_ylabel("y", rotation=0.0, **legend.words)
     return _in_pieces(
         lambda end: _two_ways((end[..., 0] - x0) / wide, (end[..., 1] - y0) / high), found.end
     )
@@ -160,78 +173,56 @@ def _bytes(colors: Floats) -> Image:
     return np.rint(255.0 * colors).astype(np.uint8)
 
 
-def _names(
-    numbers: NDArray[np.int32], names: list[str], never: str, side: Axes, size: float, style: Style
-) -> Pieces:
+def _names(numbers: NDArray[np.int32], names: list[str], never: str, legend: _Legend) -> Pieces:
     """Colour numbers that stand for names; -1 is what never happened."""
-    there = np.unique(numbers).tolist()
-    colors = {number: default_color(k + (k >= 7)) for k, number in enumerate(range(len(names)))}
-    rows = np.array([to_rgb(NEVER), *(to_rgb(colors[number]) for number in range(len(names)))])
+    colors = [NEVER, *(default_color(k + (k >= 7)) for k in range(len(names)))]
     patches = [
-        Patch(facecolor=rows[number + 1], label=never if number < 0 else names[number])
-        for number in there
+        Patch(facecolor=colors[number + 1], label=never if number < 0 else names[number])
+        for number in np.unique(numbers).tolist()
     ]
-    side.legend(
-        handles=patches, loc="upper left", frameon=False, fontsize=LARGE * size * 0.85,
-        labelcolor=style.ink, borderaxespad=0.0, handlelength=1.2, handleheight=1.2,
+    legend.side.legend(
+        handles=patches, loc="upper left", frameon=False, fontsize=LARGE * legend.size * 0.85,
+        labelcolor=legend.style.ink, borderaxespad=0.0, handlelength=1.2, handleheight=1.2,
     )  # fmt: skip
-    palette = _bytes(rows)
+    palette = _bytes(np.array([to_rgb(color) for color in colors]))
     return _in_pieces(lambda some: palette[some + 1], numbers)
 
 
-def _first_hits(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
-    names = [f"ball {ball.id}" for ball in found.scene.balls]
-    return _names(found.first_hit, names, "none", side, size, style)
+def _first_hits(found: Atlas, legend: _Legend) -> Pieces:
+    return _names(found.first_hit, [f"ball {b.id}" for b in found.scene.balls], "none", legend)
 
 
-def _pockets(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
-    names = [hole.id for hole in found.scene.pockets]
-    return _names(found.pocketed, names, "stays", side, size, style)
+def _pockets(found: Atlas, legend: _Legend) -> Pieces:
+    return _names(found.pocketed, [hole.id for hole in found.scene.pockets], "stays", legend)
 
 
-def _hits(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
+def _hits(found: Atlas, legend: _Legend) -> Pieces:
     most = max(int(np.quantile(found.hits, MOST_HITS)), 1)
-    return _scaled(found.hits, (0.0, float(most)), "viridis", "hits", side, size, style)
+    return _scaled(found.hits, (0.0, float(most)), "viridis", "hits", legend)
 
 
-def _durations(found: Atlas, side: Axes, size: float, style: Style) -> Pieces:
+def _durations(found: Atlas, legend: _Legend) -> Pieces:
     low, high = np.nanquantile(found.duration, (0.005, 0.995)).tolist()
-    return _scaled(found.duration, (low, high), "cividis", "rest (s)", side, size, style)
+    return _scaled(found.duration, (low, high), "cividis", "rest (s)", legend)
 
 
 def _scaled(
-    values: NDArray[Any],
-    limits: tuple[float, float],
-    name: str,
-    label: str,
-    side: Axes,
-    size: float,
-    style: Style,
+    values: NDArray[Any], limits: tuple[float, float], name: str, label: str, legend: _Legend
 ) -> Pieces:
     """Colour numbers on a scale."""
     low, high = limits
-    scale, colors = Normalize(low, max(high, low + 1e-9), clip=True), colormaps[name]
-    legend = _inset(side, (0.0, 0.45, 0.22, 0.5))
-    strip = ListedColormap(colors(np.linspace(0, 1, 256)))
-    legend.imshow(
-        np.linspace(0, 1, 256)[:, np.newaxis], cmap=strip, origin="lower", aspect="auto",
-        extent=(0.0, 1.0, low, high),
-    )  # fmt: skip
-    legend.set_xticks([])
-    legend.yaxis.tick_right()
-    legend.tick_params(labelsize=SMALL * size, colors=style.ink)
-    legend.set_title(label, fontsize=SMALL * size, color=style.ink, loc="left")
-    return _in_pieces(lambda some: colors(scale(np.nan_to_num(some)), bytes=True)[..., :3], values)
+    colors = ScalarMappable(Normalize(low, max(high, low + 1e-9), clip=True), name)
+    axes = legend.inset(0.0, 0.45, 0.22, 0.5)
+    bar = legend.side.figure.colorbar(colors, cax=axes)
+    bar.outline.set_visible(False)
+    axes.set_title(label, loc="left", **legend.words)
+    return _in_pieces(
+        lambda some: colors.to_rgba(np.nan_to_num(some), bytes=True)[..., :3],
+        values,
+    )
 
 
-def _inset(side: Axes, box: tuple[float, float, float, float]) -> Axes:
-    inset = side.inset_axes(box)
-    for spine in inset.spines.values():
-        spine.set_visible(False)
-    return inset
-
-
-SHOWS: dict[str, Callable[[Atlas, Axes, float, Style], Pieces]] = {
+SHOWS: dict[str, Callable[[Atlas, _Legend], Pieces]] = {
     "end": _ends,
     "first-hit": _first_hits,
     "hits": _hits,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.colors import to_rgb
 from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Circle, FancyArrowPatch, PathPatch
 from matplotlib.path import Path as Outline
@@ -20,22 +20,22 @@ from matplotlib.transforms import Affine2D
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.labels import CAPITAL, Labels, draw_label
-from pool_pymunk.render.style import IVORY, Style, ball_colors, blend, halo_color, striped
+from pool_pymunk.render.style import (
+    IVORY,
+    LOOK,
+    Style,
+    ball_colors,
+    halo_color,
+    striped,
+)
 from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Run
 
 Color = tuple[float, float, float, float]
 BOLD = FontProperties(family="DejaVu Sans", weight="bold")
-SPOT = 0.5  # the radius of the white spot, in that of the ball
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
-TRACK = 0.24  # half the width of a ball's track, in the ball's radius
-STRIPE = 0.62  # half the height of a stripe, in the ball's radius
-SOFT = 14  # A soft shadow or light consists of so many circles.
-FEW = 8  # More balls than these have thinner tracks.
-OLDEST = 0.3  # The oldest end of a track is as strong as this, the newest end 1.
+SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
-PIECES = 48  # A track that fades consists of about so many pieces.
-ARROW = 0.08  # s; an arrow is as long as the way that a ball travels in this time, if that shows
 HALO = 0.45  # the strength of the halo around tracks, rings and balls
 
 
@@ -56,7 +56,7 @@ class Disc(NamedTuple):
     @property
     def spot(self) -> float:
         """Return the white spot's radius: half the ball's, or more if that could not be read."""
-        return min(max(SPOT * self.radius, 0.55 * self.letter), 0.72 * self.radius)
+        return min(max(LOOK.spot * self.radius, 0.55 * self.letter), 0.72 * self.radius)
 
     @property
     def is_labelled_inside(self) -> bool:
@@ -161,8 +161,8 @@ def _bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
 
 @lru_cache(maxsize=1)
 def _band() -> Outline:
-    """Return a level stripe over a disc of radius 1, between ``STRIPE`` above and below."""
-    turn = math.asin(STRIPE)
+    """Return a level stripe over a disc of radius 1, as high as LOOK says."""
+    turn = math.asin(LOOK.stripe)
     angles = np.concatenate(
         [np.linspace(-turn, turn, 24), np.linspace(math.pi - turn, math.pi + turn, 24)]
     )
@@ -212,47 +212,57 @@ def track_width(count: int) -> float:
     >>> track_width(8), track_width(32)
     (0.24, 0.12)
     """
-    return TRACK * math.sqrt(FEW / max(count, FEW))
+    return LOOK.track * math.sqrt(LOOK.few / max(count, LOOK.few))
 
 
-def draw_tracks(
-    axes: Axes, paths: Sequence[Sequence[Point]], balls: Sequence[Disc], ground: str, *, solid: bool
-) -> None:
-    """Draw the paths (points) of the balls in their colours, with halos.
+def tracks(
+    paths: Sequence[Array],
+    balls: Sequence[Disc],
+    ground: str,
+    *,
+    solid: bool,
+    strength: float = 1.0,
+    new: bool = False,
+) -> LineCollection:
+    """Return the paths (K, 2), in points, of the balls in their colours, with halos.
 
-    They fade into the colour of the ``ground`` towards where they begin. Those of ghosts are thin
-    and pale, and have no halos.
+    They fade from a ``strength`` into the colour of the ``ground`` towards where they begin, unless
+    they are ``new``. Those of ghosts are thin and pale, and have no halos.
     """
     width = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
-    lines, colors, widths = [], [], []
+    bare = np.array(to_rgb(ground))
+    lines: list[Array] = []
+    colors: list[Array] = []
+    widths: list[float] = []
     for path, ball in zip(paths, balls, strict=True):
-        pieces = _pieces(path)
-        halo = blend(ground, halo_color(ball.color), HALO)
+        pieces, strengths = _pieces(path[np.isfinite(path).all(axis=1)], new)
         core = max(width * ball.radius, 0.9)
-        strokes = [(halo, core + max(0.5 * core, 0.8)), (ball.color, core)]
-        for color, line in strokes if solid else [(blend(ground, ball.color, PALE), core)]:
-            lines += [piece for piece, _ in pieces]
-            colors += [blend(ground, color, strength) for _, strength in pieces]
+        strokes = [(halo_color(ball.color), HALO, core + max(0.5 * core, 0.8))]
+        strokes += [(ball.color, 1.0, core)]
+        for color, share, line in strokes if solid else [(ball.color, PALE, core)]:
+            lines += pieces
+            colors += [
+                bare + share * each * (to_rgb(color) - bare) for each in strength * strengths
+            ]
             widths += [line] * len(pieces)
-    tracks = LineCollection(lines, colors=colors, linewidths=widths, zorder=1.5)
-    tracks.set(capstyle="round")
-    axes.add_collection(tracks, autolim=False)
+    drawn = LineCollection(lines, colors=colors, linewidths=widths, zorder=1.5)
+    drawn.set(capstyle="butt" if new else "round", joinstyle="round")
+    return drawn
 
 
-def _pieces(path: Sequence[Point]) -> list[tuple[tuple[Point, Point], float]]:
-    """Return the path in pieces, the oldest first, each with its strength."""
-    corners = np.array([point for point in path if all(map(math.isfinite, point))])
-    if len(corners) < 2:
-        return []
-    gone = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+def _pieces(path: Array, new: bool) -> tuple[list[Array], Array]:
+    """Return the path in pieces, the oldest first, and the strength of each."""
+    gone = np.append(0.0, np.cumsum(np.hypot(*np.diff(path, axis=0).T)))
     if gone[-1] == 0.0:
-        return []
-    at = np.union1d(gone, np.linspace(0.0, gone[-1], PIECES))
-    points = [(float(np.interp(s, gone, corners[:, 0])), float(np.interp(s, gone, corners[:, 1])))
-              for s in at]  # fmt: skip
+        return [], gone[:0]
+    if new:
+        return [path], np.ones(1)
+    at = np.union1d(gone, np.linspace(0.0, gone[-1], LOOK.pieces))
+    points = np.stack([np.interp(at, gone, part) for part in path.T], axis=1)
     age = (at[:-1] + at[1:]) / (2.0 * gone[-1])
-    pairs = pairwise(points)
-    return [(p, OLDEST + (1.0 - OLDEST) * float(s)) for p, s in zip(pairs, age, strict=True)]
+    return list(np.stack([points[:-1], points[1:]], axis=1)), LOOK.oldest + (
+        1.0 - LOOK.oldest
+    ) * age
 
 
 def draw_rings(axes: Axes, balls: Sequence[Disc]) -> None:
@@ -265,17 +275,23 @@ def draw_rings(axes: Axes, balls: Sequence[Disc]) -> None:
             axes.add_artist(ring)
 
 
-def draw_arrow(axes: Axes, ball: Disc, velocity: Point, style: Style) -> None:
-    """Draw an arrow from the ball's edge along its ``velocity`` (points/s), long enough to see."""
-    speed = math.hypot(*velocity)
-    ahead = (velocity[0] / speed, velocity[1] / speed)
-    reach = max(ARROW * speed, 1.2 * ball.radius)
-    near, far = 1.25 * ball.radius, 1.25 * ball.radius + reach
-    arrow = FancyArrowPatch(
-        (ball.x + near * ahead[0], ball.y + near * ahead[1]),
-        (ball.x + far * ahead[0], ball.y + far * ahead[1]),
-        arrowstyle="-|>", mutation_scale=0.8 * ball.radius, shrinkA=0.0, shrinkB=0.0,
-        color=style.arrow, linewidth=0.11 * ball.radius, alpha=0.9, zorder=1.6,
-    )  # fmt: skip
-    arrow.set(capstyle="round")
-    axes.add_artist(arrow)
+def draw_arrows(
+    axes: Axes, balls: Sequence[Disc], velocities: Array, scale: float, style: Style
+) -> list[FancyArrowPatch]:
+    """Draw an arrow at every ball that moves, from its edge along its velocity (m/s)."""
+    arrows = []
+    for ball, velocity in zip(balls, velocities, strict=True):
+        speed = float(np.hypot(*velocity))
+        if not speed > 0.0:
+            continue
+        near = 1.25 * ball.radius
+        far = near + max(LOOK.arrow * scale * speed, 1.2 * ball.radius)
+        tail, tip = ((ball.x, ball.y) + s * velocity / speed for s in (near, far))
+        arrow = FancyArrowPatch(
+            tail, tip, arrowstyle="-|>", mutation_scale=0.8 * ball.radius, shrinkA=0.0, shrinkB=0.0,
+            color=style.arrow, linewidth=0.11 * ball.radius, alpha=0.9, zorder=1.6,
+        )  # fmt: skip
+        arrow.set(capstyle="round")
+        axes.add_artist(arrow)
+        arrows.append(arrow)
+    return arrows

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
@@ -42,12 +43,13 @@ def pixels(figure: Figure, per_point: float = 1.0) -> Pixels:
     return np.array(agg.buffer_rgba())  # type: ignore[no-untyped-call]
 
 
-def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **looks: Any) -> None:
+def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **looks: Any) -> Text:
     """Write a line of text in ``size`` points, or smaller if it is wider than ``room`` points."""
     drawn = axes.text(*at, text, fontsize=size, parse_math=False, **looks)
     width = drawn.get_window_extent().width
     if width > room:
         drawn.set_fontsize(size * room / width)
+    return drawn
 
 
 def dress(axes: Axes, style: Style) -> None:

@@ -13,8 +13,8 @@ from pool_pymunk.render.canvas import Pixels
 from pool_pymunk.render.encode import timed, write_gif, write_mp4
 from pool_pymunk.render.output import RenderError, written
 from pool_pymunk.render.sheet import Show
-from pool_pymunk.render.stage import DROP, Stage, Timing
-from pool_pymunk.render.style import SCREEN, Style
+from pool_pymunk.render.stage import Stage, Timing
+from pool_pymunk.render.style import LOOK, SCREEN, Style
 from pool_pymunk.results.run import Run
 
 Progress = Callable[[int], None]
@@ -64,7 +64,7 @@ class FilmSettings:
     def timing(self, show: Show) -> Timing:
         """Return the times of a show's frames; the last ball may still have to fall."""
         last = max((e.t for run in show.runs for e in run.events if e.pocket), default=-math.inf)
-        whole = max(show.duration, last + DROP / self.slow)
+        whole = max(show.duration, last + LOOK.drop / self.slow)
         end = whole if self.end is None else min(self.end, whole)
         return Timing(min(self.start, end), end, self.fps, self.slow)
 

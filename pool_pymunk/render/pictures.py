@@ -9,15 +9,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pool_pymunk.model import Point, Scene
+from pool_pymunk.model import Scene
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import (
     Disc,
     discs,
-    draw_arrow,
+    draw_arrows,
     draw_balls,
     draw_ghosts,
     draw_rings,
-    draw_tracks,
+    tracks,
     way,
 )
 from pool_pymunk.render.output import RenderError, written
@@ -125,15 +126,14 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
             draw_rings(axes, _started(run, view))
         ground = style.plane if run.scene.table is None else style.cloth
         paths = [_path(run, i, view) for i in range(len(balls))]
-        draw_tracks(axes, paths, balls, ground, solid=solid)
+        axes.add_collection(tracks(paths, balls, ground, solid=solid), autolim=False)
     if not solid:
         draw_ghosts(axes, there, style)
         return
     if there:
         draw_balls(axes, there, style)
-    for ball, v in zip(balls, velocity[0], strict=True):
-        if when == "start" and v.any():
-            draw_arrow(axes, ball, tuple(view.scale * v), style)
+    if when == "start":
+        draw_arrows(axes, balls, velocity[0], view.scale, style)
 
 
 def _started(run: Run, view: View) -> list[Disc]:
@@ -147,8 +147,9 @@ def _moment(show: Show, when: When) -> str:
     return when if when == "start" else f"end after {seconds(show.duration)}"
 
 
-def _path(run: Run, i: int, view: View) -> list[Point]:
+def _path(run: Run, i: int, view: View) -> Array:
     """Return the way of ball ``i`` on the canvas, up to the rim of a pocket that takes it."""
-    places = way(run, i)[:, 1:3].tolist()
-    last = [] if run.scene.balls[i].id in run.pocketed else [run.end.position[i]]
-    return [view.place((x, y)) for x, y in [*places, *last]]
+    places = way(run, i)[:, 1:3]
+    if run.scene.balls[i].id not in run.pocketed:
+        places = np.concatenate([places, [run.end.position[i]]])
+    return view.scale * places + (view.x, view.y)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from pool_pymunk.model import Point
 from pool_pymunk.render.balls import Disc, discs
@@ -259,12 +260,12 @@ def in_tray(run: Run, ids: Sequence[str], layout: Layout, view: View) -> list[Di
     ]
 
 
-def draw_tray(axes: Axes, layout: Layout, style: Style) -> None:
+def draw_tray(axes: Axes, layout: Layout, style: Style) -> Text:
     """Say what the balls in the tray are."""
-    if layout.tray is not None:
-        at = (layout.tray.x0, (layout.tray.y0 + layout.tray.y1) / 2)
-        looks = {"va": "center", "color": style.faint}
-        draw_text(axes, "Pocketed", at, layout.letter, 6.0 * layout.letter, **looks)
+    assert layout.tray is not None
+    at = (layout.tray.x0, (layout.tray.y0 + layout.tray.y1) / 2)
+    looks = {"va": "center", "color": style.faint}
+    return draw_text(axes, "Pocketed", at, layout.letter, 6.0 * layout.letter, **looks)
 
 
 def draw_caption(sheet: Sheet, layout: Layout, text: str, style: Style, share: float = 1.0) -> None:

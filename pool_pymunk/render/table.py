@@ -149,9 +149,9 @@ def draw_plane(axes: Axes, room: Box, view: View, units: Units, style: Style) ->
         placed = [list(map(view.place, path)) for path in paths]
         drawn = LineCollection(placed, colors=color, linewidths=width, zorder=zorder)
         axes.add_collection(drawn, autolim=False)
-    axes.annotate(
-        text, view.place(((bar[1][0] + bar[2][0]) / 2, bar[1][1])), (0.0, 0.35 * view.letter),
-        textcoords="offset points", fontsize=1.2 * view.letter, color=style.ink, ha="center",
+    x, y = view.place(((bar[1][0] + bar[2][0]) / 2, bar[1][1]))
+    axes.text(
+        x, y + 0.35 * view.letter, text, fontsize=1.2 * view.letter, color=style.ink, ha="center",
         va="bottom", parse_math=False, zorder=1.3,
     )  # fmt: skip
 

@@ -9,6 +9,7 @@ const AGAIN = 1000; // and this time before it asks for a cloud again
 const SOON = 250; // ms; an answer that takes longer is announced
 const POINT = [0.09, 0.6, 1.3]; // the radius of an end, in that of its ball; its bounds in pixels
 const EXACT = 1e-9; // m; ends that are nearer than this differ by rounding
+const AIM = ["aim-ball", "aim-angle", "aim-speed"]; // the fields
 const token = new URLSearchParams(location.search).get("token");
 
 /** Questions of one kind: one is on its way at most, and of those that wait only the latest. */
@@ -39,19 +40,16 @@ class LiveTable {
     this.start = this.first = endOf(player);
     this.before = []; // what undo goes back to: starts, each with the aim there
     this.aim = { ball: live.ball, speed: live.speed, angle: live.angle };
-    this.last = null; // the question of the shot that is shown
-    this.track = null; // the exact run of the aim
-    this.drag = null;
-    this.cloud = null;
-    this.ghosts = true;
+    this.unit = content.units.speed[1];
+    // `last` is the question of the shot that is shown, `track` the exact run of the aim.
+    Object.assign(this, { last: null, track: null, drag: null, cloud: null, ghosts: true });
     this.aims = new Latest((one) => this.ask("aim", one), this.takeTrack.bind(this));
     this.clouds = new Latest(this.askCloud.bind(this), this.takeCloud.bind(this));
     player.keepsPlot = true;
     table.under = () => this.drawCloud();
     table.over = () => this.drawAim();
-    this.tip = element("p");
+    this.tip = byId("frame").appendChild(element("p"));
     this.tip.id = "tip";
-    byId("frame").append(this.tip);
     this.fillChoices();
     this.listen();
     this.rest();
@@ -64,24 +62,18 @@ class LiveTable {
   async ask(name, question) {
     const headers = { "content-type": "application/json", "x-pool-token": token };
     const [body, signal] = [JSON.stringify(question), AbortSignal.timeout(ANSWER)];
-    let reply;
-    let text;
-    try {
-      reply = await fetch(`/api/${name}`, { method: "POST", headers, body, signal });
-      text = await reply.text();
-    } catch {
-      this.say("The server does not answer. The table stays as it is: try again when it runs.");
+    const asked = fetch(`/api/${name}`, { method: "POST", headers, body, signal });
+    const reply = await asked.catch(() => null);
+    const text = await reply?.text().catch(() => null);
+    if (typeof text !== "string") {
+      say("The server does not answer. The table stays as it is: try again when it runs.");
       return null;
     }
     const comesLater = name === "cloud" && [503, 429].includes(reply.status);
     if (comesLater) this.comesLater = true;
-    else this.say(reply.ok ? "" : problemsOf(text));
+    else say(reply.ok ? "" : problemsOf(text));
     if (!reply.ok) return null;
     return name === "save" ? text : JSON.parse(text);
-  }
-
-  say(text) {
-    byId("message").textContent = text;
   }
 
   /** Return the question of the aimed shot. */
@@ -119,14 +111,13 @@ class LiveTable {
   async playShot(question) {
     if (this.shooting) return false;
     this.shooting = true;
-    const slow = setTimeout(() => this.say("The server plays the shot \u2026"), SOON);
+    const slow = setTimeout(() => say("The server plays the shot \u2026"), SOON);
     const content = await this.ask("shot", question);
     clearTimeout(slow);
     this.shooting = false;
     if (!content) return false;
-    this.last = question;
-    this.content = content;
-    this.track = this.aims.next = null;
+    Object.assign(this, { last: question, content, track: null });
+    this.aims.next = null;
     this.show(content);
     this.start = endOf(this.player);
     this.tellCost();
@@ -139,11 +130,7 @@ class LiveTable {
   /** Show a content; the ghost stays chosen or not. */
   show(content) {
     this.player.pause();
-    const { ghosts } = this;
-    this.player.load(content);
-    if (ghosts) return;
-    byId("ghost").value = 0;
-    this.player.compare();
+    this.player.load(content, this.ghosts);
   }
 
   /** Show the balls where they lie, before a shot. */
@@ -199,23 +186,19 @@ class LiveTable {
     const [x0, y0] = this.start.position[ball];
     const way = Math.hypot(x - x0, y - y0) - this.balls[ball].radius;
     if (way <= 0) return null;
-    const top = this.choices.top / this.unit();
+    const top = this.choices.top / this.unit;
     const grain = 10 ** Math.floor(Math.log10(top / 100)); // a dragged speed is rounded to it
     const share = Math.min(way / this.fullWay(), 1);
     const speed = Math.max(Math.round((share * top) / grain), 1) * grain;
     const angle = (Math.atan2(y - y0, x - x0) * 180) / Math.PI;
     const rounded = Math.round(angle * 100) / 100;
-    return { ball, speed: +speed.toPrecision(9) * this.unit(), angle: rounded };
+    return { ball, speed: +speed.toPrecision(9) * this.unit, angle: rounded };
   }
 
   /** Return how far (m) a drag goes from the rim of a ball for a full shot. */
   fullWay() {
     const [x0, , x1] = this.content.seen;
     return FULL * (x1 - x0);
-  }
-
-  unit() {
-    return this.content.units.speed[1];
   }
 
   // -- the pointer ----------------------------------------------------------------------------
@@ -289,12 +272,9 @@ class LiveTable {
   async copy() {
     const answer = await this.ask("scenario", this.last ?? this.question());
     if (!answer) return;
-    try {
-      await navigator.clipboard.writeText(answer.text);
-      this.say(`Copied: ${answer.text.trim().split("\n").length} lines of a scenario file.`);
-    } catch {
-      this.say(answer.text);
-    }
+    const copied = `Copied: ${answer.text.trim().split("\n").length} lines of a scenario file.`;
+    const copying = navigator.clipboard.writeText(answer.text);
+    say(await copying.then(() => copied).catch(() => answer.text));
   }
 
   async save() {
@@ -331,7 +311,7 @@ class LiveTable {
 
   takeCloud(cloud) {
     this.cloud = this.errs ? cloud : null;
-    this.cloudLayer = null;
+    this.cloudGround = null;
     const few = this.cloud?.samples < this.choices.samples;
     const why = cloud?.compiled ? " (these shots are hard)" : " (numba is not installed)";
     byId("cloud-text").textContent = this.cloud
@@ -359,7 +339,7 @@ class LiveTable {
     byId("undo").disabled = !this.before.length;
     const buttons = this.start.off.map((id) => {
       const i = this.balls.findIndex((ball) => ball.id === id);
-      const made = button(shortened(id), () => this.put(i, this.first.position[i]));
+      const made = button(() => this.put(i, this.first.position[i]), shortened(id));
       made.title = `Put ${isolated(id)} back to where the scenario has it`;
       return made;
     });
@@ -384,7 +364,7 @@ class LiveTable {
     this.table.drawArrow(x, y, ux, uy, radius, tip);
     this.table.pen.globalAlpha = 1;
     if (this.track) this.drawTrack(this.track);
-    const fast = +(speed / this.unit()).toPrecision(6);
+    const fast = +(speed / this.unit).toPrecision(6);
     this.tip.textContent = `${fast} ${this.content.units.speed[0]} at ${angle.toFixed(1)}\u00b0`;
     this.table.putBeside(this.tip, x + tip * ux, y + tip * uy, ux < 0);
   }
@@ -397,35 +377,24 @@ class LiveTable {
     const both = hit?.balls ?? [struck];
     const ends = (e) => e.t > hit?.t && isMarked(e) && e.balls.some((i) => both.includes(i));
     const t = run.events.find(ends)?.t ?? run.duration;
-    table.pen.setLineDash([7 * table.ratio, 5 * table.ratio]);
+    const { pen, ratio } = table;
+    pen.setLineDash([7 * ratio, 5 * ratio]);
     for (const i of both) {
       const path = table.path(table.way(run, i, t, 1));
-      for (const [width, strokeStyle] of [
-        [3.6, "rgb(0 0 0 / 35%)"],
-        [2, this.balls[i].color],
-      ]) {
-        Object.assign(table.pen, {
-          strokeStyle,
-          lineWidth: width * table.ratio,
-          lineJoin: "round",
-        });
-        table.pen.stroke(path);
-      }
+      strokeOver(pen, path, ["rgb(0 0 0 / 35%)", 3.6 * ratio], [this.balls[i].color, 2 * ratio]);
     }
-    table.pen.setLineDash([]);
+    pen.setLineDash([]);
     if (!hit) return;
     const { x, y } = stateAt(run, struck, hit.t);
     const { radius } = this.balls[struck];
     table.ring(x, y, 0.94 * radius, 0.12 * radius, table.style.flash, 1);
   }
 
-  /** Draw the cloud below the balls; it is drawn once for each size of the table. */
+  /** Draw the cloud below the balls; it is drawn once for each ground of the table. */
   drawCloud() {
     if (!this.cloud || this.drag?.moves) return;
-    if (!this.cloudLayer || this.cloudGround !== this.table.ground) {
-      this.cloudLayer = this.drawEnds();
-      this.cloudGround = this.table.ground;
-    }
+    if (this.cloudGround !== this.table.ground) this.cloudLayer = this.drawEnds();
+    this.cloudGround = this.table.ground;
     this.table.pen.drawImage(this.cloudLayer, 0, 0);
   }
 
@@ -480,22 +449,18 @@ class LiveTable {
   writeAim() {
     byId("aim-ball").value = this.aim.ball;
     byId("aim-angle").value = +this.aim.angle.toFixed(6);
-    byId("aim-speed").value = +(this.aim.speed / this.unit()).toPrecision(9);
-    this.written = this.fields();
-  }
-
-  fields() {
-    return ["aim-ball", "aim-angle", "aim-speed"].map((id) => byId(id).value).join(" ");
+    byId("aim-speed").value = +(this.aim.speed / this.unit).toPrecision(9);
+    this.written = AIM.map((id) => byId(id).value).join(" ");
   }
 
   /** Read what was typed, if anything was; a number that is none stays as it was. */
   typed() {
-    if (this.fields() === this.written) return;
+    if (AIM.map((id) => byId(id).value).join(" ") === this.written) return;
     const [angle, speed] = ["aim-angle", "aim-speed"].map((id) => byId(id).valueAsNumber);
     this.changeAim({
       ball: Number(byId("aim-ball").value),
       angle: Number.isFinite(angle) ? angle : this.aim.angle,
-      speed: speed >= 0 ? speed * this.unit() : this.aim.speed,
+      speed: speed >= 0 ? speed * this.unit : this.aim.speed,
     });
   }
 
@@ -504,16 +469,14 @@ class LiveTable {
     on("table", "pointermove", (event) => this.pull(event));
     on("table", "pointerup", (event) => this.release(event));
     on("table", "pointercancel", () => this.drag && this.letBe());
-    for (const id of ["aim-ball", "aim-angle", "aim-speed"]) on(id, "change", () => this.typed());
+    for (const id of AIM) on(id, "change", () => this.typed());
     for (const id of ["angle-error", "speed-error"]) on(id, "input", () => this.wantCloud());
     on("solver", "change", () => this.fillSteps());
     for (const id of ["solver", "step", "law"]) on(id, "change", () => this.again());
     on("ghost", "change", () => {
       this.ghosts = byId("ghost").value !== "0";
     });
-    for (const id of ["shoot", "undo", "reset", "copy", "save"]) {
-      on(id, "click", () => this[id]());
-    }
+    for (const id of ["shoot", "undo", "reset", "copy", "save"]) on(id, "click", () => this[id]());
     on("move", "click", () => {
       byId("move").ariaPressed = byId("move").ariaPressed !== "true";
     });
@@ -538,6 +501,10 @@ class LiveTable {
     event.preventDefault();
     action();
   }
+}
+
+function say(text) {
+  byId("message").textContent = text;
 }
 
 /** Return where the balls lie after the run that is shown. */

@@ -41,15 +41,10 @@ function placesOf(states) {
   return states.map(({ x, y }) => [x, y]);
 }
 
-/** Return how far (m) ball i is from itself in another run, at the time t. */
-function gapAt(run, other, i, t) {
-  const [here, there] = [stateAt(run, i, t), stateAt(other, i, t)];
-  return Math.hypot(here.x - there.x, here.y - there.y);
-}
-
 /** Return how far (m) every ball is from itself in another run, at the time t. */
 function apart(run, other, t) {
-  return run.knots.map((_, i) => gapAt(run, other, i, t));
+  const there = statesAt(other, t);
+  return statesAt(run, t).map(({ x, y }, i) => Math.hypot(x - there[i].x, y - there[i].y));
 }
 
 /** Return the time at which each ball left the table: Infinity for one that stays on it. */

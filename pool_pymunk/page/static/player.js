@@ -14,12 +14,10 @@ class Player {
   constructor(content) {
     this.table = new TableView(byId("table"));
     this.plot = new DistancePlot(byId("plot"));
-    this.dark = matchMedia("(prefers-color-scheme: dark)").matches;
-    this.speed = 1;
-    this.time = 0;
-    this.playing = false;
-    this.frame = 0; // the animation's next frame
-    this.picked = null;
+    this.scheme = matchMedia("(prefers-color-scheme: dark)");
+    this.dark = this.scheme.matches;
+    // `frame` is the animation's next one, and `picked` the ball of which there is more to know.
+    Object.assign(this, { speed: 1, time: 0, playing: false, frame: 0, picked: null });
     this.held = false; // A live table holds a ball, so nothing is picked,
     this.keepsPlot = false; // and keeps its size where there is no ghost.
     this.load(content);
@@ -29,9 +27,9 @@ class Player {
 
   // -- what is shown --------------------------------------------------------------------------
 
-  /** Show a content: a scene, and runs of its shots. */
-  load(content) {
-    this.content = content;
+  /** Show a content: a scene, and runs of its shots, at first beside a ghost if there is one. */
+  load(content, ghosts = true) {
+    Object.assign(this, { content, ghosts });
     for (const run of content.shots.flatMap((shot) => shot.runs)) ready(run);
     byId("title").textContent = content.title;
     const names = content.shots.map((shot, k) => [k, `${k + 1}: ${shot.name}`]);
@@ -47,7 +45,7 @@ class Player {
     this.run = this.shot.runs[0];
     byId("shot").value = k;
     const others = this.shot.runs.map((run, n) => [n, run.label]).slice(1);
-    fill("ghost", [[0, "nothing"], ...others], others.length ? 1 : 0);
+    fill("ghost", [[0, "nothing"], ...others], others.length && this.ghosts ? 1 : 0);
     byId("ghost-label").hidden = !others.length;
     byId("setting").textContent = [isolated(this.shot.name), this.run.label, this.run.message]
       .filter(Boolean)
@@ -70,9 +68,10 @@ class Player {
     this.ghost = n ? this.shot.runs[n] : null;
     this.duration = Math.max(this.run.duration, this.ghost?.duration ?? 0);
     byId("time").max = this.duration || 1;
+    this.time = Math.min(this.time, this.duration);
     byId("apart").hidden = !this.ghost;
-    const text = `How far every ball is from itself by ${this.ghost?.label} (its ghost)`;
-    byId("apart-text").textContent = text;
+    byId("apart-text").textContent =
+      `How far every ball is from itself by ${this.ghost?.label} (its ghost)`;
     this.dress(this.dark);
   }
 
@@ -94,9 +93,8 @@ class Player {
     const last = `${(shown.at(-1)?.t ?? 0).toFixed(decimals)} s`;
     byId("events").style.setProperty("--letters", last.length);
     this.rows = shown.map((event) => {
-      const row = button("", () => this.jump(event.t));
-      row.append(element("span", `${event.t.toFixed(decimals)} s`));
-      row.append(element("span", this.words(event)));
+      const parts = [`${event.t.toFixed(decimals)} s`, this.words(event)];
+      const row = button(() => this.jump(event.t), ...parts.map((text) => element("span", text)));
       row.classList.toggle("quiet", !isMarked(event));
       return row;
     });
@@ -167,8 +165,8 @@ class Player {
 
   /** Return how many decimals the times of a run so long have. */
   decimals(duration) {
-    const wanted = DIGITS - 1 - Math.floor(Math.log10(duration || 1));
-    return Math.min(Math.max(wanted, DECIMALS[0]), DECIMALS[1]);
+    const needed = DIGITS - 1 - Math.floor(Math.log10(duration || 1));
+    return Math.min(Math.max(needed, DECIMALS[0]), DECIMALS[1]);
   }
 
   /** Stop at a time. */
@@ -187,8 +185,12 @@ class Player {
 
   faster(way) {
     const k = SPEEDS.indexOf(this.speed) + way;
-    this.speed = SPEEDS[Math.min(Math.max(k, 0), SPEEDS.length - 1)];
-    byId("speed").value = this.speed;
+    this.setSpeed(SPEEDS[Math.min(Math.max(k, 0), SPEEDS.length - 1)]);
+  }
+
+  setSpeed(speed) {
+    this.speed = byId("speed").value = speed;
+    this.draw();
   }
 
   // -- the page -------------------------------------------------------------------------------
@@ -236,7 +238,8 @@ class Player {
   /** Mark what has happened in the list, and keep it in sight. */
   markEvents() {
     const count = this.run.events.slice(0, MOST_EVENTS).filter((e) => e.t <= this.time).length;
-    if (count === this.marked && this.rows === this.markedRows) return;
+    if (count === this.rows.marked) return;
+    this.rows.marked = count;
     this.rows.forEach((row, k) => {
       row.classList.toggle("past", k < count);
       row.toggleAttribute("aria-current", k === count - 1);
@@ -244,17 +247,14 @@ class Player {
     const list = byId("events");
     const row = this.rows[Math.max(count - 1, 0)];
     if (row) list.scrollTop = row.offsetTop - list.offsetTop - list.clientHeight / 2;
-    [this.marked, this.markedRows] = [count, this.rows];
     this.tellPocketed();
   }
 
   /** Say which balls are off the table. */
   tellPocketed() {
     const fallen = this.run.events.filter((e) => e.pocket && e.t <= this.time);
-    const names = [
-      ...this.run.off.map((i) => this.name(i)),
-      ...fallen.map((e) => `${this.name(e.balls[0])} (${isolated(e.pocket)})`),
-    ];
+    const names = fallen.map((e) => `${this.name(e.balls[0])} (${isolated(e.pocket)})`);
+    names.unshift(...this.run.off.map((i) => this.name(i)));
     byId("pocketed").hidden = !names.length;
     byId("pocketed").textContent = `Off the table: ${names.join(", ")}`;
   }
@@ -290,15 +290,9 @@ class Player {
     on("back", "click", () => this.step(-1));
     on("on", "click", () => this.step(1));
     on("time", "input", () => this.jump(byId("time").valueAsNumber));
-    on("speed", "change", () => {
-      this.speed = Number(byId("speed").value);
-      this.draw();
-    });
+    on("speed", "change", () => this.setSpeed(Number(byId("speed").value)));
     on("shot", "change", () => this.open(Number(byId("shot").value)));
-    on("ghost", "change", () => {
-      this.compare();
-      this.seek(this.time);
-    });
+    on("ghost", "change", () => this.compare());
     on("trails", "change", () => this.draw());
     on("theme", "click", () => this.dress(!this.dark));
     on("plot", "pointerdown", (event) => this.jump(this.plot.time(event)));
@@ -310,8 +304,7 @@ class Player {
     });
     document.addEventListener("keydown", (event) => this.key(event));
     window.addEventListener("resize", () => this.resize());
-    const scheme = matchMedia("(prefers-color-scheme: dark)");
-    scheme.addEventListener("change", () => this.dress(scheme.matches));
+    this.scheme.addEventListener("change", () => this.dress(this.scheme.matches));
   }
 
   key(event) {
@@ -357,8 +350,8 @@ function element(kind, ...inside) {
   return made;
 }
 
-function button(text, action) {
-  const made = element("button", text);
+function button(action, ...inside) {
+  const made = element("button", ...inside);
   made.type = "button";
   made.addEventListener("click", action);
   return made;

@@ -13,18 +13,15 @@ class DistancePlot {
     Object.assign(this, { content, style, duration: duration || 1 });
     const times = Array.from({ length: SAMPLES }, (_, k) => (k * this.duration) / (SAMPLES - 1));
     const unit = content.units.length[1];
-    this.curves = content.balls.map((ball, i) => ({
-      color: ball.color,
-      points: times.map((t) => [t, gapAt(run, ghost, i, t) / unit]),
-    }));
+    const gaps = times.map((t) => apart(run, ghost, t).map((gap) => gap / unit));
+    this.curves = content.balls.map(({ color }, i) => {
+      return { color, points: times.map((t, k) => [t, gaps[k][i]]) };
+    });
     const { wide_range, decades } = content.look;
-    const all = this.curves.flatMap(({ points }) => points.map(([, d]) => d));
-    const seen = all.filter((d) => d > 0 && Number.isFinite(d));
-    const most = seen.reduce((a, b) => Math.max(a, b), 0);
-    const least = Math.max(
-      seen.reduce((a, b) => Math.min(a, b), most),
-      decades * most,
-    );
+    const seen = gaps.flat().filter((d) => d > 0 && Number.isFinite(d));
+    seen.sort((a, b) => a - b);
+    const most = seen.at(-1) ?? 0;
+    const least = Math.max(seen[0], decades * most);
     this.same = most === 0;
     this.log = !this.same && most / least > wide_range;
     this.low = this.log ? 10 ** Math.floor(Math.log10(least)) : 0;
@@ -57,39 +54,27 @@ class DistancePlot {
     return this.foot - share * (this.foot - this.top);
   }
 
+  /** Draw the curves; they are faint from the time t on. */
   draw(t) {
-    const { pen, style, ratio } = this;
+    const { pen, style, ratio, top } = this;
+    const [now, height] = [this.x(t), this.foot - top];
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     this.drawAxes();
-    for (const [last, strength] of this.same
-      ? []
-      : [
-          [this.duration, 0.3],
-          [t, 1],
-        ]) {
-      pen.globalAlpha = strength;
-      for (const { color, points } of this.curves) {
-        const curve = this.curve(points, last);
-        for (const [strokeStyle, wide] of [
-          [style.faint, 3.2],
-          [color, 2],
-        ]) {
-          Object.assign(pen, { strokeStyle, lineWidth: wide * ratio, lineJoin: "round" });
-          pen.stroke(curve);
-        }
-      }
+    for (const { color, points } of this.same ? [] : this.curves) {
+      strokeOver(pen, this.curve(points), [style.faint, 3.2 * ratio], [color, 2 * ratio]);
     }
-    pen.globalAlpha = 1;
-    pen.fillStyle = style.ink;
-    pen.fillRect(this.x(t) - ratio, this.top, 2 * ratio, this.foot - this.top);
+    Object.assign(pen, { fillStyle: style.page, globalAlpha: 0.7 });
+    pen.fillRect(now, top - ratio, this.right - now + ratio, height);
+    Object.assign(pen, { fillStyle: style.ink, globalAlpha: 1 });
+    pen.fillRect(now - ratio, top, 2 * ratio, height);
   }
 
-  /** Return a curve up to a time; where the distance is 0 a logarithmic axis has no place. */
-  curve(points, last) {
+  /** Return a curve; where the distance is 0 a logarithmic axis has no place. */
+  curve(points) {
     const path = new Path2D();
     let open = false;
     for (const [t, d] of points) {
-      const there = t <= last && Number.isFinite(d) && (d > 0 || !this.log);
+      const there = Number.isFinite(d) && (d > 0 || !this.log);
       if (there) path[open ? "lineTo" : "moveTo"](this.x(t), this.y(d));
       open = there;
     }
@@ -127,10 +112,9 @@ class DistancePlot {
       const step = [5, 2, 1].map((k) => k * power).find((s) => this.high / s >= 2) ?? power;
       return Array.from({ length: Math.floor(this.high / step) + 1 }, (_, k) => k * step);
     }
-    const [low, high] = [this.low, this.high].map((d) => Math.log10(d));
+    const [low, high] = [this.low, this.high].map((d) => Math.ceil(Math.log10(d) - 1e-9));
     const every = Math.max(Math.ceil((high - low) / 5), 1);
-    const first = Math.ceil(low - 1e-9);
-    const count = Math.floor((high - first) / every) + 1;
-    return Array.from({ length: count }, (_, k) => 10 ** (first + k * every));
+    const count = Math.ceil((high - low) / every);
+    return Array.from({ length: count }, (_, k) => 10 ** (low + k * every));
   }
 }

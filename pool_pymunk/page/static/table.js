@@ -100,8 +100,8 @@ class TableView {
     if (this.content.table) this.drawTable(pen);
     else this.drawPlane(pen);
     for (const { x, y, radius } of this.content.pockets) {
-      fillCircle(pen, ...this.place(x, y), radius * this.scale, this.style.lip);
-      fillCircle(pen, ...this.place(x, y), 0.9 * radius * this.scale, this.style.hole);
+      this.disc(pen, x, y, radius, this.style.lip);
+      this.disc(pen, x, y, 0.9 * radius, this.style.hole);
     }
     return ground;
   }
@@ -109,10 +109,9 @@ class TableView {
   /** Return lines through points of the plane (m). */
   path(lines) {
     const path = new Path2D();
-    for (const line of lines) {
-      const [first, ...others] = line.map((point) => this.place(...point));
-      path.moveTo(...first);
-      for (const point of others) path.lineTo(...point);
+    for (const [first, ...others] of lines) {
+      path.moveTo(...this.place(...first));
+      for (const point of others) path.lineTo(...this.place(...point));
     }
     return path;
   }
@@ -133,9 +132,7 @@ class TableView {
     pen.clip(path);
     for (const width of shades) stroke("rgb(0 0 0 / 5%)", width, "round");
     pen.restore();
-    for (const place of sights) {
-      fillCircle(pen, ...this.place(...place), sight * this.scale, this.style.sight);
-    }
+    for (const [x, y] of sights) this.disc(pen, x, y, sight, this.style.sight);
   }
 
   /** Draw an open plane with a faint grid, and a bar that says how far its lines are apart. */
@@ -218,8 +215,8 @@ class TableView {
     const { pen } = this;
     const size = 10 * this.ratio;
     Object.assign(pen, { font: `bold ${size}px ${FONT}`, textAlign: "left", lineJoin: "round" });
-    Object.assign(pen, { textBaseline: "middle", strokeStyle: "rgb(0 0 0 / 70%)" });
-    Object.assign(pen, { fillStyle: "#ffffff", lineWidth: 0.3 * size });
+    Object.assign(pen, { textBaseline: "middle", lineWidth: 0.3 * size });
+    Object.assign(pen, { fillStyle: "#ffffff", strokeStyle: "rgb(0 0 0 / 70%)" });
     statesAt(run, t).forEach(({ x, y }, i) => {
       const { id, radius } = this.content.balls[i];
       if (t >= run.leaves[i] || this.lettering(i).inside) return;
@@ -245,7 +242,7 @@ class TableView {
       const { radius, color } = this.content.balls[i];
       const width = Math.min(0.16 * radius, (4 * this.ratio) / this.scale);
       this.pen.globalAlpha = 0.35;
-      fillCircle(this.pen, ...this.place(x, y), radius * this.scale, "#ffffff");
+      this.disc(this.pen, x, y, radius, "#ffffff");
       this.ring(x, y, radius - width / 2, width, color, 1);
       this.ring(x, y, radius, 0.25 * width, this.style.outline, 0.7);
     });
@@ -291,6 +288,10 @@ class TableView {
   }
 
   // -- balls ----------------------------------------------------------------------------------
+
+  disc(pen, x, y, radius, color) {
+    fillCircle(pen, ...this.place(x, y), radius * this.scale, color);
+  }
 
   ring(x, y, radius, width, color, strength) {
     const { pen } = this;
@@ -346,6 +347,14 @@ function fillCircle(pen, x, y, radius, color) {
   pen.beginPath();
   pen.arc(x, y, radius, 0, 2 * Math.PI);
   pen.fill();
+}
+
+/** Stroke a path in a colour, [color, width], over a wider stroke in another. */
+function strokeOver(pen, path, ...strokes) {
+  for (const [strokeStyle, lineWidth] of strokes) {
+    Object.assign(pen, { strokeStyle, lineWidth, lineJoin: "round" });
+    pen.stroke(path);
+  }
 }
 
 /** Give a canvas a size in CSS pixels, and return how many of its own pixels each of them has. */
