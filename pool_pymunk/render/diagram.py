@@ -9,10 +9,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
@@ -24,9 +23,6 @@ from pool_pymunk.studies.tradeoff import SHARED_ENGINE, Setting, Tradeoff, order
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.text import Annotation
-    from matplotlib.transforms import Bbox
-
-    from pool_pymunk.physics.motion import Array
 
 NO_ORDER = 0.3  # If the slope of error over dt is smaller than this, the error does not converge.
 
@@ -41,7 +37,6 @@ def draw(result: Tradeoff, paths: Sequence[Path]) -> None:
 def figure_of(result: Tradeoff) -> Figure:
     """Draw what :func:`draw` saves: a line for each solver, with its name at its end."""
     figure = Figure(figsize=(10.5, 6.5), layout="constrained")
-    canvas = FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     units = result.scene.units
     measured = [(s, result.of(s.name)) for s in SOLVERS.values() if result.of(s.name)]
@@ -59,7 +54,7 @@ def figure_of(result: Tradeoff) -> Figure:
     if len(result.exact) > 1:
         figure.supxlabel(SHARED_ENGINE, fontsize=8.5, color="#555555")
     axes.margins(y=0.08)
-    canvas.draw()  # type: ignore[no-untyped-call]
+    figure.draw_without_rendering()
     figure.set_layout_engine("none")
     place_labels(axes, labels)
     return figure
@@ -174,8 +169,8 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
     If every side is taken, the label goes to the side where it covers least.
     """
     taken = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
-    lines = [axes.transData.transform(_dense(line.get_xydata(), axes)) for line in axes.lines]
-    drawn = np.concatenate(lines) if lines else np.empty((0, 2))
+    paths = [axes.transData.transform_path(line.get_path()) for line in axes.lines]
+    drawn = np.concatenate([np.empty((0, 2)), *(path.interpolated(40).vertices for path in paths)])
     room = axes.get_window_extent()
     halo = [withStroke(linewidth=2, foreground="#ffffff")]
     for text, at, color in labels:
@@ -184,28 +179,17 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
             linespacing=1.25, zorder=4, path_effects=halo,
         )  # fmt: skip
 
-        def put(side: tuple[float, float, str, str], note: Annotation = note) -> Bbox:
+        def covered(side: tuple[float, float, str, str], note: Annotation = note) -> float:
+            """Put the label to a side, and return how much it covers there."""
             note.xyann = side[:2]
             note.set(ha=side[2], va=side[3])
-            return note.get_window_extent()
-
-        def covered(side: tuple[float, float, str, str]) -> float:
-            box = put(side)
+            box = note.get_window_extent()
             inside = int(((drawn > box.min) & (drawn < box.max)).all(axis=1).sum())
             out = box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0
-            return (
-                inside + 1e3 * sum(bool(box.overlaps(other)) for other in taken) + 1e4 * bool(out)
-            )
+            return inside + 1e3 * box.count_overlaps(taken) + 1e4 * bool(out)
 
-        taken.append(put(min(SIDES, key=covered)))
-
-
-def _dense(corners: Any, axes: Axes) -> Array:
-    """Return points along a line, dense enough that text cannot lie between them."""
-    corners = np.asarray(corners, dtype=float)
-    steps = np.linspace(0.0, len(corners) - 1, 40 * len(corners))
-    xs, ys = (np.interp(steps, np.arange(len(corners)), part) for part in corners.T)
-    return np.column_stack([xs, ys])
+        covered(min(SIDES, key=covered))
+        taken.append(note.get_window_extent())
 
 
 def _about(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
@@ -222,12 +206,9 @@ def _about(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
 
 def _size(result: Tradeoff) -> float:
     """Return the size of the scene (m): an error of that size says only that all is lost."""
-    xs = [ball.position[0] for ball in result.scene.balls]
-    ys = [ball.position[1] for ball in result.scene.balls]
-    if result.scene.table is not None:
-        x0, y0, x1, y1 = result.scene.table.bounds
-        return min(x1 - x0, y1 - y0)
-    return max(max(xs) - min(xs), max(ys) - min(ys), 1e-9)
+    table, places = result.scene.table, [ball.position for ball in result.scene.balls]
+    size = np.ptp(places if table is None else table.outline, axis=0)
+    return float(size.min() if table is not None else max(size.max(), 1e-9))
 
 
 def _band(axes: Axes, edge: float, spread: float, result: Tradeoff) -> None:

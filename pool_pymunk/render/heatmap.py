@@ -5,22 +5,24 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import find_solver
-from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
+from pool_pymunk.studies.stability.extremes import EXTREMES
 from pool_pymunk.studies.stability.suite import Cell, columns
 from pool_pymunk.studies.stability.table import notes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from pool_pymunk.model import Point
+
 # Blue against yellow to brown can be told apart by the colour-blind, and in grey by lightness.
+FAINT, EDGE = "#555555", "#bbbbbb"
 HOLDS, NOT_RUN = "#cde2f2", "#ececec"
 DEGREES = (  # Each row has a severity, the colour up to it, and its words.
     (1e-6, "#fff4c9", "error below 1e-6"),
@@ -47,27 +49,29 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
     rows = [e for e in EXTREMES if any(name == e.name for name, _ in found)]
     used = {solver.name: _steps_used(cells, solver.name) for solver in columns()}
     in_steps = _exact_in_steps()
-    steps = used.get(in_steps, [])
-    width = LABEL + WIDE * len(used) + GAP + NARROW * max(len(steps), 3)
+    steps, beside = used.get(in_steps, []), LABEL + WIDE * len(used) + GAP
+    width = beside + NARROW * max(len(steps), 3)
     reasons = [line for note in notes(cells) for line in textwrap.wrap(note, 170)]
-    height = HEAD + HEIGHT * len(rows) + FOOT + 0.2 * len(reasons)
+    foot = HEAD + HEIGHT * len(rows) + 0.2
+    height = foot + FOOT - 0.2 + 0.2 * len(reasons)
     figure = Figure(figsize=(width, height))
-    FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(height, 0.0))
     axes.axis("off")
     _headings(axes, used)
     for k, extreme in enumerate(rows):
         top = HEAD + HEIGHT * k
-        _label(axes, extreme, top)
+        axes.text(0.15, top + 0.21, extreme.name, fontsize=10.5, weight="bold", va="center")
+        axes.text(0.15, top + 0.42, extreme.about, fontsize=8, color=FAINT, va="center")
         for column, solver in enumerate(used):
             _verdict(axes, found.get((extreme.name, solver)), LABEL + WIDE * column, top)
         exact = found.get((extreme.name, in_steps))
         for column, dt in enumerate(steps):
-            left = LABEL + WIDE * len(used) + GAP + NARROW * column
-            _distance(axes, exact.distance(dt) if exact else None, left, top)
-    foot = HEAD + HEIGHT * len(rows) + 0.2
+            distance = exact.distance(dt) if exact else None
+            text = "" if distance is None else f"{distance:.0e}" if distance > 0.0 else "0"
+            color = NOT_RUN if distance is None else "#ffffff"
+            _box(axes, (beside + NARROW * column, top), NARROW, color, text, ha="center")
     _legend(axes, foot)
-    axes.text(LABEL, foot + 0.55, "\n".join(reasons), fontsize=9, color="#555555", va="top")
+    axes.text(LABEL, foot + 0.55, "\n".join(reasons), fontsize=9, color=FAINT, va="top")
     figure.savefig(path, dpi=120)
 
 
@@ -88,71 +92,56 @@ def _steps_used(cells: Sequence[Cell], solver: str) -> list[float]:
 
 def _headings(axes: Axes, used: Mapping[str, Sequence[float]]) -> None:
     axes.text(0.15, 0.3, TITLE, fontsize=16, weight="bold", va="center")
-    axes.text(0.15, 0.72, HOLDING, fontsize=9, color="#555555", va="center", linespacing=1.4)
-    axes.text(0.15, HEAD - 0.12, "extreme", fontsize=10, color="#555555", va="bottom")
+    axes.text(0.15, 0.72, HOLDING, fontsize=9, color=FAINT, va="center", linespacing=1.4)
+    axes.text(0.15, HEAD - 0.12, "extreme", fontsize=10, color=FAINT, va="bottom")
     for column, (solver, steps) in enumerate(used.items()):
         left = LABEL + WIDE * column + 0.05
         about = ", ".join(map(step_text, steps))
         about = "exact, no step" if find_solver(solver).is_yardstick else about
         axes.text(left, HEAD - 0.34, solver, fontsize=11, weight="bold", va="bottom")
-        axes.text(left, HEAD - 0.12, about, fontsize=9, color="#555555", va="bottom")
+        axes.text(left, HEAD - 0.12, about, fontsize=9, color=FAINT, va="bottom")
     in_steps = _exact_in_steps()
     left, steps = LABEL + WIDE * len(used) + GAP, used.get(in_steps, [])
     if steps:
         text = f"{in_steps}: largest distance from\nthe exact run (m), before chaos"
-        axes.text(left + 0.05, HEAD - 0.38, text, fontsize=9, color="#555555", va="bottom")
+        axes.text(left + 0.05, HEAD - 0.38, text, fontsize=9, color=FAINT, va="bottom")
     for column, dt in enumerate(steps):
         at = left + 0.05 + NARROW * column
         axes.text(at, HEAD - 0.12, step_text(dt), fontsize=10, va="bottom")
 
 
-def _label(axes: Axes, extreme: Extreme, top: float) -> None:
-    axes.text(0.15, top + 0.21, extreme.name, fontsize=10.5, weight="bold", va="center")
-    axes.text(0.15, top + 0.42, extreme.about, fontsize=8, color="#555555", va="center")
-
-
 def _verdict(axes: Axes, cell: Cell | None, left: float, top: float) -> None:
     color, text = NOT_RUN, ""
-    if cell is not None:
-        worst = cell.worst
-        color = HOLDS if worst is None else _degree(worst.severity)
-        text = str(cell) if cell.run else cell.left_out
-        color = color if cell.run else NOT_RUN
-    _box(axes, (left, top), WIDE, color)
-    _text(axes, text, left, top, color, bold=text.startswith("holds"))
-
-
-def _degree(severity: float) -> str:
-    return next(color for most, color, _ in DEGREES if min(severity, 1.0) <= most)
-
-
-def _distance(axes: Axes, distance: float | None, left: float, top: float) -> None:
-    _box(axes, (left, top), NARROW, "#ffffff" if distance is not None else NOT_RUN)
-    if distance is not None:
-        text = f"{distance:.0e}" if distance > 0.0 else "0"
-        axes.text(left + NARROW / 2, top + HEIGHT / 2, text, fontsize=9, ha="center", va="center")
-
-
-def _box(axes: Axes, corner: tuple[float, float], width: float, color: str) -> None:
-    axes.add_patch(
-        Rectangle((corner[0] + 0.02, corner[1] + 0.02), width - 0.04, HEIGHT - 0.04,
-                  facecolor=color, edgecolor="#bbbbbb", linewidth=0.6)
-    )  # fmt: skip
-
-
-def _text(axes: Axes, text: str, left: float, top: float, color: str, bold: bool) -> None:
+    if cell is not None and cell.run:
+        text, worst = str(cell), cell.worst
+        degrees = (
+            color for most, color, _ in DEGREES if worst and min(worst.severity, 1.0) <= most
+        )
+        color = next(degrees, HOLDS)
+    elif cell is not None:
+        text = cell.left_out
     lines = textwrap.wrap(text, 38)[:3]
-    dark = color == DEGREES[-1][1]
-    axes.text(
-        left + 0.08, top + HEIGHT / 2, "\n".join(lines), va="center",
-        fontsize=10 if bold and len(lines) == 1 else 8, color="#ffffff" if dark else "#222222",
-    )  # fmt: skip
+    large = text.startswith("holds") and len(lines) == 1
+    _box(axes, (left, top), WIDE, color, "\n".join(lines), fontsize=10 if large else 8)
+
+
+def _box(
+    axes: Axes, corner: Point, width: float, color: str, text: str, ha: str = "left", **looks: Any
+) -> None:
+    """Draw a box with text in it."""
+    (left, top), middle = corner, corner[1] + HEIGHT / 2
+    box = Rectangle((left + 0.02, top + 0.02), width - 0.04, HEIGHT - 0.04, facecolor=color)
+    box.set(edgecolor=EDGE, linewidth=0.6)
+    axes.add_patch(box)
+    x = left + (0.08 if ha == "left" else width / 2)
+    ink = "#ffffff" if color == DEGREES[-1][1] else "#222222"
+    axes.text(x, middle, text, va="center", ha=ha, color=ink, **({"fontsize": 9} | looks))
 
 
 def _legend(axes: Axes, top: float) -> None:
     entries = [(HOLDS, "holds"), *((color, words) for _, color, words in DEGREES)]
     for k, (color, words) in enumerate([*entries, (NOT_RUN, "not run")]):
         left = LABEL + 2.3 * k
-        axes.add_patch(Rectangle((left, top), 0.3, 0.2, facecolor=color, edgecolor="#bbbbbb"))
+        axes.add_patch(Rectangle((left, top), 0.3, 0.2, facecolor=color, edgecolor=EDGE))
         axes.text(left + 0.38, top + 0.1, words, fontsize=9, va="center")
-    axes.text(LABEL, top + 0.38, SCALE, fontsize=9, color="#555555", va="center")
+    axes.text(LABEL, top + 0.38, SCALE, fontsize=9, color=FAINT, va="center")

@@ -9,6 +9,7 @@ const AGAIN = 1000; // and this time before it asks for a cloud again
 const SOON = 250; // ms; an answer that takes longer is announced
 const POINT = [0.09, 0.6, 1.3]; // the radius of an end, in that of its ball; its bounds in pixels
 const EXACT = 1e-9; // m; ends that are nearer than this differ by rounding
+const say = (text) => byId("message").replaceChildren(text);
 const AIM = ["aim-ball", "aim-angle", "aim-speed"]; // the fields
 const token = new URLSearchParams(location.search).get("token");
 
@@ -501,10 +502,6 @@ class LiveTable {
     event.preventDefault();
     action();
   }
-}
-
-function say(text) {
-  byId("message").textContent = text;
 }
 
 /** Return where the balls lie after the run that is shown. */

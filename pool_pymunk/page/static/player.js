@@ -184,8 +184,7 @@ class Player {
   }
 
   faster(way) {
-    const k = SPEEDS.indexOf(this.speed) + way;
-    this.setSpeed(SPEEDS[Math.min(Math.max(k, 0), SPEEDS.length - 1)]);
+    this.setSpeed(SPEEDS[SPEEDS.indexOf(this.speed) + way] ?? this.speed);
   }
 
   setSpeed(speed) {
