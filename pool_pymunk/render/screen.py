@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -50,7 +51,7 @@ class Screen:
 
     def write(self, text: str, right: float, y: float, size: float, color: str) -> None:
         """Write a line of figures of ``size`` pixels that ends at the right."""
-        font, context = FontProperties(size=size), self.renderer.new_gc()
+        font, context = _font(size), self.renderer.new_gc()
         context.set_foreground(color)
         width, _, _ = self.renderer.get_text_width_height_descent(text, font, False)
         top = self.canvas.get_width_height()[1] - y
@@ -63,6 +64,11 @@ class Screen:
         for k in range(3):  # This is four times as fast as all at once.
             frame[..., k] = shown[..., k]
         return frame
+
+
+@lru_cache(maxsize=8)
+def _font(size: float) -> FontProperties:
+    return FontProperties(size=size)
 
 
 class Sprite:
