@@ -36,14 +36,19 @@ class Balls:
         self.speeds: list[float] = []  # m/s, at the beginning of the paths
         self.noises: list[float] = []
         self.rested: list[float] = []
+        self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
+        self.ends: list[float] = []  # the time (s) until which each path is looked at
         self.walls: list[Wall] = []
         self.is_finite = True
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
+        speed = path.speed
         self.paths.append(path)
-        self.speeds.append(path.speed)
-        self.noises.append(NOISE * path.speed)
+        self.speeds.append(speed)
+        self.noises.append(NOISE * speed)
+        self.path_ends.append(math.inf)
+        self.ends.append(math.inf)
         self.radii.append(radius)
         self.masses.append(mass)
         self.rested.append(math.inf if path.moves else -math.inf)

@@ -35,6 +35,7 @@ from pool_pymunk.engine.resolver import HIT, MICRO, MISSED, Answer, Resolution, 
 from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import NOISE, NOT_MET, Path, motion_at, pair_time
+from pool_pymunk.physics.sides import Wall
 from pool_pymunk.physics.surface import Surface
 
 __all__ = ["ContactEngine", "Motion", "Recorder"]
@@ -51,11 +52,6 @@ class Tally:
     def __init__(self, most: float = math.inf, most_unlisted: float = math.inf) -> None:
         self.answered = self.listed = self.unlisted = 0
         self.most, self.most_unlisted = most, most_unlisted
-
-    @property
-    def is_over(self) -> bool:
-        """Tell whether as much has happened as may happen."""
-        return self.listed >= self.most or self.unlisted >= self.most_unlisted
 
     @property
     def is_given_up(self) -> bool:
@@ -78,6 +74,7 @@ class ContactEngine(Balls):
         super().__init__(pair, surface)
         persistent = PersistentContacts(self.paths, self.radii, surface.pull)
         self.resolver = Resolver(law, persistent, self.noises)
+        self.history = persistent.history
         self.recorder = recorder
         self.tally = Tally()
         self.queue = Queue(self.paths)
@@ -85,23 +82,18 @@ class ContactEngine(Balls):
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
         self.policy: Policy = Policy(Exact())
-        self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
-        self.ends: list[float] = []  # the time (s) until which each path is looked at
         self._told: tuple[Answer, ...] = ()  # that of the contact of which the recorder is told
 
     # -- setting up ----------------------------------------------------------------------------
 
-    def vary(self, variant: Variant, measures: bool) -> None:
-        """Play this variant of the run, or the run itself, which may measure what order decides."""
-        self.policy = variant.policy(self.resolver, measures)
-        if self.is_finite:
-            self.policy.begin(self)
+    def vary(self, variant: Variant, measures: bool, touch: bool = True) -> None:
+        """Play this variant of the run, or the run itself, which may measure what order decides.
 
-    def add_ball(self, path: Path, radius: float, mass: float) -> int:
-        """Put a ball on the table, and return its number."""
-        self.path_ends.append(math.inf)
-        self.ends.append(math.inf)
-        return super().add_ball(path, radius, mass)
+        If something may ``touch`` at the start, the policy looks at it.
+        """
+        self.policy = variant.policy(self.resolver, measures)
+        if touch and self.is_finite:
+            self.policy.begin(self)
 
     def remove(self, i: int, at: Vector | None = None) -> None:
         """Take ball ``i`` off the table, so that it meets nothing any more.
@@ -131,17 +123,20 @@ class ContactEngine(Balls):
 
     def predict(self, balls: Collection[int]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
+        walls, now, push = self.walls, self.now, self.push
         for i in balls:
-            path, end = self.paths[i], math.inf
+            path, end, radius = self.paths[i], math.inf, self.radii[i]
             if self.speeds[i] > 0.0:
                 for wall in self.near.walls(i):
-                    t = self.meet_wall(i, wall)
-                    if t < end:
-                        end = t
+                    t = walls[wall].time_of_contact(path, radius, now)
+                    if t < math.inf:
+                        push(t, WallHit(i, wall))
+                        if t < end:
+                            end = t
                 if end < math.inf:
-                    end += decisions.nearly_now(self.radii[i], self.speeds[i])
+                    end += decisions.nearly_now(radius, self.speeds[i])
                 elif path.end < math.inf:
-                    self.push(path.end, Stop(i))
+                    push(path.end, Stop(i))
             self.path_ends[i] = end
         self._look_ahead(balls)
 
@@ -171,22 +166,25 @@ class ContactEngine(Balls):
         """
         if i > j:
             i, j = j, i
-        a, b, radii, ends = self.paths[i], self.paths[j], self.radii, self.ends
-        since = a.t if a.t > b.t else b.t
-        since = since if since > self.now else self.now
-        until = ends[i] if ends[i] < ends[j] else ends[j]
-        has_met = (i, j) in self.resolver.history
-        lasting = self.resolver.persistent.lasting(i, j, since) if has_met else NOT_MET
+        a, b, radii, since = self.paths[i], self.paths[j], self.radii, self.now
+        if a.t > since or b.t > since:
+            since = max(a.t, b.t)
+        until, other = self.ends[i], self.ends[j]
+        until = until if until < other else other
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
+        history, lasting = self.history, NOT_MET
+        if (i, j) in history:
+            lasting = self.resolver.persistent.lasting(i, j, since)
         t = pair_time(a, b, radii[i] + radii[j], since, until, lasting, noise)
+        if t == math.inf:
+            return
         waits = t <= since and lasting.time > 0.0
         if waits and (just_missed or self._is_faint(PairHit(i, j), lasting.faint)):
             t = since + lasting.time
             if t > min(until, max(a.end, b.end)):
                 return
-        if t < math.inf:
-            self.push(t, PairHit(i, j))
+        self.push(t, PairHit(i, j))
 
     def _is_faint(self, hit: Hit, faint: float) -> bool:
         """Tell whether two balls that touch close more slowly than ``faint`` (m/s)."""
@@ -216,11 +214,12 @@ class ContactEngine(Balls):
     @property
     def is_over(self) -> bool:
         """Tell whether as much has happened as may happen."""
-        return self.tally.is_over
+        tally = self.tally
+        return tally.listed >= tally.most or tally.unlisted >= tally.most_unlisted
 
     def advance(self, until: float) -> None:
         """Play what is due up to ``until`` (s), within the engine's bounds."""
-        while self.is_finite and not self.tally.is_over:
+        while self.is_finite and not self.is_over:
             if self.upcoming() > until or not self.queue:
                 return
             self.next()
@@ -272,8 +271,10 @@ class ContactEngine(Balls):
 
         These are contacts of balls that are still on the table.
         """
-        met = {hit.i: self.walls[hit.wall] for hit in hits if hit.kind == "wall"}
-        gone = {i: wall for i, wall in met.items() if wall.is_pocket} if met else {}
+        walls, gone = self.walls, dict[int, Wall]()
+        for hit in hits:
+            if hit.kind == "wall" and walls[hit.wall].center is not None:
+                gone[hit.i] = walls[hit.wall]
         if not gone:
             return hits
         for i, wall in gone.items():
@@ -322,16 +323,19 @@ class ContactEngine(Balls):
         """Answer the contacts of this instant, and predict what follows from them."""
         motions, contacts = self.contacts(hits)
         instant = self._add_round(hits, motions)
-        self.policy.look(self, instant.has_many(contacts))
+        if instant.rounds > 1 or len(contacts) > 1:
+            self.policy.look(self)
         if instant.rounds > decisions.FEW_ROUNDS or self.policy.takes_over(self, hits):
             self.answer_cluster(contacts)
             return
         resolution = self.resolver.resolve(contacts, velocities(motions), self.now)
         missed = resolution.of(MISSED)
-        self.policy.look(self, bool(missed))
+        if missed:
+            self.policy.look(self)
         self._carry_out(resolution, motions)
         self.predict(resolution.velocity)
-        self._meet_later(missed)
+        if missed:
+            self._meet_later(missed)
 
     def _add_round(self, hits: Iterable[Hit], motions: Motions) -> Instant:
         """Add a round of hits to the present instant, or begin another one."""

@@ -102,9 +102,13 @@ class Queue(list[Due]):
 
     def upcoming(self) -> float:
         """Return the time (s) at which something is due next; infinite if nothing is."""
-        while self and not self._is_current(self[0]):
+        paths = self.paths
+        while self:
+            t, _, what, path, other = self[0]
+            if paths[what.i] is path and (what.kind != "pair" or paths[what.j] is other):
+                return t
             heappop(self)
-        return self[0][0] if self else math.inf
+        return math.inf
 
     def _is_current(self, due: Due) -> bool:
         _, _, what, path, other = due

@@ -41,10 +41,6 @@ class Instant:
         for hit in hits:
             self.met[hit] = None
 
-    def has_many(self, contacts: Sequence[Contact]) -> bool:
-        """Tell whether there has been more than one contact."""
-        return self.rounds > 1 or len(contacts) > 1
-
     def leave_out(self, balls: Collection[int]) -> None:
         """Leave out what met these balls, which have left the table."""
         self.met = {hit: None for hit in self.met if set(balls).isdisjoint(hit.balls)}

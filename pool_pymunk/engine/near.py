@@ -47,10 +47,12 @@ NOWHERE: Box = (math.inf, math.inf, -math.inf, -math.inf)
 def box(path: Path, radius: float, since: float, end: float) -> Box:
     """Return the box of a disc on its path, from ``since`` until ``end`` (s)."""
     x, y = path.x, path.y
-    if since > path.t:
+    if since > path.t and path.end > path.t:
         x, y, _, _ = motion_at(path, since)
     last = end if end < path.end else path.end
-    if last < math.inf:
+    if path.end == path.t:
+        ex, ey = x, y
+    elif last < math.inf:
         ex, ey, _, _ = motion_at(path, last)
     else:
         ex = math.copysign(math.inf, path.vx) if path.vx else x

@@ -107,8 +107,8 @@ class Policy:
     def begin(self, engine: ContactEngine) -> None:
         """Look at what touches at the start and moves."""
 
-    def look(self, engine: ContactEngine, in_doubt: bool) -> None:
-        """Look at the contacts of this instant, whose order may be ``in_doubt``."""
+    def look(self, engine: ContactEngine) -> None:
+        """Look at the contacts of this instant, whose order is in doubt."""
 
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         """Tell whether this policy has an order of its own for these hits."""
@@ -141,10 +141,10 @@ class Measuring(Policy):
             if path.moves:
                 self._measure(engine, engine.touching((), [i]), {})
 
-    def look(self, engine: ContactEngine, in_doubt: bool) -> None:
+    def look(self, engine: ContactEngine) -> None:
         """Measure what the order of the contacts decides, if it has not been done."""
         instant = engine.instant
-        if in_doubt and not instant.is_measured:
+        if not instant.is_measured:
             instant.is_measured = True
             self._measure(engine, engine.touching(instant.met), instant.before)
 

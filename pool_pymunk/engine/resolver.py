@@ -64,7 +64,8 @@ class Answer:
     notes: tuple[str, ...] = ()
     last = 0.0
     parting = 0.0
-    pushed = 0.0  # N s, beside what is shared
+    pushed = 0.0  # N s, beside what follows from these two:
+    changed: tuple[Vector, Vector] | None = None  # m/s; of its ball a, for a single hit
     shared: Shared | None = None
 
     def __init__(self, contact: Contact, kind: str = MISSED) -> None:
@@ -74,6 +75,8 @@ class Answer:
     @property
     def impulse(self) -> float:
         """The impulse (N s) along the contact's normal that drives its two sides apart."""
+        if self.changed is not None:
+            return self.pushed + along_normal(self.contact, *self.changed)
         return self.pushed + (self.shared.impulse(self.contact) if self.shared else 0.0)
 
 
@@ -186,11 +189,11 @@ class Resolver:
 
     def _answer_alone(self, hit: Answer, velocity: Velocities) -> None:
         """Answer the only hit of an instant."""
-        contact = hit.contact
-        before = velocity[contact.a]
-        if self.respond(contact, velocity):
+        i = hit.contact.a
+        before = velocity[i]
+        if respond(self.law, hit.contact, velocity, self.jumps):
             hit.notes += (ZERO_SLIP,)
-        hit.pushed = along_normal(contact, before, velocity[contact.a])
+        hit.changed = before, velocity[i]
 
     def _answer_together(self, hits: Sequence[Answer], velocity: Velocities) -> None:
         """Answer several hits of an instant, and keep what tells their impulses."""
@@ -256,20 +259,23 @@ class Resolver:
         resolution: Resolution,
     ) -> None:
         """Keep the new velocities, and set to zero what rounding alone left of them."""
-        fastest, noise = 0.0, 0.0  # the square of a speed, and a speed
+        fastest = noise = 0.0  # the square of a speed, and a speed
         for i, (wx, wy) in before.items():
             vx, vy = velocity[i]
             fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
             if self.noises[i] > noise:
                 noise = self.noises[i]
         resolution.noise = noise = decisions.noise_after(fastest, noise)
-        moved = {i for hit in hits for i in hit.contact.balls}
-        pressed = {i for hit in hits if hit.kind == MICRO for i in hit.contact.balls}
-        for i in sorted(moved.union(resolution.velocity)):
-            vx, vy = velocity[i]
+        moved, pressed = set(resolution.velocity), set[int]()
+        for hit in hits:
+            moved.update(hit.contact.balls)
+            if hit.kind == MICRO:
+                pressed.update(hit.contact.balls)
+        for i in sorted(moved):
+            vx, vy = after = velocity[i]
             least = max(noise, self.persistent.too_slow_to_move(i)) if i in pressed else noise
             rests = vx * vx + vy * vy <= least * least
-            resolution.velocity[i] = (0.0, 0.0) if rests else (vx, vy)
+            resolution.velocity[i] = (0.0, 0.0) if rests else after
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
         """Tell whether any of the contacts parts more slowly than it closes, by this law."""

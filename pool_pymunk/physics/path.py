@@ -194,7 +194,7 @@ def pair_time(
         if t < math.inf:
             return t
     mover, rester = (a, b) if b.end <= a.end else (b, a)
-    if rester.end == math.inf or mover.end <= since:
+    if rester.end > until or rester.end == math.inf or mover.end <= since:
         return math.inf
     t = _one_moves(mover, rester, reach)
     return t if since <= t <= until else math.inf

@@ -41,8 +41,9 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
         balls = []
         for _, i, (t0, _, _, vx, vy, ax, ay), new in changes:
             time, mass = t - t0, masses[i]
-            before += kinetic_energy(mass, vx + time * ax, vy + time * ay)
-            after += kinetic_energy(mass, new[3], new[4])
+            vx, vy, wx, wy = vx + time * ax, vy + time * ay, new[3], new[4]
+            before += 0.5 * mass * (vx * vx + vy * vy)
+            after += 0.5 * mass * (wx * wx + wy * wy)
             balls.append(i)
         if after - before > GAINED * initial:
             gained, times, first = gained + after - before, times + 1, first or (t, balls)

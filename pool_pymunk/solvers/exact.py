@@ -41,7 +41,7 @@ def begin(trace: Trace, engine: ContactEngine) -> None:
 def bound(engine: ContactEngine, settings: Settings) -> None:
     """Tell the engine when to stop, which variant of the run to play, and what to measure."""
     engine.tally = Tally(settings.most, settings.most_unlisted)
-    engine.vary(settings.variant, settings.measures_policies)
+    engine.vary(settings.variant, settings.measures_policies, settings.touch)
 
 
 def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
@@ -78,7 +78,7 @@ class TraceRecorder(Recorder):
 
     def path(self, i: int, path: Path) -> None:
         """Write down where a new path begins."""
-        self.trace.knot(i, path.t, (path.x, path.y), (path.vx, path.vy), (path.ax, path.ay))
+        self.trace.knots[i].append(path[:7])
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """List a stop."""

@@ -7,13 +7,16 @@ Nobody can place balls without gaps. What a run says of frozen balls comes from 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from random import Random
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
-from pool_pymunk.model import Scene, State
+from pool_pymunk.model import Scene, State, Table
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.sides import Wall
 
 # m; gaps of the starts, in turn. Nobody sees a gap of 1e-6 m; some gaps are four times as wide,
 # because a few draws seldom meet the worst one.
@@ -22,6 +25,7 @@ WIDTHS = (1e-13, 4e-6, 1e-9, 1e-6)
 # so little amplify their rounding errors as much.
 DECIDED = 1e-6
 TRIED = (0, 4, 8)  # the first starts with the smallest gaps
+HAIR = 1e-9  # of a radius and of a place; balls and cushions that are farther apart do not touch
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 
 Rows = NDArray[np.float64]
@@ -29,27 +33,58 @@ Rows = NDArray[np.float64]
 
 def touching(scene: Scene, start: State) -> Rows:
     """Return how each gap that is closed at the start changes as balls move: (contacts, 2 N)."""
-    on = [i for i, ball in enumerate(scene.balls) if ball.id not in start.off]
-    found: list[dict[int, tuple[float, float]]] = []
-    for k, i in enumerate(on):
-        x, y = start.position[i]
-        r = scene.balls[i].radius
-        for j in on[:k]:
-            dx, dy = x - start.position[j][0], y - start.position[j][1]
-            distance = math.hypot(dx, dy)
-            gap = distance - r - scene.balls[j].radius
-            if is_closed(gap / NEARLY_CLOSED, x, y, r):
-                n = dx / distance, dy / distance
-                found.append({i: n, j: (-n[0], -n[1])})
-        for wall in scene.table.walls if scene.table is not None else ():
+    places = start.position
+    discs = [
+        (x - ball.radius, i, x, y, ball.radius)
+        for i, (ball, (x, y)) in enumerate(zip(scene.balls, places, strict=True))
+        if ball.id not in start.off
+    ]
+    found: list[tuple[int, int, Vector]] = []  # by ball, then by the other ball, then by wall
+    for i, j in _near(sorted(discs)):
+        (x, y), (u, v), r = places[i], places[j], scene.balls[i].radius
+        distance = math.hypot(x - u, y - v)
+        if is_closed((distance - r - scene.balls[j].radius) / NEARLY_CLOSED, x, y, r):
+            found.append((i, j, ((x - u) / distance, (y - v) / distance)))
+    for _, i, x, y, r in discs:
+        for k, wall in enumerate(_walls(scene.table, x, y, r)):
             side = wall.nearest(x, y, r)
-            if -r < side.gap(x, y, r) and is_closed(side.gap(x, y, r) / NEARLY_CLOSED, x, y, r):
-                found.append({i: side.normal(x, y)})
-    rows = np.zeros((len(found), 2 * len(scene.balls)))
-    for row, normals in zip(rows, found, strict=True):
-        for i, n in normals.items():
-            row[2 * i : 2 * i + 2] = n
+            gap = side.gap(x, y, r)
+            if -r < gap <= r and is_closed(gap / NEARLY_CLOSED, x, y, r):
+                found.append((i, len(places) + k, side.normal(x, y)))
+    rows = np.zeros((len(found), 2 * len(places)))
+    for row, (i, j, (nx, ny)) in zip(rows, sorted(found), strict=True):
+        row[2 * i : 2 * i + 2] = nx, ny
+        if j < len(places):
+            row[2 * j : 2 * j + 2] = -nx, -ny
     return rows
+
+
+def _near(discs: Sequence[tuple[float, int, float, float, float]]) -> Iterator[tuple[int, int]]:
+    """Yield the numbers of discs that may touch, the higher one first.
+
+    The discs come in the order of their left ends, so each is compared with few others.
+    """
+    for k, (_, i, x, y, r) in enumerate(discs):
+        wide = r * (1.0 + HAIR) + HAIR * (abs(x) + abs(y))
+        right = x + wide
+        for m in range(k + 1, len(discs)):
+            left, j, _, v, other = discs[m]
+            if left > right:
+                break
+            if -other - wide <= v - y <= other + wide:
+                yield (i, j) if i > j else (j, i)
+
+
+def _walls(table: Table | None, x: float, y: float, r: float) -> tuple[Wall, ...]:
+    """Return the walls that a ball may touch; most balls lie well within a rectangle."""
+    if table is None:
+        return ()
+    if table.is_rectangle:
+        x0, y0, x1, y1 = table.bounds
+        far = r * (1.0 + HAIR) + HAIR * (abs(x) + abs(y))
+        if x - x0 > far and x1 - x > far and y - y0 > far and y1 - y > far:
+            return ()
+    return table.walls
 
 
 def opened(start: State, rows: Rows, number: int) -> State:

@@ -6,7 +6,7 @@ Whatever is wrong is one line that names the argument and shows its value.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from numbers import Integral
@@ -59,16 +59,19 @@ class Request(NamedTuple):
             start = alone.play(shot_before(self.scene, shot)).end
         state = self.scene.start(shot, start)
         self._check_that_it_ends(state)
+        measures = self.settings.measures_policies and self.solver.engine
+        touch = measures and len(touching(self.scene, state)) > 0
         began = time.perf_counter()
-        trace = self._solve(state)
+        trace = self._solve(state, touch=touch)
         wall_time = time.perf_counter() - began
+        trace.touch = touch and wall_time <= PATIENCE
         shift = self._policy_shift(state, trace, wall_time)
         if not self.solver.own_law and not self.settings.law_of(self.scene).hits_are_coulombs:
             warn_of_gained_energy(trace, self.scene)
         return self._run(shot, state, trace, wall_time, shift)
 
-    def _solve(self, state: State, variant: Variant = AS_IT_IS) -> Trace:
-        settings = self.settings
+    def _solve(self, state: State, variant: Variant = AS_IT_IS, touch: bool = True) -> Trace:
+        settings = self.settings._replace(touch=touch)
         if variant.opened is not None:
             state = opened(state, touching(self.scene, state), variant.opened)
         if variant != AS_IT_IS:
@@ -85,9 +88,7 @@ class Request(NamedTuple):
         only met zero slips, because their warning says what they do.
         """
         is_measured = self.settings.measures_policies and wall_time <= PATIENCE
-        if is_measured and self.solver.engine:
-            trace.touch = len(touching(self.scene, state)) > 0
-            self._look_at_frozen(state, trace)
+        self._look_at_frozen(state, trace)
         if not trace.policies:
             return 0.0
         if trace.policies == {ZERO_SLIP} or not is_measured:
@@ -129,7 +130,8 @@ class Request(NamedTuple):
         wall_time: float,
         shift: float | None = None,
     ) -> Run:
-        events = tuple(self._event(*event) for event in trace.events)
+        ids = [ball.id for ball in self.scene.balls]
+        events = tuple([self._event(ids, *event) for event in trace.events])
         taken = {event.balls[0] for event in events if event.pocket is not None}
         return Run(
             scene=self.scene,
@@ -153,12 +155,14 @@ class Request(NamedTuple):
             law_used=None if self.solver.own_law else self.settings.law_of(self.scene),
         )
 
-    def _event(self, t: float, kind: str, balls: tuple[int, ...], where: int | None) -> Event:
+    def _event(
+        self, ids: Sequence[str], t: float, kind: str, balls: tuple[int, ...], where: int | None
+    ) -> Event:
         """Return the event with the balls' ids, and with the pocket's."""
-        ids = tuple(self.scene.balls[i].id for i in balls)
+        names = tuple([ids[i] for i in balls])
         if kind == POCKET and where is not None:
-            return Event(t, kind, ids, pocket=self.scene.pockets[where].id)
-        return Event(t, kind, ids, where)
+            return Event(t, kind, names, pocket=self.scene.pockets[where].id)
+        return Event(t, kind, names, where)
 
     def _again(
         self, shot: Shot | None, start: State, variant: Variant, most: int | None = None

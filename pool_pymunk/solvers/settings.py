@@ -23,7 +23,8 @@ class Settings(NamedTuple):
     The step ``dt`` is in s, and None for solvers without one. Without a ``law``, the law that the
     scene names answers the contacts. A solver with steps calls ``on_time`` now and then with the
     time (s) that it has come to. ``variant`` is for solvers with the contact engine: it shows what
-    hangs on their policies. A run that used one ``measures_policies`` by a variant.
+    hangs on their policies. A run that used one ``measures_policies`` by a variant. ``touch`` is
+    False if nothing touches at the start.
     """
 
     dt: float | None
@@ -33,6 +34,7 @@ class Settings(NamedTuple):
     on_time: OnTime | None = None
     variant: Variant = AS_IT_IS
     measures_policies: bool = True
+    touch: bool = True
 
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""
