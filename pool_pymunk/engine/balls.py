@@ -51,7 +51,7 @@ class Balls:
         self.ends.append(math.inf)
         self.radii.append(radius)
         self.masses.append(mass)
-        self.rested.append(math.inf if path.moves else -math.inf)
+        self.rested.append(math.inf if speed > 0.0 else -math.inf)
         self.is_finite = self.is_finite and not path.is_lost(radius)
         return len(self.paths) - 1
 

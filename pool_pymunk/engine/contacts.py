@@ -20,8 +20,8 @@ near a ball (by boxes around paths, or by the broad phase of a pymunk space), an
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable
-from heapq import heappush
+from collections.abc import Callable, Collection, Iterable, Mapping
+from heapq import heappop, heappush
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.balls import Balls, Motions
@@ -31,7 +31,7 @@ from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.persistent import PersistentContacts
 from pool_pymunk.engine.policies import Exact, Policy, Variant
 from pool_pymunk.engine.recorder import Motion, Recorder
-from pool_pymunk.engine.resolver import HIT, MICRO, MISSED, Answer, Resolution, Resolver, distinct
+from pool_pymunk.engine.resolver import HIT, MICRO, Answer, Resolution, Resolver, distinct
 from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import NOISE, NOT_MET, Path, motion_at, pair_time
@@ -226,8 +226,9 @@ class ContactEngine(Balls):
 
     def next(self) -> None:
         """Play what is due next: a look ahead, a stop, or the contacts of one instant."""
-        t, _, what, path, _ = self.queue.take()
-        self.now = max(t, self.now)
+        t, _, what, path, _ = heappop(self.queue)
+        if t > self.now:
+            self.now = t
         if what.kind == "look":
             self._look_ahead(what[:1])
             return
@@ -239,7 +240,8 @@ class ContactEngine(Balls):
         latest = self._latest(what)
         is_alone = not self.queue or self.queue[0][0] > latest
         hits = [what] if is_alone else [what, *self._at_this_instant(what, latest)]
-        hits = self._pocket(hits)
+        if not is_alone or what.kind == "wall":
+            hits = self._pocket(hits)
         if hits:
             self._answer(hits)
 
@@ -322,14 +324,15 @@ class ContactEngine(Balls):
     def _answer(self, hits: Collection[Hit]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""
         motions, contacts = self.contacts(hits)
-        instant = self._add_round(hits, motions)
+        before = velocities(motions)
+        instant = self._add_round(hits, before)
         if instant.rounds > 1 or len(contacts) > 1:
             self.policy.look(self)
         if instant.rounds > decisions.FEW_ROUNDS or self.policy.takes_over(self, hits):
             self.answer_cluster(contacts)
             return
-        resolution = self.resolver.resolve(contacts, velocities(motions), self.now)
-        missed = resolution.of(MISSED)
+        resolution = self.resolver.resolve(contacts, before, self.now)
+        missed = resolution.missed
         if missed:
             self.policy.look(self)
         self._carry_out(resolution, motions)
@@ -337,15 +340,15 @@ class ContactEngine(Balls):
         if missed:
             self._meet_later(missed)
 
-    def _add_round(self, hits: Iterable[Hit], motions: Motions) -> Instant:
+    def _add_round(self, hits: Iterable[Hit], before: Mapping[int, Vector]) -> Instant:
         """Add a round of hits to the present instant, or begin another one."""
-        i = max(motions, key=self.speeds.__getitem__)
+        i = max(before, key=self.speeds.__getitem__)
         path = self.paths[i]
         length = decisions.instant(self.now, path.x, path.y, self.radii[i], self.speeds[i])
         instant = self.instant
         if self.now - instant.began > length:
             instant.begin(self.now)
-        instant.add(hits, motions)
+        instant.add(hits, before)
         return instant
 
     def answer_cluster(self, closing: Collection[Contact]) -> None:
@@ -375,17 +378,16 @@ class ContactEngine(Balls):
     def _carry_out(self, resolution: Resolution, motions: Motions) -> None:
         """Tell the recorder about the contacts, and give the balls their new paths."""
         self._report(resolution)
-        rounded = self.policy.errors.velocity
+        rounded, noise = self.policy.errors.velocity, resolution.noise
         for i, found in resolution.velocity.items():
             x, y, _, _ = motions[i]
-            velocity = rounded(found, resolution.noise)
-            path = self.surface.path(self.now, (x, y), velocity)
-            if path.moves:
+            path = self.surface.path(self.now, (x, y), rounded(found, noise))
+            if path.vx != 0.0 or path.vy != 0.0:
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
             elif self.rested[i] == math.inf:
                 self._stop(i, self.now, (x, y))
-            self._begin(i, path, resolution.noise)
+            self._begin(i, path, noise)
 
     def _begin(self, i: int, path: Path, noise: float) -> None:
         self.paths[i], self.speeds[i], self.noises[i] = path, path.speed, noise
@@ -394,12 +396,13 @@ class ContactEngine(Balls):
 
     def _report(self, resolution: Resolution) -> None:
         """Tell the recorder about the contacts of this instant."""
-        listed = [answer for answer in resolution.answers if answer.kind == HIT]
-        self.tally.listed += len(listed)
-        self.tally.unlisted += not listed
-        for answer in listed:
-            self._told = (answer,)
-            self.recorder.contact(answer.contact, self.now)
+        tally, listed = self.tally, self.tally.listed
+        for answer in resolution.answers:
+            if answer.kind == HIT:
+                tally.listed += 1
+                self._told = (answer,)
+                self.recorder.contact(answer.contact, self.now)
+        tally.unlisted += tally.listed == listed
         for answer in resolution.answers:
             if answer.kind == MICRO:
                 self._revoke_stops(answer)

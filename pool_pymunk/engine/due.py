@@ -89,10 +89,6 @@ class Queue(list[Due]):
         if len(self) > self.full:
             self._leave_out_void()
 
-    def take(self) -> Due:
-        """Take out what is due first."""
-        return heappop(self)
-
     def take_until(self, latest: float) -> Iterator[Due]:
         """Take out what is due up to ``latest`` (s) and not void."""
         while self and self[0][0] <= latest:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.balls import Motions
@@ -30,16 +30,16 @@ class Instant:
         """Begin another instant now (s)."""
         self.began = now
         self.is_measured = False
+        self.rounds = 0
+        self.met.clear()
         self.before.clear()
-        self.start_over()
 
-    def add(self, hits: Iterable[Hit], motions: Motions) -> None:
-        """Begin another round, of these hits of balls that move like this."""
+    def add(self, hits: Iterable[Hit], velocity: Mapping[int, Vector]) -> None:
+        """Begin another round, of these hits of balls with these velocities (m/s)."""
         self.rounds += 1
-        for ball, (_, _, vx, vy) in motions.items():
-            self.before.setdefault(ball, (vx, vy))
-        for hit in hits:
-            self.met[hit] = None
+        self.met.update(dict.fromkeys(hits))
+        for ball, v in velocity.items():
+            self.before.setdefault(ball, v)
 
     def leave_out(self, balls: Collection[int]) -> None:
         """Leave out what met these balls, which have left the table."""
@@ -79,7 +79,7 @@ class Cluster:
     def take(self, resolution: Resolution, paths: Sequence[Path]) -> None:
         """Take note of what a round has done, and of the new paths of its balls."""
         self.hits += sum(answer.kind not in (LED, MISSED) for answer in resolution.answers)
-        self.missed += resolution.of(MISSED)
+        self.missed += resolution.missed
         for i in resolution.velocity:
             self.velocity[i] = paths[i].vx, paths[i].vy
             self.changed[i] = None

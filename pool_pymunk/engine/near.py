@@ -93,7 +93,7 @@ class Boxes:
 
         For few balls one look at the whole path is cheapest.
         """
-        return horizon(path, now, self.ahead)
+        return horizon(path, now, self.ahead) if self.ahead < math.inf else math.inf
 
     def measure(self, paths: Sequence[Path]) -> None:
         """Take note of how far the balls lie apart, so that paths are looked at in good pieces."""

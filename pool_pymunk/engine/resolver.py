@@ -90,12 +90,9 @@ class Resolution:
 
     def __init__(self, answers: list[Answer]) -> None:
         self.answers = answers
+        self.missed: list[Contact] = []  # balls that touch, but do not close
         self.velocity: dict[int, Vector] = {}
         self.noise = 0.0
-
-    def of(self, kind: str) -> list[Contact]:
-        """Return the contacts whose answers are of this kind."""
-        return [answer.contact for answer in self.answers if answer.kind == kind]
 
 
 class Resolver:
@@ -242,14 +239,18 @@ class Resolver:
         moved = {i for hit in hits for i in hit.contact.balls}
         for answer in resolution.answers[:]:
             contact = answer.contact
-            if answer.kind == MISSED and not moved.isdisjoint(contact.balls):
+            if answer.kind != MISSED:
+                continue
+            if not moved.isdisjoint(contact.balls):
                 resolution.answers.remove(answer)
-            elif answer.kind == MISSED and contact.b == NO_BALL:
+            elif contact.b == NO_BALL:
                 answer.kind = LED
                 before = velocity[contact.a]
                 velocity[contact.a] = after = _along(before, contact.normal)
                 resolution.velocity[contact.a] = after
-                answer.pushed += along_normal(contact, before, after)
+                answer.changed = before, after
+            else:
+                resolution.missed.append(contact)
 
     def _conclude(
         self,

@@ -262,15 +262,14 @@ class Wall:
     def __init__(
         self, sides: tuple[Side, ...], restitution: float, friction: float, number: int
     ) -> None:
-        self.sides = sides = tuple(
-            side if hasattr(side, "time_of_contact") else Measured(side) for side in sides
-        )
+        sides = tuple([s if hasattr(s, "time_of_contact") else Measured(s) for s in sides])
+        self.sides = sides
         self.restitution = restitution
         self.friction = friction
         self.number = number
         self.center: Vector | None = None
-        first = self._first_contact
-        self.time_of_contact = sides[0].time_of_contact if len(sides) == 1 else first
+        first = sides[0].time_of_contact if len(sides) == 1 else self._first_contact
+        self.time_of_contact = first
 
     @property
     def is_pocket(self) -> bool:

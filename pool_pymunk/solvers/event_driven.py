@@ -50,11 +50,11 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     engine.near = near = boxes(len(scene.balls), len(engine.walls))
     near.measure(engine.paths)
     for i, path in enumerate(engine.paths):
-        engine.near.begin(i, path, engine.radii[i], 0.0, math.inf)
+        near.begin(i, path, engine.radii[i], 0.0, math.inf)
     for id_ in start.off:
         engine.remove(scene.index[id_])
     if engine.is_finite:
-        engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
+        engine.predict([i for i, speed in enumerate(engine.speeds) if speed > 0.0])
     return engine
 
 

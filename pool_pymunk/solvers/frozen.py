@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
 from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.sides import Wall
 
 # m; gaps of the starts, in turn. Nobody sees a gap of 1e-6 m; some gaps are four times as wide,
 # because a few draws seldom meet the worst one.
@@ -29,6 +28,7 @@ HAIR = 1e-9  # of a radius and of a place; balls and cushions that are farther a
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 
 Rows = NDArray[np.float64]
+Disc = tuple[float, int, float, float, float]  # its left end (m), number, centre and radius (m)
 
 
 def touching(scene: Scene, start: State) -> Rows:
@@ -45,8 +45,9 @@ def touching(scene: Scene, start: State) -> Rows:
         distance = math.hypot(x - u, y - v)
         if is_closed((distance - r - scene.balls[j].radius) / NEARLY_CLOSED, x, y, r):
             found.append((i, j, ((x - u) / distance, (y - v) / distance)))
-    for _, i, x, y, r in discs:
-        for k, wall in enumerate(_walls(scene.table, x, y, r)):
+    walls = scene.table.walls if scene.table is not None else ()
+    for _, i, x, y, r in _outer(scene.table, discs):
+        for k, wall in enumerate(walls):
             side = wall.nearest(x, y, r)
             gap = side.gap(x, y, r)
             if -r < gap <= r and is_closed(gap / NEARLY_CLOSED, x, y, r):
@@ -59,7 +60,7 @@ def touching(scene: Scene, start: State) -> Rows:
     return rows
 
 
-def _near(discs: Sequence[tuple[float, int, float, float, float]]) -> Iterator[tuple[int, int]]:
+def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
     """Yield the numbers of discs that may touch, the higher one first.
 
     The discs come in the order of their left ends, so each is compared with few others.
@@ -75,16 +76,17 @@ def _near(discs: Sequence[tuple[float, int, float, float, float]]) -> Iterator[t
                 yield (i, j) if i > j else (j, i)
 
 
-def _walls(table: Table | None, x: float, y: float, r: float) -> tuple[Wall, ...]:
-    """Return the walls that a ball may touch; most balls lie well within a rectangle."""
-    if table is None:
-        return ()
-    if table.is_rectangle:
-        x0, y0, x1, y1 = table.bounds
-        far = r * (1.0 + HAIR) + HAIR * (abs(x) + abs(y))
-        if x - x0 > far and x1 - x > far and y - y0 > far and y1 - y > far:
-            return ()
-    return table.walls
+def _outer(table: Table | None, discs: Sequence[Disc]) -> Sequence[Disc]:
+    """Return the discs that may touch a cushion; most lie well within a rectangle."""
+    if table is None or not table.is_rectangle:
+        return discs
+    x0, y0, x1, y1 = table.bounds
+    hair = HAIR * (abs(x0) + abs(y0) + abs(x1) + abs(y1))
+    return [
+        disc
+        for disc in discs
+        if min(disc[2] - x0, x1 - disc[2], disc[3] - y0, y1 - disc[3]) <= disc[4] + hair
+    ]
 
 
 def opened(start: State, rows: Rows, number: int) -> State:
