@@ -42,12 +42,7 @@ __all__ = ["ContactEngine", "Motion", "Recorder"]
 
 
 class Tally:
-    """A tally counts what has happened, and knows how much may.
-
-    ``answered`` counts instants and stops, micro-collisions included, and ``listed`` contacts and
-    stops that are events. ``unlisted`` are instants without an event, such as those of
-    micro-collisions.
-    """
+    """A tally counts instants, events, and instants without an event, and knows how many may be."""
 
     def __init__(self, most: float = math.inf, most_unlisted: float = math.inf) -> None:
         self.answered = self.listed = self.unlisted = 0
@@ -55,7 +50,7 @@ class Tally:
 
     @property
     def is_given_up(self) -> bool:
-        """Tell whether micro-collisions went on for so long that they are taken to have no end."""
+        """Tell whether micro-collisions are taken to have no end."""
         return self.unlisted >= self.most_unlisted
 
 
@@ -87,19 +82,13 @@ class ContactEngine(Balls):
     # -- setting up ----------------------------------------------------------------------------
 
     def vary(self, variant: Variant, measures: bool, touch: bool = True) -> None:
-        """Play this variant of the run, or the run itself, which may measure what order decides.
-
-        If something may ``touch`` at the start, the policy looks at it.
-        """
+        """Play this variant of the run, whose policy looks at what may ``touch`` at the start."""
         self.policy = variant.policy(self.resolver, measures)
         if touch and self.is_finite:
             self.policy.begin(self)
 
     def remove(self, i: int, at: Vector | None = None) -> None:
-        """Take ball ``i`` off the table, so that it meets nothing any more.
-
-        It lies where it is, or ``at`` a place (m).
-        """
+        """Take ball ``i`` off the table, and let it lie where it is, or ``at`` a place (m)."""
         path = self.paths[i]
         x, y, _, _ = motion_at(path, max(self.now, path.t))
         self.paths[i], self.speeds[i] = self.surface.path(self.now, at or (x, y), (0.0, 0.0)), 0.0
@@ -194,10 +183,7 @@ class ContactEngine(Balls):
         return closing_speed(contact, velocities(motions)) < faint
 
     def meet_wall(self, i: int, wall: int) -> float:
-        """Predict when a ball meets a wall, and return that time (s).
-
-        It is never before now, and infinite if the ball does not meet the wall.
-        """
+        """Predict when a ball meets a wall, and return that time (s), or infinity."""
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
         if t < math.inf:
             self.push(t, WallHit(i, wall))
@@ -269,10 +255,7 @@ class ContactEngine(Balls):
         return [hit for hit in same if hit != first]
 
     def _pocket(self, hits: list[Hit]) -> list[Hit]:
-        """Let pockets take in the balls that have come to them, and return the other contacts.
-
-        These are contacts of balls that are still on the table.
-        """
+        """Let pockets take balls in, and return the contacts of those still on the table."""
         walls, gone = self.walls, dict[int, Wall]()
         for hit in hits:
             if hit.kind == "wall" and walls[hit.wall].center is not None:
@@ -352,10 +335,7 @@ class ContactEngine(Balls):
         return instant
 
     def answer_cluster(self, closing: Collection[Contact]) -> None:
-        """Answer round after round of this instant, until nothing closes.
-
-        The balls are near each other, so that one look at what touches serves for all rounds.
-        """
+        """Answer round after round of all that touches here, until nothing closes."""
         hits = self.touching(self.instant.met)
         cluster, closing = self.policy.cluster(self, hits, closing)
         velocity, order, is_played_out = cluster.velocity, cluster.order, False

@@ -78,29 +78,18 @@ def faint(since_last: float, contact_time: float, pull: float) -> float:
 
 
 def sinks(least: float, contact_time: float, x: float, y: float, radius: float) -> bool:
-    """Tell whether two balls at a place (m) get nearer by more than rounding in a contact.
-
-    They close by the least bounce (m/s) at the end of the contact time (s). If they do not get
-    nearer, they hit each other now.
-    """
+    """Tell whether the least bounce brings balls nearer in a contact time, beyond rounding."""
     return least * contact_time > 64.0 * EPSILON * (abs(x) + abs(y) + radius)
 
 
 def least_parting(a: Path, b: Path, now: float, contact_time: float, radius: float) -> float:
-    """Return the least bounce (m/s) of two balls that have met, the first of this radius (m).
-
-    It is 0 if they would not get nearer by more than rounding in a contact time (s).
-    """
+    """Return the least bounce (m/s) of two balls that have met; 0 if it moves nothing."""
     least = least_bounce(a, b, now, contact_time)
     return least if sinks(least, contact_time, a.x, a.y, radius) else 0.0
 
 
 def noise_after(fastest: float, noise: float) -> float:
-    """Return how much of the velocities after a contact may be rounding (m/s).
-
-    ``fastest`` is the square of the fastest velocity before and after it, and ``noise`` (m/s) is
-    that of the velocities before.
-    """
+    """Return the noise (m/s) after a contact, for the square of the fastest velocity in it."""
     return max(NOISE * math.sqrt(fastest), noise)
 
 
@@ -110,18 +99,12 @@ def lasts(since_last: float, contact_time: float) -> bool:
 
 
 def is_micro(closing: float, contact_time: float, pull: float) -> bool:
-    """Tell whether a hit of a contact that goes on is only a micro-collision.
-
-    It is one if the balls close no faster than surface friction can drive them in one contact time.
-    """
+    """Tell whether friction alone can make two balls close so fast in one contact time."""
     return closing <= 2.0 * pull * contact_time
 
 
 def bounce(restitution: float, closing: float, least: float) -> float:
-    """Return the restitution at which two balls part at the least bounce or faster.
-
-    It is never above 1, so the hit gains no energy.
-    """
+    """Return the restitution, at most 1, at which two balls part at the least bounce or faster."""
     return max(restitution, min(least / closing, 1.0))
 
 

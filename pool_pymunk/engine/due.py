@@ -112,10 +112,7 @@ class Queue(list[Due]):
         return paths[what.i] is path and (what.kind != "pair" or paths[what.j] is other)
 
     def _leave_out_void(self) -> None:
-        """Leave out what is void, and what is in the queue twice.
-
-        The queue may then double its length until the next time, so that a push stays cheap.
-        """
+        """Leave out what is void or twice there; then the queue may double its length."""
         current = [due for due in self if self._is_current(due)]
         self[:] = {(due[0], due[2]): due for due in sorted(current, reverse=True)}.values()
         heapify(self)

@@ -89,10 +89,7 @@ class Boxes:
         return self.every_wall
 
     def horizon(self, path: Path, now: float) -> float:
-        """Return the time (s) until which the ball travels no farther than its neighbours.
-
-        For few balls one look at the whole path is cheapest.
-        """
+        """Return the time (s) until which the ball travels no farther than its neighbours."""
         return horizon(path, now, self.ahead) if self.ahead < math.inf else math.inf
 
     def measure(self, paths: Sequence[Path]) -> None:
@@ -130,15 +127,12 @@ class ManyBoxes(Boxes):
         self.bounds = np.array([NOWHERE] * balls).T.copy()
 
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
-        """Put a box around this part of ball ``i``'s path."""
         self.bounds[:, i] = box(path, radius, since, end)
 
     def remove(self, i: int) -> None:
-        """Leave ball ``i`` out from now on."""
         self.bounds[:, i] = NOWHERE
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """Return the balls whose boxes overlap that of ball ``i``."""
         x0, y0, x1, y1 = self.bounds[:, i].tolist()
         low_x, low_y, high_x, high_y = self.bounds
         near = (low_x <= x1) & (high_x >= x0) & (low_y <= y1) & (high_y >= y0)

@@ -38,10 +38,7 @@ GROWS = 1e3
 
 
 class Outcome(NamedTuple):
-    """An outcome holds the velocities (m/s) after the contacts of one instant.
-
-    It has the number of hits, and whether they came to an end.
-    """
+    """An outcome holds velocities (m/s) after an instant, its hits, and whether these ended."""
 
     velocity: Velocities
     hits: int
@@ -142,10 +139,7 @@ def kicked(velocity: Mapping[int, Vector], most: float, number: int) -> Velociti
 
 
 def moved(motions: Motions, errors: Random) -> Motions:
-    """Return the motions with places that are off as gaps of up to ``WIDEST`` put them.
-
-    A ball may lie off by all gaps of a row.
-    """
+    """Return the motions with places (m) as gaps of up to ``WIDEST`` in a row put them."""
     most = len(motions) * WIDEST / 2.0
     return {
         i: (x + errors.uniform(-most, most), y + errors.uniform(-most, most), vx, vy)

@@ -49,10 +49,7 @@ MEETS = Stage()
 
 
 class PersistentContacts:
-    """Each pair of balls has a history, from which its contact time follows.
-
-    ``longer`` is what contact times are multiplied by, to see what they decide.
-    """
+    """Each pair of balls has a history, from which its contact time follows, ``longer`` by this."""
 
     def __init__(self, paths: Sequence[Path], radii: Sequence[float], pull: float) -> None:
         self.paths = paths

@@ -126,23 +126,18 @@ class Policy:
 
 
 class Measuring(Policy):
-    """This policy is that of the run itself; it measures once an instant what order decides.
-
-    Rounding may hide that what touches and moves at the start closes, so this is looked at, too.
-    """
+    """This policy is that of the run itself, and measures once an instant what order decides."""
 
     def __init__(self, errors: Exact, resolver: Resolver) -> None:
         super().__init__(errors)
         self.doubts = Doubts(resolver)
 
     def begin(self, engine: ContactEngine) -> None:
-        """Measure what hits of balls that move and touch at the start would decide."""
         for i, path in enumerate(engine.paths):
             if path.moves:
                 self._measure(engine, engine.touching((), [i]), {})
 
     def look(self, engine: ContactEngine) -> None:
-        """Measure what the order of the contacts decides, if it has not been done."""
         instant = engine.instant
         if not instant.is_measured:
             instant.is_measured = True
@@ -165,11 +160,7 @@ class Otherwise(Policy):
         resolver.jumps, self.persistent.longer = True, longer
 
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
-        """Tell whether a ball is hit that presses on yet another one.
-
-        Tiny gaps of a persistent contact decide the order of hits then. This policy closes them, to
-        see what they decide.
-        """
+        """Tell whether a ball is hit that presses on yet another one, whose gap is then closed."""
         met = {hit.balls for hit in hits}
         pressed = self.persistent.pressed(engine.now)
         others = {i for pair in pressed if pair not in met for i in pair}
@@ -178,13 +169,11 @@ class Otherwise(Policy):
         )
 
     def closes(self, hit: Hit, now: float) -> bool:
-        """Tell whether two balls are in persistent contact."""
         return hit.kind == "pair" and self.persistent.is_pressed(hit[:2], now)
 
     def cluster(
         self, engine: ContactEngine, hits: Sequence[Hit], closing: Collection[Contact]
     ) -> tuple[Cluster, Collection[Contact]]:
-        """Return the cluster without gaps."""
         cluster, closing = super().cluster(engine, hits, closing)
         cluster.order.forget()
         return cluster, closing
@@ -198,7 +187,6 @@ class InOrder(Policy):
         self.pattern = pattern
 
     def begin(self, engine: ContactEngine) -> None:
-        """Answer what touches at the start and moves in the order of this policy."""
         for i, path in enumerate(engine.paths):
             if path.moves:
                 hits = engine.touching((), [i])
@@ -207,13 +195,11 @@ class InOrder(Policy):
                     engine.answer_cluster(())
 
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
-        """Tell whether more than one contact is closed."""
         return len(engine.touching(hits)) > 1
 
     def cluster(
         self, engine: ContactEngine, hits: Sequence[Hit], closing: Collection[Contact]
     ) -> tuple[Cluster, Collection[Contact]]:
-        """Return the cluster with the gaps of the pattern, and whose gap closes first."""
         motions = self.errors.widened(engine.contacts(hits)[0])
         contacts = distinct([engine.contact(hit, motions) for hit in hits])
         cluster = Cluster(motions, with_gaps(contacts, self.pattern))

@@ -24,10 +24,7 @@ class Doubt(NamedTuple):
 
 
 class Recorder:
-    """A recorder listens to the engine; this one does nothing.
-
-    Balls are numbers, times are in s and places in m.
-    """
+    """A recorder listens to the engine; this one does nothing. Times are in s, places in m."""
 
     def contact(self, contact: Contact, t: float) -> None:
         """Take note that two balls, or a ball and a cushion, hit each other."""
@@ -39,10 +36,7 @@ class Recorder:
         """Take note that ball ``i`` comes to rest."""
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        """Take note that a pocket has taken ball ``i`` in.
-
-        It came to the rim with this ``motion``, and lies at the pocket's ``center`` from now on.
-        """
+        """Take note that a pocket took ball ``i`` in, which came like this, to its ``center``."""
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Take note that ball ``i`` was not at rest at ``t``: a persistent contact drives it on."""

@@ -18,7 +18,7 @@ A policy is needed where there is no closed form:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.persistent import PersistentContacts
@@ -27,6 +27,7 @@ from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
     Contact,
+    Respond,
     Vector,
     Velocities,
     closing_speed,
@@ -49,8 +50,6 @@ MISSED = "missed"  # Two balls touch, but do not close.
 # Notes on answers are what a recorder is told beside the hits:
 ZERO_SLIP = "zero_slip"  # Only rounding knew the slip, and the law jumps there.
 PERSISTENT = "persistent"  # The balls part at their least bounce, or have hit very often.
-
-Respond = Callable[[Contact, Velocities], object]
 
 
 class Answer:
@@ -96,10 +95,7 @@ class Resolution:
 
 
 class Resolver:
-    """The resolver answers contacts by a law, and keeps the history of persistent contacts.
-
-    If it ``jumps``, a slip that only rounding knows counts as slip.
-    """
+    """The resolver answers contacts by a law; if it ``jumps``, a slip of rounding size counts."""
 
     def __init__(self, law: Law, persistent: PersistentContacts, noises: Sequence[float]) -> None:
         self.law = law
@@ -170,10 +166,7 @@ class Resolver:
         return collapse._replace(forced=max(math.dist(left[i], velocity[i]) for i in left))
 
     def answer(self, contacts: Sequence[Contact], velocity: Velocities, one: Respond) -> None:
-        """Change the velocities (m/s) by the law, which answers ``one`` contact like this.
-
-        Contacts that share a ball are one group.
-        """
+        """Change the velocities (m/s) by the law, group by group of contacts that share a ball."""
         for group in groups(contacts) if len(contacts) > 1 else (contacts,):
             if len(group) == 1:
                 one(group[0], velocity)
@@ -185,7 +178,6 @@ class Resolver:
         return respond(self.law, contact, velocity, self.jumps)
 
     def _answer_alone(self, hit: Answer, velocity: Velocities) -> None:
-        """Answer the only hit of an instant."""
         i = hit.contact.a
         before = velocity[i]
         if respond(self.law, hit.contact, velocity, self.jumps):
@@ -232,10 +224,7 @@ class Resolver:
     def _leave_out(
         self, resolution: Resolution, hits: Sequence[Answer], velocity: Velocities
     ) -> None:
-        """Leave out contacts that do not close, and of which a hit has moved a ball.
-
-        A ball that a cushion leads along itself, to rounding, does not sink into it.
-        """
+        """Leave out contacts that a hit has moved, and lead balls along their cushions."""
         moved = {i for hit in hits for i in hit.contact.balls}
         for answer in resolution.answers[:]:
             contact = answer.contact
@@ -302,10 +291,7 @@ def _share(answers: Iterable[Answer], shared: Shared, jumped: Iterable[Contact])
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:
-    """Return the contacts, but each of them once.
-
-    Two cushions that run on straight give the same contact twice.
-    """
+    """Return the contacts, but once those that two cushions give which run on straight."""
     kept: list[Contact] = []
     of_sides: dict[tuple[int, int], list[Contact]] = {}
     for contact in contacts:

@@ -44,10 +44,7 @@ Round = tuple[tuple[int, int], ...]
 
 
 class Collapse(NamedTuple):
-    """A collapse tells how many hits there were, and whether they were played to their end.
-
-    If they were not, ``forced`` (m/s) is how much velocities had to change to end them.
-    """
+    """A collapse has hits, and may be played to its end, or ``forced`` by a change (m/s)."""
 
     hits: int
     is_over: bool
@@ -122,10 +119,7 @@ class Order:
         ]
 
     def next(self, velocity: Velocities, least: float) -> list[Contact]:
-        """Return the contacts that hit next, and go on to that moment.
-
-        A contact hits only if it closes faster than ``least`` (m/s).
-        """
+        """Return the next contacts that hit faster than ``least`` (m/s), and go on to them."""
         closing = [closing_speed(contact, velocity) for contact in self.contacts]
         waits = [
             gap / c if c > least else math.inf for gap, c in zip(self.gaps, closing, strict=True)
@@ -168,10 +162,7 @@ class Leaps:
         self.wait, self.pause = 0, 1
 
     def over(self, velocity: Velocities, least: float) -> int:
-        """Leap over cycles, if the last rounds repeat, and return how many hits that were.
-
-        A contact closes if it does so faster than ``least`` (m/s).
-        """
+        """Leap over cycles, if the last rounds repeat, and return how many hits that were."""
         self.least = least
         v = np.array([velocity[i] for i in self.balls]).ravel()
         this = self._round(self.relative @ v)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from typing import NamedTuple
 
 Vector = tuple[float, float]
@@ -19,11 +19,7 @@ class NT(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """A pair holds what a law must know of two balls.
-
-    These are their masses (kg), their coefficient of restitution e, and their coefficient of
-    friction mu.
-    """
+    """A pair holds masses (kg), restitution e and friction mu of two balls that hit."""
 
     m_a: float
     m_b: float
@@ -53,6 +49,9 @@ class Contact(NamedTuple):
     def balls(self) -> tuple[int, ...]:
         """Return the numbers of the balls in the contact, one or two."""
         return (self.a,) if self.b == NO_BALL else (self.a, self.b)
+
+
+Respond = Callable[[Contact, Velocities], object]  # it answers one contact, in place
 
 
 def split(v: Vector, normal: Vector) -> NT:

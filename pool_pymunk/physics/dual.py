@@ -187,11 +187,7 @@ def cushion_jacobian(
 def _sides(
     answer: Answer, inputs: Sequence[float], directions: Sequence[Steps], turns: bool
 ) -> Array | None:
-    """Return the Jacobians (S, M, K) a step to either side; None where the answers differ there.
-
-    Each of the ``directions`` has the steps of the first inputs. There is one Jacobian only where
-    the answers go straight on, and no slip ``turns`` there.
-    """
+    """Return the Jacobians (S, M, K) a step to either side; None where the answers differ there."""
     if not turns:
         here, jacobian = _jacobian(answer, inputs)
         if all(_is_straight(answer, inputs, here.tolist(), steps) for steps in directions):

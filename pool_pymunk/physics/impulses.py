@@ -41,10 +41,7 @@ def along_normal(contact: Contact, before: Vector, after: Vector) -> float:
 
 
 class Shared:
-    """These are the impulses of contacts that a law answered together, found when asked for.
-
-    ``before`` and ``after`` are the velocities (m/s) of their balls.
-    """
+    """This finds the impulses of contacts that a law answered together, when asked for."""
 
     def __init__(
         self,

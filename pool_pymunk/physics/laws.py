@@ -13,7 +13,7 @@ What you do not override stays Coulomb's.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import final
 
@@ -22,6 +22,7 @@ from pool_pymunk.physics.contact import (
     NT,
     Contact,
     Pair,
+    Respond,
     Velocities,
     changed,
     closing_speed,
@@ -128,18 +129,10 @@ class Law:
         return coulomb(a, b, pair)
 
     def cushion(self, v: NT, restitution: float, friction: float) -> NT:
-        """Return the velocity after a hit on a cushion.
-
-        The normal points into the table, so v.n < 0 before the hit.
-        """
+        """Return the velocity after a hit on a cushion; the normal points into the table."""
         return cushion(v, restitution, friction)
 
-    def together(
-        self,
-        contacts: Sequence[Contact],
-        velocity: Velocities,
-        respond: Callable[[Contact, Velocities], object],
-    ) -> None:
+    def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
         """Answer closing contacts of one instant that share balls, and change ``velocity`` (m/s).
 
         ``respond(contact, velocity)`` answers one contact by this law, in place. In a real rack the
@@ -153,18 +146,12 @@ class Law:
 
     @property
     def hits_are_coulombs(self) -> bool:
-        """Tell whether single hits follow Coulomb's law, so that cycles of hits may be leapt over.
-
-        See :mod:`pool_pymunk.physics.collapse`.
-        """
+        """Tell whether single hits follow Coulomb's law, so that their cycles may be leapt over."""
         own = type(self)
         return own.ball_ball is Law.ball_ball and own.cushion is Law.cushion
 
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
-        """Tell whether the law jumps here, so that rounding would decide its answer.
-
-        Exact solvers then leave friction out, and the run carries a warning.
-        """
+        """Tell whether the law jumps here, so that rounding would decide its answer."""
         return False
 
 
@@ -174,13 +161,7 @@ class Coulomb(Law):
 
     name = "coulomb"
 
-    def together(
-        self,
-        contacts: Sequence[Contact],
-        velocity: Velocities,
-        respond: Callable[[Contact, Velocities], object],
-    ) -> None:
-        """Solve for all impulses at once (:func:`~pool_pymunk.physics.together.at_once`)."""
+    def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
         from pool_pymunk.physics.together import at_once
 
         if at_once(contacts, velocity) is None:
@@ -197,19 +178,13 @@ class Published(Law):
         """Return the velocities of A and B after their hit; A is listed first in the scenario."""
         return published(a, b, pair)
 
-    def together(
-        self,
-        contacts: Sequence[Contact],
-        velocity: Velocities,
-        respond: Callable[[Contact, Velocities], object],
-    ) -> None:
+    def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
         """Answer one contact after the other: cushions first, then pairs in the scene's order."""
         for contact in sorted(contacts, key=_as_listed):
             if closing_speed(contact, velocity) > 0.0:
                 respond(contact, velocity)
 
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
-        """Tell whether the slip is zero to rounding: there the listing jumps."""
         return published_jumps(a, b, pair)
 
 
@@ -222,10 +197,7 @@ COMPILED: tuple[type[Law], ...] = (Coulomb, Published)
 
 
 def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
-    """Give hits without end their limit, in which no contact closes any more.
-
-    The limit is a plastic hit (e = 0) without friction.
-    """
+    """Give hits without end their limit: a plastic hit (e = 0) without friction."""
     plastic = [
         contact._replace(pair=contact.pair._replace(restitution=0.0, friction=0.0))
         for contact in contacts
@@ -265,10 +237,7 @@ def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False
 
 
 def _as_listed(contact: Contact) -> tuple[bool, int, int, bool]:
-    """Return the contact's place in the listing's order.
-
-    Cushions come before pairs of balls, and cushions across x before cushions across y.
-    """
+    """Return the place in the listing's order: cushions (across x, then y) before pairs."""
     nx, ny = contact.normal
     return contact.b != NO_BALL, contact.a, contact.b, abs(nx) < abs(ny)
 

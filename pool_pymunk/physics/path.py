@@ -105,11 +105,7 @@ class Path(NamedTuple):
         return is_straight and slows and abs(left) <= NOISE * (self.speed + pull * abs(self.end))
 
     def is_lost(self, radius: float) -> bool:
-        """Tell whether the ball is so fast, or so far off, that its contacts mean nothing.
-
-        Within one rounding error of the time it travels more than ``LOST`` radii, or a number has
-        overflowed.
-        """
+        """Tell whether one rounding error of the time moves the ball by ``LOST`` radii."""
         speed = math.sqrt(self.vx * self.vx + self.vy * self.vy)
         way = speed * EPSILON * self.t
         return not (way <= LOST * radius and math.isfinite(self.x + self.y + speed))
@@ -128,10 +124,7 @@ def pull_of(path: Path) -> float:
 
 
 def set_off(t: float, position: Vector, velocity: Vector, pull: float) -> Path:
-    """Return the path of a ball that sets off at ``t`` (s), or rests there.
-
-    It slides, and loses speed at ``pull`` (m/s^2) (Eq. 10).
-    """
+    """Return the path of a ball that slides from ``t`` (s) on, and slows down (Eq. 10)."""
     (x, y), (vx, vy) = position, velocity
     speed = math.sqrt(vx * vx + vy * vy)
     if speed == 0.0:
@@ -152,19 +145,13 @@ def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
 
 
 def arrival(path: Path, length: float, now: float) -> float:
-    """Return the time (s), not before now, at which a ball has travelled ``length`` (m).
-
-    The path must slow to rest. The time is infinite if the path is not so long.
-    """
+    """Return when (s), not before now, a ball that slows to rest has travelled ``length`` (m)."""
     t = path.t + time_to_slide(length, speed_of(path), pull_of(path))
     return t if t > now else now
 
 
 def disc_time(path: Path, center: Vector, reach: float, now: float) -> float:
-    """Return the time (s), not before now, at which a ball comes as near to a place as ``reach``.
-
-    The path must slow to rest. The time is infinite if the ball does not come there (m).
-    """
+    """Return when (s), not before now, a ball that slows to rest comes as near as ``reach``."""
     vx, vy, dx, dy = path.vx, path.vy, center[0] - path.x, center[1] - path.y
     if dx * vx + dy * vy <= 0.0:
         return math.inf
@@ -233,10 +220,7 @@ def _both_move(
 
 
 def _relative(a: Path, b: Path, t: float) -> tuple[Vector, Vector, Vector]:
-    """Return offset (m), velocity (m/s) and acceleration (m/s^2) of b relative to a.
-
-    Both must still move at ``t`` (s).
-    """
+    """Return offset (m), velocity and acceleration of b relative to a; both move at ``t`` (s)."""
     ax, ay, avx, avy = motion_at(a, t)
     bx, by, bvx, bvy = motion_at(b, t)
     return (bx - ax, by - ay), (bvx - avx, bvy - avy), (b.ax - a.ax, b.ay - a.ay)

@@ -85,15 +85,10 @@ class Face(NamedTuple):
 
     @property
     def core(self) -> float:
-        """Return half the cushion's thickness."""
         return self.radius
 
     def gap(self, x: float, y: float, r: float) -> float:
-        """Return the distance (m) from the ball.
-
-        It is infinite if the foot of the perpendicular from the ball is not on the face, ends
-        included.
-        """
+        """Return the distance (m) from the ball; infinite if the ball is not beside the face."""
         (x0, y0), (tx, ty), (nx, ny), length, radius = self
         foot = (x - x0) * tx + (y - y0) * ty
         slack = GRAZING * length
@@ -102,18 +97,13 @@ class Face(NamedTuple):
         return (x - x0) * nx + (y - y0) * ny - radius - r
 
     def normal(self, x: float, y: float) -> Vector:
-        """Return the unit vector from the face to a ball."""
         return self.outward
 
     def curvature(self, x: float, y: float) -> float:
-        """Return 0: the normal is the same all along the face."""
         return 0.0
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
-        """Return the time (s), not before now, at which a ball meets the face.
-
-        A ball that touches the face and moves along it, to rounding, does not meet it.
-        """
+        """Return when (s) a ball meets the face; never if it moves along it, to rounding."""
         nx, ny = self.outward
         closing = -(path.vx * nx + path.vy * ny)
         if closing <= 0.0:
@@ -155,29 +145,21 @@ class Post(NamedTuple):
 
     @property
     def core(self) -> float:
-        """Return the radius: all of the post is solid."""
         return self.radius
 
     def gap(self, x: float, y: float, r: float) -> float:
-        """Return the distance (m) from the ball."""
         dx, dy = x - self.center[0], y - self.center[1]
         return math.sqrt(dx * dx + dy * dy) - self.radius - r
 
     def normal(self, x: float, y: float) -> Vector:
-        """Return the unit vector from the post's centre to a ball."""
         return unit(x - self.center[0], y - self.center[1])
 
     def curvature(self, x: float, y: float) -> float:
-        """Return how fast (1/m) the normal turns as a ball moves around the post."""
         dx, dy = x - self.center[0], y - self.center[1]
         return 1.0 / math.sqrt(dx * dx + dy * dy)
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
-        """Return the time (s), not before now, at which a ball meets the post.
-
-        A path that is tangent to rounding does not meet the post, so a ball that slides along a
-        cushion goes past its end.
-        """
+        """Return when (s) a ball meets the post; never if its path is tangent, to rounding."""
         dx, dy = self.center[0] - path.x, self.center[1] - path.y
         rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
         reach = r + self.radius - rounding
@@ -192,17 +174,13 @@ class Post(NamedTuple):
 
 
 class Rim(NamedTuple):
-    """A rim is the circle on which the centre of a ball is when a pocket takes it in.
-
-    The ball's radius does not matter.
-    """
+    """A rim is the circle on which a ball's centre is when a pocket takes it in."""
 
     center: Vector
     radius: float
 
     @property
     def core(self) -> float:
-        """Return the radius: a ball lies in the pocket up to its centre."""
         return self.radius
 
     def gap(self, x: float, y: float, r: float) -> float:
@@ -211,19 +189,13 @@ class Rim(NamedTuple):
         return math.sqrt(dx * dx + dy * dy) - self.radius
 
     def normal(self, x: float, y: float) -> Vector:
-        """Return the unit vector from the pocket's centre to the ball's."""
         return unit(x - self.center[0], y - self.center[1])
 
     def curvature(self, x: float, y: float) -> float:
-        """Return how fast (1/m) the normal turns as a ball moves along the rim."""
         return 1.0 / self.radius
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
-        """Return the time (s), not before now, at which the ball's centre comes to the rim.
-
-        The distance of the pocket's centre from the path decides whether a ball that grazes the rim
-        is pocketed.
-        """
+        """Return when (s) a ball's centre comes to the rim."""
         return disc_time(path, self.center, self.radius, now)
 
     def edge(self, r: float) -> Round:
@@ -232,10 +204,7 @@ class Rim(NamedTuple):
 
 
 class Measured:
-    """A measured side is one of a user's that answers ``length_along``, and not when.
-
-    That is the path length (m) after which a ball meets it, and holds for straight paths.
-    """
+    """A measured side answers ``length_along``, the path length (m), and not when."""
 
     def __init__(self, side: Any) -> None:
         self.gap, self.normal, self.length_along = side.gap, side.normal, side.length_along
@@ -243,7 +212,6 @@ class Measured:
         self.core = core_of(side)
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
-        """Return the time (s), not before now, at which a ball meets the side."""
         return arrival(path, self.length_along(path, r), now)
 
 

@@ -44,11 +44,9 @@ class Sliding(NamedTuple):
     pull: float = 0.0
 
     def path(self, t: float, position: Vector, velocity: Vector) -> Path:
-        """Return the path of a ball that sets off at ``t`` (s), or rests there."""
         return set_off(t, position, velocity, self.pull)
 
     def then(self, path: Path) -> None:
-        """Return None: a ball that has slid to the end of its path rests."""
         return
 
     def jacobian(self, velocity: Array, time: Array) -> tuple[Array, Array]:
@@ -86,10 +84,8 @@ class Sliding(NamedTuple):
 
 
 def _row(numbers: Array) -> Array:
-    """Return numbers (...) as (..., 1)."""
     return np.asarray(numbers)[..., np.newaxis]
 
 
 def _grid(numbers: Array) -> Array:
-    """Return numbers (...) as (..., 1, 1)."""
     return np.asarray(numbers)[..., np.newaxis, np.newaxis]

@@ -19,13 +19,13 @@ hit runs through a row of touching balls one after the other, as in Newton's cra
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.physics.contact import NO_BALL, Contact, Velocities, closing_speed
+from pool_pymunk.physics.contact import NO_BALL, Contact, Respond, Velocities, closing_speed
 
 Array = NDArray[np.float64]
 
@@ -40,11 +40,7 @@ TOO_SLOW = 0.5  # of the parting speed: a law of your own may leave a contact sl
 # -- any law: the mean over orders -------------------------------------------------------------
 
 
-def mean_over_orders(
-    contacts: Sequence[Contact],
-    velocity: Velocities,
-    respond: Callable[[Contact, Velocities], object],
-) -> None:
+def mean_over_orders(contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
     """Answer the contacts in every order in which they could come, and take the mean.
 
     For up to ``ALL_ORDERS`` contacts all orders count. For more, each order is that in which a
@@ -63,11 +59,7 @@ def mean_over_orders(
             velocity[i] = (x, y)
 
 
-def _in_order(
-    order: Iterable[Contact],
-    velocity: Velocities,
-    respond: Callable[[Contact, Velocities], object],
-) -> Velocities:
+def _in_order(order: Iterable[Contact], velocity: Velocities, respond: Respond) -> Velocities:
     """Answer the closing contacts one after the other, and return the velocities."""
     for contact in order:
         if closing_speed(contact, velocity) > 0.0:
@@ -95,11 +87,7 @@ def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
 
 
 def at_once(contacts: Sequence[Contact], velocity: Velocities) -> list[float] | None:
-    """Give every contact that pushes its normal impulse at once, then its friction.
-
-    Return the normal impulses (N s). Where rounding hides which contacts push, do nothing and
-    return None.
-    """
+    """Give contacts all impulses at once; return the normal ones (N s), or None if unknown."""
     balls = sorted({i for contact in contacts for i in contact.balls})
     normals, tangents, lightness = directions(contacts, balls)
     v = np.array([velocity[i] for i in balls]).ravel()
@@ -121,10 +109,7 @@ def at_once(contacts: Sequence[Contact], velocity: Velocities) -> list[float] | 
 
 
 def push_apart(contact: Contact, parting: float, velocity: Velocities) -> float:
-    """Make two balls part at ``parting`` (m/s) if they are much slower.
-
-    Return the normal impulse (N s) that this takes.
-    """
+    """Make two balls part at ``parting`` (m/s) if much slower; return the impulse (N s)."""
     lacking = parting + closing_speed(contact, velocity)
     if lacking <= TOO_SLOW * parting:
         return 0.0
