@@ -337,7 +337,8 @@ class ContactEngine(Balls):
     def answer_cluster(self, closing: Collection[Contact]) -> None:
         """Answer round after round of all that touches here, until nothing closes."""
         hits = self.touching(self.instant.met)
-        cluster, closing = self.policy.cluster(self, hits, closing)
+        cluster = self.policy.cluster(self, hits)
+        closing = cluster.first or closing
         velocity, order, is_played_out = cluster.velocity, cluster.order, False
         while closing and not is_played_out and not self.is_over and self.is_finite:
             is_played_out = cluster.has_many_hits and self.resolver.loses_speed(cluster.contacts)

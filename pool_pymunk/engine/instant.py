@@ -55,7 +55,8 @@ class Cluster:
     """A cluster is what touches at one instant; it is answered round after round.
 
     ``velocity`` (m/s) has what the rounds have left until now, ``changed`` the balls that they have
-    moved, and ``missed`` the balls that touch, but did not close.
+    moved, and ``missed`` the balls that touch, but did not close. A policy may know what hits
+    ``first``.
     """
 
     def __init__(self, motions: Motions, contacts: Sequence[Contact]) -> None:
@@ -65,6 +66,7 @@ class Cluster:
         self.order = Order(contacts)
         self.changed: dict[int, None] = {}
         self.missed: list[Contact] = []
+        self.first: list[Contact] = []
         self.hits = 0
 
     @property

@@ -14,7 +14,7 @@ from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.instant import Cluster, velocities
 from pool_pymunk.engine.orders import Doubts, moved, with_gaps
 from pool_pymunk.engine.resolver import Resolver, distinct
-from pool_pymunk.physics.contact import Contact, Vector, Velocities
+from pool_pymunk.physics.contact import Vector, Velocities
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE
 
@@ -75,7 +75,6 @@ class Rounding(Exact):
         self.random = Random(seed)
 
     def places(self, motions: Motions, now: float) -> Motions:
-        """Return motions whose places (m) are off, as those at a time that is rounded as well."""
         found = {}
         for i, (x, y, vx, vy) in motions.items():
             late = self._error(now)
@@ -83,14 +82,12 @@ class Rounding(Exact):
         return found
 
     def velocity(self, velocity: Vector, noise: float) -> Vector:
-        """Return a velocity (m/s) with errors, unless the ball rests."""
         if velocity == (0.0, 0.0):
             return velocity
         fastest, (vx, vy) = noise / NOISE, velocity
         return vx + self._error(fastest), vy + self._error(fastest)
 
     def widened(self, motions: Motions) -> Motions:
-        """Return motions whose places are off as small gaps put them."""
         return moved(motions, self.random)
 
     def _error(self, number: float) -> float:
@@ -118,11 +115,9 @@ class Policy:
         """Tell whether this policy takes what may be apart to touch."""
         return False
 
-    def cluster(
-        self, engine: ContactEngine, hits: Sequence[Hit], closing: Collection[Contact]
-    ) -> tuple[Cluster, Collection[Contact]]:
-        """Return the cluster of all that touches, and which of its contacts hit first."""
-        return Cluster(*engine.contacts(hits, with_gaps=True)), closing
+    def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
+        """Return the cluster of all that touches."""
+        return Cluster(*engine.contacts(hits, with_gaps=True))
 
 
 class Measuring(Policy):
@@ -171,12 +166,10 @@ class Otherwise(Policy):
     def closes(self, hit: Hit, now: float) -> bool:
         return hit.kind == "pair" and self.persistent.is_pressed(hit[:2], now)
 
-    def cluster(
-        self, engine: ContactEngine, hits: Sequence[Hit], closing: Collection[Contact]
-    ) -> tuple[Cluster, Collection[Contact]]:
-        cluster, closing = super().cluster(engine, hits, closing)
+    def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
+        cluster = super().cluster(engine, hits)
         cluster.order.forget()
-        return cluster, closing
+        return cluster
 
 
 class InOrder(Policy):
@@ -197,11 +190,9 @@ class InOrder(Policy):
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         return len(engine.touching(hits)) > 1
 
-    def cluster(
-        self, engine: ContactEngine, hits: Sequence[Hit], closing: Collection[Contact]
-    ) -> tuple[Cluster, Collection[Contact]]:
+    def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
         motions = self.errors.widened(engine.contacts(hits)[0])
         contacts = distinct([engine.contact(hit, motions) for hit in hits])
         cluster = Cluster(motions, with_gaps(contacts, self.pattern))
-        velocity = cluster.velocity
-        return cluster, cluster.order.next(velocity, engine.noise(velocity)) or closing
+        cluster.first = cluster.order.next(cluster.velocity, engine.noise(motions))
+        return cluster

@@ -135,16 +135,13 @@ class Resolver:
         """
         velocity = dict(before)
         answers = [Answer(contact, COLLAPSED) for contact in contacts]
-        jumped: list[Contact] = []
-
-        def one(contact: Contact, velocity: Velocities) -> None:
-            if self.respond(contact, velocity):
-                jumped.append(contact)
-
+        one = self._noting(answers)
         self.collapses += len(contacts) > 2
         most = decisions.MOST_IN_PILE if self.collapses > decisions.PILE else MOST_HITS
         collapse = self.play(contacts, velocity, one, most)
-        _share(answers, Shared(contacts, dict(before), velocity), jumped)
+        shared = Shared(contacts, dict(before), velocity)
+        for answer in answers:
+            answer.shared = shared
         resolution = Resolution(answers)
         self._conclude(before, velocity, answers, resolution)
         return resolution, collapse
@@ -186,17 +183,24 @@ class Resolver:
 
     def _answer_together(self, hits: Sequence[Answer], velocity: Velocities) -> None:
         """Answer several hits of an instant, and keep what tells their impulses."""
-        before, calls, jumped = dict(velocity), list[Call](), list[Contact]()
+        before, calls, contacts = dict(velocity), list[Call](), [hit.contact for hit in hits]
+        self.answer(contacts, velocity, self._noting(hits, calls))
+        shared = Shared(contacts, before, dict(velocity), calls)
+        for hit in hits:
+            hit.shared = shared
+
+    def _noting(self, answers: Iterable[Answer], calls: list[Call] | None = None) -> Respond:
+        """Return what answers one contact by the law, and notes where it jumps, and all calls."""
+        of = {answer.contact[:3]: answer for answer in answers}
 
         def one(contact: Contact, velocity: Velocities) -> None:
             old = [velocity[i] for i in contact.balls]
-            if self.respond(contact, velocity):
-                jumped.append(contact)
-            calls.append((contact, old, [velocity[i] for i in contact.balls]))
+            if self.respond(contact, velocity) and contact[:3] in of:
+                of[contact[:3]].notes += (ZERO_SLIP,)
+            if calls is not None:
+                calls.append((contact, old, [velocity[i] for i in contact.balls]))
 
-        contacts = [hit.contact for hit in hits]
-        self.answer(contacts, velocity, one)
-        _share(hits, Shared(contacts, before, dict(velocity), calls), jumped)
+        return one
 
     def _look_at(self, contact: Contact, velocity: Velocities, now: float) -> Answer:
         """Decide whether a contact is a hit, and of which kind."""
@@ -278,16 +282,6 @@ class Resolver:
             return self.law.cushion(NT(-1.0, 0.0), pair.restitution, pair.friction).n
         a, b = self.law.ball_ball(NT(1.0, 0.0), NT(0.0, 0.0), pair)
         return b.n - a.n
-
-
-def _share(answers: Iterable[Answer], shared: Shared, jumped: Iterable[Contact]) -> None:
-    """Let answers know of the impulses that they share, and where the law jumped."""
-    of = {answer.contact[:3]: answer for answer in answers}
-    for answer in of.values():
-        answer.shared = shared
-    for contact in jumped:
-        if contact[:3] in of:
-            of[contact[:3]].notes += (ZERO_SLIP,)
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:

@@ -49,8 +49,8 @@ class Path(NamedTuple):
     end is infinite for a ball that goes on without end.
 
     >>> path = set_off(1.0, (0.0, 0.0), (2.0, 0.0), 0.5)
-    >>> path.end, path.at(2.0), path.at(9.0), path.slows_to_rest
-    (5.0, ((1.75, 0.0), (1.5, 0.0)), ((4.0, 0.0), (0.0, 0.0)), True)
+    >>> path.end, path.at(2.0), path.at(9.0)
+    (5.0, ((1.75, 0.0), (1.5, 0.0)), ((4.0, 0.0), (0.0, 0.0)))
     """
 
     t: float
@@ -91,18 +91,6 @@ class Path(NamedTuple):
     def moves(self) -> bool:
         """Tell whether the ball moves at the beginning."""
         return self.vx != 0.0 or self.vy != 0.0
-
-    @property
-    def slows_to_rest(self) -> bool:
-        """Tell whether the ball runs straight on and slows down until it rests, to rounding."""
-        across = abs(self.vx * self.ay - self.vy * self.ax)
-        pull = abs(self.ax) + abs(self.ay)
-        if pull == 0.0:
-            return not self.moves or self.end == math.inf
-        left = self.speed - math.sqrt(self.ax * self.ax + self.ay * self.ay) * (self.end - self.t)
-        is_straight = across <= NOISE * self.speed * pull
-        slows = self.vx * self.ax + self.vy * self.ay < 0.0
-        return is_straight and slows and abs(left) <= NOISE * (self.speed + pull * abs(self.end))
 
     def is_lost(self, radius: float) -> bool:
         """Tell whether one rounding error of the time moves the ball by ``LOST`` radii."""
