@@ -60,11 +60,7 @@ class ContactEngine(Balls):
     near: Near
 
     def __init__(
-        self,
-        law: Law,
-        pair: Callable[[int, int], Pair],
-        surface: Surface,
-        recorder: Recorder,
+        self, law: Law, pair: Callable[[int, int], Pair], surface: Surface, recorder: Recorder
     ) -> None:
         super().__init__(pair, surface)
         persistent = PersistentContacts(self.paths, self.radii, surface.pull)

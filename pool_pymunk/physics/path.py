@@ -229,11 +229,7 @@ def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
 
 
 def _allowed_penetration(
-    offset: Vector,
-    velocity: Vector,
-    pull: Vector,
-    reach: float,
-    lasting: Lasting,
+    offset: Vector, velocity: Vector, pull: Vector, reach: float, lasting: Lasting
 ) -> float:
     """Return how far (m) touching balls get nearer than ``reach`` until they hit each other.
 

@@ -54,11 +54,7 @@ class Meeting(NamedTuple):
         return np.asarray(change + self.rate[:, np.newaxis] * times)
 
     def after(
-        self,
-        moved: Array,
-        times: Array,
-        parts: Array,
-        rates: Sequence[Sequence[float]],
+        self, moved: Array, times: Array, parts: Array, rates: Sequence[Sequence[float]]
     ) -> Array:
         """Return the changes of the states after the contact, at a fixed time again.
 
@@ -97,11 +93,7 @@ def bounce(a: Motion6, normal: Vector, curvature: float) -> Meeting:
 
 
 def _meeting(
-    motions: Sequence[Motion6],
-    normal: Vector,
-    guard: Array,
-    closing: float,
-    turning: Array,
+    motions: Sequence[Motion6], normal: Vector, guard: Array, closing: float, turning: Array
 ) -> Meeting:
     nx, ny = normal
     count = len(motions)
