@@ -20,12 +20,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_speed
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.together import directions
-
-Array = NDArray[np.float64]
 
 MOST_HITS = 30_000  # So many hits are played one by one at most.
 MOST_IN_TIME = 2_000  # So many hits come in the order of their times; then all gaps are closed.

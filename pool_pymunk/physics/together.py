@@ -26,8 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.physics.contact import NO_BALL, Contact, Respond, Velocities, closing_speed
-
-Array = NDArray[np.float64]
+from pool_pymunk.physics.motion import Array
 
 ALL_ORDERS = 4  # For up to so many contacts all their orders are tried.
 MOST_SWEEPS = 200  # After so many sweeps of the mean, what still closes is a next impact.
