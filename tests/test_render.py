@@ -41,13 +41,14 @@ from pool_pymunk.render import (
     style,
 )
 from pool_pymunk.render.balls import Disc, track_width, tracks, way
-from pool_pymunk.render.canvas import canvas, pixels
+from pool_pymunk.render.canvas import pixels
 from pool_pymunk.render.labels import Labels
 from pool_pymunk.render.pictures import figure_of
-from pool_pymunk.render.screen import Screen, Sprite
 from pool_pymunk.render.sheet import picture_layout
+from pool_pymunk.render.sprites import Sprite
 from pool_pymunk.render.stage import Stage
 from pool_pymunk.render.style import LOOK, POOL, ball_colors, halo_color, striped
+from pool_pymunk.render.tracks import Ground, Track
 from pool_pymunk.render.view import contact_places, fit
 
 pytestmark = pytest.mark.heavy
@@ -419,12 +420,11 @@ def test_tracks_show_where_balls_came_from(run: Run) -> None:
     stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
     first, *_, last = stage.frames()
     gauge = Gauge(first)
-    cloth = first[360 // 3, 640 // 2].astype(int)
     red = []
     for t in np.linspace(0.0, 0.7 * run.duration, 12):
         x, y = gauge.place(run.at([t])[0][0, 0])
         row, column = 360 - round(y), round(x)
-        change = last[row, column].astype(int) - cloth
+        change = last[row, column].astype(int) - stage.ground.bare[row, column]
         assert change[0] > 30 and change[1] < -10, t  # It is a little magenta, and cloth.
         red.append(change[0])
     assert red[-1] > 1.3 * red[0]  # Old tracks have faded.
@@ -440,9 +440,39 @@ def test_tracks_are_as_new_where_balls_were_last() -> None:
     assert red[0] == pytest.approx(LOOK.oldest, abs=0.02)
     assert red[-1] == pytest.approx(1.0, abs=0.02)
     assert (np.diff(red) > -1e-9).all()
-    new = tracks([path, path[:1]], [ball, ball], "#000000", solid=True, new=True)
-    assert [len(part) for part in new.get_segments()] == [3, 3]
-    assert np.array(new.get_colors())[-1, 0] == 1.0
+
+
+def test_track_that_comes_back_on_itself_is_drawn_once() -> None:
+    ground, track = there_and_back()
+    for t in np.linspace(0.0, 1.0, 40):
+        track.reach(ground, t, np.array([20.0 + 60.0 * t, 20.0]))
+    once = ground.seen.copy()
+    for t in np.linspace(1.0, 2.0, 40):
+        track.reach(ground, t, np.array([80.0 - 60.0 * (t - 1.0), 20.0]))
+    assert np.abs(once[19, 24:70].astype(int) - 100).max() <= 3
+    assert np.abs(ground.seen.astype(int) - once).max() <= 3
+
+
+def there_and_back() -> tuple[Ground, Track]:
+    """Return a black ground, on which tracks fade in 1 s, and a grey track of two seconds."""
+    corners = np.array([[0.0, 20.0, 20.0], [1.0, 80.0, 20.0], [2.0, 20.0, 20.0]])
+    ground = Ground(np.zeros((40, 100, 3), dtype=np.uint8), life=1.0)
+    return ground, Track(corners, 5.0, np.array([200.0, 200.0, 200.0]), 0.5)
+
+
+def test_tracks_in_films_fade_with_their_age_and_are_new_again_where_balls_return() -> None:
+    ground, track = there_and_back()
+    for t in np.linspace(0.0, 1.5, 61):
+        ground.fade(t)
+        track.reach(ground, t, np.array([80.0 - 60.0 * abs(t - 1.0), 20.0]))
+    strength = ground.seen[19, :, 0] / 100.0
+    for x, age in ((30, 1.5 - 1 / 6), (40, 1.5 - 1 / 3), (70, 1 / 3), (75, 5 / 12)):
+        expected = LOOK.oldest + (1.0 - LOOK.oldest) * np.exp(-age)
+        assert strength[x] == pytest.approx(expected, abs=0.12), x
+    ground.fade(60.0)
+    assert ground.seen[19, 24:70].max() <= 100 * LOOK.oldest + 4
+    assert ground.seen[19, 24:70].min() >= 100 * LOOK.oldest - 4
+    assert not ground.seen[5].any()
 
 
 def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
@@ -452,8 +482,10 @@ def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
     x, y = Gauge(frames[0]).place(np.array([0.5, 0.5]) + 0.1 * np.array([1.0, 0.35 / 1.8]))
     row, column = 360 - round(float(y)), round(float(x))
     assert frames[0][row - 1 : row + 2, column].max(axis=0).min() > 170  # It is white.
-    assert len(stage.arrows) == 1
-    assert frames[-1][row - 1 : row + 2, column].max(axis=0).min() < 120
+    (arrows,) = stage.arrows
+    cloth = np.full_like(frames[0], 90)
+    arrows.appear(cloth, 0.0)
+    assert (cloth == 90).all()
     later = replace(settings, start=0.1)
     assert not Stage(Show((run,)), later.size, later.timing(Show((run,))), later.style).arrows
 
@@ -489,17 +521,13 @@ def disc_sprite() -> Sprite:
     return Sprite(np.repeat(((distance < 10.0) * 255).astype(np.uint8)[..., None], 4, axis=-1))
 
 
-def stamped(x: float, y: float, width: int, height: int) -> Frame:
-    """Return a black screen with a disc at a place."""
-    screen = Screen(canvas(width, height, "#000000")[0])
-    disc_sprite().stamp(screen, x, y)
-    return screen.pixels()
-
-
 def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
+    sprite = disc_sprite()
     rows, columns = np.indices((30, 40)) + 0.5
     for x, y in ((20.0, 15.0), (20.25, 14.5), (19.6, 15.9)):
-        light = stamped(x, y, 40, 30)[..., 0].astype(float)
+        frame = np.zeros((30, 40, 3), dtype=np.uint8)
+        sprite.stamp(frame, x, y)
+        light = frame[..., 0].astype(float)
         assert (light * columns).sum() / light.sum() == pytest.approx(x, abs=0.13)
         assert 30 - (light * rows).sum() / light.sum() == pytest.approx(y, abs=0.13)
 
@@ -507,8 +535,10 @@ def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
 @pytest.mark.parametrize("place", [(-50.0, 15.0), (1.0, 1.0), (39.0, 31.0), (20.0, -1.5)])
 def test_sprite_at_an_edge_is_cut_off_there(place: tuple[float, float]) -> None:
     """A sprite that is partly or wholly off a frame looks as it does in a larger frame."""
-    x, y = place
-    small, large = stamped(x, y, 60, 30), stamped(x + 60.0, y + 30.0, 180, 90)
+    (x, y), sprite = place, disc_sprite()
+    small, large = (np.zeros((rows, 2 * rows, 3), dtype=np.uint8) for rows in (30, 90))
+    sprite.stamp(small, x, y)
+    sprite.stamp(large, x + 60.0, y + 30.0)
     assert small.any() == (x > 0.0)
     assert (small == large[30:60, 60:120]).all()
 
@@ -745,8 +775,7 @@ def test_nothing_says_pocketed_before_a_ball_is() -> None:
     stage = Stage(show, SMALL.size, timing, SMALL.style)
     assert stage.tray is not None
     first, *_, last = stage.frames()
-    box = stage.tray.words.get_window_extent()
-    words = np.s_[360 - round(box.y1) : 360 - round(box.y0), round(box.x0) : round(box.x1)]
+    words = np.s_[stage.tray.words.rows, stage.tray.words.columns]
     page = np.array([int(SMALL.style.page[k : k + 2], 16) for k in (1, 3, 5)])
     assert first[words].size and (first[words] == page).all()
     assert not (last[words] == page).all()
@@ -772,7 +801,7 @@ def test_tracks_end_at_the_rim_of_a_pocket(monkeypatch: pytest.MonkeyPatch) -> N
     stage = Stage(show, SMALL.size, timing, SMALL.style)
     *_, _last = stage.frames()
     (cast,) = stage.casts
-    assert cast.ways[0][-1, 1:] == pytest.approx(cast.view.place((x, y)))
+    assert cast.tracks[0].points[-1] == pytest.approx(cast.view.place((x, y)))
 
 
 def test_a_label_beside_a_ball_in_a_film_makes_room_for_balls_that_come() -> None:

@@ -221,13 +221,11 @@ def tracks(
     ground: str,
     *,
     solid: bool,
-    strength: float = 1.0,
-    new: bool = False,
 ) -> LineCollection:
     """Return the paths (K, 2), in points, of the balls in their colours, with halos.
 
-    They fade from a ``strength`` into the colour of the ``ground`` towards where they begin, unless
-    they are ``new``. Those of ghosts are thin and pale, and have no halos.
+    They fade into the colour of the ``ground`` towards where they begin. Those of ghosts are thin
+    and pale, and have no halos.
     """
     width = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
     bare = np.array(to_rgb(ground))
@@ -235,28 +233,25 @@ def tracks(
     colors: list[Array] = []
     widths: list[float] = []
     for path, ball in zip(paths, balls, strict=True):
-        pieces, strengths = _pieces(path[np.isfinite(path).all(axis=1)], new)
+        pieces, strengths = _pieces(path[np.isfinite(path).all(axis=1)])
         core = max(width * ball.radius, 0.9)
         strokes = [(halo_color(ball.color), HALO, core + max(0.5 * core, 0.8))]
         strokes += [(ball.color, 1.0, core)]
         for color, share, line in strokes if solid else [(ball.color, PALE, core)]:
             lines += pieces
-            colors += [
-                bare + share * each * (to_rgb(color) - bare) for each in strength * strengths
-            ]
+            colors += [*bare + share * np.outer(strengths, to_rgb(color) - bare)]
             widths += [line] * len(pieces)
-    drawn = LineCollection(lines, colors=colors, linewidths=widths, zorder=1.5)
-    drawn.set(capstyle="butt" if new else "round", joinstyle="round")
+    shades = np.array(colors).reshape(-1, 3)
+    drawn = LineCollection(lines, colors=shades, linewidths=widths, zorder=1.5)
+    drawn.set(capstyle="round", joinstyle="round")
     return drawn
 
 
-def _pieces(path: Array, new: bool) -> tuple[list[Array], Array]:
+def _pieces(path: Array) -> tuple[list[Array], Array]:
     """Return the path in pieces, the oldest first, and the strength of each."""
     gone = np.append(0.0, np.cumsum(np.hypot(*np.diff(path, axis=0).T)))
     if gone[-1] == 0.0:
         return [], gone[:0]
-    if new:
-        return [path], np.ones(1)
     at = np.union1d(gone, np.linspace(0.0, gone[-1], LOOK.pieces))
     points = np.stack([np.interp(at, gone, part) for part in path.T], axis=1)
     age = (at[:-1] + at[1:]) / (2.0 * gone[-1])

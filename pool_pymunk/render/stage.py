@@ -9,7 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
@@ -20,12 +21,11 @@ from pool_pymunk.render.balls import (
     draw_balls,
     draw_bodies,
     draw_ghosts,
-    tracks,
+    track_width,
     way,
 )
-from pool_pymunk.render.canvas import Pixels, pixels
+from pool_pymunk.render.canvas import Pixels, canvas, draw_text, pixels
 from pool_pymunk.render.labels import Labels, draw_label, half_size
-from pool_pymunk.render.screen import FINE, Screen, Sprite, glow, sprites
 from pool_pymunk.render.sheet import (
     Layout,
     Sheet,
@@ -36,14 +36,15 @@ from pool_pymunk.render.sheet import (
     film_layout,
     in_tray,
 )
-from pool_pymunk.render.style import LOOK, Style
+from pool_pymunk.render.sprites import Sprite, glow, mix, sprites
+from pool_pymunk.render.style import LOOK, Style, halo_color
+from pool_pymunk.render.tracks import LIFE, Ground, Track
 from pool_pymunk.render.view import View, contact_places
 from pool_pymunk.results.run import Run
 
 Draw = Callable[[Axes, Sequence[Disc], Style], None]
+TRACK_STRENGTH = 0.5  # of a new track
 CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
-TRACK = 0.5  # the strength of a new track
-TICK = 0.16  # s of film; tracks are drawn anew, and fade, as often
 
 
 class Cast:
@@ -53,49 +54,45 @@ class Cast:
     """
 
     def __init__(self, run: Run, view: View, style: Style, slow: float, *, solid: bool) -> None:
-        self.run, self.view, self.style, self.slow, self.solid = run, view, style, slow, solid
-        self.ground = style.plane if run.scene.table is None else style.cloth
-        self.discs = discs(run.scene, run.at([0.0])[0][0], view)
+        self.run, self.view, self.solid, self.slow = run, view, solid, slow
+        self.light = _rgb(style.flash)
+        start = run.at([0.0])[0][0]
+        self.discs = discs(run.scene, start, view)
         anywhere = tuple(disc._replace(x=0.0, y=0.0) for disc in self.discs)
         self.sprites = _balls(anywhere, style, draw_bodies if solid else draw_ghosts)
         self.labels = Labels(self.discs if solid else ())
         self.names = _names(tuple(self.labels.balls), style)
-        self.flashes = contact_places(run) if solid else []
+        self.tracks = [self._track(i) for i in range(len(self.discs))]
+        self.flashes = Flashes(run, view) if solid else None
         self.taken = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
-        self.leaves = [self.taken.get(disc.label, math.inf) for disc in self.discs]
-        origin = np.array([0.0, view.x, view.y])
-        scale = np.array([1.0, view.scale, view.scale])
-        self.ways = [scale * way(run, i)[:, :3] + origin for i in range(len(self.discs))]
 
-    def tracks(self, t: float, position: Array, since: float | None = None) -> LineCollection:
-        """Return the tracks up to the time ``t`` (s), or what is new of them since they were laid.
+    def _track(self, i: int) -> Track:
+        """Return a ball's track; a ghost's is thin and has no halo."""
+        disc, knots = self.discs[i], way(self.run, i)
+        places = self.view.scale * knots[:, 1:3] + (self.view.x, self.view.y)
+        wide = max(1.2 * track_width(len(self.discs)) * disc.radius, 1.5)
+        corners = np.column_stack([knots[:, 0], places])
+        width, halo = (wide, _rgb(halo_color(disc.color))) if self.solid else (0.5 * wide, None)
+        return Track(corners, width, _rgb(disc.color), TRACK_STRENGTH, halo)
 
-        They were laid at the time ``since``.
-        """
+    def leave_tracks(self, ground: Ground, t: float, position: Array) -> None:
+        """Draw the tracks on the ground up to where the balls are."""
         places = self.view.scale * position + (self.view.x, self.view.y)
-        if since is None:
-            self.laid = places
-        paths = []
-        for i, path in enumerate(self.ways):
-            passed = path[(path[:, 0] <= t) & (since is None or path[:, 0] > since), 1:]
-            first = self.laid[:0] if since is None else self.laid[i : i + 1]
-            here = places[i : i + 1] if t < self.leaves[i] else places[:0]
-            paths.append(np.concatenate([first, passed, here]))
-        new = since is not None
-        return tracks(paths, self.discs, self.ground, solid=self.solid, strength=TRACK, new=new)
+        for disc, track, place in zip(self.discs, self.tracks, places, strict=True):
+            track.reach(ground, t, place if t < self.taken.get(disc.label, math.inf) else None)
 
-    def appear(self, screen: Screen, t: float, position: Array, velocity: Array) -> None:
-        """Put the balls on the screen; light around them shines from below and hides nothing."""
-        if self.solid:
-            self._flash(screen, t)
-            self._halos(screen, position, velocity)
+    def appear(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
+        """Put the balls on the frame; light around them shines from below and hides nothing."""
+        if self.flashes is not None:
+            self.flashes.appear(frame, t, LOOK.flash / self.slow, self.light)
+            self._halos(frame, position, velocity)
         seen = [self._place(i, t, at) for i, at in enumerate(position)]
         places = np.array([self.view.place(place) for place, _ in seen])
         for sprite, (x, y), (_, strength) in zip(self.sprites, places.tolist(), seen, strict=True):
-            sprite.stamp(screen, x, y, strength)
+            sprite.stamp(frame, x, y, strength)
         beside = self.labels.place(places).tolist()
         for i, name, (x, y) in zip(self.labels.of, self.names, beside, strict=True):
-            name.stamp(screen, x, y, seen[i][1])
+            name.stamp(frame, x, y, seen[i][1])
 
     def _place(self, i: int, t: float, position: Array) -> tuple[Point, float]:
         """Return where a ball is seen (m), and how clearly: it fades as it falls into a pocket."""
@@ -109,55 +106,110 @@ class Cast:
         x0, y0 = way(self.run, i)[-1, 1:3].tolist()  # on the rim
         return (x0 + age * (x - x0), y0 + age * (y - y0)), 1.0 - age
 
-    def _halos(self, screen: Screen, position: Array, velocity: Array) -> None:
+    def _halos(self, frame: Pixels, position: Array, velocity: Array) -> None:
         """Draw a pale ring around every ball that moves; it fades as the ball comes to rest."""
         speeds = np.hypot(velocity[:, 0], velocity[:, 1])
         for i in np.flatnonzero(speeds):
             radius = self.discs[i].radius
             strength = min(1.0, speeds[i] * self.view.scale / self.slow / (CLEAR * radius))
-            halo = _halo(radius, self.style.flash)
-            halo.stamp(screen, *self.view.place(position[i]), 0.5 * float(strength))
+            at = self.view.place((float(position[i, 0]), float(position[i, 1])))
+            glow(frame, at, radius, 0.16 * radius, self.light, 0.5 * float(strength))
 
-    def _flash(self, screen: Screen, t: float) -> None:
-        """Light up where contacts have just happened."""
-        life = LOOK.flash / self.slow
-        for born, place, size in self.flashes:
-            if not t - life < born <= t:
-                continue
-            age, radius = (t - born) / life, size * self.view.scale
-            x, y = self.view.place(place)
-            for ring, soft, strength in (
-                (0.0, 0.5 + 0.5 * age, 0.9),
-                (0.3 + 1.2 * age, 0.14, 0.8),
-            ):
-                light = glow(ring * radius, soft * radius, self.style.flash)
-                half = len(light) // 2
-                screen.put(light, round(x) - half, round(y) - half, strength * (1.0 - age) ** 2)
+
+class Print:
+    """A print is a drawing of one colour that stands still and can be put on any frame."""
+
+    def __init__(self, figure: Figure, color: str) -> None:
+        self.color = _rgb(color)
+        cover = pixels(figure)[..., 3] / 255.0
+        rows, columns = (np.flatnonzero(cover.any(axis=k)) for k in (1, 0))
+        self.rows, self.columns = (
+            slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0) for at in (rows, columns)
+        )
+        self.cover = cover[self.rows, self.columns]
+
+    def appear(self, frame: Pixels, strength: float) -> None:
+        """Put the drawing on the frame; it is not seen unless the ``strength`` is above 0."""
+        if strength > 0.0 and self.cover.size:
+            mix(frame, self.rows, self.columns, strength * self.cover, self.color)
+
+
+def _arrows(run: Run, balls: list[Disc], size: tuple[int, int], style: Style) -> Print:
+    """Return the arrows of the shot, one at every ball that moves as it begins."""
+    figure, axes = canvas(*size)
+    scale = balls[0].radius / run.scene.balls[0].radius
+    draw_arrows(axes, balls, run.at([0.0])[1][0], scale, style)
+    return Print(figure, style.arrow)
+
+
+class Flashes:
+    """Flashes light up where contacts happen, and fade at once."""
+
+    def __init__(self, run: Run, view: View) -> None:
+        places = contact_places(run)
+        self.coming = [(t, view.place(at), view.scale * r) for t, at, r in places][::-1]
+        self.lit: list[tuple[float, Point, float]] = []
+
+    def appear(self, frame: Pixels, t: float, life: float, light: Array) -> None:
+        """Draw the flashes that are lit at ``t``, each for ``life`` (s)."""
+        while self.coming and self.coming[-1][0] <= t:
+            self.lit.append(self.coming.pop())
+        self.lit = [flash for flash in self.lit if flash[0] > t - life]
+        for born, at, radius in self.lit:
+            age = (t - born) / life
+            fade = (1.0 - age) ** 2
+            glow(frame, at, 0.0, (0.5 + 0.5 * age) * radius, light, 0.9 * fade)
+            glow(frame, at, (0.3 + 1.2 * age) * radius, 0.14 * radius, light, 0.8 * fade)
 
 
 class Tray:
-    """The tray shows the balls that pockets have taken, and those that were off before."""
+    """The tray shows the balls that pockets have taken, and those that were off before.
 
-    def __init__(self, show: Show, layout: Layout, sheet: Sheet, style: Style, slow: float) -> None:
-        run, view = show.runs[0], sheet.views[0]
-        self.words = draw_tray(sheet.axes, layout, style)
+    As long as there are none it is not seen.
+    """
+
+    def __init__(self, show: Show, layout: Layout, view: View, style: Style, slow: float) -> None:
+        run = show.runs[0]
         at = {event.balls[0]: event.t + LOOK.drop / slow for event in run.events if event.pocket}
         balls = in_tray(run, show.tray, layout, view)
         anywhere = tuple(ball._replace(x=0.0, y=0.0) for ball in balls)
         beside = max(2.0 * half_size(ball)[0] for ball in balls)
         drawn = _balls(anywhere, style, draw_balls, beside)
         self.balls = [
-            (at.get(ball.label, -math.inf), sprite, (ball.x, ball.y))
+            (at.get(ball.label, 0.0), sprite, (ball.x, ball.y))
             for ball, sprite in zip(balls, drawn, strict=True)
         ]
+        figure, axes = canvas(layout.width, layout.height)
+        draw_tray(axes, layout, style)
+        self.words = Print(figure, style.faint)
 
-    def appear(self, screen: Screen, t: float) -> None:
+    def appear(self, frame: Pixels, t: float) -> None:
         """Show the balls that have fallen by the time ``t`` (s)."""
-        lying = [(sprite, place) for since, sprite, place in self.balls if t >= since]
-        if lying:
-            self.words.draw(screen.renderer)
-        for sprite, place in lying:
-            sprite.stamp(screen, *place)
+        if any(t >= since for since, *_ in self.balls):
+            self.words.appear(frame, 1.0)
+        for since, sprite, place in self.balls:
+            if t >= since:
+                sprite.stamp(frame, *place)
+
+
+class Clock:
+    """The clock shows the time, in figures of one width that stand still."""
+
+    def __init__(self, layout: Layout, style: Style, decimals: int) -> None:
+        size = 1.15 * layout.letter
+        self.decimals = decimals
+        self.right, self.y = layout.caption.x1, layout.caption.y0 + 0.36 * size
+        self.letters = _letters("0123456789.s", size, style.ink)
+        self.width = dict.fromkeys("0123456789", 0.65 * size)
+        self.width |= {".": 0.36 * size, " ": 0.3 * size, "s": 0.5 * size}
+
+    def appear(self, frame: Pixels, t: float) -> None:
+        """Write ``t`` (s) at the right."""
+        x = self.right
+        for letter in reversed(f"{t:.{self.decimals}f} s"):
+            x -= self.width[letter]
+            if letter != " ":
+                self.letters[letter].stamp(frame, round(x + self.width[letter] / 2), self.y)
 
 
 class Curves:
@@ -171,19 +223,19 @@ class Curves:
         box = layout.plot
         self.rows = slice(round(layout.height - box.y1), round(layout.height - box.y0))
         self.start, self.end = sheet.plot.get_xlim()
-        self.left, self.right, self.foot = round(box.x0), round(box.x1), round(box.y0)
-        self.full = pixels(sheet.figure)[self.rows, self.left : self.right][::-1]
+        self.left, self.right = round(box.x0), round(box.x1)
+        self.full = pixels(sheet.figure)[self.rows, :, :3]
+        self.ink = _rgb(style.ink).astype(np.uint8)
         for line in sheet.plot.lines:
             line.set(alpha=0.3, path_effects=[])
-        self.line = np.array([[_bytes(style.ink)] * 2] * len(self.full), dtype=np.uint8)
 
-    def appear(self, screen: Screen, t: float) -> None:
+    def appear(self, frame: Pixels, t: float) -> None:
         """Show the curves up to ``t`` (s), with an upright line there."""
         share = min(max((t - self.start) / (self.end - self.start), 0.0), 1.0)
-        now = round(share * (self.right - self.left))
-        if now:
-            screen.put(np.ascontiguousarray(self.full[:, :now]), self.left, self.foot)
-        screen.put(self.line, self.left + now, self.foot)
+        now = self.left + round(share * (self.right - self.left))
+        columns = slice(self.left, now)
+        frame[self.rows, columns] = self.full[:, columns]
+        frame[self.rows, now : now + 2] = self.ink
 
 
 @dataclass(frozen=True)
@@ -209,32 +261,27 @@ class Timing:
 class Stage:
     """A stage has all that a film of one shot is drawn from; :meth:`frames` draws its frames."""
 
-    BLOCK = 64  # The positions of this number of frames are asked for at once.
+    BLOCK = 64  # The positions of so many frames are asked for at once.
 
     def __init__(self, show: Show, size: tuple[int, int], timing: Timing, style: Style) -> None:
-        self.timing, self.style = timing, style
-        self.layout = film_layout(show, size)
-        self.sheet = draw_sheet(show, self.layout, style, (timing.start, timing.end))
+        self.timing = timing
+        layout = film_layout(show, size)
+        sheet = draw_sheet(show, layout, style, (timing.start, timing.end))
         pace = "" if timing.slow == 1.0 else _pace(timing.slow)
-        draw_caption(self.sheet, self.layout, show.caption(pace), style, share=0.84)
-        has_plot = self.sheet.plot is not None
-        self.curves = Curves(self.sheet, self.layout, style) if has_plot else None
-        self.screen = Screen(self.sheet.figure)
-        self.bare, self.tick = self.screen.kept, math.inf
-        has_tray = bool(show.tray)
-        self.tray = Tray(show, self.layout, self.sheet, style, timing.slow) if has_tray else None
+        draw_caption(sheet, layout, show.caption(pace), style, share=0.84)
+        self.curves = Curves(sheet, layout, style) if sheet.plot is not None else None
+        bare = np.ascontiguousarray(pixels(sheet.figure)[..., :3])
+        self.ground = Ground(bare, life=LIFE / timing.slow)
+        self.clock = Clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(timing.slow))))
+        self.tray = Tray(show, layout, sheet.views[0], style, timing.slow) if show.tray else None
         self.casts = [
             Cast(run, view, style, timing.slow, solid=run is runs[0])
-            for runs, view in zip(show.panels, self.sheet.views, strict=True)
+            for runs, view in zip(show.panels, sheet.views, strict=True)
             for run in reversed(runs)
         ]
+        at_start = timing.start == 0.0
         self.arrows = [
-            arrow
-            for cast in self.casts
-            if cast.solid and timing.start == 0.0
-            for arrow in draw_arrows(
-                self.sheet.axes, cast.discs, cast.run.at([0.0])[1][0], cast.view.scale, style
-            )
+            _arrows(c.run, c.discs, size, style) for c in self.casts if at_start and c.solid
         ]
 
     def frames(self) -> Iterator[Pixels]:
@@ -244,7 +291,7 @@ class Stage:
             yield from self._drawn(times)
 
     def samples(self) -> Iterator[Pixels]:
-        """Yield a few frames that have the film's colours between them."""
+        """Yield a few frames that have the film's colours between them; ask for them once only."""
         return self._drawn(np.linspace(self.timing.start, self.timing.end, 5))
 
     def _drawn(self, times: Array) -> Iterator[Pixels]:
@@ -253,34 +300,20 @@ class Stage:
             yield self._frame(float(t), [(p[k], v[k]) for p, v in moves])
 
     def _frame(self, t: float, states: list[tuple[Array, Array]]) -> Pixels:
-        screen, slow = self.screen, self.timing.slow
-        if not 0.0 <= t - self.tick < TICK / slow:
-            self._lay_ground(t, [position for position, _ in states])
-        screen.clear()
+        self.ground.fade(t)
         for cast, (position, _) in zip(self.casts, states, strict=True):
-            cast.tracks(t, position, self.tick).draw(screen.renderer)
-        strength = 1.0 - t * slow / LOOK.shot
-        for arrow in self.arrows if strength > 0.0 else ():
-            arrow.set_alpha(0.9 * strength)
-            arrow.draw(screen.renderer)
+            cast.leave_tracks(self.ground, t, position)
+        frame = self.ground.seen.copy()
+        for arrows in self.arrows:
+            arrows.appear(frame, 1.0 - t * self.timing.slow / LOOK.shot)
         for cast, (position, velocity) in zip(self.casts, states, strict=True):
-            cast.appear(screen, t, position, velocity)
+            cast.appear(frame, t, position, velocity)
         if self.curves is not None:
-            self.curves.appear(screen, t)
+            self.curves.appear(frame, t)
         if self.tray is not None:
-            self.tray.appear(screen, t)
-        size, caption = 1.15 * self.layout.letter, self.layout.caption
-        decimals = 2 + max(0, math.ceil(math.log10(slow)))
-        screen.write(f"{t:.{decimals}f} s", caption.x1, caption.y0, size, self.style.ink)
-        return screen.pixels()
-
-    def _lay_ground(self, t: float, positions: list[Array]) -> None:
-        """Draw what lies under the balls from now on: the table, and tracks as old as they are."""
-        self.screen.kept, self.tick = self.bare, t
-        self.screen.clear()
-        for cast, position in zip(self.casts, positions, strict=True):
-            cast.tracks(t, position).draw(self.screen.renderer)
-        self.screen.keep()
+            self.tray.appear(frame, t)
+        self.clock.appear(frame, t)
+        return frame
 
 
 @lru_cache(maxsize=8)
@@ -308,14 +341,20 @@ def _names(balls: tuple[Disc, ...], style: Style) -> tuple[Sprite, ...]:
     return sprites(len(balls), reach, draw) if balls else ()
 
 
-@lru_cache(maxsize=64)
-def _halo(radius: float, color: str) -> Sprite:
-    return Sprite(glow(FINE * radius, FINE * 0.16 * radius, color))
+@lru_cache(maxsize=8)
+def _letters(text: str, size: float, color: str) -> dict[str, Sprite]:
+    """Return a sprite for each letter; they stand 0.36 sizes below their middles."""
+
+    def draw(axes: Axes, middles: list[Point]) -> None:
+        for letter, (x, y) in zip(text, middles, strict=True):
+            at = (x, y - 0.36 * size)
+            draw_text(axes, letter, at, size, 4.0 * size, ha="center", color=color)
+
+    return dict(zip(text, sprites(len(text), size, draw), strict=True))
 
 
-def _bytes(color: str) -> tuple[int, int, int, int]:
-    red, green, blue = (int(color[k : k + 2], 16) for k in (1, 3, 5))
-    return red, green, blue, 255
+def _rgb(color: str) -> Array:
+    return 255.0 * np.array(to_rgb(color))
 
 
 def _pace(slow: float) -> str:
