@@ -1,0 +1,48 @@
+"""No command, option or exported name is lost: people outside use them.
+
+``python tests/test_names.py`` writes the list in tests/data/names.json anew; names may come in.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+import pool_pymunk
+from pool_pymunk.cli import app
+
+LIST = Path(__file__).parent / "data" / "names.json"
+
+
+def commands() -> dict[str, list[str]]:
+    """Return the names of each command's arguments and options."""
+    top: Any = typer.main.get_command(app)
+    return {
+        name: sorted(
+            said for param in command.params for said in (*param.opts, *param.secondary_opts)
+        )
+        for name, command in {"": top, **top.commands}.items()
+    }
+
+
+LISTED: dict[str, Any] = json.loads(LIST.read_text(encoding="utf-8")) if LIST.exists() else {}
+
+
+@pytest.mark.parametrize("command", LISTED.get("commands", ()))
+def test_every_command_keeps_its_options(command: str) -> None:
+    assert set(LISTED["commands"][command]) <= set(commands()[command])
+
+
+def test_every_exported_name_stays() -> None:
+    assert set(LISTED["exported"]) <= set(pool_pymunk.__all__)
+    for name in LISTED["exported"]:
+        assert getattr(pool_pymunk, name) is not None
+
+
+if __name__ == "__main__":
+    names = {"commands": commands(), "exported": sorted(pool_pymunk.__all__)}
+    LIST.write_text(json.dumps(names, indent=1) + "\n", encoding="utf-8")
