@@ -32,8 +32,7 @@ from pool_pymunk import (
     simulate_all,
 )
 from pool_pymunk.cli import choices
-from pool_pymunk.cli.common import progress
-from pool_pymunk.cli.run import Share
+from pool_pymunk.cli.terminal import Share, progress
 from pool_pymunk.model import UNITS
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.report.listing import shot_lines

@@ -12,6 +12,7 @@ from typing import Annotated, cast
 
 import typer
 
+from pool_pymunk.cli import lib
 from pool_pymunk.cli.atlas import atlas
 from pool_pymunk.cli.check import check
 from pool_pymunk.cli.collide import collide
@@ -19,34 +20,29 @@ from pool_pymunk.cli.compare import compare
 from pool_pymunk.cli.fit import fit
 from pool_pymunk.cli.page import page
 from pool_pymunk.cli.play import play
+from pool_pymunk.cli.read import InputError
 from pool_pymunk.cli.render import render
 from pool_pymunk.cli.run import run
 from pool_pymunk.cli.sensitivity import sensitivity
 from pool_pymunk.cli.stability import stability
 from pool_pymunk.cli.sweep import sweep
 from pool_pymunk.cli.tradeoff import tradeoff
+from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError
+from pool_pymunk.safety.interrupts import patient_interrupts
 
 app = typer.Typer(
     name="pool-pymunk",
     help="2D billiards in pymunk, by the report's time slices, and exactly.",
     pretty_exceptions_enable=False,
 )
-for command in (
-    run,
-    collide,
-    compare,
-    tradeoff,
-    sensitivity,
-    fit,
-    sweep,
-    atlas,
-    stability,
-    render,
-    page,
-    play,
+COMMANDS = (
+    run, collide, compare, tradeoff, sensitivity, fit, sweep, atlas, stability, render, page, play,
     check,
-):
+)  # fmt: skip
+for command in COMMANDS:
     app.command()(command)
+
+INTERRUPTED = 130
 
 # Typer raises this for a command line that it cannot read; it exports only a subclass of it.
 UsageError = cast(type[Exception], typer.BadParameter.__mro__[1])
@@ -71,16 +67,17 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _exit_code(arguments: list[str] | None) -> int:
-    from pool_pymunk.cli.common import InputError
-    from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError
-    from pool_pymunk.safety.interrupts import patient_interrupts
-
     try:
         with patient_interrupts():
             code: int = app(args=arguments, prog_name="pool-pymunk", standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = INTERRUPTED
     except (InputError, UsageError, RenderError) as error:
+        _complain(str(error))
+        return 2
+    except ValueError as error:
+        if not isinstance(error, lib.problems.SceneError | lib.problems.SettingError):
+            raise
         _complain(str(error))
         return 2
     except BrokenPipeError:  # the reader of our output left, as `head` does
@@ -92,9 +89,6 @@ def _exit_code(arguments: list[str] | None) -> int:
     if code == INTERRUPTED:
         _complain("interrupted")
     return code
-
-
-INTERRUPTED = 130
 
 
 def _complain(text: str) -> None:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import typer
 
-from pool_pymunk.cli.common import Scenario, read_scenario
+from pool_pymunk.cli import lib, opt
 
 
-def check(scenario: Scenario) -> int:
+def check(scenario: opt.Scenario) -> int:
     """Validate a scenario and say what will be modelled and what will not."""
-    from pool_pymunk.model.scenario import label
-    from pool_pymunk.report.listing import modelled
-
-    scene = read_scenario(scenario)
-    typer.echo(f"{label(scenario)}: sound")
-    for line in modelled(scene):
+    scene = lib.scenario.load(scenario)
+    typer.echo(f"{lib.scenario.label(scenario)}: sound")
+    for line in lib.listing.modelled(scene):
         typer.echo(f"  {line}")
     return 0

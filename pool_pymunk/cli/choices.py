@@ -6,6 +6,9 @@ tests/test_cli_manners.py holds the other words to what the library has.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
+from pool_pymunk.cli import lib
 from pool_pymunk.physics.laws import LAWS
 
 SOLVERS = ("pymunk", "pymunk-discrete", "pymunk-builtin", "event-driven", "time-slice")
@@ -14,13 +17,16 @@ SHOWS = ("end", "first-hit", "hits", "pocket", "duration")
 UNITS = {"length": ("m", "cm", "mm", "in"), "mass": ("kg", "g"), "speed": ("m/s", "in/s")}
 
 
-def solver_names(incomplete: str) -> list[str]:
-    """Return the solvers that begin as typed.
+def among(words: Iterable[str]) -> Callable[[str], list[str]]:
+    """Return the function that finds those of the words that begin as typed."""
 
-    >>> solver_names("pymunk-")
-    ['pymunk-discrete', 'pymunk-builtin']
-    """
-    return [name for name in SOLVERS if name.startswith(incomplete)]
+    def begin(incomplete: str) -> list[str]:
+        return [word for word in words if word.startswith(incomplete)]
+
+    return begin
+
+
+solver_names, law_names, friction_names = among(SOLVERS), among(LAWS), among(FRICTION)
 
 
 def solver_lists(incomplete: str) -> list[str]:
@@ -33,18 +39,6 @@ def solver_lists(incomplete: str) -> list[str]:
     return [before + comma + name for name in solver_names(last)]
 
 
-def law_names(incomplete: str) -> list[str]:
-    """Return the laws that begin as typed."""
-    return [name for name in LAWS if name.startswith(incomplete)]
-
-
-def friction_names(incomplete: str) -> list[str]:
-    """Return the ways to apply surface friction that begin as typed."""
-    return [name for name in FRICTION if name.startswith(incomplete)]
-
-
 def scenario_names(incomplete: str) -> list[str]:
     """Return the bundled scenarios that begin as typed; where none does, shells offer files."""
-    from pool_pymunk.model.scenario import bundled
-
-    return [name for name in bundled() if name.startswith(incomplete)]
+    return among(lib.scenario.bundled())(incomplete)

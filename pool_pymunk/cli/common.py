@@ -1,116 +1,31 @@
-"""This module has what commands share: options, reading a scenario, errors, progress."""
+"""This module has what commands share: how shots are played, and where results go."""
 
 from __future__ import annotations
 
-import math
-import sys
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import typer
-
-from pool_pymunk.cli.choices import (
-    FRICTION,
-    SOLVERS,
-    friction_names,
-    law_names,
-    scenario_names,
-    solver_lists,
-    solver_names,
-)
+from pool_pymunk.cli import lib, read
+from pool_pymunk.cli.read import InputError
 from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from pool_pymunk.model import Scene, Shot
-
-Scenario = Annotated[
-    str,
-    typer.Argument(
-        metavar="SCENARIO", help="A file, or a bundled name.", autocompletion=scenario_names
-    ),
-]
-SolverName = Annotated[
-    str,
-    typer.Option(
-        "--solver",
-        metavar="SOLVER",
-        help=f"One of {', '.join(SOLVERS)}.",
-        autocompletion=solver_names,
-    ),
-]
-SolverList = Annotated[
-    str | None,
-    typer.Option(
-        "--solvers",
-        metavar="S,...",
-        help=f"Only these solvers, of {', '.join(SOLVERS)}.",
-        show_default="all",
-        autocompletion=solver_lists,
-    ),
-]
-LawName = Annotated[
-    str | None,
-    typer.Option(
-        "--law",
-        metavar="|".join(LAWS),
-        help="Contact law, instead of the scenario's.",
-        autocompletion=law_names,
-    ),
-]
-FrictionBy = Annotated[
-    str | None,
-    typer.Option(
-        "--friction",
-        metavar="|".join(FRICTION),
-        help="How solvers in a space apply surface friction.",
-        show_default="joint",
-        autocompletion=friction_names,
-    ),
-]
-MaxTime = Annotated[
-    str | None,
-    typer.Option("--max-time", metavar="S", help="End each shot after so many seconds."),
-]
-Step = Annotated[
-    str | None, typer.Option("--dt", metavar="DT", help="Time step in s, e.g. 1e-4 or 1/240.")
-]
-ShotName = Annotated[
-    str | None, typer.Option("--shot", metavar="K", help="One shot only: its number or its name.")
-]
-JsonFile = Annotated[
-    Path | None, typer.Option("--json", metavar="FILE", help="Write the results here.")
-]
-OutDir = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Where files go.")]
+    from pool_pymunk.results.run import Run
 
 
-class InputError(Exception):
-    """This error is bad input: one line a problem, and exit code 2."""
+class Setting(NamedTuple):
+    """A setting is a solver, its step (s; None: its own), its law (None: the scene's), options."""
 
-
-@contextmanager
-def input_errors() -> Iterator[None]:
-    """Turn what the library raises for bad input into :class:`InputError`."""
-    from pool_pymunk.model import SceneError
-    from pool_pymunk.solvers import SettingError
-
-    try:
-        yield
-    except (SceneError, SettingError) as error:
-        raise InputError(str(error)) from None
-
-
-def read_scenario(scenario: str) -> Scene:
-    """Return the scene of a scenario; its problems are bad input."""
-    from pool_pymunk.model.scenario import load
-
-    with input_errors():
-        return load(scenario)
+    solver: str
+    dt: float | None = None
+    law: str | None = None
+    options: Mapping[str, Any] = MappingProxyType({})
 
 
 class How(NamedTuple):
@@ -120,12 +35,12 @@ class How(NamedTuple):
     friction: str | None = None
     max_time: str | None = None
 
-    def scene(self, scene: Scene) -> Scene:
-        """Return the scene with this law, and with this end of its shots."""
-        latest = read_seconds("--max-time", self.max_time) or scene.physics.max_time
+    def scene(self, scenario: str) -> Scene:
+        """Return the scene of a scenario with this law, and with this end of its shots."""
+        scene = lib.scenario.load(scenario)
+        latest = read.seconds("--max-time", self.max_time) or scene.physics.max_time
         law = self.law or scene.physics.law
-        with input_errors():
-            return replace(scene, physics=replace(scene.physics, law=law, max_time=latest))
+        return replace(scene, physics=replace(scene.physics, law=law, max_time=latest))
 
     @property
     def options(self) -> dict[str, Any]:
@@ -133,76 +48,85 @@ class How(NamedTuple):
         return {} if self.friction is None else {"friction": self.friction}
 
     def options_of(
-        self, scene: Scene, solvers: Collection[str], named: bool
+        self, scene: Scene, solvers: Iterable[str], named: bool
     ) -> dict[str, dict[str, Any]]:
         """Return each solver's options; solvers that were ``named`` must be able to take them."""
-        from pool_pymunk.solvers import find_solver, request
-
         found = {}
         for name in solvers:
-            known = find_solver(name).options
+            known = lib.solvers.find_solver(name).options
             found[name] = {k: v for k, v in self.options.items() if named or k in known}
-            with input_errors():
-                request(scene, name, **found[name])
+            lib.solvers.request(scene, name, **found[name])
         return found
 
-    def check(self, scene: Scene, solver: str, dt: str | None = None) -> None:
-        """Raise InputError for what the solver cannot take, a step among it."""
-        from pool_pymunk.solvers import find_solver, request
+    def setting(self, scene: Scene, solver: str, dt: str | None) -> Setting:
+        """Return the solver at a step as typed; InputError names what it cannot take."""
+        step = read.seconds("--dt", dt)
+        lib.solvers.request(scene, solver, law=self.law, **self.options)
+        if dt is not None and lib.solvers.find_solver(solver).dt is None:
+            raise InputError(f"--dt = {dt}: {solver} has no time step")
+        return Setting(solver, step, options=self.options)
 
-        with input_errors():
-            request(scene, solver, law=self.law, **self.options)
-            if dt is not None and find_solver(solver).dt is None:
-                raise InputError(f"--dt = {dt}: {solver} has no time step")
 
+def read_setting(text: str) -> Setting:
+    """Return a solver, and in any order a step and a contact law, as typed.
 
-def read_step(text: str | None) -> float | None:
-    """Return a time step as typed: a number or a fraction.
-
-    >>> read_step("1/240") == 1 / 240, read_step("1e-4"), read_step(None)
-    (True, 0.0001, None)
+    >>> read_setting("pymunk:1/64:published")[:3]
+    ('pymunk', 0.015625, 'published')
     """
-    return read_seconds("--dt", text)
+    solver, *more = (part.strip() for part in text.split(":"))
+    method = lib.solvers.find_solver(solver)
+    laws = [part for part in more if part in LAWS]
+    steps = [part for part in more if part not in LAWS]
+    if len(laws) > 1 or len(steps) > 1:
+        raise InputError(f"--overlay = {text}: must be a solver, or with :DT and :LAW behind it")
+    if steps and method.dt is None:
+        raise InputError(f"--overlay = {text}: {solver} has no time step")
+    step = read.seconds("--dt", steps[0]) if steps else None
+    return Setting(solver, step, laws[0] if laws else None)
 
 
-def read_seconds(key: str, text: str | None) -> float | None:
-    """Return a time (s) as typed: a number or a fraction."""
-    if text is None:
-        return None
-    try:
-        value = float(Fraction(text.replace(" ", ""))) if "/" in text else float(text)
-    except (ValueError, ZeroDivisionError, OverflowError):
-        raise InputError(f"{key} = {text}: must be a number or a fraction, e.g. 1/240") from None
-    if not (value > 0.0 and math.isfinite(value)):
-        raise InputError(f"{key} = {text}: must be greater than 0 and finite")
-    return value
+def simulate_beside(
+    scene: Scene, shots: Sequence[Shot | None], settings: Sequence[Setting]
+) -> list[tuple[Run, ...]]:
+    """Simulate every shot by each of the settings: a row a shot, a column a setting."""
+    asked = [shot for shot in shots if shot is not None] or None
+    columns = []
+    with lib.terminal.progress("simulating", len(settings)) as bar:
+        for solver, dt, law, options in settings:
+            physics = replace(scene.physics, law=law or scene.physics.law)
+            variant = replace(scene, physics=physics)
+            runs = lib.solvers.simulate_all(variant, asked, solver=solver, dt=dt, **options)
+            columns.append(list(runs))
+            bar.step()
+    return list(zip(*columns, strict=True))
 
 
-def read_shots(scene: Scene, name: str | None) -> list[Shot | None]:
-    """Return the shots asked for: all of the scene's, or one by its number from 1 or its name."""
-    from pool_pymunk.model.problems import suggestion
-
-    if name is None:
-        return list(scene.shots) or [None]
-    for k, shot in enumerate(scene.shots, start=1):
-        if name in (str(k), shot.name):
-            return [shot]
-    known = ", ".join(f"{k} ({shot.name})" for k, shot in enumerate(scene.shots, start=1))
-    meant = suggestion(name, [shot.name for shot in scene.shots])
-    message = f"there is no such shot (there are: {known or 'none'}){meant}"
-    raise InputError(f"--shot = {name}: {message}")
+# -- files -----------------------------------------------------------------------------------------
 
 
-@contextmanager
-def progress(label: str, total: float) -> Iterator[Progress]:
-    """Show progress on a terminal, nothing in a pipe; advance it with ``update(0, advance=1)``."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+def place(out: Path | None, scenario: str, inside: str = "") -> Path:
+    """Return where files go: as typed, or in renders/<scenario>."""
+    return out or Path("renders") / Path(scenario).stem / inside
 
-    columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
-    console = Console(stderr=True)
-    with Progress(
-        *columns, console=console, transient=True, disable=not sys.stderr.isatty()
-    ) as bar:
-        bar.add_task(label, total=total)
-        yield bar
+
+def stem(run: Run) -> str:
+    """Return how the names of a shot's files begin: ``shot-3`` for the scene's third shot."""
+    return f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"
+
+
+def about(scenario: str, scene: Scene) -> dict[str, object]:
+    """Return the first entries of the JSON: what was played."""
+    return {"scenario": lib.scenario.label(scenario), "title": scene.title}
+
+
+def write_json(
+    path: Path | None, what: Mapping[str, object], results: Mapping[str, object]
+) -> None:
+    """Write ``--json``, where it is asked for: what was played, the version, and the results."""
+    from pool_pymunk import __version__
+
+    if path is None:
+        return
+    content = {**what, "version": __version__, **results}
+    with whole(path) as part:
+        part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

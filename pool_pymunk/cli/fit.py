@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pool_pymunk.cli.common import (
-    InputError,
-    JsonFile,
-    OutDir,
-    Scenario,
-    input_errors,
-    read_scenario,
-)
+from pool_pymunk.cli import lib, opt, read
+from pool_pymunk.cli.common import about, place, write_json
+from pool_pymunk.cli.read import InputError
+from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -25,40 +22,36 @@ if TYPE_CHECKING:
 
 
 def fit(
-    scenario: Scenario,
+    scenario: opt.Scenario,
     measured: Annotated[
         str,
-        typer.Option(
-            metavar="FILE.csv",
-            help='Columns shot, ball, x, y and, on demand, t (s); or "published".',
-        ),
+        opt.option('Columns shot, ball, x, y and, on demand, t (s); or "published".', "FILE.csv"),
     ],
     free: Annotated[
-        str,
-        typer.Option(metavar="NAME,...", help="E.g. restitution.cushion,friction,speed.2,mass.8."),
+        str, opt.option("E.g. restitution.cushion,friction,speed.2,mass.8.", "NAME,...")
     ],
     error: Annotated[
-        str | None,
-        typer.Option(metavar="LENGTH", help="Of one measured coordinate; default: estimated."),
+        str | None, opt.option("Of one measured coordinate; default: estimated.", "LENGTH")
     ] = None,
-    starts: Annotated[int, typer.Option(metavar="N", help="From so many starts.")] = 8,
-    seed: Annotated[int, typer.Option(metavar="N", help="Of the starts.")] = 0,
-    json: JsonFile = None,
-    out: OutDir = None,
-    pictures: Annotated[bool, typer.Option(help="Draw the residuals.")] = True,
+    starts: Annotated[int, opt.option("From so many starts.", "N")] = 8,
+    seed: Annotated[int, opt.option("Of the starts.", "N")] = 0,
+    json: opt.JsonFile = None,
+    out: opt.OutDir = None,
+    pictures: Annotated[bool, opt.option("Draw the residuals.")] = True,
 ) -> int:
     """Fit numbers of a scenario to measured ends or tracks: values, standard errors, what is off.
 
     Lengths of the file are in the scenario's unit. A row without t is an end. The new scenario, a
     table of residuals and their picture are written.
     """
-    scene = read_scenario(scenario)
+    scene = lib.scenario.load(scenario)
     found = _fit(scene, measured, free, error, starts, seed)
-    _print(found)
-    folder = out or Path("renders") / Path(scenario).stem / "fit"
+    if found.values:
+        lib.terminal.show(_table(found))
+    lib.terminal.show(*sentences(found))
+    folder = place(out, scenario, "fit")
     _save(found, folder, pictures)
-    if json is not None:
-        _write_json(json, scenario, found)
+    write_json(json, about(scenario, found.scene), found.as_dict())
     typer.echo(f"Scenario, residuals{' and picture' if pictures else ''}: {folder}")
     return 0
 
@@ -66,51 +59,31 @@ def fit(
 def _fit(
     scene: Scene, measured: str, free: str, error: str | None, starts: int, seed: int
 ) -> Fit:  # fmt: skip
-    from pool_pymunk.model.quantities import positive
-    from pool_pymunk.studies.fit import fit
-
-    names = [name.strip() for name in free.split(",") if name.strip()]
-    with input_errors():
-        sigma = None if error is None else positive("--error", error, "length", scene.units)
-        try:
-            return fit(scene, measured, names, error=sigma, starts=starts, seed=seed)
-        except ImportError as missing:
-            raise InputError(str(missing)) from None
-
-
-# -- the terminal ----------------------------------------------------------------------------------
-
-
-def _print(found: Fit) -> None:
-    from rich.console import Console
-
-    console = Console(width=None if Console().is_terminal else 160, highlight=False)
-    if found.values:
-        console.print(_table(found))
-    for line in sentences(found):
-        console.print(line, soft_wrap=True)
+    names = list(filter(None, read.names(free)))
+    sigma = None
+    if error is not None:
+        sigma = lib.quantities.positive("--error", error, "length", scene.units)
+    try:
+        return lib.fit.fit(scene, measured, names, error=sigma, starts=starts, seed=seed)
+    except ImportError as missing:
+        raise InputError(str(missing)) from None
 
 
 def _table(found: Fit) -> Table:
-    from rich.table import Table
+    headings = ("number", "fitted", "standard error", "scenario's", "unit")
+    return lib.terminal.table(headings, _rows(found), left=("number", "unit"))
 
-    from pool_pymunk.model.inputs import in_units, input_value, unit_of
 
-    table = Table()
-    for heading in ("number", "fitted", "standard error", "scenario's", "unit"):
-        table.add_column(heading, justify="left" if heading in ("number", "unit") else "right")
+def _rows(found: Fit) -> Iterator[tuple[str, ...]]:
     units = found.scene.units
     for name in found.values:
         value, _, error = found.written(name).removesuffix(" (unknown)").partition(" ± ")
-        own = in_units(units, name, input_value(found.before, name))
-        table.add_row(name, value, error or "not known", f"{own:g}", unit_of(units, name))
-    return table
+        own = lib.inputs.in_units(units, name, lib.inputs.input_value(found.before, name))
+        yield name, value, error or "not known", f"{own:g}", lib.inputs.unit_of(units, name)
 
 
 def sentences(found: Fit) -> list[str]:
     """Say in words how good a fit is."""
-    from pool_pymunk.results.words import counted
-
     units = found.scene.units
     sigma, now, before = (
         f"{units.from_si(length, 'length'):.3g} {units.length}"
@@ -119,42 +92,17 @@ def sentences(found: Fit) -> list[str]:
         for length in (found.sigma, found.rms, found.rms_before)
     )
     return [
-        f"Fitted to {counted(int(found.used.sum()), 'place')}: they lie {now} off, root mean "
-        f"square, and {before} with the scenario's own numbers.",
+        f"Fitted to {lib.words.counted(int(found.used.sum()), 'place')}: they lie {now} off, root "
+        f"mean square, and {before} with the scenario's own numbers.",
         f"The standard deviation of one measured coordinate is {sigma}.",
         *(f"Warning: {warning}." for warning in found.warnings),
     ]
 
 
-# -- files -----------------------------------------------------------------------------------------
-
-
 def _save(found: Fit, folder: Path, pictures: bool) -> None:
     """Write the new scenario, the residuals and their picture."""
-    from pool_pymunk.safety.files import whole
-    from pool_pymunk.studies.fit import write_csv
-
     found.scene.to_toml(folder / "fitted.toml")
     with whole(folder / "residuals.csv") as part:
-        write_csv(found, part)
+        lib.fit.write_csv(found, part)
     if pictures:
-        from pool_pymunk.render.residuals import residuals_picture
-
-        residuals_picture(found, folder / "residuals.png")
-
-
-def _write_json(path: Path, scenario: str, found: Fit) -> None:
-    import json
-
-    from pool_pymunk import __version__
-    from pool_pymunk.model.scenario import label
-    from pool_pymunk.safety.files import whole
-
-    content = {
-        "scenario": label(scenario),
-        "title": found.scene.title,
-        "version": __version__,
-        **found.as_dict(),
-    }
-    with whole(path) as part:
-        part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        lib.residuals.residuals_picture(found, folder / "residuals.png")

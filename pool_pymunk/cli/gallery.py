@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from pool_pymunk import load, simulate
+from pool_pymunk import Run, load, simulate
 from pool_pymunk.render import FilmSettings, Show, film, picture
 from pool_pymunk.solvers import yardstick
 
@@ -21,8 +21,7 @@ def draw_gallery(folder: Path) -> None:
     report = load("report")
     runs = [simulate(report, shot, solver=yardstick().name) for shot in report.shots]
     for k, run in enumerate(runs, start=1):
-        picture(run, folder / f"shot-{k}-start.png", when="start", dpi=DPI)
-        picture(run, folder / f"shot-{k}-end.png", when="end", dpi=DPI)
+        _start_and_end(run, folder, f"shot-{k}")
     film(runs[0], folder / "shot-1.gif", GIF)
 
     handlers = simulate(report, report.shots[0], solver="pymunk-discrete", dt=1 / 240)
@@ -30,15 +29,15 @@ def draw_gallery(folder: Path) -> None:
     picture(overlay, folder / "overlay.png", when="end", dpi=DPI)
     film(overlay, folder / "overlay.gif", GIF)
 
-    six_sides = simulate(load("hexagon"), "Break", solver=yardstick().name)
-    picture(six_sides, folder / "hexagon-start.png", when="start", dpi=DPI)
-    picture(six_sides, folder / "hexagon-end.png", when="end", dpi=DPI)
-    film(six_sides, folder / "hexagon.gif", GIF)
+    for name in ("hexagon", "eight-ball"):
+        run = simulate(load(name), "Break", solver=yardstick().name)
+        _start_and_end(run, folder, name)
+        film(run, folder / f"{name}.gif", GIF)
 
-    eight_ball = simulate(load("eight-ball"), "Break", solver=yardstick().name)
-    picture(eight_ball, folder / "eight-ball-start.png", when="start", dpi=DPI)
-    picture(eight_ball, folder / "eight-ball-end.png", when="end", dpi=DPI)
-    film(eight_ball, folder / "eight-ball.gif", GIF)
+
+def _start_and_end(run: Run, folder: Path, stem: str) -> None:
+    for when in ("start", "end"):
+        picture(run, folder / f"{stem}-{when}.png", when=when, dpi=DPI)
 
 
 if __name__ == "__main__":

@@ -10,18 +10,17 @@ from typing import Annotated
 
 import typer
 
-from pool_pymunk.cli.common import InputError, Scenario, read_scenario
+from pool_pymunk.cli import lib, opt
+from pool_pymunk.cli.read import InputError
 
 NEEDED = ("starlette", "uvicorn")
 MOST_PORT = 65_535
 
 
 def play(
-    scenario: Scenario,
-    port: Annotated[int, typer.Option(metavar="P", help="Listen on this port; 0: a free one.")] = 0,
-    browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
-    ] = True,
+    scenario: opt.Scenario,
+    port: Annotated[int, opt.option("Listen on this port; 0: a free one.", "P")] = 0,
+    browser: Annotated[bool, opt.option("Open the page in a browser.")] = True,
 ) -> int:
     """Play on a live table in the browser: aim, shoot, and see what the step costs.
 
@@ -31,12 +30,9 @@ def play(
         raise InputError("play: needs a server: pip install 'pool-pymunk[play]'")
     if not 0 <= port <= MOST_PORT:
         raise InputError(f"--port = {port}: must be from 0 to {MOST_PORT}")
-    scene = read_scenario(scenario)
-
-    from pool_pymunk.page.live.server import LiveServer
-
+    scene = lib.scenario.load(scenario)
     try:
-        server = LiveServer(scene, port)
+        server = lib.server.LiveServer(scene, port)
     except OSError as error:
         used = error.errno == errno.EADDRINUSE
         why = "another program listens there" if used else error.strerror

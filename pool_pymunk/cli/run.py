@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import typer
 
-from pool_pymunk.cli.common import (
-    FrictionBy,
-    How,
-    InputError,
-    JsonFile,
-    LawName,
-    MaxTime,
-    OutDir,
-    Scenario,
-    ShotName,
-    SolverName,
-    Step,
-    input_errors,
-    progress,
-    read_scenario,
-    read_shots,
-    read_step,
-)
+from pool_pymunk.cli import lib, opt, read
+from pool_pymunk.cli.common import How, Setting, about, place, stem, write_json
+from pool_pymunk.cli.read import InputError
+from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from rich.progress import Progress
-
+    from pool_pymunk.cli.terminal import Bar
     from pool_pymunk.model import Scene, Shot
     from pool_pymunk.results.run import Run
     from pool_pymunk.studies.tolerance import Choice
@@ -50,26 +33,24 @@ REASONS = {
         "come from a slip of 4e-14 m/s, a rounding error of the report's arithmetic"
     ),
 }
-PACE = 0.1  # s between two moves of the progress bar
 
 
 def run(
-    scenario: Scenario,
-    solver: SolverName = "pymunk",
-    dt: Step = None,
+    scenario: opt.Scenario,
+    solver: opt.SolverName = "pymunk",
+    dt: opt.Step = None,
     tolerance: Annotated[
-        str | None,
-        typer.Option(metavar="LENGTH", help="Choose the step that keeps ends within it: 0.01in."),
+        str | None, opt.option("Choose the step that keeps ends within it: 0.01in.", "LENGTH")
     ] = None,
-    shot: ShotName = None,
-    law: LawName = None,
-    friction: FrictionBy = None,
-    max_time: MaxTime = None,
-    json: JsonFile = None,
-    out: OutDir = None,
-    pictures: Annotated[bool, typer.Option(help="Draw the start and end of each shot.")] = True,
+    shot: opt.ShotName = None,
+    law: opt.LawName = None,
+    friction: opt.FrictionBy = None,
+    max_time: opt.MaxTime = None,
+    json: opt.JsonFile = None,
+    out: opt.OutDir = None,
+    pictures: opt.StartAndEnd = True,
     show: Annotated[
-        str | None, typer.Option(metavar="energy", help="Draw energy and momentum over time, too.")
+        str | None, opt.option("Draw energy and momentum over time, too.", "energy")
     ] = None,
 ) -> int:
     """Simulate every shot: the log, agreement with published ends, pictures and data.
@@ -78,29 +59,26 @@ def run(
     and velocities as npz and CSV, and the events as CSV. What ends the command early leaves the
     files of the shots that were finished.
     """
-    from pool_pymunk.report.listing import opening
-
     how = How(law, friction, max_time)
-    scene = how.scene(read_scenario(scenario))
-    step = read_step(dt)
-    how.check(scene, solver, dt)
-    asked = Asked(scene, read_shots(scene, shot), solver, step, how.options)
+    scene = how.scene(scenario)
+    setting = how.setting(scene, solver, dt)
+    shots = read.shots(scene, shot)
     limit = _read_tolerance(tolerance, scene, solver, dt)
     drawn = _drawn(pictures, show)
-    folder = out or Path("renders") / Path(scenario).stem
-    for line in opening(scene):
+    folder = place(out, scenario)
+    for line in lib.listing.opening(scene):
         typer.echo(line)
     done: list[Played] = []
     try:
-        with progress("simulating", len(asked.shots)) as bar, input_errors():
-            for one in _played(asked, bar) if limit is None else _within(asked, limit, bar):
+        with lib.terminal.progress("simulating", len(shots)) as bar:
+            for one in _played(scene, shots, setting, limit, bar):
                 done.append(one)
                 _log(one)
-                _save(one.run, folder, len(done), drawn)
+                _save(one.run, folder, drawn)
     finally:
-        if json is not None and done:
-            _write_json(json, scenario, scene, done)
-    _close(done, folder, bool(drawn))
+        if done:
+            write_json(json, about(scenario, scene), _results(done))
+    _close([one.run for one in done], folder, bool(drawn))
     return _verdict(done)
 
 
@@ -108,14 +86,10 @@ def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None)
     """Return the tolerance in m; there must be a step to choose that is not chosen already."""
     if text is None:
         return None
-    from pool_pymunk.model.quantities import positive
-    from pool_pymunk.studies.tolerance import finest_step
-
     if dt is not None:
         raise InputError(f"--tolerance = {text}: stands beside --dt: one of the two")
-    with input_errors():
-        finest_step(solver)  # there must be one
-        return positive("--tolerance", text, "length", scene.units)
+    lib.tolerance.finest_step(solver)  # there must be one
+    return lib.quantities.positive("--tolerance", text, "length", scene.units)
 
 
 def _drawn(pictures: bool, show: str | None) -> tuple[What, ...]:
@@ -126,16 +100,6 @@ def _drawn(pictures: bool, show: str | None) -> tuple[What, ...]:
     return (*both, "energy") if show else both
 
 
-class Asked(NamedTuple):
-    """These shots are asked for, by a solver with its options, at a step (s; None: its own)."""
-
-    scene: Scene
-    shots: Sequence[Shot | None]
-    solver: str
-    dt: float | None
-    options: Mapping[str, Any]
-
-
 class Played(NamedTuple):
     """A shot is finished; ``choice`` tells of its step, where that was chosen by a tolerance."""
 
@@ -143,27 +107,22 @@ class Played(NamedTuple):
     choice: Choice | None = None
 
 
-def _within(asked: Asked, tolerance: float, bar: Progress) -> Iterator[Played]:
-    """Yield each shot at the step that is chosen for it."""
-    from pool_pymunk.studies.tolerance import simulate_within
-
-    scene, shots, solver, _, options = asked
-    for run, choice in simulate_within(scene, shots, tolerance, solver, **options):
-        yield Played(run, choice)
-        bar.update(bar.task_ids[0], advance=1)
-
-
-def _played(asked: Asked, bar: Progress) -> Iterator[Played]:
-    """Yield each shot as soon as it is there; announce what takes long."""
-    from pool_pymunk.solvers import simulate_all
-    from pool_pymunk.studies.tradeoff import estimate
-
-    scene, shots, solver, dt, options = asked
-    estimates = estimate(scene, shots, solver, dt, **options)
+def _played(
+    scene: Scene, shots: Sequence[Shot | None], setting: Setting, limit: float | None, bar: Bar
+) -> Iterator[Played]:
+    """Yield each shot as soon as it is there; a ``limit`` (m) of errors chooses its step."""
+    solver, dt, _, options = setting
+    if limit is not None:
+        for run, choice in lib.tolerance.simulate_within(scene, shots, limit, solver, **options):
+            yield Played(run, choice)
+            bar.step()
+        return
+    estimates = lib.tradeoff.estimate(scene, shots, solver, dt, **options)
     if (announced := announcement(estimates, solver)) is not None:
         typer.echo(announced, err=True)
-    share = Share(bar, estimates)
-    for run in simulate_all(scene, shots, solver=solver, dt=dt, on_time=share.move, **options):
+    share = lib.terminal.Share(bar, estimates)
+    settings = {"solver": solver, "dt": dt, "on_time": share.move, **options}
+    for run in lib.solvers.simulate_all(scene, shots, **settings):
         yield Played(run)
         share.finish()
 
@@ -185,35 +144,8 @@ def announcement(estimates: Sequence[Estimate], solver: str) -> str | None:
     return f"This will take about {size} ({work}); Ctrl-C keeps finished shots."
 
 
-class Share:
-    """This class moves the progress bar inside a shot, by the share of its estimated time."""
-
-    def __init__(self, bar: Progress, estimates: Sequence[Estimate]) -> None:
-        self.bar = bar
-        self.durations = [one.duration for one in estimates]
-        self.done = 0
-        self.moved = time.monotonic()
-
-    def move(self, t: float) -> None:
-        """Show that the shot has come to ``t`` (s)."""
-        now = time.monotonic()
-        if now - self.moved >= PACE:
-            self.moved = now
-            self._show(self.done + min(t / self.durations[self.done], 1.0))
-
-    def finish(self) -> None:
-        """Show that a shot is finished."""
-        self.done += 1
-        self._show(self.done)
-
-    def _show(self, completed: float) -> None:
-        self.bar.update(self.bar.task_ids[0], completed=completed)
-
-
 def _log(one: Played) -> None:
-    from pool_pymunk.report.listing import shot_lines
-
-    for line in shot_lines(one.run):
+    for line in lib.listing.shot_lines(one.run):
         typer.echo(line)
     if one.choice is not None:
         for line in one.choice.lines(one.run.scene.units):
@@ -221,83 +153,57 @@ def _log(one: Played) -> None:
         typer.echo()
 
 
-def _save(run: Run, folder: Path, k: int, drawn: Sequence[What]) -> None:
-    """Write the data and pictures of one shot, the ``k``-th of this command."""
-    from pool_pymunk.results.run import FILES
-    from pool_pymunk.safety.files import whole
-
-    number = run.scene.shots.index(run.shot) + 1 if run.shot else k
-    stem = f"shot-{number}"
-    for ending, write in FILES:
-        with whole(folder / f"{stem}{ending}") as part:
+def _save(run: Run, folder: Path, drawn: Sequence[What]) -> None:
+    """Write the data and pictures of one shot."""
+    for ending, write in lib.run.FILES:
+        with whole(folder / f"{stem(run)}{ending}") as part:
             write(run, part)
     for what in drawn:
-        run.plot(what, folder / f"{stem}-{what}.png")
+        run.plot(what, folder / f"{stem(run)}-{what}.png")
 
 
-def _close(done: Sequence[Played], folder: Path, pictures: bool) -> None:
+def _close(runs: Sequence[Run], folder: Path, pictures: bool) -> None:
     """Print the last lines: agreement over all shots, and where the files are."""
-    from pool_pymunk.report.listing import closing
-    from pool_pymunk.results.words import counted
-
-    for line in closing([one.run for one in done]):
+    for line in lib.listing.closing(runs):
         typer.echo(line)
-    for name in _differ_exactly([one.run for one in done]):
-        typer.echo(f"{name}: {REASONS[name]}.")
-    what = "pictures and data" if pictures else "data"
-    typer.echo(f"{what.capitalize()} of {counted(len(done), 'shot')}: {folder}")
+    for run in filter(_differs_exactly, runs):
+        typer.echo(f"{run.name}: {REASONS[run.name]}.")
+    what = "Pictures and data" if pictures else "Data"
+    typer.echo(f"{what} of {lib.words.counted(len(runs), 'shot')}: {folder}")
 
 
-def _differ_exactly(runs: Sequence[Run]) -> Iterator[str]:
-    """Yield the names of the report's own shots that are exact and end elsewhere than published."""
-    from pool_pymunk.report.listing import Agreement, is_of_the_report
-    from pool_pymunk.solvers import find_solver
-
-    for run in runs:
-        agreement = Agreement.of(run)
-        differs = len(agreement.agreeing) < agreement.count and find_solver(run.solver).exact
-        if differs and is_of_the_report(run):
-            yield run.name
+def _differs_exactly(run: Run) -> bool:
+    """Tell whether a run is one of the report's own shots, exact, and ends elsewhere."""
+    agreement = lib.listing.Agreement.of(run)
+    differs = len(agreement.agreeing) < agreement.count
+    exact = lib.solvers.find_solver(run.solver).exact
+    return differs and exact and lib.listing.is_of_the_report(run)
 
 
-def _write_json(path: Path, scenario: str, scene: Scene, done: Sequence[Played]) -> None:
-    import json
-
-    from pool_pymunk import __version__
-    from pool_pymunk.model.scenario import label
-    from pool_pymunk.safety.files import whole
-
+def _results(done: Sequence[Played]) -> dict[str, object]:
     steps = {one.run.dt for one in done}
-    content = {
-        "scenario": label(scenario),
-        "title": scene.title,
-        "version": __version__,
-        "solver": {"name": done[0].run.solver, "dt": steps.pop() if len(steps) == 1 else None},
-        "shots": [_record(one) for one in done],
-    }
-    with whole(path) as part:
-        part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    solver = {"name": done[0].run.solver, "dt": steps.pop() if len(steps) == 1 else None}
+    return {"solver": solver, "shots": [_record(one) for one in done]}
 
 
 def _record(one: Played) -> dict[str, object]:
     """Return a shot as it stands in the JSON."""
-    from pool_pymunk.report.listing import Agreement
-
     record = one.run.as_dict()
     if one.run.shot and one.run.shot.published:
-        record["published"] = Agreement.of(one.run).as_dict()
+        record["published"] = lib.listing.Agreement.of(one.run).as_dict()
     if one.choice is not None:
         record["tolerance"] = one.choice.as_dict()
     return record
 
 
 def _verdict(done: Sequence[Played]) -> int:
-    from pool_pymunk.results.run import STATUSES
-
-    unfinished = [one for one in done if one.run.status in ("non_finite", "max_events")]
-    for one in unfinished:
-        typer.echo(f"error: {one.run.name}: {STATUSES[one.run.status]}", err=True)
-    missed = [one for one in done if one.choice is not None and not one.choice.reached]
-    for one in missed:
-        typer.echo(f"error: {one.run.name}: the tolerance is not reached", err=True)
-    return 1 if unfinished or missed else 0
+    """Name the shots that are no full results; return the exit code."""
+    said = [f"{run.name}: {lib.run.STATUSES[run.status]}" for run, _ in done if not run.success]
+    said += [
+        f"{run.name}: the tolerance is not reached"
+        for run, choice in done
+        if choice is not None and not choice.reached
+    ]
+    for line in said:
+        typer.echo(f"error: {line}", err=True)
+    return 1 if said else 0

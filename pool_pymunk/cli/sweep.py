@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Iterator, Sequence
+import multiprocessing
+from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from importlib import import_module
@@ -14,51 +13,38 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pool_pymunk.cli.common import (
-    How,
-    InputError,
-    LawName,
-    MaxTime,
-    Scenario,
-    ShotName,
-    input_errors,
-    read_scenario,
-    read_shots,
-)
+from pool_pymunk.cli import lib, opt, read
+from pool_pymunk.cli.common import How
+from pool_pymunk.cli.read import InputError
 
 if TYPE_CHECKING:
     from pool_pymunk.model import Units
-    from pool_pymunk.studies.sweep.job import Done
-
-KINDS = {"start": "length", "noise.speed": "speed"}
 
 
 def sweep(
-    scenario: Scenario,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the dataset goes.")],
+    scenario: opt.Scenario,
+    out: Annotated[Path, opt.option("Where the dataset goes.", "DIR", "--out")],
     vary: Annotated[
-        list[str] | None,
-        typer.Option("--vary", metavar="KEY=LOW:HIGH", help="Draw this input; start, noise: =W."),
+        list[str] | None, opt.option("Draw this input; start, noise: =W.", "KEY=LOW:HIGH")
     ] = None,
     grid: Annotated[
-        list[str] | None,
-        typer.Option("--grid", metavar="KEY=LOW:HIGH:COUNT", help="Go through this input."),
+        list[str] | None, opt.option("Go through this input.", "KEY=LOW:HIGH:COUNT")
     ] = None,
     samples: Annotated[
-        int | None, typer.Option(metavar="N", help="Shots; where there is a grid, all of it.")
+        int | None, opt.option("Shots; where there is a grid, all of it.", "N")
     ] = None,
-    shot: ShotName = None,
-    seed: Annotated[int, typer.Option(metavar="S", help="Of the random numbers.")] = 0,
-    chunk: Annotated[int, typer.Option(metavar="C", help="Shots in one file.")] = 50_000,
+    shot: opt.ShotName = None,
+    seed: Annotated[int, opt.option("Of the random numbers.", "S")] = 0,
+    chunk: Annotated[int, opt.option("Shots in one file.", "C")] = 50_000,
     workers: Annotated[
-        int | None, typer.Option(metavar="W", help="Processes; default: threads on all cores.")
+        int | None, opt.option("Processes; default: threads on all cores.", "W")
     ] = None,
     cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask scheduler: tcp://host:8786.")
+        str | None, opt.option("A Dask scheduler: tcp://host:8786.", "ADDRESS")
     ] = None,
-    restart: Annotated[bool, typer.Option("--restart", help="Begin anew.")] = False,
-    law: LawName = None,
-    max_time: MaxTime = None,
+    restart: Annotated[bool, opt.option("Begin anew.", None, "--restart")] = False,
+    law: opt.LawName = None,
+    max_time: opt.MaxTime = None,
 ) -> int:
     """Play many shots into a Parquet dataset; the same command goes on where it was.
 
@@ -67,23 +53,17 @@ def sweep(
     or minus one length), noise.speed and noise.angle (standard deviation of the player's error).
     Lengths, speeds and masses may have a unit (0.005in); without one they are in the scenario's.
     """
-    from pool_pymunk.studies.sweep import sweep as play
-
-    scene = How(max_time=max_time).scene(read_scenario(scenario))
+    scene = How(max_time=max_time).scene(scenario)
     if shot is None and len(scene.shots) > 1:
-        names = ", ".join(f"{k} ({one.name})" for k, one in enumerate(scene.shots, start=1))
-        raise InputError(f"--shot = (left out): is wanted, one of {names}")
-    chosen = read_shots(scene, shot)[0]
-    with input_errors():
-        varied = {
-            key: numbers("--vary", key, text, scene.units) for key, text in pairs("--vary", vary)
-        }
-        steps = {key: _steps(key, text, scene.units) for key, text in pairs("--grid", grid)}
-        with _executor(workers, cluster) as executor, Counter() as counter:
-            done = play(
-                scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
-                chunk=chunk, law=law, executor=executor, resume=not restart, on_done=counter.take,
-            )  # fmt: skip
+        raise InputError(f"--shot = (left out): is wanted, one of {read.shot_names(scene)}")
+    chosen = read.shots(scene, shot)[0]
+    varied = read.inputs("--vary", vary, scene.units)
+    steps = {key: _steps(key, text, scene.units) for key, text in read.pairs("--grid", grid)}
+    with _executor(workers, cluster) as executor, lib.terminal.Counter() as counter:
+        done = lib.sweep.sweep(
+            scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
+            chunk=chunk, law=law, executor=executor, resume=not restart, on_done=counter.take,
+        )  # fmt: skip
     rate = done.played / done.wall_time
     share = 100.0 * done.by_reference / max(done.played, 1)
     typer.echo(
@@ -94,40 +74,12 @@ def sweep(
     return 0
 
 
-def pairs(option: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]]:
-    """Split KEY=VALUE."""
-    seen = set()
-    for text in texts or ():
-        key, equals, value = text.partition("=")
-        if not equals:
-            raise InputError(f"{option} = {text}: must be KEY=LOW:HIGH")
-        if key in seen:
-            raise InputError(f"{option} = {text}: {key} stands there twice")
-        seen.add(key)
-        yield key.strip(), value
-
-
-def numbers(option: str, key: str, text: str, units: Units) -> tuple[float, ...]:
-    """Read LOW:HIGH, or one number, in SI."""
-    from pool_pymunk.model.inputs import TABLE, parts
-    from pool_pymunk.model.quantities import quantity
-
-    row = TABLE.get(parts(key)[0])
-    kind = KINDS.get(key) if row is None else row.quantity
-    if kind not in (None, "", "angle"):
-        return tuple(quantity(f"{option} {key}", part, kind, units) for part in text.split(":"))
-    try:
-        return tuple(float(part) for part in text.split(":"))
-    except ValueError:
-        raise InputError(f"{option} {key} = {text}: must be numbers, LOW:HIGH") from None
-
-
 def _steps(key: str, text: str, units: Units) -> tuple[Any, ...]:
     """Read LOW:HIGH:COUNT, in SI."""
     rest, _, count = text.rpartition(":")
     if not count.isdecimal() or ":" not in rest:
         raise InputError(f"--grid {key} = {text}: must be LOW:HIGH:COUNT")
-    return (*numbers("--grid", key, rest, units), int(count))
+    return (*read.input_values("--grid", key, rest, units), int(count))
 
 
 @contextmanager
@@ -138,8 +90,6 @@ def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | N
     if workers is not None and workers < 1:
         raise InputError(f"--workers = {workers}: must be 1 or more")
     if workers is not None:
-        import multiprocessing
-
         with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
             yield pool
     elif cluster is not None:
@@ -159,45 +109,3 @@ def _cluster(address: str) -> Any:
     except (OSError, ValueError) as error:
         said = str(error).splitlines()[0]
         raise InputError(f"--cluster = {address}: no scheduler answers ({said})") from None
-
-
-class Counter:
-    """A counter shows on a terminal how many shots are done, how fast, and how long it will take.
-
-    In a pipe it shows nothing.
-    """
-
-    def __init__(self) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-        columns = BarColumn(), TextColumn("{task.description}"), TimeRemainingColumn()
-        console = Console(stderr=True)
-        self.bar = Progress(
-            *columns, console=console, transient=True, disable=not sys.stderr.isatty()
-        )
-        self.task = self.bar.add_task("", total=None)
-        self.began = time.perf_counter()
-        self.there: int | None = None
-        self.played = self.by_reference = 0
-
-    def __enter__(self) -> Counter:
-        self.bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.bar.stop()
-
-    def take(self, done: Done) -> None:
-        """Count what was there, then each part."""
-        if self.there is None:
-            self.there = done.shots
-        else:
-            self.played += done.shots
-            self.by_reference += done.by_reference
-        rate = self.played / (time.perf_counter() - self.began)
-        share = 100.0 * self.by_reference / max(self.played, 1)
-        said = f"{self.there + self.played:,} shots, {rate:,.0f} a second, {share:.2g} % in Python"
-        self.bar.update(
-            self.task, description=said, completed=self.there + self.played, total=done.total
-        )

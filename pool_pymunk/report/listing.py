@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from pool_pymunk.model import Point, Scene
@@ -87,7 +87,7 @@ def _doubts(run: Run) -> Iterator[str]:
         yield f"    Rounding may have moved the ends by up to {rounding:.2g} {units.length}"
 
 
-def closing(runs: list[Run]) -> Iterator[str]:
+def closing(runs: Sequence[Run]) -> Iterator[str]:
     """Yield the last line: how many published ends were reproduced, over all shots."""
     agreements = [Agreement.of(run) for run in runs if run.shot and run.shot.published]
     if agreements:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from importlib import import_module
@@ -478,20 +478,12 @@ class Run:
 
     def write_csv(self, path: str | Path) -> None:
         """Write one row a time and ball: t, ball, x, y, vx, vy (SI, all digits)."""
-        with Path(path).open("w", newline="", encoding="utf-8") as file:
-            rows = csv.writer(file)
-            rows.writerow(COLUMNS)
-            rows.writerows(self._rows())
+        write_rows(path, COLUMNS, self._rows())
 
     def write_events_csv(self, path: str | Path) -> None:
         """Write one row an event: t, kind, ball, other (of two balls), cushion, pocket."""
-        with Path(path).open("w", newline="", encoding="utf-8") as file:
-            rows = csv.writer(file)
-            rows.writerow(["t", "kind", "ball", "other", "cushion", "pocket"])
-            for event in self.events:
-                cushion = "" if event.cushion is None else event.cushion
-                row = [event.t, event.kind, *_two(event.balls), cushion, event.pocket or ""]
-                rows.writerow(row)
+        rows = ((e.t, e.kind, *_two(e.balls), e.cushion, e.pocket) for e in self.events)
+        write_rows(path, ("t", "kind", "ball", "other", "cushion", "pocket"), rows)
 
 
 # Every file that `run --out` writes of a shot: the end of its name, and the method that writes it.
@@ -511,6 +503,14 @@ def read_times(times: object) -> Array:
     if found.dtype.kind not in "iuf" or found.ndim > 1 or not np.isfinite(found).all():
         raise setting_error("times", shown(times), "must be a sequence of finite numbers, or one")
     return found.astype(float)
+
+
+def write_rows(path: str | Path, heading: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write a table as CSV; what is None stays empty."""
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(heading)
+        writer.writerows(rows)
 
 
 def _two(balls: tuple[str, ...]) -> tuple[str, str]:

@@ -1,0 +1,142 @@
+"""This module reads what is typed: a scenario, shots, times, sizes, lengths, angles and speeds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pool_pymunk.cli import lib
+
+if TYPE_CHECKING:
+    from pool_pymunk.model import Scene, Shot, Units
+
+KINDS = {"start": "length", "noise.speed": "speed"}  # of a sweep's own keys
+PICTURES = (".png", ".svg", ".pdf")
+
+
+class InputError(ValueError):
+    """This error is bad input: one line a problem, and exit code 2."""
+
+
+def seconds(key: str, text: str | None) -> float | None:
+    """Return a time (s) as typed: a number or a fraction.
+
+    >>> seconds("--dt", "1/240") == 1 / 240, seconds("--dt", "1e-4"), seconds("--dt", None)
+    (True, 0.0001, None)
+    """
+    if text is None:
+        return None
+    try:
+        value = float(Fraction(text.replace(" ", ""))) if "/" in text else float(text)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        raise InputError(f"{key} = {text}: must be a number or a fraction, e.g. 1/240") from None
+    if not (value > 0.0 and math.isfinite(value)):
+        raise InputError(f"{key} = {text}: must be greater than 0 and finite")
+    return value
+
+
+def shots(scene: Scene, name: str | None) -> list[Shot | None]:
+    """Return the shots asked for: all of the scene's, or one by its number from 1 or its name."""
+    if name is None:
+        return list(scene.shots) or [None]
+    for k, shot in enumerate(scene.shots, start=1):
+        if name in (str(k), shot.name):
+            return [shot]
+    meant = lib.problems.suggestion(name, [shot.name for shot in scene.shots])
+    known = shot_names(scene) or "none"
+    raise InputError(f"--shot = {name}: there is no such shot (there are: {known}){meant}")
+
+
+def shot_names(scene: Scene) -> str:
+    """Return the shots' numbers and names, as a message lists them."""
+    return ", ".join(f"{k} ({shot.name})" for k, shot in enumerate(scene.shots, start=1))
+
+
+def names(text: str) -> list[str]:
+    """Return the names in a list.
+
+    >>> names("pymunk:1/60, time-slice")
+    ['pymunk:1/60', 'time-slice']
+    """
+    return [name.strip() for name in text.split(",")]
+
+
+def one_of(key: str, text: str, known: Collection[str]) -> None:
+    """Raise InputError for a word that is not among the known ones."""
+    if text not in known:
+        raise InputError(f"{key} = {text}: must be one of {', '.join(known)}")
+
+
+def ending(key: str, path: Path | None, known: Sequence[str], said: str) -> None:
+    """Raise InputError for a file whose name does not end as it must."""
+    if path is not None and path.suffix.lower() not in known:
+        raise InputError(f"{key} = {path}: must end in {said}")
+
+
+def size(text: str, said: str, smallest: int = 0) -> tuple[int, int]:
+    """Return a width and a height in pixels as typed; ``said`` is the message for anything else.
+
+    >>> size("1280x720", "must be a size")
+    (1280, 720)
+    """
+    width, _, height = text.lower().partition("x")
+    if width.strip().isdecimal() and height.strip().isdecimal():
+        found = int(width), int(height)
+        if min(found) >= smallest:
+            return found
+    raise InputError(f"--size = {text}: {said}")
+
+
+def numbers(key: str, text: str, units: Units, kind: str = "") -> tuple[float, ...]:
+    """Return numbers with colons between them, in SI; those of a ``kind`` may have a unit.
+
+    The kinds are those of :func:`~pool_pymunk.model.quantities.quantity`. Angles are in degrees.
+    """
+    if kind not in ("", "angle"):
+        found = (lib.quantities.quantity(key, part, kind, units) for part in text.split(":"))
+        return tuple(found)
+    try:
+        return tuple(float(part) for part in text.split(":"))
+    except ValueError:
+        raise InputError(f"{key} = {text}: must be numbers, LOW:HIGH") from None
+
+
+def interval(key: str, text: str, units: Units, kind: str) -> tuple[float, float]:
+    """Return LOW:HIGH, as :func:`numbers` reads them."""
+    try:
+        low, high = numbers(key, text, units, kind)
+    except lib.problems.SceneError:  # It names the one of the two that is no quantity.
+        raise
+    except ValueError:
+        raise InputError(f"{key} = {text}: must be LOW:HIGH") from None
+    if not low < high:
+        raise InputError(f"{key} = {text}: LOW must be less than HIGH")
+    return low, high
+
+
+def pairs(key: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]]:
+    """Split KEY=VALUE."""
+    seen = set()
+    for text in texts or ():
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise InputError(f"{key} = {text}: must be KEY=LOW:HIGH")
+        if name in seen:
+            raise InputError(f"{key} = {text}: {name} stands there twice")
+        seen.add(name)
+        yield name.strip(), value
+
+
+def inputs(key: str, texts: Sequence[str] | None, units: Units) -> dict[str, tuple[float, ...]]:
+    """Return inputs of a scenario with their numbers, in SI, from KEY=LOW:HIGH."""
+    return {name: input_values(key, name, text, units) for name, text in pairs(key, texts)}
+
+
+def input_values(key: str, name: str, text: str, units: Units) -> tuple[float, ...]:
+    """Return the numbers of one input, in SI, as the table of inputs says what they are."""
+    row = lib.inputs.TABLE.get(lib.inputs.parts(name)[0])
+    kind = KINDS.get(name, "") if row is None else row.quantity or ""
+    return numbers(f"{key} {name}", text, units, kind)

@@ -1,0 +1,117 @@
+"""This module draws on the terminal: tables, and bars that show how far a command has come."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Collection, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from pool_pymunk.studies.sweep.job import Done
+    from pool_pymunk.studies.tradeoff import Estimate
+
+WIDTH = 160  # characters of a line in a pipe
+PACE = 0.1  # s between two moves of the progress bar
+
+
+def show(*parts: str | Table) -> None:
+    """Print lines and tables."""
+    console = Console(width=None if Console().is_terminal else WIDTH, highlight=False)
+    for part in parts:
+        console.print(part, soft_wrap=isinstance(part, str))
+
+
+def table(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    left: Collection[str] = (),
+    title: str | None = None,
+) -> Table:
+    """Return a table whose columns but ``left`` are right-aligned; a line follows an empty row."""
+    made = Table(title=title)
+    for heading in headings:
+        made.add_column(heading, justify="left" if heading in left else "right")
+    for row in rows:
+        if row:
+            made.add_row(*row)
+        else:
+            made.add_section()
+    return made
+
+
+class Bar(Progress):
+    """A bar shows progress on a terminal, and nothing in a pipe."""
+
+    def __init__(self, label: str, total: float | None, *columns: ProgressColumn) -> None:
+        console = Console(stderr=True)
+        quiet = not sys.stderr.isatty()
+        super().__init__(*columns, console=console, transient=True, disable=quiet)
+        self.task = self.add_task(label, total=total)
+
+    def step(self, count: float = 1) -> None:
+        """Show that more is done."""
+        self.advance(self.task, count)
+
+
+def progress(label: str, total: float) -> Bar:
+    """Return a bar with the time that has passed."""
+    return Bar(label, total, TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+
+
+class Share:
+    """This class moves the progress bar inside a shot, by the share of its estimated time."""
+
+    def __init__(self, bar: Bar, estimates: Sequence[Estimate]) -> None:
+        self.bar = bar
+        self.durations = [one.duration for one in estimates]
+        self.done = 0
+        self.moved = time.monotonic()
+
+    def move(self, t: float) -> None:
+        """Show that the shot has come to ``t`` (s)."""
+        now = time.monotonic()
+        if now - self.moved >= PACE:
+            self.moved = now
+            part = min(t / self.durations[self.done], 1.0)
+            self.bar.update(self.bar.task, completed=self.done + part)
+
+    def finish(self) -> None:
+        """Show that a shot is finished."""
+        self.done += 1
+        self.bar.update(self.bar.task, completed=self.done)
+
+
+class Counter(Bar):
+    """A counter shows how many shots are done, how fast, and how long the others will take."""
+
+    def __init__(self) -> None:
+        super().__init__("", None, BarColumn(), TextColumn("{task.description}"),
+                         TimeRemainingColumn())  # fmt: skip
+        self.began = time.perf_counter()
+        self.there: int | None = None
+        self.played = self.by_reference = 0
+
+    def take(self, done: Done) -> None:
+        """Count what was there, then each part."""
+        if self.there is None:
+            self.there = done.shots
+        else:
+            self.played += done.shots
+            self.by_reference += done.by_reference
+        rate = self.played / (time.perf_counter() - self.began)
+        share = 100.0 * self.by_reference / max(self.played, 1)
+        shots = self.there + self.played
+        said = f"{shots:,} shots, {rate:,.0f} a second, {share:.2g} % in Python"
+        self.update(self.task, description=said, completed=shots, total=done.total)
