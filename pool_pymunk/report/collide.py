@@ -33,7 +33,7 @@ from dataclasses import asdict, dataclass
 
 from pool_pymunk.model import Point, Problem, SceneError
 from pool_pymunk.model.plain import between, problems_of, size
-from pool_pymunk.model.problems import suggestion
+from pool_pymunk.model.problems import raise_any, suggestion
 from pool_pymunk.physics.contact import NT, Contact, Pair, split
 from pool_pymunk.physics.laws import LAWS, Law, find_law, respond
 from pool_pymunk.physics.motion import kinetic_energy
@@ -93,7 +93,7 @@ class Collision:
     @property
     def approach(self) -> Point:
         """The velocity of A seen from B before the collision (m/s)."""
-        return _difference(self.a.velocity, self.b.velocity)
+        return _approach(self.a, self.b)
 
     @property
     def offset(self) -> float:
@@ -117,58 +117,56 @@ class Collision:
 
         They are equal and opposite under the law coulomb. Under published they are not so along t.
         """
-        masses = (self.a.mass, self.b.mass)
         a, b = (
-            NT(mass * (after.n - before.n), mass * (after.t - before.t))
-            for mass, before, after in zip(masses, self.before, self.after, strict=True)
+            NT(ball.mass * (after.n - before.n), ball.mass * (after.t - before.t))
+            for ball, before, after in zip((self.a, self.b), self.before, self.after, strict=True)
         )
         return a, b
 
     @property
+    def _velocities(self) -> tuple[tuple[Point, Point], tuple[Point, Point]]:
+        """The velocities of A and of B, before and after the collision (m/s)."""
+        return (self.a.velocity, self.b.velocity), (self.velocity_a, self.velocity_b)
+
+    @property
     def momentum(self) -> tuple[Point, Point]:
         """Momentum of both balls along x and y, before and after (kg m/s)."""
-        return (
-            self._momentum(self.a.velocity, self.b.velocity),
-            self._momentum(self.velocity_a, self.velocity_b),
-        )
-
-    def _momentum(self, v_a: Point, v_b: Point) -> Point:
         m_a, m_b = self.a.mass, self.b.mass
-        return (m_a * v_a[0] + m_b * v_b[0], m_a * v_a[1] + m_b * v_b[1])
+        before, after = (
+            (m_a * v[0] + m_b * w[0], m_a * v[1] + m_b * w[1]) for v, w in self._velocities
+        )
+        return before, after
 
     @property
     def energy(self) -> tuple[float, float]:
         """Kinetic energy of both balls before and after (J)."""
-        a, b = self.a, self.b
-        return (
-            kinetic_energy(a.mass, *a.velocity) + kinetic_energy(b.mass, *b.velocity),
-            kinetic_energy(a.mass, *self.velocity_a) + kinetic_energy(b.mass, *self.velocity_b),
+        before, after = (
+            kinetic_energy(self.a.mass, *v) + kinetic_energy(self.b.mass, *w)
+            for v, w in self._velocities
         )
+        return before, after
 
     def as_dict(self) -> dict[str, object]:
         """Return the collision as in the JSON of ``collide --json``, in SI and degrees."""
-        momentum, energy, impulses = self.momentum, self.energy, self.impulses
-        balls = {
-            name: {
-                "mass": ball.mass,
-                "radius": ball.radius,
-                "before": {"xy": list(ball.velocity), "nt": list(before)},
-                "after": {"xy": list(velocity), "nt": list(after)},
-                "impulse": list(impulse),
-            }
-            for name, ball, velocity, before, after, impulse in zip(
-                "AB", (self.a, self.b), (self.velocity_a, self.velocity_b), self.before, self.after,
-                impulses, strict=True,
-            )
-        }  # fmt: skip
+        balls = zip((self.a, self.b), *self._velocities, self.before, self.after, self.impulses,
+                    strict=True)  # fmt: skip
         return {
             "material": asdict(self.material),
             "offset": self.offset,
             "normal": list(self.normal),
             "angle": math.degrees(self.angle),
-            "balls": balls,
-            "momentum": {"before": list(momentum[0]), "after": list(momentum[1])},
-            "energy": {"before": energy[0], "after": energy[1]},
+            "balls": {
+                name: {
+                    "mass": ball.mass,
+                    "radius": ball.radius,
+                    "before": {"xy": list(v), "nt": list(v_nt)},
+                    "after": {"xy": list(w), "nt": list(w_nt)},
+                    "impulse": list(impulse),
+                }
+                for name, (ball, v, w, v_nt, w_nt, impulse) in zip("AB", balls, strict=True)
+            },
+            "momentum": dict(zip(("before", "after"), map(list, self.momentum), strict=True)),
+            "energy": dict(zip(("before", "after"), self.energy, strict=True)),
             "warnings": list(self.warnings),
         }
 
@@ -188,7 +186,7 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
         ...
     pool_pymunk.SceneError: offset = -0.07: the balls miss: the radii add up to less
     """
-    _raise_any([*_problems(a, b, material), *problems_of(abs(offset), between(0.0), "offset")])
+    raise_any(_problems(a, b, material, offset=offset))
     reach = a.radius + b.radius
     if abs(offset) >= reach:
         message = "the balls miss: the radii add up to less"
@@ -196,7 +194,7 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
     if a.velocity == b.velocity:
         message = "is that of ball a: the balls never meet"
         raise SceneError([Problem("b.velocity", list(b.velocity), message)])
-    ux, uy = _unit(_difference(a.velocity, b.velocity))
+    ux, uy = _unit(_approach(a, b))
     along, across = math.sqrt((reach - offset) * (reach + offset)) / reach, offset / reach
     return _answered(a, b, material, (along * ux - across * uy, along * uy + across * ux))
 
@@ -210,7 +208,7 @@ def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> 
     >>> round(hit.offset, 9)
     0.03
     """
-    _raise_any([*_problems(a, b, material), *problems_of(abs(angle), between(0.0), "angle")])
+    raise_any(_problems(a, b, material, angle=angle))
     hit = _answered(a, b, material, (math.cos(angle), math.sin(angle)))
     before_a, before_b = hit.before
     if before_a.n <= before_b.n:
@@ -235,7 +233,7 @@ ZERO_SLIP_WARNING = (
 )
 
 
-def _problems(a: Disc, b: Disc, material: Material) -> Iterator[Problem]:
+def _problems(a: Disc, b: Disc, material: Material, **place: float) -> Iterator[Problem]:
     for name, ball in (("a", a), ("b", b)):
         yield from problems_of(ball.mass, size, name, "mass")
         yield from problems_of(ball.radius, size, name, "radius")
@@ -246,15 +244,12 @@ def _problems(a: Disc, b: Disc, material: Material) -> Iterator[Problem]:
     if not isinstance(material.law, Law) and material.law not in LAWS:
         message = f"must be one of {', '.join(LAWS)}{suggestion(material.law, LAWS)}"
         yield Problem("law", material.law, message)
+    for key, value in place.items():
+        yield from problems_of(abs(value), between(0.0), key)
 
 
-def _raise_any(problems: list[Problem]) -> None:
-    if problems:
-        raise SceneError(problems)
-
-
-def _difference(v: Point, w: Point) -> Point:
-    return (v[0] - w[0], v[1] - w[1])
+def _approach(a: Disc, b: Disc) -> Point:
+    return a.velocity[0] - b.velocity[0], a.velocity[1] - b.velocity[1]
 
 
 def _unit(v: Point) -> Point:
