@@ -154,8 +154,7 @@ def _rows(hit: Collision, units: Units) -> Iterator[list[str]]:
 
 
 def _impulse(ball: Disc, after: Point) -> Point:
-    (vx, vy), (wx, wy) = ball.velocity, after
-    return (ball.mass * (wx - vx), ball.mass * (wy - vy))
+    return ball.mass * (after[0] - ball.velocity[0]), ball.mass * (after[1] - ball.velocity[1])
 
 
 def _four(hit: Collision, v: Point, unit: float, largest: float) -> list[str]:

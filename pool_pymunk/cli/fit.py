@@ -46,9 +46,8 @@ def fit(
     """
     scene = lib.scenario.load(scenario)
     found = _fit(scene, measured, free, error, starts, seed)
-    if found.values:
-        lib.terminal.show(_table(found))
-    lib.terminal.show(*sentences(found))
+    table = [_table(found)] if found.values else []
+    lib.terminal.show(*table, *sentences(found))
     folder = place(out, scenario, "fit")
     _save(found, folder, pictures)
     write_json(json, about(scenario, found.scene), found.as_dict())
