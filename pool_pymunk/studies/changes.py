@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -46,11 +46,15 @@ class Inputs:
 
     def start(self, i: int) -> Array:
         """Return the change of a ball's state at the start."""
+        return self.by_names(i, self.column)
+
+    def by_names(self, i: int, names: Iterable[str]) -> Array:
+        """Return the change of a ball's state at the start by some of the inputs."""
         change = np.zeros((4, self.count))
         ball, (vx, vy) = self.run.scene.balls[i], self.run.knots[i][0, 3:5].tolist()
         struck = self.run.shot is not None and self.run.shot.ball == ball.id
-        for name, column in self.column.items():
-            change[:, column] = start_of(name, ball, struck, (vx, vy)) or 0.0
+        for name in names:
+            change[:, self.column[name]] = start_of(name, ball, struck, (vx, vy)) or 0.0
         return change
 
     def unit(self, name: str) -> Array | None:

@@ -84,8 +84,12 @@ class Comparison:
 
     def apart(self, times: Array) -> Array:
         """Return the distance (T,) at ``times`` (s) of the ball that is farthest apart then (m)."""
-        gap = self.reference.at(times)[0] - self.run.at(times)[0]
-        return np.asarray(np.hypot(gap[..., 0], gap[..., 1]).max(axis=1))
+        return longest(self.reference.at(times)[0] - self.run.at(times)[0])
+
+
+def longest(gaps: Array) -> Array:
+    """Return the length (T,) of the longest of the gaps (T, N, 2) at each time."""
+    return np.asarray(np.hypot(gaps[..., 0], gaps[..., 1]).max(axis=1))
 
 
 def end_distances(run: Run, ends: Mapping[str, Point]) -> dict[str, float]:

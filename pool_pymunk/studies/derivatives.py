@@ -110,7 +110,12 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
     groups = names_in(run.scene, [] if run.shot is None else [""])
     groups["all"] = [name for names in groups.values() for name in names if name != "turn"]
     names = chosen("wrt", wrt, groups)
-    changes = Changes(run, law_of(run), Inputs(run, names))
+    return differentiated(run, names, Inputs(run, names))
+
+
+def differentiated(run: Run, names: Names, inputs: Inputs) -> Derivatives:
+    """Differentiate the ends of an exact run by inputs that change its start as they say."""
+    changes = Changes(run, law_of(run), inputs)
     changes.follow()
     final, velocity = changes.ends()
     times = np.array(changes.times).reshape(len(run.events), len(names))

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Scene, SceneError, Shot
-from pool_pymunk.model.inputs import SHOT, TABLE, Names, input_value, parts, start_of, with_inputs
+from pool_pymunk.model.inputs import SHOT, TABLE, Names, input_value, parts, with_inputs
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import request, yardstick
-from pool_pymunk.studies.derivatives import Derivatives, derivatives
+from pool_pymunk.studies.changes import Inputs
+from pool_pymunk.studies.derivatives import Derivatives, differentiated
 from pool_pymunk.studies.measured import Measurement
 
 Runs = Mapping[int, Run]  # by the numbers of their shots
@@ -93,7 +94,7 @@ class Forecast:
         assert runs is not None, "these numbers could be played"
         found = np.zeros((len(self.measured), 2, len(self.names)))
         warnings: dict[str, None] = {}
-        for k, known, by_input in follow(runs, self.names):
+        for k, known in follow(runs, self.names):
             run = known.run
             warnings |= dict.fromkeys(f"{run.name}: {warning}" for warning in known.warnings)
             if k in self.looks:
@@ -101,8 +102,7 @@ class Forecast:
                 at = np.minimum(times, run.duration)
                 for i in np.unique(balls):
                     its = balls == i
-                    by_run = known.at(at[its], self.scene.balls[i].id)
-                    found[rows[its]] = through(by_run, by_input)
+                    found[rows[its]] = known.at(at[its], self.scene.balls[i].id)
         return found, tuple(warnings)
 
 
@@ -127,49 +127,40 @@ def _chain(scene: Scene, measured: set[int]) -> tuple[int, ...]:
 # -- derivatives through a chain of shots ----------------------------------------------------------
 
 
-def follow(runs: Runs, names: Names) -> Iterator[tuple[int, Derivatives, Array]]:
-    """Yield each run's number, its derivatives by W inputs, and how these depend on names (W, P).
+def follow(runs: Runs, names: Names) -> Iterator[tuple[int, Derivatives]]:
+    """Yield each run's number, and its derivatives by these names, through the shots before it.
 
     The inputs of shots have the numbers of their shots behind them, as in "turn.2".
     """
-    change = np.empty(0)
+    known: Derivatives | None = None
     for k, run in runs.items():
-        if not change.size or run.shot is None or not run.shot.from_previous:
-            change = _own_start(run.scene, names)
-        rows = _rows(k, run, names, change)
-        by_input = np.array(list(rows.values())).reshape(len(rows), len(names))
-        known = derivatives(run, tuple(rows))
-        yield k, known, by_input
-        change = through(np.concatenate([known.final, known.velocity], axis=1), by_input)
+        goes_on = run.shot is not None and run.shot.from_previous
+        known = differentiated(run, names, _Chained(run, names, k, known if goes_on else None))
+        yield k, known
 
 
-def _own_start(scene: Scene, names: Names) -> Array:
-    """Return the changes (N, 4, P) of the scene's own start."""
-    change = np.zeros((len(scene.balls), 4, len(names)))
-    for i, ball in enumerate(scene.balls):
-        for column, name in enumerate(names):
-            change[i, :, column] = start_of(name, ball, False, ball.velocity) or 0.0
-    return change
+class _Chained(Inputs):
+    """These inputs change a shot, and what it goes on from: the end of the shot ``before``."""
 
+    def __init__(self, run: Run, names: Names, number: int, before: Derivatives | None) -> None:
+        super().__init__(run, names)
+        ours = {"", str(number)}
+        self.shots = [n for n in names if TABLE[parts(n)[0]].of == SHOT and parts(n)[1] in ours]
+        if before is None:
+            others = [n for n in names if TABLE[parts(n)[0]].of != SHOT]
+            self.carried = np.array([self.by_names(i, others) for i in range(len(run.knots))])
+        else:
+            self.carried = np.concatenate([before.final, before.velocity], axis=1)
 
-def _rows(k: int, run: Run, names: Names, change: Array) -> dict[str, Array]:
-    """Return how the inputs of a run depend on what is varied (P,), if the start does by change."""
-    rows: dict[str, Array] = {}
-    for own, name in zip(np.eye(len(names)), names, strict=True):
-        kind, whose = parts(name)
-        if TABLE[kind].of == SHOT and int(whose) == k:
-            kind = "angle" if kind == "turn" else kind
-            rows[kind] = rows.get(kind, 0.0) + own
-        elif TABLE[kind].start is None:
-            rows[name] = own
-    struck = None if run.shot is None else run.shot.ball
-    for ball, of_ball in zip(run.scene.balls, change, strict=True):
-        for axis, row in zip(("x", "y", "vx", "vy"), of_ball, strict=True):
-            if row.any() and not (ball.id == struck and axis in ("vx", "vy")):
-                rows[f"{axis}.{ball.id}"] = row
-    if run.shot is not None and run.shot.aim is not None and change[:, :2].any():
-        rows["angle"] = rows.get("angle", 0.0) + np.degrees(turn(run, run.shot, change[:, :2]))
-    return rows
+    def start(self, i: int) -> Array:
+        """Return the change of a ball's state at the start; a shot gives its ball a velocity."""
+        shot, change = self.run.shot, self.carried[i].copy()
+        if shot is not None and shot.ball == self.run.scene.balls[i].id:
+            change[2:] = self.by_names(i, self.shots)[2:]
+            if shot.aim is not None and self.carried[:, :2].any():
+                vx, vy = self.run.knots[i][0, 3:5]
+                change[2:] += np.outer((-vy, vx), turn(self.run, shot, self.carried[:, :2]))
+        return np.asarray(change)
 
 
 def turn(run: Run, shot: Shot, place: Array) -> Array:
@@ -183,17 +174,3 @@ def turn(run: Run, shot: Shot, place: Array) -> Array:
     x, y = (b - a for a, b in zip(starts[i], starts[j], strict=True))
     dx, dy = place[j] - place[i]
     return np.asarray((x * dy - y * dx) / (x * x + y * y))
-
-
-def through(outer: Array, inner: Array) -> Array:
-    """Return the derivatives (..., P) of what depends on (..., W) inputs that depend on P others.
-
-    What does not depend on an input does not care that this one's derivative is unknown.
-
-    >>> through(np.array([[1.0, 0.0], [1.0, 2.0]]), np.array([[3.0], [math.nan]])).tolist()
-    [[3.0], [nan]]
-    """
-    found = np.nan_to_num(outer) @ np.nan_to_num(inner)
-    lost = (outer != 0.0).astype(float) @ np.isnan(inner).astype(float) > 0.0
-    found[lost | np.isnan(outer).any(axis=-1, keepdims=True)] = math.nan
-    return np.asarray(found)

@@ -27,7 +27,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import SettingError, find_shot
-from pool_pymunk.studies.forecast import follow, through
+from pool_pymunk.studies.forecast import follow
 from pool_pymunk.studies.uncertainty import (
     PRINTED_DECIMALS,
     Mask,
@@ -384,9 +384,9 @@ def linear(
     study = read_study(scene, find_shot(scene, shot), uncertainty, law)
     errors = {name: width for name, width in study.errors().items() if width > 0.0}
     warned: dict[str, None] = {}
-    for _, known, by_input in follow(study.runs(), tuple(errors)):
+    for _, known in follow(study.runs(), tuple(errors)):
         warned |= dict.fromkeys(known.warnings)
-        by_errors = through(known.final, by_input) * np.array(list(errors.values()))
+    by_errors = known.final * np.array(list(errors.values()))
     sound = np.isfinite(by_errors).all() and bool(np.any(by_errors))
     holds = _reach(study, by_errors, seed) if sound else math.nan
     return Linear(study.reference, uncertainty, by_errors, holds, tuple(warned))

@@ -4,36 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from pool_pymunk.model import Point, Scene
-from pool_pymunk.studies.stability.claims import CARE, farthest
-from pool_pymunk.studies.stability.trial import (
-    Claim,
-    Measure,
-    Trial,
-    distance,
-    longest,
-    under,
-    wrong,
-)
-
-
-def by_coulomb(claim: Claim) -> Claim:
-    """Return the claim, but not for the law `published`, which answers in the listing's order."""
-    return lambda trial: claim(trial) if trial.law == "coulomb" else None
+from pool_pymunk.studies.compare import end_distances, longest
+from pool_pymunk.studies.stability.claims import CARE, by_coulomb, farthest
+from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
 
 
 def contacts_are(expected: int) -> Claim:
     """Claim that the run has just so many contacts."""
-
-    def contacts(trial: Trial) -> Measure:
-        words = f"{trial.contacts} contacts, not {expected}"
-        return wrong("contacts", words, trial.contacts != expected)
-
-    return contacts
+    return lambda trial: wrong(
+        "contacts", f"{trial.contacts} contacts, not {expected}", trial.contacts != expected
+    )
 
 
 def pocket(*ids: str) -> Claim:
@@ -52,20 +36,27 @@ def leave_with(velocities: Mapping[str, Point]) -> Claim:
     """Claim that balls end with these velocities (m/s)."""
 
     def velocity(trial: Trial) -> Measure:
-        ends = trial.run.end.velocity
-        index = trial.scene.index
-        off = max(math.dist(ends[index[id_]], v) for id_, v in velocities.items())
-        return _velocity(trial, off)
+        ends = dict(zip(trial.scene.index, trial.run.end.velocity, strict=True))
+        return _velocity(trial, max(math.dist(ends[id_], v) for id_, v in velocities.items()))
 
     return velocity
+
+
+def leaves_at(id_: str, speed: float) -> Claim:
+    """Claim that a ball ends with this speed (m/s)."""
+
+    def leaves(trial: Trial) -> Measure:
+        end = math.hypot(*trial.run.end.velocity[trial.scene.index[id_]])
+        return _velocity(trial, abs(end - speed))
+
+    return leaves
 
 
 def end_at(places: Mapping[str, Point]) -> Claim:
     """Claim that balls come to rest at these places (m), by Coulomb's law."""
 
     def limit(trial: Trial) -> Measure:
-        final = trial.run.final
-        off = max(math.dist(final[id_], place) for id_, place in places.items())
+        off = max(end_distances(trial.run, places).values())
         bound = min(_displaced(trial), trial.smallest)
         return Measure("limit", off, bound, trial.smallest, "m", "{} from the limit of the hits")
 
@@ -81,32 +72,22 @@ def know_of_ends(places: Mapping[str, Point]) -> Claim:
     def order(trial: Trial) -> Measure | None:
         if not trial.method.exact:
             return None
-        run = trial.run
-        off = max(math.dist(run.final[id_], place) for id_, place in places.items())
+        off = max(end_distances(trial.run, places).values())
         words = "{} off what an order gives, and the run does not say so"
-        return Measure("order", off, run.policy_shift, trial.smallest, "m", words)
+        return Measure("order", off, trial.run.policy_shift, trial.smallest, "m", words)
 
     return order
 
 
-def leaves_at(id_: str, speed: float) -> Claim:
-    """Claim that a ball ends with this speed (m/s)."""
+def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
+    """Claim that everything happens as in another scene, scaled and then shifted (m)."""
 
-    def leaves(trial: Trial) -> Measure:
-        end = math.hypot(*trial.run.end.velocity[trial.scene.index[id_]])
-        return _velocity(trial, abs(end - speed))
+    def likeness(trial: Trial) -> Measure:
+        like, times = trial.of(base), trial.exact.times
+        apart = longest(trial.run.at(times)[0] - (like.run.at(times)[0] * scale + shift))
+        return farthest("likeness", apart, trial, "{} off the scene that it must be like", care=2.0)
 
-    return leaves
-
-
-def _velocity(trial: Trial, off: float) -> Measure:
-    bound = min(_displaced(trial) / trial.smallest, 1.0) * trial.fastest  # Normals turn by as much.
-    return Measure("velocity", off, bound, trial.fastest, "m/s", "a velocity is {} off")
-
-
-def _displaced(trial: Trial) -> float:
-    """Return how far (m) rounding, or coming late, may displace the contacts of a short run."""
-    return CARE * (trial.contacts + 1) * trial.rounding + trial.late
+    return likeness
 
 
 @by_coulomb
@@ -134,26 +115,20 @@ def all_as_far(trial: Trial) -> Measure:
     far = np.hypot(points[..., 0], points[..., 1])
     comes = far[0] > 0.0
     off = max(float(np.ptp(far[:, comes], axis=1).max()), float(far[:, ~comes].max(initial=0.0)))
-    bound = min(_displaced(trial) / trial.smallest, 1.0) * trial.exact.extent
+    bound = _share(trial) * trial.exact.extent
     return Measure("symmetry", off, bound, trial.smallest, "m", "{} from symmetric")
 
 
-def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
-    """Claim that everything happens as in another scene, scaled and then shifted (m)."""
-
-    def likeness(trial: Trial) -> Measure:
-        like = replace(trial, case=replace(trial.case, scene=under(base, trial.law)))
-        times = trial.exact.times
-        apart = longest(trial.run.at(times)[0] - (like.run.at(times)[0] * scale + shift))
-        return farthest("likeness", apart, trial, "{} off the scene that it must be like", care=2.0)
-
-    return likeness
+def _velocity(trial: Trial, off: float) -> Measure:
+    bound = _share(trial) * trial.fastest
+    return Measure("velocity", off, bound, trial.fastest, "m/s", "a velocity is {} off")
 
 
-def together(trial: Trial) -> Measure | None:
-    """Measure that contacts of one instant are answered as by the exact solver, even if nudged."""
-    if trial.dt is None:
-        return None
-    apart = float(distance(trial.run, trial.exact.run, trial.times).max())
-    bound = min(_displaced(trial) / trial.smallest, 1.0) * trial.exact.extent
-    return Measure("one instant", apart, bound, trial.smallest, "m", "{} from the exact run")
+def _share(trial: Trial) -> float:
+    """Return by how much (rad, at most 1) rounding, or coming late, may turn normals."""
+    return min(_displaced(trial) / trial.smallest, 1.0)
+
+
+def _displaced(trial: Trial) -> float:
+    """Return how far (m) rounding, or coming late, may displace the contacts of a short run."""
+    return CARE * (trial.contacts + 1) * trial.rounding + trial.late

@@ -15,6 +15,7 @@ from pool_pymunk.model import Ball, Scene
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, simulate, yardstick
+from pool_pymunk.studies.compare import Comparison, contacts
 
 # Starts are nudged to measure amplification. The nudge is this share of the smallest radius, but no
 # less than so many units of rounding. It counts up to the time when it has grown to LINEAR radii.
@@ -100,7 +101,12 @@ class Trial:
     @cached_property
     def scene(self) -> Scene:
         """Return the case's scene, under the law."""
-        return under(self.case.scene, self.law)
+        scene = self.case.scene
+        return replace(scene, physics=replace(scene.physics, law=self.law))
+
+    def of(self, scene: Scene) -> Trial:
+        """Return the same trial of another scene."""
+        return replace(self, case=replace(self.case, scene=scene))
 
     @cached_property
     def exact(self) -> Exact:
@@ -116,7 +122,7 @@ class Trial:
         """Run a scene with bounds on events and time, because a solver may never come to rest."""
         if self.is_exact_run:
             return simulate(scene, solver=self.solver, max_events=self.case.max_events)
-        most = min(10 * self.exact.contacts + 1000, self.case.max_events)
+        most = min(10 * len(contacts(self.exact.run)) + 1000, self.case.max_events)
         latest = scene.physics.max_time or 4.0 * self.exact.run.duration + 10.0 * (self.dt or 0.0)
         return simulate(scene, solver=self.solver, dt=self.dt, max_events=most, max_time=latest)
 
@@ -128,7 +134,7 @@ class Trial:
     @cached_property
     def contacts(self) -> int:
         """Return how many contacts the run has."""
-        return contacts(self.run)
+        return len(contacts(self.run))
 
     @cached_property
     def times(self) -> Array:
@@ -175,11 +181,6 @@ class Exact:
     growth: Array
     extent: float
 
-    @property
-    def contacts(self) -> int:
-        """Return how many contacts the exact run has."""
-        return contacts(self.run)
-
 
 @lru_cache(maxsize=128)
 def exact(scene: Scene, max_events: int) -> Exact:
@@ -195,35 +196,15 @@ def exact(scene: Scene, max_events: int) -> Exact:
         other = simulate(start, solver=run.solver, max_events=min(max_events, ENOUGH))
         if other.status == "max_events":
             times = times[times <= other.duration]
-        growth = np.maximum(growth[: len(times)], distance(run, other, times))
+        growth = np.maximum(growth[: len(times)], Comparison(run, other).apart(times))
     growth = np.maximum.accumulate(growth)
     linear = growth <= LINEAR * smallest
     return Exact(run, times[linear], growth[linear] / nudge, extent)
 
 
-def under(scene: Scene, law: str) -> Scene:
-    """Return the scene under a contact law."""
-    return replace(scene, physics=replace(scene.physics, law=law))
-
-
-def contacts(run: Run) -> int:
-    """Return how many contacts a run has."""
-    return sum(event.kind != "stop" for event in run.events)
-
-
 def grid(duration: float) -> Array:
     """Return times (s) from the start to the end, evenly."""
     return np.linspace(0.0, duration, GRID + 1)
-
-
-def distance(one: Run, other: Run, times: Array) -> Array:
-    """Return the largest distance (m) of a ball from itself in another run, at the times (T,)."""
-    return longest(one.at(times)[0] - other.at(times)[0])
-
-
-def longest(gaps: Array) -> Array:
-    """Return the length (T,) of the longest of the gaps (T, N, 2) at each time."""
-    return np.asarray(np.hypot(gaps[..., 0], gaps[..., 1]).max(axis=1))
 
 
 def _extent(run: Run) -> float:
