@@ -155,19 +155,9 @@ def has_same_contacts(
         if j >= 0:
             count[j] += 1
             place = count[j]
-            if not is_as_in(reference, j, i, place, count[i]):
-                return False
-        if not is_as_in(reference, i, j, count[i], place):
+        n = count[i] - 1
+        if n >= reference.contacts[i]:
             return False
-    for i in range(len(count)):  # noqa: SIM110
-        if count[i] != reference.contacts[i]:
+        if reference.other[i, n] != j or reference.place[i, n] != place:
             return False
-    return True
-
-
-def is_as_in(reference: Reference, i: int, other: int, number: int, place: int) -> bool:
-    """Tell whether a contact of ball ``i``, by its number from 1, is the same in the reference."""
-    if number > reference.contacts[i]:
-        return False
-    c = number - 1
-    return bool(reference.other[i, c] == other and reference.place[i, c] == place)
+    return bool((count == reference.contacts).all())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -229,19 +229,15 @@ class Changes:
 
         A stop that comes after the contact is what the contact led to.
         """
-        balls, events = set(self.run.events[k].balls), self.run.events
-        beside = [events[j] for j in self._same_instant(k) if events[j].kind != "stop" or j < k]
-        return any(balls & set(other.balls) for other in beside)
-
-    def _same_instant(self, k: int) -> Iterator[int]:
-        """Yield the numbers of the other events of this one's instant."""
-        events = self.run.events
-        balls = [self.scene.index[id_] for id_ in events[k].balls]
-        for way in (-1, 1):
-            j = k + way
-            while 0 <= j < len(events) and self._is_now(events[j].t, events[k].t, balls):
-                yield j
-                j += way
+        events, own = self.run.events, self.run.events[k]
+        balls = [self.scene.index[id_] for id_ in own.balls]
+        for numbers in (range(k - 1, -1, -1), range(k + 1, len(events))):
+            for j in numbers:
+                if not self._is_now(events[j].t, own.t, balls):
+                    break
+                if (events[j].kind != "stop" or j < k) and {*own.balls} & {*events[j].balls}:
+                    return True
+        return False
 
     def _contact(self, balls: list[int], event: Event) -> None:
         """Follow the changes through a hit."""
@@ -272,7 +268,8 @@ class Changes:
         self.times.append(times)
         change = meeting.after(moved, times, parts, rates)
         for n, i in enumerate(balls):
-            self._set(i, change[4 * n : 4 * n + 4])
+            self.at[i] += 1
+            self.change[i] = change[4 * n : 4 * n + 4]
 
     def _meeting(
         self, balls: list[int], states: list[Motion6], event: Event
@@ -415,11 +412,6 @@ class Changes:
         if self.drag is not None:
             moved += by_drag[:, np.newaxis] * self.drag
         return (*motion_at(path, t), path.ax, path.ay), moved
-
-    def _set(self, i: int, change: Array) -> None:
-        """Begin a new path with this change."""
-        self.at[i] += 1
-        self.change[i] = change
 
     def _come_to(self, i: int, t: float) -> None:
         """Go on to a ball's last knot of this time."""

@@ -18,7 +18,7 @@ from pool_pymunk.model.inputs import SHOT, TABLE, Names, input_value, parts, wit
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import request, yardstick
+from pool_pymunk.solvers import simulate_all, yardstick
 from pool_pymunk.studies.changes import Inputs
 from pool_pymunk.studies.derivatives import Derivatives, differentiated
 from pool_pymunk.studies.measured import Measurement
@@ -64,12 +64,10 @@ class Forecast:
 
     def _play(self, values: Values) -> Runs | None:
         try:
-            asked = request(self._scene(values), yardstick().name, law=self.law)
-            runs: dict[int, Run] = {}
-            for k in self.chain:
-                shot = asked.scene.shots[k - 1] if asked.scene.shots else None
-                goes_on = shot is not None and shot.from_previous
-                runs[k] = asked.play(shot, runs[k - 1].end if goes_on else None)
+            scene = self._scene(values)
+            shots = [scene.shots[k - 1] if scene.shots else None for k in self.chain]
+            played = simulate_all(scene, shots, solver=yardstick().name, law=self.law)
+            runs = dict(zip(self.chain, played, strict=True))
         except SceneError:
             return None
         return runs if all(run.success for run in runs.values()) else None

@@ -21,7 +21,6 @@ from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON, Array, free_motions
-from pool_pymunk.physics.sides import Side
 from pool_pymunk.results.run import SURE, Event, Run
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.exact import walls
@@ -249,37 +248,28 @@ class Errors:
         places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
         states, slid = self._slide(knots, self.until[knots])
         rates = self.knots[knots + 1][..., 3:]
-        after = rates[..., :2]
         ways, normal, curvature, offset = self._geometry(steps, states)
         tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
         axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
         before_nt = np.einsum("kai,kci->kca", axes, states[..., 2:])
-        after_nt = np.einsum("kai,kci->kca", axes, after)
+        after_nt = np.einsum("kai,kci->kca", axes, rates[..., :2])
         closing = -before_nt[..., 0] @ ways
         slip = np.abs(before_nt[..., 1] @ ways)
         law, missed, known = self._laws(steps, before_nt, after_nt)
 
         toward = np.zeros((count, 2, many, 4))  # what moves the contact along n and along t
         toward[..., :2] = axes[:, :, np.newaxis] * ways[:, np.newaxis]
-        guard, along = toward.reshape(count, 2, -1).transpose(1, 0, 2)
+        guard, along = toward.reshape(count, 2, -1).swapaxes(0, 1)
         spun = np.stack((before_nt[..., 1], -before_nt[..., 0]), axis=-1)
         turned = np.einsum("kai,kcadb,kdb->kci", axes, law, spun)
-        turned += np.stack((-after[..., 1], after[..., 0]), axis=-1)
+        turned += np.stack((-rates[..., 1], rates[..., 0]), axis=-1)
         jump = _jump(axes, law, turned, curvature[:, np.newaxis] * along)
         before = np.concatenate((states[..., 2:], self.knots[knots][..., 5:]), axis=-1)
         late = np.einsum("kij,kj->ki", jump, before.reshape(count, -1)) - rates.reshape(count, -1)
-
-        gap = (
-            self._gap_errors(knots, states)
-            if many == 2
-            else self._side_errors(knots, states, offset, normal, curvature)
-        )
+        gap = self._gap_errors(knots, states, offset, normal, curvature)
         bend = np.maximum(curvature, 0.0)
         closing = np.maximum(closing, slip * np.sqrt(bend * gap / 2.0))  # See _check.
-        paths = np.zeros((count, many, 4, many, 4))
-        for c in range(many):
-            paths[:, c, :, c] = slid[:, c]
-        slides = paths.reshape(jump.shape)
+        slides = _diagonal(slid)
         guard, along = (np.einsum("ki,kij->kj", each, slides) for each in (guard, along))
         delays = guard / closing[:, np.newaxis]
         matrix = jump @ slides + late[:, :, np.newaxis] * delays[:, np.newaxis]
@@ -298,20 +288,16 @@ class Errors:
             distance = np.sqrt((offset**2).sum(axis=1))
             return np.array([-1.0, 1.0]), offset / distance[:, np.newaxis], 1.0 / distance, offset
         at = states[:, 0, :2].tolist()
-        sides = [self._side(step, x, y) for step, (x, y) in zip(steps, at, strict=True)]
+        numbers = [step.event.cushion or 0 for step in steps]
+        sides = [
+            self.walls[number].nearest(x, y, self.scene.balls[step.balls[0]].radius)
+            for number, step, (x, y) in zip(numbers, steps, at, strict=True)
+        ]
         normals = [side.normal(x, y) for side, (x, y) in zip(sides, at, strict=True)]
         curvatures = [side.curvature(x, y) for side, (x, y) in zip(sides, at, strict=True)]
         outline = () if self.scene.table is None else self.scene.table.outline
-        corners = [outline[step.event.cushion or 0] for step in steps]
-        offset = states[:, 0, :2] - np.array(corners)
+        offset = states[:, 0, :2] - np.array([outline[number] for number in numbers])
         return np.array([1.0]), np.array(normals), np.array(curvatures), offset
-
-    def _side(self, step: Step, x: float, y: float) -> Side:
-        """Return the side of a cushion that a ball bounces off."""
-        assert step.event.cushion is not None
-        wall = self.walls[step.event.cushion]
-        radius = self.scene.balls[step.balls[0]].radius
-        return wall.nearest(x, y, radius)
 
     def _laws(
         self, steps: Sequence[Step], before: Array, after: Array
@@ -377,14 +363,26 @@ class Errors:
             own[..., 2:] = UNIT * np.abs(self.knots[knots, 3:5])
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
-    def _gap_errors(self, knots: Array, states: Array) -> Array:
-        """Return the errors (K,) of the gaps between balls that are found closed.
+    def _gap_errors(
+        self, knots: Array, states: Array, offset: Array, normal: Array, curvature: Array
+    ) -> Array:
+        """Return the errors (K,) of the gaps that are found closed.
 
-        A gap is worked out from the offset of the balls at the start of a path, and errs by a unit
-        of it. Where both balls move, the search takes a gap of up to eight units for closed. Where
-        the ball that set off first still moved when the other one did, its place was worked out
-        then, and rounded.
+        A gap between balls is worked out from their offset at the start of a path, and errs by a
+        unit of it. Where both balls move, the search takes a gap of up to eight units for closed.
+        Where the ball that set off first still moved when the other one did, its place was worked
+        out then, and rounded.
+
+        A straight side asks for the way along its normal, and for the ``offset`` (m) from its start
+        along it. A corner is smaller than it is by some spacings of the coordinates.
         """
+        if states.shape[1] == 1:
+            start = self.knots[knots[:, 0], 1:3]
+            radius = self._of_balls(self.radii, knots)[:, 0]
+            way = np.abs(states[:, 0, :2] - start) + np.abs(offset)
+            straight = UNIT * ((way * np.abs(normal)).sum(axis=1) + 2.0 * radius)
+            corner = POST * (np.abs(start).sum(axis=1) + radius)
+            return np.asarray(np.where(curvature > 0.0, corner, straight))
         ways = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
         size = ways + 2.0 * self._of_balls(self.radii, knots).sum(axis=1)
         starts, moves = self.knots[knots, 0], np.any(self.knots[knots, 3:5] != 0.0, axis=2)
@@ -393,35 +391,14 @@ class Errors:
         places = np.abs(states[..., :2]).sum(axis=(1, 2)) * worked_out
         return np.asarray(UNIT * (np.where(moves.all(axis=1), 2.0, 1.0) * size + places))
 
-    def _side_errors(
-        self, knots: Array, states: Array, offset: Array, normal: Array, curvature: Array
-    ) -> Array:
-        """Return the errors (K,) of the gaps to cushions that are found closed.
-
-        A straight side asks for the way along its normal, and for the ``offset`` (m) from its start
-        along it. A corner is smaller than it is by some spacings of the coordinates.
-        """
-        start = self.knots[knots[:, 0], 1:3]
-        radius = self._of_balls(self.radii, knots)[:, 0]
-        way = np.abs(states[:, 0, :2] - start) + np.abs(offset)
-        straight = UNIT * ((way * np.abs(normal)).sum(axis=1) + 2.0 * radius)
-        corner = POST * (np.abs(start).sum(axis=1) + radius)
-        return np.asarray(np.where(curvature > 0.0, corner, straight))
-
     def _of_balls(self, values: Array, knots: Array) -> Array:
         """Return the values of the balls that have these knots."""
         return np.asarray(values[np.searchsorted(self.ends, knots, side="right")])
 
     def _made(
-        self,
-        places: Array,
-        knots: Array,
-        axes: Array,
-        before: Array,
-        after: Array,
-        missed: Array,
+        self, places: Array, knots: Array, axes: Array, before: Array, after: Array, missed: Array,
         turned: Array,
-    ) -> Array:
+    ) -> Array:  # fmt: skip
         """Return the errors (K, 4 C, COLUMNS) that the contacts and the new paths make.
 
         The parts of the velocities before a contact are sums of products, and so err by a unit of
@@ -476,12 +453,18 @@ def _jump(axes: Array, law: Array, turned: Array, turning: Array) -> Array:
     radian. They turn by ``turning`` (K, 4 C) times the change of the states.
     """
     count, many = turned.shape[:2]
-    found = np.zeros((count, many, 4, many, 4))
-    for c in range(many):
-        found[:, c, (0, 1), c, (0, 1)] = 1.0
+    found = _diagonal(np.tile(np.diag((1.0, 1.0, 0.0, 0.0)), (count, many, 1, 1)))
+    found = found.reshape(count, many, 4, many, 4)
     found[:, :, 2:, :, 2:] = np.einsum("kai,kcadb,kbj->kcidj", axes, law, axes)
     found[:, :, 2:] += np.einsum("kci,kj->kcij", turned, turning).reshape(count, many, 2, many, 4)
     return found.reshape(count, 4 * many, 4 * many)
+
+
+def _diagonal(blocks: Array) -> Array:
+    """Return matrices (K, 4 C, 4 C) with these blocks (K, C, 4, 4) along the diagonal."""
+    count, many = blocks.shape[:2]
+    found = np.einsum("kcij,cd->kcidj", blocks, np.eye(many))
+    return np.asarray(found.reshape(count, 4 * many, 4 * many))
 
 
 def _size(errors: Array) -> float:

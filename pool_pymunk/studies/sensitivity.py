@@ -213,15 +213,9 @@ class Sensitivity:
 
     def write_npz(self, path: Path) -> None:
         """Write the samples' arrays and the balls' ids as a NumPy archive (SI)."""
-        np.savez_compressed(
-            path,
-            starts=self.starts,
-            ends=self.ends,
-            left=self.left,
-            same_contacts=self.same_contacts,
-            pocketed=self.pocketed,
-            balls=np.array([ball.ball for ball in self.balls]),
-        )
+        kept = "starts", "ends", "left", "same_contacts", "pocketed"
+        balls = np.array([ball.ball for ball in self.balls])
+        np.savez_compressed(path, **{key: getattr(self, key) for key in kept}, balls=balls)
 
     @property
     def worst(self) -> Spread:
@@ -303,10 +297,7 @@ def sensitivity(
         seed=seed,
         agree=study.agree,
         starts=draws.starts[finished],
-        ends=played.ends[finished],
-        left=played.left[finished],
-        same_contacts=played.same_contacts[finished],
-        pocketed=played.pocketed[finished],
+        **{key: each[finished] for key, each in played._asdict().items() if key != "finished"},
         rejected=draws.rejected,
         unfinished=int((~finished).sum()),
         wall_time=time.perf_counter() - began,
@@ -351,14 +342,13 @@ class Linear:
         """Return the shot as in the JSON of ``sensitivity --linear --json``, in SI."""
         ids = [ball.id for ball in self.reference.scene.balls]
         return {
-            "std": {id_: _known(std) for id_, std in zip(ids, self.std.tolist(), strict=True)},
-            "holds": self.holds if math.isfinite(self.holds) else None,
+            "std": {
+                id_: std if all(map(math.isfinite, std)) else None
+                for id_, std in zip(ids, self.std.tolist(), strict=True)
+            },
+            "holds": _finite(self.holds),
             "warnings": list(self.warnings),
         }
-
-
-def _known(std: Sequence[float]) -> list[float] | None:
-    return list(std) if all(map(math.isfinite, std)) else None
 
 
 def linear(
@@ -397,10 +387,8 @@ def _reach(study: Study, by_errors: Array, seed: int) -> float:
     low, high = math.log2(NARROWEST), math.log2(WIDEST)
     while high - low > 0.1:
         middle = (low + high) / 2.0
-        if _holds(study, 2.0**middle, by_errors, seed):
-            low = middle
-        else:
-            high = middle
+        holds = _holds(study, 2.0**middle, by_errors, seed)
+        low, high = (middle, high) if holds else (low, middle)
     return 0.0 if low == math.log2(NARROWEST) else float(f"{2.0**low:.2g}")
 
 

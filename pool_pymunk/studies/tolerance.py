@@ -26,6 +26,8 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pool_pymunk.model import Point, Scene, Shot, Units
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import counted, step_text
@@ -110,17 +112,9 @@ class Choice:
 
     def as_dict(self) -> dict[str, object]:
         """Return the choice as in the JSON of ``run``, in SI; an unknown error is null."""
-        return {
-            "tolerance": self.tolerance,
-            "reached": self.reached,
-            "dt": self.dt,
-            "error": self.error if self.error < math.inf else None,
-            "order": self.order,
-            "runs": self.runs,
-            "steps": self.steps,
-            "wall_time": self.wall_time,
-            "reason": self.reason,
-        }
+        keys = "tolerance reached dt error order runs steps wall_time reason"
+        error = self.error if self.error < math.inf else None
+        return {key: getattr(self, key) for key in keys.split()} | {"error": error}
 
 
 def choose_step(
@@ -156,7 +150,7 @@ def choose_step(
 
 def _check(tolerance: float, start: float, smallest: float) -> None:
     for key, value in (("tolerance", tolerance), ("start", start), ("smallest", smallest)):
-        if not (value > 0.0 and math.isfinite(value)):
+        if not 0.0 < value < math.inf:
             raise SettingError(f"{key} = {value}: must be greater than 0 and finite")
     if smallest > start:
         raise SettingError(f"smallest = {smallest}: must not be larger than start = {start}")
@@ -230,14 +224,20 @@ def _distance(a: Outcome | None, b: Outcome) -> float:
 
 def _order(levels: Sequence[Level]) -> float | None:
     """Return the slope of log(change) over log(dt) in the last five levels with equal contacts."""
-    told = [level for level in levels if level.same_contacts and 0.0 < level.change < math.inf][-5:]
-    if len(told) < 3:
+    told = [(one.dt, one.change) for one in levels if one.same_contacts]
+    return slope([(dt, change) for dt, change in told if 0.0 < change < math.inf][-5:])
+
+
+def slope(errors: Sequence[tuple[float, float]]) -> float | None:
+    """Return the slope of log error over log dt, of pairs (dt, error); None for fewer than three.
+
+    >>> round(slope([(0.1, 2e-4), (0.01, 2e-6), (0.001, 2e-8)]) or 0.0, 9)
+    2.0
+    """
+    if len(errors) < 3:
         return None
-    x = [math.log(level.dt) for level in told]
-    y = [math.log(level.change) for level in told]
-    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
-    slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True))
-    return slope / sum((a - mean_x) ** 2 for a in x)
+    steps, sizes = np.log(errors).T
+    return float(np.polyfit(steps, sizes, 1)[0])
 
 
 def _reason(levels: Sequence[Level]) -> str:

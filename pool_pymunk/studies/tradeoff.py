@@ -20,8 +20,10 @@ import numpy as np
 
 from pool_pymunk.model import Point, Scene, Shot, Table
 from pool_pymunk.results.run import Run
+from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, find_solver, request, simulate, yardstick
 from pool_pymunk.studies.compare import Comparison, contacts
+from pool_pymunk.studies.tolerance import slope
 
 Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of each solver.
 
@@ -266,11 +268,7 @@ def order(settings: Sequence[Setting], floor: float, ceiling: float) -> float | 
     Only errors between floor and ceiling (m) count. The order is None if fewer than three settings
     lie there, because an error that is rounding has no order.
     """
-    used = [s for s in settings if s.dt is not None and 10 * floor < s.largest < ceiling]
-    if len(used) < 3:
-        return None
-    steps, errors = zip(*((math.log(s.dt or 1.0), math.log(s.largest)) for s in used), strict=True)
-    return float(np.polyfit(steps, errors, 1)[0])
+    return slope([(s.dt, s.largest) for s in settings if s.dt and 10 * floor < s.largest < ceiling])
 
 
 def cheapest(settings: Iterable[Setting], tolerance: float) -> Setting | None:
@@ -314,8 +312,6 @@ def sentences(result: Tradeoff) -> list[str]:
 
 def _within(result: Tradeoff, digits: float) -> str:
     """Say in words which step comes within so many units of length in the least time."""
-    from pool_pymunk.results.words import step_text
-
     units = result.scene.units
     stepped = (s for s in result.settings if s.dt is not None)
     best = cheapest(stepped, units.to_si(digits, "length"))
@@ -325,19 +321,10 @@ def _within(result: Tradeoff, digits: float) -> str:
         f"Within {digits:g} {units.length}: {best.solver} at {step_text(best.dt)} does, "
         f"in {best.time * 1e3:.3g} ms"
     )
-    for slices in _published(result):
+    steps = ((name, solver.published_step) for name, solver in SOLVERS.items())
+    for slices in (s for name, dt in steps for s in result.of(name) if dt and s.dt == dt):
         text += f", {slices.time / best.time:,.0f} times faster than slices of {slices.dt:g} s"
     return text + "."
-
-
-def _published(result: Tradeoff) -> list[Setting]:
-    """Return the report's own algorithm at the report's own step, if it was measured."""
-    return [
-        setting
-        for solver in SOLVERS.values()
-        for setting in result.of(solver.name)
-        if setting.dt and setting.dt == solver.published_step
-    ]
 
 
 def machine() -> dict[str, str]:

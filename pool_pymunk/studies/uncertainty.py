@@ -77,11 +77,9 @@ class Uncertainty:
         given: dict[str, float] = {"speed": self.speed, "angle": self.angle}
         given |= {f"inputs[{name!r}]": width for name, width in self.inputs.items()}
         if isinstance(self.position, Mapping):
-            for id_, (x, y) in self.position.items():
-                given |= {
-                    f"position of ball {id_} along x": x,
-                    f"position of ball {id_} along y": y,
-                }
+            for id_, xy in self.position.items():
+                along = zip("xy", xy, strict=True)
+                given |= {f"position of ball {id_} along {axis}": half for axis, half in along}
         else:
             given["position"] = self.position
         for key, value in given.items():
@@ -112,13 +110,11 @@ class Uncertainty:
         """
         place = self.position
         if isinstance(place, Mapping):
-            wide: float | Mapping[str, Point] = {
-                id_: (factor * x, factor * y) for id_, (x, y) in place.items()
-            }
+            place = {id_: (factor * x, factor * y) for id_, (x, y) in place.items()}
         else:
-            wide = factor * place
+            place = factor * place
         inputs = {name: factor * width for name, width in self.inputs.items()}
-        return Uncertainty(wide, factor * self.speed, factor * self.angle, inputs)
+        return Uncertainty(place, factor * self.speed, factor * self.angle, inputs)
 
     def everywhere(self, scene: Scene) -> Uncertainty:
         """Return the same uncertainty with its places, speed and angle apart from other inputs.
@@ -201,10 +197,7 @@ def uncertainty_of(text: str) -> Uncertainty:
     for one in raw.get("racks", ()):
         ids = rack_ids(one.get("rows"), one.get("shape", SHAPES[0]), one.get("ids"))
         places |= dict.fromkeys(ids, one["apex"])
-    half = {
-        id_: tuple(units.to_si(_half_digit(x), "length") for x in place)
-        for id_, place in places.items()
-    }
+    half = {id_: [units.to_si(_half_digit(x), "length") for x in xy] for id_, xy in places.items()}
     return Uncertainty(position={id_: (x, y) for id_, (x, y) in half.items()})
 
 
