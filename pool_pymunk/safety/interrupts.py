@@ -15,8 +15,9 @@ from contextlib import contextmanager
 from types import FrameType
 
 PAUSE = 0.01  # s between attempts to raise a pending Ctrl-C
-# packages: our own, and the one whose callbacks swallow errors
-OWN, CALLS_BACK = "pool_pymunk", "pymunk"
+# packages: our own, and those that must not be left halfway, because pymunk swallows errors in its
+# callbacks, and because an interrupted import of a dataclass has Python kill itself at its end
+OWN, CALLS_BACK = "pool_pymunk", ("pymunk", "importlib")
 
 
 class _Waiting:
@@ -98,11 +99,14 @@ def _raise_if_harmless(_number: int, frame: FrameType | None) -> None:
 
 
 def _harmless(frame: FrameType | None) -> bool:
-    """Tell whether the running code is ours, is not called by pymunk, and may be split here."""
+    """Tell whether the running code is ours, and may be split here.
+
+    That is not so where pymunk or an import calls it.
+    """
     if _Waiting.held or frame is None or _package(frame) != OWN:
         return False
     below = frame.f_back
-    while below is not None and _package(below) != CALLS_BACK:
+    while below is not None and _package(below) not in CALLS_BACK:
         below = below.f_back
     return below is None
 
