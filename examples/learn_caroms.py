@@ -7,8 +7,8 @@ The planner looks for a shot in which the cue ball meets two others, by the cros
 tries shots at random, stays with one that scores, tries shots around it, and moves to the mean of
 those that score, again and again, ever closer. Its tries are rehearsals, without errors of the
 player's hand; what is played then errs by a degree and 0.05 m/s, so the planner has to find shots
-that forgive errors. The picture shows how often shots score after so many rounds of tries; without
-any, play is random.
+that forgive errors. The picture shows how often shots score after each round of tries; without any,
+play is random.
 
 Run it with ``python examples/learn_caroms.py --out FOLDER``; it needs Gymnasium and numba.
 """
@@ -32,7 +32,7 @@ WIDTH, NARROWER = np.array([0.03, 0.1]), 0.7  # so far around a shot do tries li
 
 
 def plan(envs: Any, rounds: int, rng: np.random.Generator) -> Any:
-    """Return a shot for each table (S, 2), found in so many rounds of tries."""
+    """Return a shot for each table (S, 2), found in a number of rounds of tries."""
     if rounds == 0:
         return rng.uniform(-1.0, 1.0, (TABLES, 2))
     tries = rng.uniform(-1.0, 1.0, (TRIES, TABLES, 2))

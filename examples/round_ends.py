@@ -87,7 +87,7 @@ class Inside(NamedTuple):
 
 
 def add_end(table: Billiards, toward: float, segments: int | None) -> None:
-    """Add a round end of so many segments, or of none, exactly."""
+    """Add a round end of this many segments, or of none, exactly."""
     ground, center = table.space.static_body, (toward * HALF, 0.0)
     if segments is None:
         whole = pymunk.Circle(ground, ROUND, center)
@@ -101,7 +101,7 @@ def add_end(table: Billiards, toward: float, segments: int | None) -> None:
 
 
 def set_up(segments: int | None) -> Billiards:
-    """Return the table with balls on it, whose ends have so many segments."""
+    """Return the table with balls on it, whose ends have this many segments."""
     space = pymunk.Space()
     pair = same_balls(0.95, 0.05)
     table = Billiards(space, max_dt=STEP, pair=pair, deceleration=DECELERATION)

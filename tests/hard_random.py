@@ -94,7 +94,7 @@ def verdict(kind: str, k: int) -> str:
 
 
 def main(count: int) -> None:
-    """Compare so many scenes of each kind, and count the verdicts."""
+    """Compare this many scenes of each kind, and count the verdicts."""
     total: Counter[str] = Counter()
     for kind in KINDS:
         found = Counter(verdict(kind, k) for k in range(count))

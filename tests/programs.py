@@ -13,7 +13,7 @@ from collections.abc import Callable
 from scenes import at_a_terminal
 
 PATIENCE = 60.0  # s
-MOST_BYTES = 20_000  # A file on the full disk can have so many bytes.
+MOST_BYTES = 20_000  # A file on the full disk can have this many bytes.
 
 
 def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:

@@ -416,7 +416,7 @@ OUTLINES: dict[str, tuple[tuple[float, float], ...] | None] = {
     "l-shape": ((0.0, 0.0), (2.0, 0.0), (2.0, 0.8), (0.9, 0.8), (0.9, 1.7), (0.0, 1.7)),
     "plane": None,
 }
-SCENES_EACH = 5  # There are so many for every law and table.
+SCENES_EACH = 5  # There are this many for every law and table.
 MOST_BALLS = 12
 
 

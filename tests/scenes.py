@@ -36,12 +36,12 @@ TABLES = {
 
 
 def seeds(count: int) -> range:
-    """Return the seeds of so many random scenes; they count from POOL_SEED."""
+    """Return the seeds of this many random scenes; they count from POOL_SEED."""
     return range(BASE_SEED, BASE_SEED + count)
 
 
 def some_slow(count: int, quick: int) -> list[Any]:
-    """Return the seeds of so many random scenes as parameters; the first ones are quick."""
+    """Return the seeds of this many random scenes as parameters; the first ones are quick."""
     return [
         pytest.param(seed, marks=[pytest.mark.slow] if k >= quick else [])
         for k, seed in enumerate(seeds(count))

@@ -1,4 +1,4 @@
-"""The atlas has one exact shot a pixel, and found shots do what is wanted."""
+"""The atlas has one exact shot a pixel, and found shots do what is asked for."""
 
 from __future__ import annotations
 

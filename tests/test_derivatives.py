@@ -169,7 +169,7 @@ def assert_agrees(scene: Scene, rng: random.Random, solver: str = "event-driven"
 
 
 def compared(law: str, table: str, count: int, pockets: bool = False) -> None:
-    """Compare so many random scenes that the reference plays."""
+    """Compare this many random scenes that the reference plays."""
     rng = random.Random(f"derivatives {law} {table} {seeds(1)[0]}")
     done = 0
     while done < count:

@@ -1,4 +1,4 @@
-"""A run says what hangs on policies, what rounding may have done, and where energy came from."""
+"""A run says what depends on policies, what rounding may have done, and where energy came from."""
 
 from __future__ import annotations
 

@@ -354,7 +354,7 @@ def test_a_ball_that_fits_a_lane_exactly_runs_through_it() -> None:
 
 @pytest.mark.parametrize(("mass", "count"), [(1.0, 3), (1e2, 31), (1e4, 314), (1e6, 3141)])
 def test_a_wall_and_two_balls_count_the_digits_of_pi(mass: float, count: int) -> None:
-    """A heavy ball, a light one and a wall, e = 1, hit each other so many times (Galperin)."""
+    """A heavy ball, a light one and a wall, e = 1, hit each other this many times (Galperin)."""
     room = ((0.0, 0.0), (1e3, 0.0), (1e3, 1.0), (0.0, 1.0))
     balls = disc("light", (1.0, 0.5)), disc("heavy", (2.0, 0.5), (-1.0, 0.0), mass)
     run = exact(on_table(room, *balls), max_time=50.0)

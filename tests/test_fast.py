@@ -331,8 +331,8 @@ def test_a_shot_ends_at_its_latest_time() -> None:
         ({"position": np.zeros((2, 11, 2)), "velocity": np.zeros((3, 11, 2))},
          "position = 2 shots: must be for 1 shot or for 3"),
         ({"vary": {"friction.surface": [0.0]}, "velocity": np.ones((11, 2))},
-         "max_time = None: is wanted: without surface friction the balls of these shots never come "
-         "to rest"),
+         "max_time = None: is missing: without surface friction the balls of these shots never "
+         "come to rest"),
         ({"threads": 0}, "threads = 0: must be 1 or more"),
         ({"law": "newton"}, 'law = newton: must be one of coulomb, published'),
     ],

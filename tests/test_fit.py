@@ -291,7 +291,7 @@ def test_what_no_shot_tells_keeps_its_number() -> None:
     assert "restitution.ball_ball: no shot has such a hit" in found.warnings
     assert "friction.ball_ball: no shot has such a hit" in found.warnings
     assert "mass.1: no shot has a hit of ball 1" in found.warnings
-    assert "x.3: no place that was measured hangs on it" in found.warnings
+    assert "x.3: no place that was measured depends on it" in found.warnings
     for name in names[:4]:
         assert found.values[name] == input_value(GUESS, name)
         assert math.isnan(found.standard_errors[name])
@@ -483,7 +483,7 @@ def test_covariances_of_a_mean() -> None:
     ("text", "said"),
     [
         ("", "line 1 = (left out): must name the columns: shot, ball, x, y, t"),
-        ("shot,ball,x,y\n", "measured = (left out): one measurement or more is wanted"),
+        ("shot,ball,x,y\n", "measured = (left out): one measurement or more is needed"),
         ("shot,ball,x\n1,C,2\n", 'line 1 = ["shot", "ball", "x"]: has no column y'),
         ("shot,ball,x,y,tt\n", 'line 1 = "tt": there is no such column'),
         ("shot,ball,x,y\n9,C,2,3\n", 'line 2, shot = "9": there is no such shot'),
@@ -536,7 +536,7 @@ def test_every_bad_row_is_named(tmp_path: Path) -> None:
         ({"starts": 2.5}, "starts = 2.5: must be a whole number"),
         ({"seed": "a"}, 'seed = "a": must be a number'),
         ({"measured": "none.csv"}, "No such file"),
-        ({"measured": []}, "measured = (left out): one measurement or more is wanted"),
+        ({"measured": []}, "measured = (left out): one measurement or more is needed"),
         ({"measured": 3}, "measured = 3: must be a CSV file"),
         ({"measured": [(1, "C")]}, 'measured[0] = [1, "C"]: must be (shot, ball, x, y)'),
         ({"measured": [(1, "C", None, 0.0)]}, "measured[0].x = (left out): must be a finite"),

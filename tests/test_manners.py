@@ -196,7 +196,7 @@ def test_values_of_another_kind_are_one_line(make: Callable[[], object], line: s
 @every_solver
 def test_a_start_that_nothing_would_stop_needs_max_time(solver: str) -> None:
     still, start = plane(disc("a", 0, 0), friction=0.0), ([(0, 0)], [(1, 0)])
-    assert "max_time = None: is wanted" in line_of(lambda: played(solver, still, start=start))
+    assert "max_time = None: is missing" in line_of(lambda: played(solver, still, start=start))
     assert played(solver, still, start=start, max_time=0.5).final["a"] == pytest.approx((0.5, 0))
 
 
@@ -376,9 +376,9 @@ def test_a_shot_says_in_one_of_three_ways_how_it_starts(how: dict[str, Any]) -> 
 @pytest.mark.parametrize(
     ("how", "line"),
     [
-        ({}, "velocity = (left out): is wanted (or speed and angle, or speed and aim)"),
-        ({"speed": 1}, "angle = (left out): is wanted beside speed (or aim)"),
-        ({"angle": 1}, "speed = (left out): is wanted beside angle"),
+        ({}, "velocity = (left out): is missing (or speed and angle, or speed and aim)"),
+        ({"speed": 1}, "angle = (left out): is missing beside speed (or aim)"),
+        ({"angle": 1}, "speed = (left out): is missing beside angle"),
         ({"velocity": (1, 0), "angle": 1}, "angle = 1.0: stands beside velocity: one of the two"),
         ({"speed": 1, "angle": 1, "aim": "1"}, 'aim = "1": stands beside angle: one of the two'),
         ({"speed": 1, "angle": INF}, "angle = inf: must be a finite number"),

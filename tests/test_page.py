@@ -104,7 +104,7 @@ def test_ghosts_say_what_they_are() -> None:
 def test_runs_of_other_tables_are_refused(report: list[Run]) -> None:
     with pytest.raises(SettingError, match="must be on one table, with the same balls"):
         report[0].to_html(overlay=[simulate(load("two-balls"), 1)])
-    with pytest.raises(SettingError, match="one run or more is wanted"):
+    with pytest.raises(SettingError, match="one run or more is needed"):
         page([])
 
 

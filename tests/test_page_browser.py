@@ -334,7 +334,7 @@ def test_a_notebooks_frame_plays(visit: Any, runs: list[Run], tmp_path: Path) ->
 
 
 def many_balls(count: int) -> Scene:
-    """Return so many balls in a square on an open plane; they move in all directions."""
+    """Return this many balls in a square on an open plane; they move in all directions."""
     side = math.ceil(math.sqrt(count))
     balls = tuple(
         Ball(str(k), (0.1 * (k % side), 0.1 * (k // side)), 0.03, 0.2,

@@ -256,7 +256,7 @@ def test_arrays_have_the_answers_of_numbers(
     many = np.array([layout(scene, at) for at in tried])
     wanted = [ask(scene, at) for at in tried]
     assert may_lie(scene, many, share).all(axis=1).tolist() == wanted
-    copies = -(-FEW // len(many))  # From so many on numba is asked.
+    copies = -(-FEW // len(many))  # From this many on numba is asked.
     assert may_lie(scene, np.tile(many, (copies, 1, 1)), share).all(axis=1).tolist() == (
         copies * wanted
     )

@@ -118,8 +118,8 @@ def test_a_file_has_its_racks_in_its_own_units() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "lines"),
     [
-        ("rows = 3", "", ["racks[0].rows = (left out): is wanted (or a shape)"]),
-        ("apex = [20, 0]", "", ["racks[0].apex = (left out): is wanted"]),
+        ("rows = 3", "", ["racks[0].rows = (left out): is missing (or a shape)"]),
+        ("apex = [20, 0]", "", ["racks[0].apex = (left out): is missing"]),
         ("rows = 3", "rows = 101", ["racks[0].rows = 101: must be a whole number from 1 to 100"]),
         ("rows = 3", 'rows = "3"', ['racks[0].rows = "3": must be a whole number from 1 to 100']),
         ("rows = 3", 'shape = "o"', ['racks[0].shape = "o": must be one of triangle, diamond']),

@@ -238,7 +238,7 @@ def test_a_byte_order_mark_and_dos_line_ends_do_no_harm(tmp_path: Path) -> None:
 Case = tuple[str, list[str]]
 
 SYNTAX: dict[str, Case] = {
-    "empty file": ("", ["balls = (left out): one ball or more is wanted"]),
+    "empty file": ("", ["balls = (left out): one ball or more is needed"]),
     "no equals sign": (
         changed(("mass = 160", "mass 160")),
         [
@@ -478,13 +478,13 @@ TABLES: dict[str, Case] = {
     "neither size nor outline": (
         changed((SIZE, "")),
         [
-            "table.length = (left out): is wanted (or an outline)",
-            "table.width = (left out): is wanted (or an outline)",
+            "table.length = (left out): is missing (or an outline)",
+            "table.width = (left out): is missing (or an outline)",
         ],
     ),
     "length without width": (
         changed((SIZE, "length = 88")),
-        ["table.width = (left out): is wanted (or an outline)"],
+        ["table.width = (left out): is missing (or an outline)"],
     ),
     "negative width": (
         changed(("width = 44", "width = -44")),
@@ -528,29 +528,29 @@ TABLES: dict[str, Case] = {
     ),
     "cushions without restitution": (
         changed(("cushion = 0.7", "")),
-        ["restitution.cushion = (left out): is wanted where there is a table"],
+        ["restitution.cushion = (left out): is missing where there is a table"],
     ),
 }
 
 BALLS: dict[str, Case] = {
     "no balls": (
         "balls = []",
-        ["balls = []: one ball or more is wanted"],
+        ["balls = []: one ball or more is needed"],
     ),
     "a ball of nothing": (
         "[[balls]]",
         [
-            "balls[0].id = (left out): is wanted",
-            "balls[0].position = (left out): is wanted",
-            "balls[0].radius = (left out): is wanted, here or in [ball]",
-            "balls[0].mass = (left out): is wanted, here or in [ball]",
+            "balls[0].id = (left out): is missing",
+            "balls[0].position = (left out): is missing",
+            "balls[0].radius = (left out): is missing, here or in [ball]",
+            "balls[0].mass = (left out): is missing, here or in [ball]",
         ],
     ),
     "no mass anywhere": (
         changed(("mass = 160", "")),
         [
-            "balls[0].mass = (left out): is wanted, here or in [ball]",
-            "balls[1].mass = (left out): is wanted, here or in [ball]",
+            "balls[0].mass = (left out): is missing, here or in [ball]",
+            "balls[1].mass = (left out): is missing, here or in [ball]",
         ],
     ),
     "empty id": (changed(('"1"', '""')), ['balls[1].id = "": must not be empty']),
@@ -585,26 +585,26 @@ BALLS: dict[str, Case] = {
     ),
     "hits without restitution": (
         changed(("ball_ball = 0.9", "")),
-        ["restitution.ball_ball = (left out): is wanted where two balls can meet"],
+        ["restitution.ball_ball = (left out): is missing where two balls can meet"],
     ),
 }
 
 SHOTS: dict[str, Case] = {
     "no velocity": (
         changed((LAUNCH, "")),
-        ["shots[0].velocity = (left out): is wanted (or speed and angle, or speed and aim)"],
+        ["shots[0].velocity = (left out): is missing (or speed and angle, or speed and aim)"],
     ),
     "speed without direction": (
         changed((LAUNCH, "speed = 4")),
-        ["shots[0].angle = (left out): is wanted beside speed (or aim)"],
+        ["shots[0].angle = (left out): is missing beside speed (or aim)"],
     ),
     "angle without speed": (
         changed((LAUNCH, "angle = 180")),
-        ["shots[0].speed = (left out): is wanted beside angle"],
+        ["shots[0].speed = (left out): is missing beside angle"],
     ),
     "aim without speed": (
         changed((LAUNCH, 'aim = "1"')),
-        ["shots[0].speed = (left out): is wanted beside aim"],
+        ["shots[0].speed = (left out): is missing beside aim"],
     ),
     "velocity beside speed and angle": (
         changed((LAUNCH, LAUNCH + "\nspeed = 4\nangle = 180")),
@@ -653,7 +653,7 @@ SHOTS: dict[str, Case] = {
     ),
     "no ball and no cue ball": (
         changed(("cue = true", "")),
-        ["shots[0].ball = (left out): is wanted where there is no cue ball"],
+        ["shots[0].ball = (left out): is missing where there is no cue ball"],
     ),
     "first shot from the previous": (
         changed((LAUNCH, LAUNCH + '\nfrom = "previous"')),
@@ -687,7 +687,7 @@ SHOTS: dict[str, Case] = {
     "nothing brings it to rest": (
         changed(("surface = 0.1", "")),
         [
-            "physics.max_time = (left out): is wanted: without surface friction and gravity the "
+            "physics.max_time = (left out): is missing: without surface friction and gravity the "
             "balls never come to rest"
         ],
     ),
@@ -757,14 +757,14 @@ def test_all_problems_of_a_file_are_said_at_once() -> None:
         'friction.surface = "ice": must be a number',
         "restitution.cushion = 1.2: must be between 0 and 1",
         'shots[0].aim = "8": there is no such ball (there are: C, 1)',
-        "table.width = (left out): is wanted (or an outline)",
+        "table.width = (left out): is missing (or an outline)",
     ]
 
 
 def test_places_are_checked_although_something_else_is_wrong() -> None:
     text = changed(("[66, 22]", "[66, 1]"), ("[40, 21]", "[99, 21]"), (LAUNCH, 'ball = "8"'))
     assert problems(text) == [
-        "shots[0].velocity = (left out): is wanted (or speed and angle, or speed and aim)",
+        "shots[0].velocity = (left out): is missing (or speed and angle, or speed and aim)",
         'balls[0].position = [66, 1]: ball "C" overlaps cushion 0 by 1.2 in (0.56 radii)',
         'balls[1].position = [99, 21]: ball "1" is off the table',
         'shots[0].ball = "8": there is no such ball (there are: C, 1)',

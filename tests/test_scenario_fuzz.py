@@ -264,7 +264,7 @@ def test_any_ids(ids: list[str]) -> None:
 
 
 def many_balls(count: int, wrong: bool) -> str:
-    """Write a scenario of so many balls, sound or with two mistakes each."""
+    """Write a scenario of this many balls, sound or with two mistakes each."""
     raw: dict[str, Any] = {
         "ball": {"radius": 0.4, "mass": 0 if wrong else 1},
         "restitution": {"ball_ball": 0.5},

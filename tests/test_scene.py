@@ -127,11 +127,11 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     ),
     "shot: nothing said": (
         lambda: Shot("s", "C"),
-        [f"velocity = {LEFT_OUT}: is wanted (or speed and angle, or speed and aim)"],
+        [f"velocity = {LEFT_OUT}: is missing (or speed and angle, or speed and aim)"],
     ),
     "shot: speed alone": (
         lambda: Shot("s", "C", speed=1.0),
-        [f"angle = {LEFT_OUT}: is wanted beside speed (or aim)"],
+        [f"angle = {LEFT_OUT}: is missing beside speed (or aim)"],
     ),
     "shot: backwards": (
         lambda: Shot("s", "C", speed=-1.0, aim="1"),
@@ -155,7 +155,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     ),
     "scene: no ball": (
         lambda: scene(),
-        [f"balls = {LEFT_OUT}: one ball or more is wanted"],
+        [f"balls = {LEFT_OUT}: one ball or more is needed"],
     ),
     "scene: ids and cues": (
         lambda: scene(ball("1", 0, 0, cue=True), ball("1", 1, 0), ball("2", 2, 0, cue=True)),
@@ -171,16 +171,16 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
             shots=(Shot("s", "1", (1.0, 0.0)),),
         ),
         [
-            f"restitution.cushion = {LEFT_OUT}: is wanted where there is a table",
-            f"restitution.ball_ball = {LEFT_OUT}: is wanted where two balls can meet",
-            f"physics.max_time = {LEFT_OUT}: is wanted: without surface friction and gravity the "
+            f"restitution.cushion = {LEFT_OUT}: is missing where there is a table",
+            f"restitution.ball_ball = {LEFT_OUT}: is missing where two balls can meet",
+            f"physics.max_time = {LEFT_OUT}: is missing: without surface friction and gravity the "
             "balls never come to rest",
         ],
     ),
     "scene: a moving ball and nothing to stop it": (
         lambda: Scene((Ball("1", (0.0, 0.0), R, 0.2, velocity=(0.0, 1.0)),)),
         [
-            f"physics.max_time = {LEFT_OUT}: is wanted: without surface friction and gravity the "
+            f"physics.max_time = {LEFT_OUT}: is missing: without surface friction and gravity the "
             "balls never come to rest",
         ],
     ),
@@ -546,7 +546,7 @@ GRIDS: dict[str, Callable[[int], Point]] = {
 }
 
 
-PAIRS = 2000 * 1999 // 2  # So many pairs do two thousand balls have.
+PAIRS = 2000 * 1999 // 2  # This many pairs do two thousand balls have.
 
 
 @pytest.mark.parametrize("place", GRIDS.values(), ids=GRIDS)

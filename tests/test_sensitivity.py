@@ -448,7 +448,7 @@ def test_a_scenario_that_can_be_read_but_once(capsys: pytest.CaptureFixture[str]
     os.close(write)
     assert exit_code("sensitivity", f"/dev/fd/{read}") == 2
     os.close(read)
-    assert "--position-error = (left out): is wanted" in capsys.readouterr().err
+    assert "--position-error = (left out): is missing" in capsys.readouterr().err
 
 
 # -- pockets ---------------------------------------------------------------------------------------

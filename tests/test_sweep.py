@@ -265,7 +265,7 @@ def test_a_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wrong", "line"),
     [
-        ({"samples": None}, "samples = None: is wanted where there is no grid"),
+        ({"samples": None}, "samples = None: is missing where there is no grid"),
         ({"samples": 0}, "samples = 0: must be 1 or more"),
         ({"vary": {"angel": (0, 1)}}, "vary = angel: there is no such key"),
         ({"vary": {"angle": 1.0}}, "vary['angle'] = 1.0: must be a range (low, high)"),
@@ -320,7 +320,7 @@ def test_a_full_disk_keeps_what_was_finished(
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("report --samples 5", "--shot = (left out): is wanted, one of 1 (Simulation 1)"),
+        ("report --samples 5", "--shot = (left out): is missing, one of 1 (Simulation 1)"),
         ("report --shot 1 --vary angle --samples 5", "--vary = angle: must be KEY=LOW:HIGH"),
         ("report --shot 1 --vary angle=a:b --samples 5", "--vary angle = a:b: must be numbers"),
         ("report --shot 1 --vary speed=1kg:2kg --samples 5", "--vary speed = "),

@@ -25,7 +25,7 @@ SETTINGS: dict[str, Any] = {
     "examples_dirs": "../examples",
     "gallery_dirs": "examples",
     "filename_pattern": r"\.py$",
-    "run_stale_examples": True,  # What they show hangs on the package, too.
+    "run_stale_examples": True,  # What they show depends on the package, too.
     "within_subsection_order": "FileNameSortKey",
     "reset_modules": ("gallery.prepare",),
     "reset_argv": "gallery.arguments",

@@ -25,7 +25,7 @@ def fit(
     scenario: opt.Scenario,
     measured: Annotated[
         str,
-        opt.option('Columns shot, ball, x, y and, on demand, t (s); or "published".', "FILE.csv"),
+        opt.option('Columns shot, ball, x, y and optionally t (s); or "published".', "FILE.csv"),
     ],
     free: Annotated[
         str, opt.option("E.g. restitution.cushion,friction,speed.2,mass.8.", "NAME,...")
@@ -33,7 +33,7 @@ def fit(
     error: Annotated[
         str | None, opt.option("Of one measured coordinate; default: estimated.", "LENGTH")
     ] = None,
-    starts: Annotated[int, opt.option("From so many starts.", "N")] = 8,
+    starts: Annotated[int, opt.option("From this many starts.", "N")] = 8,
     seed: Annotated[int, opt.option("Of the starts.", "N")] = 0,
     json: opt.JsonFile = None,
     out: opt.OutDir = None,

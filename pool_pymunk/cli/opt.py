@@ -54,7 +54,7 @@ FrictionBy = Annotated[
         show_default="joint", autocompletion=friction_names,
     ),
 ]  # fmt: skip
-MaxTime = Annotated[str | None, option("End each shot after so many seconds.", "S", "--max-time")]
+MaxTime = Annotated[str | None, option("End each shot after this many seconds.", "S", "--max-time")]
 Step = Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT", "--dt")]
 ShotName = Annotated[str | None, option("One shot only: its number or its name.", "K", "--shot")]
 JsonFile = Annotated[Path | None, option("Write the results here.", "FILE", "--json")]

@@ -40,7 +40,7 @@ def render(
     fps: Annotated[
         float | None, opt.option("Frames a second: 60 (gif: 25).", show_default=False)
     ] = None,
-    slow: Annotated[float, opt.option("So many times slower than life.")] = 1.0,
+    slow: Annotated[float, opt.option("This many times slower than life.")] = 1.0,
     start: Annotated[float, opt.option("Film from this time on (s).", None, "--from")] = 0.0,
     end: Annotated[
         float | None, opt.option("Film up to this time (s; default: to the end).", None, "--to")

@@ -105,7 +105,7 @@ def _uncertainty(
     written = lib.uncertainty.written_uncertainty(scenario).position
     if not isinstance(written, dict) or written.keys() != scene.index.keys():
         raise InputError(
-            "--position-error = (left out): is wanted, the scenario cannot be read twice"
+            "--position-error = (left out): is missing, the scenario cannot be read twice"
         )
     return lib.uncertainty.Uncertainty(written, faster, math.radians(angle))
 

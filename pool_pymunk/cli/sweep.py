@@ -55,7 +55,7 @@ def sweep(
     """
     scene = How(max_time=max_time).scene(scenario)
     if shot is None and len(scene.shots) > 1:
-        raise InputError(f"--shot = (left out): is wanted, one of {read.shot_names(scene)}")
+        raise InputError(f"--shot = (left out): is missing, one of {read.shot_names(scene)}")
     chosen = read.shots(scene, shot)[0]
     varied = read.inputs("--vary", vary, scene.units)
     steps = {key: _steps(key, text, scene.units) for key, text in read.pairs("--grid", grid)}

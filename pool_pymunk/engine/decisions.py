@@ -13,12 +13,12 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import BARELY, NOISE, Path, least_bounce
 
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
-NEARLY_CLOSED = 16.0  # A gap is so many times wider than a closed one if it closes in a moment.
-FEW_ROUNDS = 3  # After so many rounds of contacts at one instant, what touches is looked at once.
-LISTED = 100  # After so many hits more they are taken to have no end, and not listed any more.
+NEARLY_CLOSED = 16.0  # A gap is this many times wider than a closed one if it closes in a moment.
+FEW_ROUNDS = 3  # After this many rounds of contacts at one instant, what touches is looked at once.
+LISTED = 100  # After this many hits more they are taken to have no end, and not listed any more.
 LEFT = 64.0 * EPSILON  # Hits without end leave closing speeds of this share of the speeds.
-PILE = 20  # After so many collapses of more than two contacts, balls are a pile,
-MOST_IN_PILE = 200  # and at most so many hits of each collapse are played.
+PILE = 20  # After this many collapses of more than two contacts, balls are a pile,
+MOST_IN_PILE = 200  # and at most this many hits of each collapse are played.
 # After this many instants whose order matters, no more are measured: the variants of the run that
 # show what it decides have other orders at every instant.
 DOUBTS = 10
@@ -30,7 +30,7 @@ SAME_OUTCOME = 1e-12
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
 FAINT = 0.02  # of the speed that friction gives in a contact time: slower hits come later
-MANY_TIMES = 200  # After so many hits of two balls, their contact time is not below
+MANY_TIMES = 200  # After this many hits of two balls, their contact time is not below
 SHORTEST = 1 / 64  # of the longest one.
 WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
 

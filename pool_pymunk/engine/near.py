@@ -11,8 +11,8 @@ import numpy as np
 from pool_pymunk.engine.decisions import NEARLY_NOW
 from pool_pymunk.physics.path import Path, motion_at, speed_of
 
-MANY = 200  # From so many balls on, one array is faster than a loop.
-FEW = 40  # From so many balls on, paths are looked at in pieces.
+MANY = 200  # From this many balls on, one array is faster than a loop.
+FEW = 40  # From this many balls on, paths are looked at in pieces.
 AHEAD = 1.5  # of the balls' mean distance; so long are the pieces.
 
 

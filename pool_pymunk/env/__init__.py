@@ -29,7 +29,7 @@ __all__ = [
     "PotVectorEnv",
 ]
 
-MOST_SHOTS = 100  # A series of caroms is cut off after so many shots.
+MOST_SHOTS = 100  # A series of caroms is cut off after this many shots.
 
 gymnasium.register(
     id="pool_pymunk/Carom-v0",

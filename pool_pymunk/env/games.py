@@ -78,9 +78,9 @@ class Game(ABC):
 
     name: ClassVar[str]
     scenario: ClassVar[str]  # The table on which it is played if no other is asked for.
-    others: ClassVar[int | None]  # so many balls beside the cue ball; None: all
+    others: ClassVar[int | None]  # this many balls beside the cue ball; None: all
     max_speed: ClassVar[float]  # m/s
-    least: ClassVar[int]  # A game needs so many balls beside the cue ball.
+    least: ClassVar[int]  # A game needs this many balls beside the cue ball.
     calls = False  # whether a ball is called
 
     def __init__(
@@ -240,7 +240,7 @@ class Game(ABC):
         return shots.reward.reshape(wanted.shape[:2])
 
     def _aim(self, actions: Floats, hands: Hands | None) -> tuple[Floats, Floats]:
-        """Return angles (degrees) and speeds (m/s): what is wanted, and the hand's errors."""
+        """Return angles (degrees) and speeds (m/s): what is asked for, and the hand's errors."""
         bad = np.isnan(actions).any(axis=1)
         if bad.any():
             raise setting_error("action", actions[bad.argmax()], "must be two numbers")

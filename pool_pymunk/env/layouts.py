@@ -20,8 +20,8 @@ from pool_pymunk.solvers.exact import walls
 Floats = NDArray[np.float64]
 Hands = Sequence[np.random.Generator]
 
-PLACES = 2  # So many places a ball are drawn at once.
-MOST_DRAWN = 500  # A ball that is not free after so many draws finds no room.
+PLACES = 2  # This many places a ball are drawn at once.
+MOST_DRAWN = 500  # A ball that is not free after this many draws finds no room.
 
 
 class Layouts:

@@ -67,7 +67,7 @@ class BilliardsEnv(Playing, gymnasium.Env[Observation, Observation]):
     them where they were, scores nothing and ends the episode.
 
     - ``scenario``: a bundled scenario, a file, or a Scene; it gives table, balls and coefficients.
-    - ``balls``: so many balls beside the cue ball, the first of the scenario.
+    - ``balls``: this many balls beside the cue ball, the first of the scenario.
     - ``layout``: ``"random"`` puts the balls at random places where they touch nothing,
       ``"scenario"`` where the scenario has them.
     - ``max_speed`` (m/s).

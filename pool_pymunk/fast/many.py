@@ -24,7 +24,7 @@ from pool_pymunk.results.run import Run
 
 # This function is told of the tracks of these shots.
 Watch = Callable[[slice, Tracks], object]
-CHUNK = 4_096  # A thread plays so many shots at most before it takes the next ones.
+CHUNK = 4_096  # A thread plays this many shots at most before it takes the next ones.
 FEW = 512  # So few shots are not shared out.
 PATIENCE = 0.1  # s; so often an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
@@ -115,7 +115,7 @@ def play_all(
 
 
 def empty(count: int, balls: int) -> Out:
-    """Return arrays for what comes of so many shots."""
+    """Return arrays for what comes of this many shots."""
     return Out(
         final=np.full((count, balls, 2), np.nan),
         duration=np.zeros(count),

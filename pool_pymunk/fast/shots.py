@@ -256,5 +256,5 @@ def _check_that_it_ends(source: Source) -> None:
     slows = source.scene.deceleration > 0.0 if surface is None else (surface * gravity > 0).all()
     if slows or source.asked.settings.max_time is not None or not source.velocity.any():
         return
-    message = "is wanted: without surface friction the balls of these shots never come to rest"
+    message = "is missing: without surface friction the balls of these shots never come to rest"
     raise setting_error("max_time", None, message)

@@ -1,4 +1,4 @@
-"""What is on the table, in SI units: scenes and their parts, units and problems.
+"""These modules hold what is on the table, in SI units: scenes, their parts, units, problems.
 
 Scenario files are read by :mod:`pool_pymunk.model.scenario`.
 """

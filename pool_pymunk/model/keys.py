@@ -16,7 +16,7 @@ from pool_pymunk.model.problems import Point, Problem, raise_any
 
 
 class Key(NamedTuple):
-    """How a value is read; the kind of its unit (length, mass, speed), where it has one."""
+    """A value is read like this; its unit has a kind (length, mass, speed), or it has none."""
 
     read: Reader[Any]
     unit: str = ""

@@ -121,12 +121,12 @@ class Table(Part):
 
     @cached_property
     def is_rectangle(self) -> bool:
-        """Whether the table is x0..x1 times y0..y1 with cushions 0 to 3 as the report has them."""
+        """Tell whether the table is a rectangle with cushions 0 to 3 as the report has them."""
         x0, y0, x1, y1 = self.bounds
         return self.outline == ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether a point is on the table (even-odd rule)."""
+        """Tell whether a point is on the table (even-odd rule)."""
         return contains(*self._corners, x, y)
 
     @cached_property

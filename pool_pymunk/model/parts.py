@@ -110,7 +110,7 @@ class Physics(Part):
 
 @dataclass(frozen=True, slots=True)
 class Shot(Part):
-    """What is done to one ball: a ``velocity`` (m/s), or a ``speed`` (m/s) and where it goes.
+    """A shot gives one ball a ``velocity`` (m/s), or a ``speed`` (m/s) and where it goes.
 
     Beside the speed stands an ``angle`` (degrees, counter-clockwise from +x), or a ball to ``aim``
     at, by its id or as "nearest". ``from_previous`` goes on from where the shot before ended.
@@ -154,11 +154,11 @@ class Shot(Part):
             yield from beside("angle", aim=self.aim)
         elif self.speed is None and (self.angle is not None or self.aim is not None):
             turned = "aim" if self.angle is None else "angle"
-            yield Problem("speed", LEFT_OUT, f"is wanted beside {turned}")
+            yield Problem("speed", LEFT_OUT, f"is missing beside {turned}")
         elif self.speed is None:
-            yield Problem("velocity", LEFT_OUT, "is wanted (or speed and angle, or speed and aim)")
+            yield Problem("velocity", LEFT_OUT, "is missing (or speed and angle, or speed and aim)")
         elif self.aim is None:
-            yield Problem("angle", LEFT_OUT, "is wanted beside speed (or aim)")
+            yield Problem("angle", LEFT_OUT, "is missing beside speed (or aim)")
 
 
 def beside(other: str, **values: object) -> Iterator[Problem]:

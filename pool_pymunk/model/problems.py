@@ -1,4 +1,4 @@
-"""What is wrong with a scene: problems, one line each, and the error that lists them all."""
+"""A scene has problems, one line each, and this error lists them all."""
 
 from __future__ import annotations
 

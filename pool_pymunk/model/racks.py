@@ -31,7 +31,7 @@ def rack(
     ids: Ids | None = None,
     color: Color | None = None,
 ) -> tuple[Ball, ...]:
-    """Return balls in rows: a triangle of so many ``rows`` (default: 5), or a "diamond" of nine.
+    """Return balls in rows: a triangle of this many ``rows`` (default: 5), or a "diamond" of nine.
 
     ``apex`` (m) is the centre of the foremost ball. The rows lie behind it at an ``angle``
     (degrees, counter-clockwise from +x). ``gap`` (m) is that between the surfaces of neighbours; at

@@ -116,7 +116,7 @@ def _bytes(path: Path, source: str) -> bytes:
 
 
 def label(scenario: str | Path) -> str:
-    """How output names a scenario: the path as given, or where a bundled one stands."""
+    """Return the name of a scenario in output: its path as given, or where a bundled one is."""
     return f"scenarios/{scenario}.toml" if str(scenario) in bundled() else str(scenario)
 
 
@@ -217,7 +217,7 @@ class _File:
                 self.problems.append(Problem(where, value, problem.message))
                 self._break(where)
 
-    def _missing(self, where: Location, message: str = "is wanted") -> None:
+    def _missing(self, where: Location, message: str = "is missing") -> None:
         self._note([Problem(where, LEFT_OUT, message)])
 
     def _break(self, where: Location) -> None:
@@ -300,7 +300,7 @@ class _File:
         for key in missing:
             inherits = where[0] in ("balls", "racks") and key in DEFAULTS
             if not inherits or self._is_sound(("ball", key)):
-                self._missing((*where, key), "is wanted" + ", here or in [ball]" * inherits)
+                self._missing((*where, key), "is missing" + ", here or in [ball]" * inherits)
         return not missing
 
     def _table(self) -> Table | None:
@@ -315,7 +315,7 @@ class _File:
             return None
         for key, side in sides.items():
             if side is None:
-                self._missing(("table", key), "is wanted (or an outline)")
+                self._missing(("table", key), "is missing (or an outline)")
         return None if None in sides.values() else self._made(("table",), Table.rectangle, sides)
 
     def _balls(self) -> Iterator[tuple[Location, Ball]]:
@@ -331,7 +331,7 @@ class _File:
         """Yield the balls of sound racks."""
         for where, own in self.entries["racks"]:
             if not {"rows", "shape"} & own.keys() and self._is_sound((*where, "shape")):
-                self._missing((*where, "rows"), "is wanted (or a shape)")
+                self._missing((*where, "rows"), "is missing (or a shape)")
             is_whole = self._is_complete(where, rack, own)
             if all(self._is_sound((*where, key)) for key in ("rows", "shape")):
                 balls = self._made(where, rack, {"apex": (0.0, 0.0), **SIZE} | own)
@@ -352,7 +352,7 @@ class _File:
             name = f"Shot {k}" if self._is_sound((*where, "name")) else written(where)
             values: Values = {"name": name, "ball": struck, "published": self._ends(where)} | own
             if not values["ball"] and "ball" not in own and balls and self._knows_balls():
-                self._missing((*where, "ball"), "is wanted where there is no cue ball")
+                self._missing((*where, "ball"), "is missing where there is no cue ball")
             values["from_previous"] = values.pop("from", "start") == "previous"
             is_launched = all(self._is_sound((*where, key)) for key in LAUNCH)
             made = self._made(where, Shot, values) if is_launched else None

@@ -1,4 +1,4 @@
-"""What is on the table: frozen objects in SI units, checked when they are made.
+"""A scene is what is on the table: frozen objects in SI units, checked when they are made.
 
 A :class:`Scene` holds everything a solver may know. What a scene leaves out (a table, surface
 friction, a second ball) is physics that no solver computes.
@@ -104,12 +104,12 @@ class Scene(Part):
 
     @property
     def surface(self) -> Sliding:
-        """How balls move on the table between contacts."""
+        """The surface says how balls move on the table between contacts."""
         return Sliding(self.deceleration)
 
     @property
     def deceleration(self) -> float:
-        """What surface friction takes from a moving ball's speed, a = mu_s g (m/s^2, Eq. 10)."""
+        """Surface friction takes this from a moving ball's speed, a = mu_s g (m/s^2, Eq. 10)."""
         return _deceleration(self.friction, self.physics)
 
     @property
@@ -239,7 +239,7 @@ def scene_problems(
     places. Unless it ``knows_balls``, a shot may be of any ball.
     """
     if knows_balls and not balls:
-        yield Problem("balls", LEFT_OUT, "one ball or more is wanted")
+        yield Problem("balls", LEFT_OUT, "one ball or more is needed")
     cues = [where for where, ball in balls if ball.cue]
     yield from repeated("id", [(where, ball.id) for where, ball in balls])
     for where in cues[1:]:
@@ -255,7 +255,7 @@ def scene_problems(
     yield from restitution_needs(restitution, has_table, len(balls), len(cues))
     moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for _, ball in balls)
     if moves and _deceleration(friction, physics) == 0.0 and physics.max_time is None:
-        message = "is wanted: without surface friction and gravity the balls never come to rest"
+        message = "is missing: without surface friction and gravity the balls never come to rest"
         yield Problem(("physics", "max_time"), LEFT_OUT, message)
 
 
@@ -299,9 +299,9 @@ def restitution_needs(
 ) -> Iterator[Problem]:
     """Find coefficients of restitution that the scene needs and leaves out."""
     if has_table and restitution.cushion is None:
-        message = "is wanted where there is a table"
+        message = "is missing where there is a table"
         yield Problem(("restitution", "cushion"), LEFT_OUT, message)
     meet = {False: balls - cues > 1, True: balls > 1 and cues > 0}  # without the cue ball, with it
     if any(meet[cue] and ball_ball_restitution(restitution, cue) is None for cue in meet):
-        message = "is wanted where two balls can meet"
+        message = "is missing where two balls can meet"
         yield Problem(("restitution", "ball_ball"), LEFT_OUT, message)

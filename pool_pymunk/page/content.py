@@ -28,7 +28,7 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
     """
     runs = [run for shot in shots for run in shot]
     if not runs:
-        raise setting_error("runs", [], "one run or more is wanted")
+        raise setting_error("runs", [], "one run or more is needed")
     scene = runs[0].scene
     if any(_on_the_table(run.scene) != _on_the_table(scene) for run in runs):
         raise setting_error(

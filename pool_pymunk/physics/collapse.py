@@ -25,12 +25,12 @@ from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_spe
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.together import directions
 
-MOST_HITS = 30_000  # So many hits are played one by one at most.
-MOST_IN_TIME = 2_000  # So many hits come in the order of their times; then all gaps are closed.
+MOST_HITS = 30_000  # This many hits are played one by one at most.
+MOST_IN_TIME = 2_000  # This many hits come in the order of their times; then all gaps are closed.
 CLUSTER = 8  # With more contacts than this, gaps do not count any more,
-MOST_IN_CLUSTER = 1_000  # and at most so many hits are played.
+MOST_IN_CLUSTER = 1_000  # and at most this many hits are played.
 TOGETHER_IN_TIME = 1e-9  # Hits whose times differ by this share come together.
-TOGETHER = 20  # Contacts that share a ball, and leaps, take the time of so many hits.
+TOGETHER = 20  # Contacts that share a ball, and leaps, take the time of this many hits.
 LONGEST_CYCLE = 24  # rounds
 MOST_DOUBLINGS = 60  # A leap is shorter than 2 to this power cycles.
 TO_BE_SURE = 0.25  # A leap may go so far below the noise, so that it is over for sure.

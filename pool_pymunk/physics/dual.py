@@ -20,7 +20,7 @@ from pool_pymunk.physics.motion import EPSILON, Array
 # A law is asked this share of the speeds beside its inputs, too. Splitting a velocity along the
 # normal takes a dozen roundings, and the velocity itself comes from dozens more.
 BESIDE = 256.0 * EPSILON
-WIDE = 64.0  # So many times as far beside them it is asked for its answer alone, at little cost.
+WIDE = 64.0  # This many times as far beside them it is asked for its answer alone, at little cost.
 STRAIGHT = 64.0 * EPSILON  # of the speeds; answers that bend by less do so by rounding
 SAME = 1e-6  # Answers that differ by less than this share are equal, apart from that step.
 

@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from pool_pymunk.physics.contact import NO_BALL, Contact, Respond, Velocities, closing_speed
 from pool_pymunk.physics.motion import Array
 
-ALL_ORDERS = 4  # For up to so many contacts all their orders are tried.
-MOST_SWEEPS = 200  # After so many sweeps of the mean, what still closes is a next impact.
-TIE_DIGITS = 9  # Normals that agree to so many digits are the same.
+ALL_ORDERS = 4  # For up to this many contacts all their orders are tried.
+MOST_SWEEPS = 200  # After this many sweeps of the mean, what still closes is a next impact.
+TIE_DIGITS = 9  # Normals that agree to this many digits are the same.
 SPEED_ROUNDING = 64.0 * 2.0**-52  # This share of the speeds, or of the impulses, may be rounding.
 MOST_EXCHANGES = 20  # This many exchanges are tried for each contact.
 TOO_SLOW = 0.5  # of the parting speed: a law of your own may leave a contact slower than this share
@@ -167,7 +167,7 @@ def _normal_impulses(response: Array, wanted: Array) -> Array | None:
 
 
 def _pushed(response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array:
-    """Return the smallest impulses that open the pushing contacts by what is wanted."""
+    """Return the smallest impulses that open the pushing contacts by what is needed."""
     impulses = np.zeros(len(wanted))
     part = response[np.ix_(pushing, pushing)]
     impulses[pushing] = np.linalg.lstsq(part, wanted[pushing], rcond=1e-12)[0]

@@ -66,7 +66,7 @@ class Disc(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """Return how far from the centre anything of the ball is drawn, but for a label beside."""
+        """Return how far from the centre anything of the ball is drawn, except a label beside."""
         return 1.35 * self.radius + 2.0
 
 

@@ -31,7 +31,7 @@ DOTS = 0.9  # the radius of a point, in points
 CLEAR = 0.75  # the strength of a point; where many lie on each other they are strongest
 HAZE = 2.0  # the radius of the haze around all points together, in points
 TAG = 0.38  # the radius of a label's spot, in that of the ball
-MOST_ENDS = 20_000  # So many ends of a ball are drawn at most.
+MOST_ENDS = 20_000  # This many ends of a ball are drawn at most.
 SHOWN = 0.03  # of a radius; a cloud is drawn if its standard deviation is at least this share
 
 

@@ -70,7 +70,7 @@ class Cut:
     runs: tuple[tuple[int, int], ...]
 
     STRIP: ClassVar[float] = 1.6  # decades; the width of what stands for an empty range
-    WIDE: ClassVar[int] = 3  # Only an empty range of so many decades is cut out.
+    WIDE: ClassVar[int] = 3  # Only an empty range of this many decades is cut out.
 
     @staticmethod
     def of(values: Sequence[float]) -> Cut:

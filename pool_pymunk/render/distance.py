@@ -56,7 +56,7 @@ def plot_distances(
 
 
 def key_columns(count: int) -> int:
-    """Return how many columns a key of so many balls has: six stand below each other."""
+    """Return how many columns a key of this many balls has: six stand below each other."""
     return -(-count // 6)
 
 

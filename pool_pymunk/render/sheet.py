@@ -88,7 +88,7 @@ class Show:
 
 
 def setting(run: Run, with_law: bool = False) -> str:
-    """Return solver and time step as "pymunk, dt = 1/240 s", with the law on demand.
+    """Return solver and time step as "pymunk, dt = 1/240 s", with the law if it is asked for.
 
     A solver's own law goes without saying.
     """
@@ -132,7 +132,7 @@ class Layout(NamedTuple):
     key: bool = False
 
     def places(self, count: int) -> tuple[float, list[Point]]:
-        """Return the radius of balls in the tray, and where so many of them lie there."""
+        """Return the radius of balls in the tray, and where this many of them lie there."""
         if self.tray is None:
             return 0.0, []
         x0, y0, x1, y1 = self.tray

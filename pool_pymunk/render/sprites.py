@@ -73,7 +73,7 @@ class Sprite:
 def sprites(
     count: int, reach: float, draw: Callable[[Axes, list[Point]], None]
 ) -> tuple[Sprite, ...]:
-    """Return so many sprites that reach so far (pixels) from their middles, drawn all at once.
+    """Return this many sprites that reach so far (pixels) from their middles, drawn all at once.
 
     ``draw`` gets axes and the points around which it must draw each sprite.
     """

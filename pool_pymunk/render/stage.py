@@ -261,7 +261,7 @@ class Timing:
 class Stage:
     """A stage has all that a film of one shot is drawn from; :meth:`frames` draws its frames."""
 
-    BLOCK = 64  # The positions of so many frames are asked for at once.
+    BLOCK = 64  # The positions of this many frames are asked for at once.
 
     def __init__(self, show: Show, size: tuple[int, int], timing: Timing, style: Style) -> None:
         self.timing = timing

@@ -13,7 +13,7 @@ from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
 
 PATIENCE = 1.0  # s
-DECIMALS = {"m": 4, "cm": 2, "mm": 1, "in": 2}  # of lengths: tenths of a millimetre, but for inches
+DECIMALS = {"m": 4, "cm": 2, "mm": 1, "in": 2}  # of lengths: tenths of a millimetre, except inches
 
 
 def opening(scene: Scene) -> Iterator[str]:
@@ -156,7 +156,7 @@ def _pair(run: Run, point: Point) -> str:
 
 
 def _rounded(value: float, decimals: int) -> str:
-    """Return a number with so many decimals; zero has no sign.
+    """Return a number with this many decimals; zero has no sign.
 
     >>> _rounded(3.926, 2), _rounded(-0.001, 2), _rounded(-0.00004, 4)
     (' 3.93', ' 0.00', ' 0.0000')

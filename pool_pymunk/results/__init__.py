@@ -1,1 +1,1 @@
-"""What comes out of a solver: the trace that it keeps, and the run that is made of it."""
+"""A solver keeps a trace, and a run is made of it."""

@@ -1,4 +1,4 @@
-"""What every solver returns: a :class:`Run`, made from the :class:`Trace` it kept on the way.
+"""Every solver returns a :class:`Run`, made from the :class:`Trace` that it kept.
 
 A solver notes a *breakpoint* (time, position, velocity, acceleration) wherever a ball's motion
 changes: at the start, at a contact, when it stops. Up to the next one the acceleration is constant,
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.derivatives import Derivatives
 
 SAMPLES_PER_SECOND = 60
-ROUNDED_RUNS = 4  # So many runs with random rounding errors tell how far rounding moved the ends.
+ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; balls that are apart by then never come together again
-SURE = 4.0  # A figure is so many times the largest change that was seen.
+SURE = 4.0  # A figure is this many times the largest change that was seen.
 COLUMNS = ("t", "ball", "x", "y", "vx", "vy")  # of a table of samples
 
 STATUSES: Mapping[str, str] = {
@@ -89,7 +89,7 @@ class Run:
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
 
-    Two runs are equal if everything about them is but for ``wall_time``.
+    Two runs are equal if all their fields but ``wall_time`` are equal.
     """
 
     scene: Scene
@@ -239,7 +239,7 @@ class Run:
 
     @cached_property
     def rounding(self) -> float:
-        """How far (m) rounding may have moved the ends.
+        """Return how far (m) rounding may have moved the ends.
 
         The errors of places, times, normals and velocities at every contact follow the run, to
         first order (:func:`pool_pymunk.studies.rounding.rounding`). Where they grow until other
@@ -269,7 +269,7 @@ class Run:
         return min(found, extent(self.scene, self.knots))
 
     def _moved_by_errors(self, most: int | None) -> float:
-        """Return how far (m) random rounding errors move the ends of runs of so many events."""
+        """Return how far (m) random rounding errors move the ends of runs of this many events."""
         assert self.again is not None
         runs = [self.again(Variant(seed=seed), most) for seed in range(ROUNDED_RUNS)]
         return SURE * max(self._farthest(run) for run in runs)
@@ -297,7 +297,7 @@ class Run:
 
     @cached_property
     def policy_shift(self) -> float:
-        """How far (m) the ends would lie elsewhere if policies had answered otherwise.
+        """Return how far (m) the ends would lie elsewhere if policies had answered otherwise.
 
         It is 0 where everything had an exact answer. Otherwise some more runs tell it. In these,
         persistent contacts take longer, a slip that only rounding knows counts as slip, tiny gaps

@@ -1,4 +1,4 @@
-"""What a solver writes down while it runs."""
+"""A solver writes down a trace while it runs."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ EVENTS = 2_000
 
 
 class Trace:
-    """What a solver writes down while it runs; balls are numbers, as in ``scene.balls``."""
+    """A solver writes down a trace while it runs; balls are numbers, as in ``scene.balls``."""
 
     def __init__(self, start: State) -> None:
         self.knots: list[list[Knot]] = [

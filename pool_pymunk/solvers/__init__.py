@@ -39,7 +39,7 @@ def simulate(
     ``shot`` is a Shot of the scene, its name or its number from 1; without one, the first shot, or
     the scene as its velocities have it where it has no shots. ``dt`` (s) is the solver's step,
     ``law`` the contact law, by name or one of your own (:class:`~pool_pymunk.Law`; default: the
-    scene's); every contact of every solver is answered by it, but for ``pymunk-builtin``.
+    scene's); every contact of every solver is answered by it, except in ``pymunk-builtin``.
     ``times`` (s) where to sample the Run, ``start`` the state before the shot (default: the
     scene's own, or where the shot before ended if the shot goes on from there): a
     :class:`~pool_pymunk.State`, or positions and velocities. ``max_time`` (s; default: the

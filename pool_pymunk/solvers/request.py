@@ -118,7 +118,7 @@ class Request(NamedTuple):
         moves = any(v != (0.0, 0.0) for v in state.velocity)
         if moves and self.scene.deceleration == 0.0 and self.settings.max_time is None:
             message = (
-                "is wanted: without surface friction the balls of this start never come to rest"
+                "is missing: without surface friction the balls of this start never come to rest"
             )
             raise setting_error("max_time", None, message)
 
@@ -167,7 +167,7 @@ class Request(NamedTuple):
     def _again(
         self, shot: Shot | None, start: State, variant: Variant, most: int | None = None
     ) -> Run:
-        """Play a variant of the run, of at most so many events."""
+        """Play a variant of the run, of at most this many events."""
         bounds = self.settings._replace(max_events=min(most or NEVER_SETTLES, self.settings.most))
         trace = self._replace(settings=bounds)._solve(start, variant)
         return self._run(shot, start, trace, 0.0)

@@ -10,8 +10,8 @@ from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import Trace
 
-# After so many events a run is given up, unless the user says otherwise; in any case it is given up
-# after so many instants of micro-collisions, which are no events.
+# After this many events a run is given up, unless the user says otherwise. After this many
+# instants of micro-collisions, which are no events, it is given up as well.
 NEVER_SETTLES = 1_000_000
 
 OnTime = Callable[[float], object]
@@ -23,7 +23,7 @@ class Settings(NamedTuple):
     The step ``dt`` is in s, and None for solvers without one. Without a ``law``, the law that the
     scene names answers the contacts. A solver with steps calls ``on_time`` now and then with the
     time (s) that it has come to. ``variant`` is for solvers with the contact engine: it shows what
-    hangs on their policies. A run that used one ``measures_policies`` by a variant. ``touch`` is
+    depends on their policies. A run that used one ``measures_policies`` by a variant. ``touch`` is
     False if nothing touches at the start.
     """
 

@@ -90,7 +90,7 @@ class Slices:
     # -- motion ----------------------------------------------------------------------------------
 
     def move(self, done: int, slices: int) -> None:
-        """Advance every moving ball by so many slices, after ``done`` slices; stop what stops."""
+        """Advance every moving ball by this many slices, after ``done`` slices; stop what stops."""
         travel = slide if self.loss > 0.0 else drift
         for i in self.moving:
             x, y, vx, vy, used = travel(
@@ -284,7 +284,7 @@ class Slices:
 def slide(
     p: Point, v: Point, loss: float, dt: float, slices: int
 ) -> tuple[float, float, float, float, int]:
-    """Move one ball by so many slices of Eq. 10, as the listing computes them, or until it stops.
+    """Move one ball by this many slices of Eq. 10, as the listing computes them, or until it stops.
 
     Returns x, y, vx, vy and the slices used.
     """

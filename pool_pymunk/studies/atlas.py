@@ -98,7 +98,7 @@ def atlas(
     """
     chosen = find_shot(scene, shot)
     if chosen is None:
-        raise setting_error("shot", None, "is wanted: the scene has none")
+        raise setting_error("shot", None, "is missing: the scene has none")
     ranges = _axes(scene, chosen, angle, speed) if axes is None else _other_axes(scene, axes)
     width, height = (
         argument(key, each, whole(2))

@@ -428,7 +428,7 @@ class Changes:
             self._come_to(i, t)
 
     def _warn(self, why: str, t: float) -> None:
-        text = f"{why} (at {t:.6g} s): what hangs on it has no derivative, and is NaN"
+        text = f"{why} (at {t:.6g} s): what depends on it has no derivative, and is NaN"
         self.warnings[text] = None
 
 

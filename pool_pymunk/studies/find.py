@@ -1,4 +1,4 @@
-"""This study looks for shots that do what is wanted, and ranks them by the error they forgive."""
+"""This study looks for shots that do what is asked, and ranks them by the error they forgive."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ Wanted = Callable[[Batch], Any]
 APART = 1 << 64  # is added to the seed for the random numbers of other inputs
 AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
 TALL = 60  # speeds of the first look; the other tries are angles
-CANDIDATES = 12  # So many places are looked at closely, for each shot that is wanted.
-STEPS = 4  # So often a shot is moved to the middle of the tries around it that did what is wanted.
+CANDIDATES = 12  # This many places are looked at closely, for each shot that is asked for.
+STEPS = (
+    4  # So often a shot is moved to the middle of the tries around it that did what is asked for.
+)
 MOST_STEPS = 20  # So often a shot is moved towards where balls shall end,
 SIZES = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)  # by one of these shares of the way,
 LEAST_GAIN = 1e-3  # as long as it brings them nearer by this share.
@@ -38,7 +40,7 @@ NARROWER = 0.5  # The tries around it are drawn so much narrower each time.
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A found shot does what is wanted, and so do a ``share`` of its tries by the stated player.
+    """A found shot does what is asked for, and so do a ``share`` of its tries by the stated player.
 
     ``angle`` (degrees) and ``speed`` (m/s) are those of ``shot``; ``run`` is how the exact solver
     plays it. ``off`` is how far (m) the balls end from where they were to end: the root of the sum
@@ -77,7 +79,7 @@ def find(
     ends: Mapping[str, Point] | None = None,
     law: str | Law | None = None,
 ) -> list[Found]:
-    """Return the shots that do what is wanted, those that forgive the largest errors first.
+    """Return the shots that do what is asked for, those that forgive the largest errors first.
 
     ``wanted(batch)`` takes a :class:`~pool_pymunk.Batch` and returns which of its shots do it, a
     Boolean array (S,). The ball that ``shot`` strikes is struck at angles (degrees, from +x) within
@@ -92,7 +94,7 @@ def find(
 
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then improved by its
     derivatives (Gauss-Newton): it is moved to where the squares of the distances of these balls
-    from their ends are least, as long as it does what is wanted. The nearest shots come first.
+    from their ends are least, as long as it does what is asked for. The nearest shots come first.
     ``law`` is that of every contact (default: the scene's).
 
     Raises SettingError, in one line that names the argument.
@@ -108,7 +110,7 @@ def find(
     """
     chosen = find_shot(scene, shot)
     if chosen is None:
-        raise setting_error("shot", None, "is wanted: the scene has none")
+        raise setting_error("shot", None, "is missing: the scene has none")
     search = _Search(scene, chosen, wanted, angle_error, speed_error, seed, law)
     search.doubt({} if errors is None else errors)
     search.aim_for({} if ends is None else ends)
@@ -128,7 +130,7 @@ def find(
 
 
 class _Search:
-    """A search knows the scene, what is wanted, and the player."""
+    """A search knows the scene, what is asked for, and the player."""
 
     def __init__(
         self, scene: Scene, shot: Shot, wanted: Wanted, angle: float, speed: float, seed: int,
@@ -201,7 +203,7 @@ class _Search:
         return simulate_many(self.scene, self.position, velocity, law=self.law, vary=vary)
 
     def does(self, tries: Floats, others: Floats | None = None) -> NDArray[np.bool_]:
-        """Tell which of these shots (S, 2) do what is wanted; some at once are kept in memory."""
+        """Tell which of these shots (S, 2) do what is asked; a part at once is in memory."""
         found = []
         for k in range(0, len(tries), AT_ONCE):
             angle, speed = tries[k : k + AT_ONCE].T
@@ -236,7 +238,7 @@ class _Search:
         return places
 
     def closely(self, place: Floats, samples: int) -> Found | None:
-        """Move a place to where most tries around it do what is wanted, and measure their share."""
+        """Move a place to where most tries around it do what is asked, and measure their share."""
         errors, others = self._errors(samples)
         width = 1.0
         for _ in range(STEPS):
@@ -259,7 +261,7 @@ class _Search:
         return Found(shot, float(place[0]), float(place[1]), share, found, self.off(run))
 
     def played(self, place: Floats) -> Run | None:
-        """Play a shot exactly; return None if it does not do what is wanted."""
+        """Play a shot exactly; return None if it does not do what is asked for."""
         batch = self.play(place[:1], np.maximum(place[1:], 0.0))
         return batch.run(0) if np.asarray(self.wanted(batch))[0] else None
 

@@ -48,7 +48,7 @@ from pool_pymunk.studies.robust import (
 
 Mask = NDArray[np.bool_]
 
-MORE = 6  # So many rounds of further starts are made where what remains is implausible.
+MORE = 6  # This many rounds of further starts are made where what remains is implausible.
 CLOSE = 0.15  # of the range of every number; so far around the best ones every second round looks
 LOOKS = 64  # tries of the first look, for each number that is free
 MOST_LOOKS = 400
@@ -188,7 +188,7 @@ def fit(
 ) -> Fit:
     """Fit numbers of a scene to where its balls were measured.
 
-    ``measured`` is a CSV file with the columns shot, ball, x, y and, on demand, t (s); lengths are
+    ``measured`` is a CSV file with the columns shot, ball, x, y and optionally t (s); lengths are
     in the scenario's unit, without a time it is the end that was measured, and a shot goes by
     number or name. Or it is "published", the ends that the scenario has, or rows (shot, ball, x, y)
     or (shot, ball, x, y, t) in SI. ``free`` are the names of inputs as in
@@ -430,7 +430,7 @@ class _Search:
     def _scale(self, values: Array, scale: float | None) -> float:
         """Estimate the standard deviation (m) of the errors, from the residuals and the last scale.
 
-        Places that hang on nothing that is free do not count: they are often where they were
+        Places that depend on nothing that is free do not count: they are often where they were
         anyway. A stated error is the least scale: far from the answer the residuals are larger, and
         a loss with too small a scale would take them all for blunders.
         """

@@ -82,7 +82,7 @@ class Optimum:
 
     @property
     def hangs(self) -> Mask:
-        """Tell which of them (2 U,) hang on something that is free."""
+        """Tell which of them (2 U,) depend on something that is free."""
         return hanging(self.jacobian * self.sizes)
 
     @property
@@ -92,7 +92,7 @@ class Optimum:
 
     @property
     def has_spare(self) -> bool:
-        """Tell whether more hangs on what is free than it takes to find it."""
+        """Tell whether more data depend on what is free than are needed to find it."""
         return int(self.hangs.sum()) > self.told
 
     @property
@@ -157,7 +157,7 @@ def _left_out(found: Optimum) -> Iterator[str]:
         _, why = found.forecast.derivatives(found.values)
         yield (
             f"{int((~found.used).sum())} of {len(found.used)} places are left out, because it is "
-            f"not known how they hang on what is free ({_places(found, ~found.used)})"
+            f"not known how they depend on what is free ({_places(found, ~found.used)})"
             + "".join(f"; {reason}" for reason in why)
         )
 
@@ -174,7 +174,7 @@ def _places(found: Optimum, which: Mask) -> str:
 
 
 def _blind(found: Optimum) -> Iterator[str]:
-    """Name what no measured place hangs on, and what hangs together."""
+    """Name what no measured place depends on, and what cannot be told apart."""
     blind = blind_part(found.jacobian * found.sizes)
     left = set(np.flatnonzero(np.diagonal(blind) > SAME).tolist())
     while left:
@@ -190,7 +190,7 @@ def _blind(found: Optimum) -> Iterator[str]:
 
 
 def _why(found: Optimum, name: str) -> str:
-    """Say why nothing that was measured hangs on an input."""
+    """Say why nothing that was measured depends on an input."""
     hits = [event for run in found.runs.values() for event in run.events if event.is_contact]
     kind, whose = parts(name)
     group = TABLE[kind].group
@@ -199,7 +199,7 @@ def _why(found: Optimum, name: str) -> str:
     of_hits = group in ("restitution", "friction") and kind != "friction.surface"
     if of_hits and not any(_is_asked(found, name, hit) for hit in hits):
         return "no shot has such a hit"
-    return "no place that was measured hangs on it"
+    return "no place that was measured depends on it"
 
 
 def _is_asked(found: Optimum, name: str, hit: Event) -> bool:

@@ -26,7 +26,7 @@ from pool_pymunk.studies.measured import Measurement
 Runs = Mapping[int, Run]  # by the numbers of their shots
 Values = tuple[float, ...]
 Whole = NDArray[np.intp]
-KEPT = 4  # So many plays are kept: a search comes back to its last ones.
+KEPT = 4  # This many plays are kept: a search comes back to its last ones.
 
 
 class Forecast:

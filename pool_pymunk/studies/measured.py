@@ -36,7 +36,7 @@ class Measurement(NamedTuple):
 def read_measured(measured: object, scene: Scene) -> tuple[Measurement, ...]:
     """Return measurements from a CSV file, from "published" ends, or from rows.
 
-    A file has the columns shot, ball, x, y and, on demand, t (s); lengths are in the scenario's
+    A file has the columns shot, ball, x, y and optionally t (s); lengths are in the scenario's
     unit. Shots go by number from 1, or by name. Rows of Python are in SI: (shot, ball, x, y) or
     (shot, ball, x, y, t). Raises SceneError with all that is wrong, one line a problem.
 
@@ -63,7 +63,7 @@ def _published(scene: Scene) -> tuple[Measurement, ...]:
         for id_, end in shot.published.items()
     )
     if not found:
-        message = "the scenario has no published ends: a CSV file is wanted"
+        message = "the scenario has no published ends: a CSV file is needed"
         raise SceneError([Problem("measured", PUBLISHED, message)])
     return found
 
@@ -128,7 +128,7 @@ class _Reader:
             if one is not None:
                 found.append(one)
         if not found and not self.problems:
-            self.problems.append(Problem("measured", LEFT_OUT, "one measurement or more is wanted"))
+            self.problems.append(Problem("measured", LEFT_OUT, "one measurement or more is needed"))
         if self.problems:
             raise SceneError(list(islice(self.problems, MOST_PROBLEMS)), self.source)
         return tuple(found)

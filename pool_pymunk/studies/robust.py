@@ -120,7 +120,7 @@ def blind_part(jacobian: Array) -> Array:
 
 
 def hanging(jacobian: Array) -> Mask:
-    """Tell which data hang on something, by more than rounding.
+    """Tell which data depend on something, by more than rounding.
 
     >>> hanging(np.array([[1.0, 0.0], [0.0, 1e-17], [0.0, 0.0]])).tolist()
     [True, False, False]

@@ -36,8 +36,8 @@ ALIKE = 0.43
 # Post.time_of_contact makes a post smaller by eight spacings of the coordinates. SURE times this
 # share is twice that.
 POST = 4.0 * EPSILON
-PLACES = 16  # Contacts of so many kinds (by ball and cushion, or by balls) err alike each.
-CHUNK = 2048  # So many events are worked out at once: their matrices take some 10 MB.
+PLACES = 16  # Contacts of this many kinds (by ball and cushion, or by balls) err alike each.
+CHUNK = 2048  # This many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
 JUMP = 1e3  # Velocities after a hit change so much faster than those before it at a jump only.
 NOWHERE = (NT(math.nan, math.nan), NT(math.nan, math.nan))  # where a law jumps

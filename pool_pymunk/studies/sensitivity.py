@@ -39,7 +39,7 @@ from pool_pymunk.studies.uncertainty import (
 UNKNOWN = "?"
 OFF = 0.1  # The linear answer holds where most samples end within this share of it.
 MOST = 0.95
-TRIED = 500  # So many samples are played at each width.
+TRIED = 500  # This many samples are played at each width.
 NARROWEST, WIDEST = 2.0**-40, 2.0**6  # These widths are tried, in those of the uncertainty.
 
 

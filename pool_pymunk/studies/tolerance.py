@@ -34,7 +34,7 @@ from pool_pymunk.results.words import counted, step_text
 from pool_pymunk.solvers import SettingError, find_solver, simulate
 from pool_pymunk.studies.compare import contact_order
 
-SAFETY = 4.0  # The estimated error is so many times the largest change.
+SAFETY = 4.0  # The estimated error is this many times the largest change.
 # These further steps must agree; they are in units of dt.
 BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))
 COARSEST = 1 / 60  # s
@@ -331,7 +331,7 @@ def _played_once(
 
 
 def with_policies(choice: Choice, run: Run) -> Choice:
-    """Return the choice with an error that includes what hangs on policies.
+    """Return the choice with an error that includes what depends on policies.
 
     All solvers with the contact engine share its policies, so no comparison of steps can see them.
     """
@@ -339,7 +339,7 @@ def with_policies(choice: Choice, run: Run) -> Choice:
     if error == choice.error:
         return choice
     reason = (
-        f"the ends hang by {run.policy_shift:.2g} m on what has no exact answer "
+        f"the ends depend by {run.policy_shift:.2g} m on what has no exact answer "
         f"({', '.join(sorted(run.policies))}), at every step"
     )
     reached = error <= choice.tolerance

@@ -23,7 +23,7 @@ GRAZE = 1e-6  # A contact that closes more slowly than this share of the speeds 
 # has a say in whether it comes at all.
 CHUNK = 1 << 18  # pairs of pieces that are looked at together, in some 50 MB
 LAST = 1e-9  # of a piece; so long before its end it is asked whether a ball that stops parts
-HALVINGS = 60  # After so many halvings an interval of time is as short as rounding.
+HALVINGS = 60  # After this many halvings an interval of time is as short as rounding.
 
 Whole = NDArray[np.int64]
 Times = dict[tuple[int, str], set[float]]  # when (s) a ball met what has this name

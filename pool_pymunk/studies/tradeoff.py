@@ -311,7 +311,7 @@ def sentences(result: Tradeoff) -> list[str]:
 
 
 def _within(result: Tradeoff, digits: float) -> str:
-    """Say in words which step comes within so many units of length in the least time."""
+    """Say in words which step comes within this many units of length in the least time."""
     units = result.scene.units
     stepped = (s for s in result.settings if s.dt is not None)
     best = cheapest(stepped, units.to_si(digits, "length"))

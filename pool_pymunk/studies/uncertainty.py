@@ -103,7 +103,7 @@ class Uncertainty:
         return found
 
     def scaled(self, factor: float) -> Uncertainty:
-        """Return the uncertainty so many times as wide.
+        """Return the uncertainty this many times as wide.
 
         >>> Uncertainty(0.001, angle=0.01).scaled(2.0)
         Uncertainty(position=0.002, speed=0.0, angle=0.02, inputs={})
@@ -269,7 +269,7 @@ class Study:
         return found | dict(own.inputs)
 
     def draw(self, samples: int, seed: int, scale: float = 1.0) -> Draws:
-        """Draw samples within so many times the uncertainty."""
+        """Draw samples within this many times the uncertainty."""
         scene, own = self.reference.scene, self.uncertainty.scaled(scale)
         rng = np.random.default_rng(seed)
         shots = rng.uniform(-1.0, 1.0, (samples, len(self.chain), 2)) * (own.speed, own.angle)

@@ -393,7 +393,7 @@ class Billiards:
         if ball is not None:
             radius = ball.radius
         elif radius is None and not self.balls:
-            raise setting_error("radius", None, "is wanted where there is no ball")
+            raise setting_error("radius", None, "is missing where there is no ball")
         size = self.balls[0].radius if radius is None else checks.read_size("radius", radius)
         discs = list(self.state.discs(without=ball).values())
         found = free_spot(near, size, discs, self._walls.obstacles())

@@ -17,7 +17,7 @@ from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Round, Straight, Wall
 
 HAIR = 1e-9  # radii; a ball is put so far off what it would touch
-MOST = 2_000  # So many instants are played at most.
+MOST = 2_000  # This many instants are played at most.
 
 Who = TypeVar("Who")
 Edge = Round | Straight  # on which the centre of a touching ball lies

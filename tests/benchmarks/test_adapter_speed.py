@@ -45,7 +45,7 @@ def least(work: Callable[[], Any]) -> float:
 
 
 def bare(scene: Scene, shot: Shot, steps: int, dt: float) -> float:
-    """Return the least time (s) of so many bare steps of a space with the scene's shapes."""
+    """Return the least time (s) of this many bare steps of a space with the scene's shapes."""
     times = []
     start = scene.start(shot)
     for _ in range(REPEATS):
@@ -94,7 +94,7 @@ def test_the_reports_four_shots(
 
 
 def many(count: int) -> Scene:
-    """Return so many balls at the report's density, all at rest except the one that is shot."""
+    """Return this many balls at the report's density, all at rest except the one that is shot."""
     rnd = random.Random(1)
     r, columns = 0.05715, math.ceil(math.sqrt(2 * count))
     rows = math.ceil(count / columns)

@@ -28,7 +28,7 @@ from pool_pymunk import (
 )
 
 REPEATS = 3
-SLOW = 60  # So many shots are played by the exact solver in Python.
+SLOW = 60  # This many shots are played by the exact solver in Python.
 TIMES, THREADS = 60.0, 1.7  # at least so much faster, on shot 1 of the report
 
 

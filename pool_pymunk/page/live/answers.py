@@ -33,13 +33,13 @@ from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, find_solver, request, yardstick
 
 LONGEST = 60.0  # s; a run is ended at this time at the latest,
-MOST_EVENTS = 5_000  # and after so many events.
-MOST_LINES = 20  # So many problems are told at most.
+MOST_EVENTS = 5_000  # and after this many events.
+MOST_LINES = 20  # This many problems are told at most.
 SAMPLES = 1_000  # ends in a cloud
-SOME = 50  # ends; a cloud begins with so many and doubles,
+SOME = 50  # ends; a cloud begins with this number and doubles,
 CLOUD_TIME = 1.5  # until it took so long (s).
 FINEST = 1e-6  # s; the page offers no finer step
-HARD_HIT = 2.5  # A full drag is up to so many times as fast as the fastest shot.
+HARD_HIT = 2.5  # A full drag is up to this many times as fast as the fastest shot.
 FULL_WAY = 4.0  # widths; without a shot, a full drag makes a ball go about so far
 
 

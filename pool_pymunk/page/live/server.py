@@ -32,7 +32,7 @@ from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
 HOST = "127.0.0.1"
 PATIENCE = 5.0  # s; an answer that takes longer is cut off, and so is a question
 MOST_CONNECTIONS = 64
-# bytes of a question: so many, and so many more for each ball
+# bytes of a question: for every question, and more for each ball
 BYTES, BYTES_A_BALL = 65_536, 256
 
 
@@ -107,7 +107,7 @@ class LiveServer:
         return respond(answer)
 
     async def _text(self, request: Request) -> bytes | Answer:
-        """Read a question, of so many bytes and in so long a time at most."""
+        """Read a question, of this many bytes and in so long a time at most."""
         text = bytearray()
         try:
             async with asyncio.timeout(PATIENCE):

@@ -331,7 +331,7 @@ class LiveTable {
     const [name, unit] = this.content.units.length;
     const ball = isolated(this.balls[gaps.indexOf(most)]?.id ?? "");
     let cost = `Ball ${ball} ends ${+(most / unit).toPrecision(3)} ${name} from its exact end.`;
-    if (most < EXACT) cost = "Every ball ends where it exactly ends, but for rounding.";
+    if (most < EXACT) cost = "Every ball ends where it exactly ends, except for rounding.";
     byId("cost").textContent = exact ? cost : "This is the exact run.";
   }
 

@@ -27,10 +27,10 @@ from pool_pymunk.results.trace import PERSISTENT
 from pool_pymunk.studies.compare import Comparison, longest
 from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
 
-CARE = 32.0  # A contact may cost so many units of rounding.
+CARE = 32.0  # A contact may cost this many units of rounding.
 OVERLAP = 1e-9  # of the sum of the radii; a scene may overlap by this at its start, too
 PRESSED = 1e-4  # of a radius; balls that surface friction presses together may overlap by this
-AT_ONCE = 1_000_000  # So many pairs of balls and times are looked at in one go.
+AT_ONCE = 1_000_000  # This many pairs of balls and times are looked at in one go.
 QUICK = 0.5  # s; a run slower than this is not repeated
 
 

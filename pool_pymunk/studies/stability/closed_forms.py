@@ -14,7 +14,7 @@ from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
 
 
 def contacts_are(expected: int) -> Claim:
-    """Claim that the run has just so many contacts."""
+    """Claim that the run has this number of contacts."""
     return lambda trial: wrong(
         "contacts", f"{trial.contacts} contacts, not {expected}", trial.contacts != expected
     )

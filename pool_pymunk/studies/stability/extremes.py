@@ -416,7 +416,7 @@ def crowd(count: int, box: float, seed: int = 1) -> tuple[Ball, ...]:
 
 
 def many_contacts() -> Iterator[Case]:
-    """Play ten balls in a box, without losses, for so many contacts."""
+    """Play ten balls in a box, without losses, for this many contacts."""
     physics = Physics(max_time=1e6)
     for count in (1_000, 10_000, 100_000):
         scene = Scene(crowd(10, 0.5), rectangle(0.5, 0.5), ELASTIC, SMOOTH, physics)

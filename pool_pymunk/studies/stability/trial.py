@@ -18,11 +18,11 @@ from pool_pymunk.solvers import Solver, find_solver, simulate, yardstick
 from pool_pymunk.studies.compare import Comparison, contacts
 
 # Starts are nudged to measure amplification. The nudge is this share of the smallest radius, but no
-# less than so many units of rounding. It counts up to the time when it has grown to LINEAR radii.
+# less than this many units of rounding. It counts up to the time when it has grown to LINEAR radii.
 NUDGE, LEAST_NUDGE, NUDGES, LINEAR = 1e-9, 64.0 * EPSILON, 3, 1e-3
-ENOUGH = 2000  # A nudged run has so many events at most; no nudge stays small for as long.
-GRID = 200  # Runs are compared at so many times.
-SAMPLES = 400  # Invariants are checked at so many times beside the grid, mostly at contacts.
+ENOUGH = 2000  # A nudged run has this many events at most; no nudge stays small for as long.
+GRID = 200  # Runs are compared at this many times.
+SAMPLES = 400  # Invariants are checked at this many times beside the grid, mostly at contacts.
 
 
 class Measure(NamedTuple):

@@ -18,7 +18,7 @@ from pool_pymunk.studies.sweep.parts import begin, read_manifest, write_part
 from pool_pymunk.studies.sweep.plan import Inputs, Plan, make_plan
 
 CHUNK = 50_000
-WINDOW = 1_000  # So many parts wait for an executor at most.
+WINDOW = 1_000  # This many parts wait for an executor at most.
 PATIENCE = 0.5  # s; so often an interrupt is looked for
 
 

@@ -247,7 +247,7 @@ def make_plan(
         raise setting_error("grid", both[0], "is varied already")
     points = math.prod(count for _, _, count in steps.values())
     if samples is None and not steps:
-        raise setting_error("samples", None, "is wanted where there is no grid")
+        raise setting_error("samples", None, "is missing where there is no grid")
     total = points if samples is None else argument("samples", samples, whole(1))
     if steps and total != points:
         raise setting_error("samples", total, f"the grid has {points:,} points")
