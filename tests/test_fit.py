@@ -354,7 +354,7 @@ def test_the_largest_excess_is_passed_once_in_a_thousand_times(spare: int) -> No
 
 @pytest.mark.heavy
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [9, 16, 25])
+@pytest.mark.parametrize("seed", [3, 25, 28])
 def test_a_search_goes_on_where_what_remains_is_implausible(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
