@@ -235,7 +235,7 @@ def test_another_solver_plays_the_same_shot_beside_the_exact_one(
     player = sit_down(report)
     player.page.click("#shoot")
     player.played()
-    assert "but for rounding" in player.text("cost")
+    assert "except for rounding" in player.text("cost")
     player.page.select_option("#solver", "pymunk-discrete")
     player.wait("live.last.solver === 'pymunk-discrete'")
     player.page.select_option("#step", label="1/60 s")
