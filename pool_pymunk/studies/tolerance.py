@@ -339,8 +339,8 @@ def with_policies(choice: Choice, run: Run) -> Choice:
     if error == choice.error:
         return choice
     reason = (
-        f"the ends depend by {run.policy_shift:.2g} m on what has no exact answer "
-        f"({', '.join(sorted(run.policies))}), at every step"
+        f"the ends may lie up to {run.policy_shift:.2g} m elsewhere at every step, because some "
+        f"contacts have no exact answer ({', '.join(sorted(run.policies))})"
     )
     reached = error <= choice.tolerance
     return replace(choice, error=error, reached=reached, reason="" if reached else reason)
