@@ -105,6 +105,7 @@ class Disc:
     radius: Number
     mass: Number
     cue: bool
+    roll: Vec | None = None  # m/s; the velocity at which it would roll, where balls roll
     gone: bool = False  # A pocket has it.
 
     @property
@@ -112,8 +113,14 @@ class Disc:
         return mp.hypot(*self.velocity)
 
     @property
+    def slip(self) -> Vec:
+        """The velocity less the roll (m/s), without what rounding leaves; 0 where none rolls."""
+        u = (mpf(0), mpf(0)) if self.roll is None else _minus(self.velocity, self.roll)
+        return u if mp.hypot(*u) > ROUNDING else (mpf(0), mpf(0))
+
+    @property
     def moves(self) -> bool:
-        return bool(self.velocity != (0, 0))
+        return bool(self.velocity != (0, 0) or self.slip != (0, 0))
 
 
 @dataclass
@@ -139,10 +146,13 @@ class Reference:
 
     def __init__(self, scene: Scene, start: State) -> None:
         self.scene = scene
-        self.loss = mpf(scene.friction.surface) * mpf(scene.physics.gravity)
+        gravity, rolling = mpf(scene.physics.gravity), scene.friction.rolling
+        self.loss = mpf(scene.friction.surface) * gravity
+        self.drag = self.loss if rolling is None else mpf(rolling) * gravity
+        rolls = [None] * len(scene.balls) if start.roll is None else [_vec(w) for w in start.roll]
         self.discs = [
-            Disc(_vec(p), _vec(v), mpf(ball.radius), mpf(ball.mass), ball.cue)
-            for ball, p, v in zip(scene.balls, start.position, start.velocity, strict=True)
+            Disc(_vec(p), _vec(v), mpf(ball.radius), mpf(ball.mass), ball.cue, w)
+            for ball, p, v, w in zip(scene.balls, start.position, start.velocity, rolls, strict=True)
         ]
         outline = [_vec(corner) for corner in scene.table.outline] if scene.table else []
         self.sides = list(zip(outline, outline[1:] + outline[:1], strict=True))
@@ -178,33 +188,38 @@ class Reference:
             if other != key and due - t < APART and mine & _balls(other):
                 raise Refused(f"{key} and {other} within {due - t} s")
 
-    # -- motion, Eq. 10 --------------------------------------------------------------------------
+    # -- motion, Eq. 10; a sphere that slips gains roll at 5/2 of what its velocity loses ----------
 
-    def _drag(self, disc: Disc) -> Vec:
-        """Return the acceleration of a moving disc: mu_s g against its velocity."""
-        if not disc.moves:
-            return (mpf(0), mpf(0))
-        return (
-            -self.loss * disc.velocity[0] / disc.speed,
-            -self.loss * disc.velocity[1] / disc.speed,
-        )
+    def _acceleration(self, disc: Disc) -> Vec:
+        """Return the acceleration: against the slip where there is some, else the velocity."""
+        slips = disc.slip != (0, 0)
+        along, size = (disc.slip, self.loss) if slips else (disc.velocity, self.drag)
+        length = mp.hypot(*along)
+        return (mpf(0), mpf(0)) if length == 0 else _scaled(-size / length, along)
 
     def _path(self, disc: Disc) -> tuple[Poly, Poly]:
-        """Return x and y as polynomials in the time from now, until the disc stops."""
-        ax, ay = self._drag(disc)
+        """Return x and y as polynomials in the time from now, until the phase ends."""
+        ax, ay = self._acceleration(disc)
         return [disc.place[0], disc.velocity[0], ax / 2], [disc.place[1], disc.velocity[1], ay / 2]
 
-    def _stops_in(self, disc: Disc) -> Number:
-        return disc.speed / self.loss if disc.moves and self.loss > 0 else mp.inf
+    def _ends_in(self, disc: Disc) -> Number:
+        """Return in how long the disc stops, or rolls if it slips."""
+        if disc.slip != (0, 0):
+            return 2 * mp.hypot(*disc.slip) / (7 * self.loss) if self.loss > 0 else mp.inf
+        return disc.speed / self.drag if disc.moves and self.drag > 0 else mp.inf
 
     def _advance(self, t: Number) -> None:
         for disc in self.discs:
             if disc.moves:
                 x, y = self._path(disc)
-                dt = t - self.now
+                dt, slips = t - self.now, disc.slip != (0, 0)
+                if disc.roll is not None and slips:
+                    gain = _scaled(-dt * 5 / 2, self._acceleration(disc))
+                    disc.roll = (disc.roll[0] + gain[0], disc.roll[1] + gain[1])
                 disc.place = (value(x, dt), value(y, dt))
-                left = 1 - self.loss * dt / disc.speed
-                disc.velocity = (disc.velocity[0] * left, disc.velocity[1] * left)
+                disc.velocity = (value(derivative(x), dt), value(derivative(y), dt))
+                if disc.roll is not None and not slips:
+                    disc.roll = disc.velocity
         self.now = t
 
     # -- what comes ------------------------------------------------------------------------------
@@ -225,11 +240,11 @@ class Reference:
         return self.discs[i].gone or self.discs[j].gone
 
     def _alone(self, i: int) -> Iterator[tuple[Key, Number | None]]:
-        """Yield the disc's stop, its fall into every pocket, and first contact with every side."""
+        """Yield the end of the disc's phase, its fall into every pocket, and first contact with every side."""
         disc = self.discs[i]
-        until = self._stops_in(disc)
+        until = self._ends_in(disc)
         if until < mp.inf:
-            yield ("stop", i, -1), until
+            yield ("stop" if disc.slip == (0, 0) else "roll", i, -1), until
         x, y = self._path(disc)
         for k, (center, radius) in enumerate(self.pockets):
             yield ("pocket", i, k), self._first_touch(x, y, center, radius, until)
@@ -266,7 +281,7 @@ class Reference:
         (ax, ay), (bx, by) = self._path(a), self._path(b)
         x = [p - q for p, q in zip(bx, ax, strict=True)]
         y = [p - q for p, q in zip(by, ay, strict=True)]
-        until = min(self._stops_in(a), self._stops_in(b))
+        until = min(self._ends_in(a), self._ends_in(b))
         return self._first_touch(x, y, (mpf(0), mpf(0)), a.radius + b.radius, until)
 
     # -- what happens ----------------------------------------------------------------------------
@@ -274,12 +289,17 @@ class Reference:
     def _happen(self, key: Key) -> set[int]:
         """Let it happen, and return the discs whose motion changed."""
         kind, i, j = key
-        if kind == "stop":
+        if kind == "stop" or (kind == "roll" and self.discs[i].speed < ROUNDING):
             self._stop(i)
+            return {i}
+        if kind == "roll":
+            self.discs[i].roll = self.discs[i].velocity
+            self.out.events.append((self.now, "roll", (i,), None))
             return {i}
         if kind == "pocket":
             disc = self.discs[i]
             disc.place, disc.velocity, disc.gone = self.pockets[j][0], (mpf(0), mpf(0)), True
+            disc.roll = None if disc.roll is None else disc.velocity
             self.out.events.append((self.now, kind, (i,), j))
             self.out.duration = self.now
             return {i}
@@ -290,12 +310,15 @@ class Reference:
             self.out.events.append((self.now, "ball-cushion", (i,), j))
             self._bounce(self.discs[i], self._cushion_normal(kind, i, j))
         for k in _balls(key):
-            if not self.discs[k].moves or self.discs[k].speed < ROUNDING:
+            disc = self.discs[k]
+            if disc.slip == (0, 0) and (not disc.moves or disc.speed < ROUNDING):
                 self._stop(k)
         return _balls(key)
 
     def _stop(self, i: int) -> None:
-        self.discs[i].velocity = (mpf(0), mpf(0))
+        disc = self.discs[i]
+        disc.velocity = (mpf(0), mpf(0))
+        disc.roll = None if disc.roll is None else disc.velocity
         self.out.events.append((self.now, "stop", (i,), None))
         self.out.duration = self.now
 
@@ -323,6 +346,10 @@ class Reference:
         new_n = -e * v_n
         new_t = mp.sign(v_t) * max(mpf(0), abs(v_t) - mu * abs(new_n - v_n))
         disc.velocity = _combine(new_n, n, new_t, t)
+        if disc.roll is not None:
+            w_n, w_t = _dot(disc.roll, n), _dot(disc.roll, t)
+            w_n = mp.sign(w_n) * max(mpf(0), abs(w_n) - mu * abs(new_n - v_n) * 5 / 2)
+            disc.roll = _combine(w_n, n, w_t, t)
 
     def _collide(self, a: Disc, b: Disc) -> None:
         """Answer by Eqs. 1-7: momentum and restitution along n, and the law's friction along t."""
@@ -384,6 +411,10 @@ def _vec(point: Sequence[float]) -> Vec:
 
 def _minus(a: Vec, b: Vec) -> Vec:
     return (a[0] - b[0], a[1] - b[1])
+
+
+def _scaled(factor: Number, v: Vec) -> Vec:
+    return (factor * v[0], factor * v[1])
 
 
 def _dot(a: Vec, b: Vec) -> Number:

@@ -14,7 +14,7 @@ from pool_pymunk.physics.motion import (
     kinetic_energy,
     stopping_time,
 )
-from pool_pymunk.physics.path import Path, motion_at, set_off
+from pool_pymunk.physics.path import from_breakpoint, motion_at, set_off
 
 EPSILON = 2.0**-52
 G = 9.80665
@@ -150,7 +150,7 @@ def test_free_motions_are_those_of_paths(
     at = np.array([knot[0] for knot in knots]) + np.array([row[-1] for row in rows])
     position, velocity = free_motions(np.array(knots).reshape(-1, 7), at)
     for k, (t, *motion) in enumerate(knots):
-        assert (*position[k], *velocity[k]) == motion_at(Path._make((t, *motion, math.inf)), at[k])
+        assert (*position[k], *velocity[k]) == motion_at(from_breakpoint(t, *motion), at[k])
 
 
 def test_free_motions_of_nothing() -> None:

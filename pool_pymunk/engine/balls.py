@@ -33,7 +33,7 @@ class Balls:
         self.paths: list[Path] = []
         self.radii: list[float] = []
         self.masses: list[float] = []
-        self.speeds: list[float] = []  # m/s, at the beginning of the paths
+        self.speeds: list[float] = []  # m/s, the highest on the paths
         self.noises: list[float] = []
         self.rested: list[float] = []
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
@@ -43,7 +43,7 @@ class Balls:
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
-        speed = path.speed
+        speed = path.fastest
         self.paths.append(path)
         self.speeds.append(speed)
         self.noises.append(NOISE * speed)
@@ -51,7 +51,7 @@ class Balls:
         self.ends.append(math.inf)
         self.radii.append(radius)
         self.masses.append(mass)
-        self.rested.append(math.inf if speed > 0.0 else -math.inf)
+        self.rested.append(math.inf if path.moves else -math.inf)
         self.is_finite = self.is_finite and not path.is_lost(radius)
         return len(self.paths) - 1
 

@@ -31,7 +31,15 @@ from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.persistent import PersistentContacts
 from pool_pymunk.engine.policies import Exact, Policy, Variant
 from pool_pymunk.engine.recorder import Motion, Recorder
-from pool_pymunk.engine.resolver import HIT, MICRO, Answer, Resolution, Resolver, distinct
+from pool_pymunk.engine.resolver import (
+    HIT,
+    MICRO,
+    Answer,
+    Resolution,
+    Resolver,
+    cushion_pushes,
+    distinct,
+)
 from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import NOISE, NOT_MET, Path, motion_at, pair_time
@@ -101,7 +109,7 @@ class ContactEngine(Balls):
         """Put ball ``i`` on a new path that somebody else gave it."""
         if path.moves:
             self.rested[i] = math.inf
-        self._begin(i, path, NOISE * path.speed)
+        self._begin(i, path, NOISE * path.fastest)
         self.recorder.path(i, path)
 
     # -- what is due -----------------------------------------------------------------------------
@@ -111,7 +119,7 @@ class ContactEngine(Balls):
         walls, now, push = self.walls, self.now, self.push
         for i in balls:
             path, end, radius = self.paths[i], math.inf, self.radii[i]
-            if self.speeds[i] > 0.0:
+            if path.moves:
                 for wall in self.near.walls(i):
                     t = walls[wall].time_of_contact(path, radius, now)
                     if t < math.inf:
@@ -216,8 +224,7 @@ class ContactEngine(Balls):
             return
         self.tally.answered += 1
         if what.kind == "stop":
-            if self.rested[what.i] == math.inf:  # A path may have been predicted twice.
-                self._stop(what.i, path.end, path.rest)
+            self._end(what.i, path)
             return
         latest = self._latest(what)
         is_alone = not self.queue or self.queue[0][0] > latest
@@ -226,6 +233,20 @@ class ContactEngine(Balls):
             hits = self._pocket(hits)
         if hits:
             self._answer(hits)
+
+    def _end(self, i: int, path: Path) -> None:
+        """Let ball ``i`` rest at the end of its path, or go on as the surface says."""
+        then = self.surface.then(path)
+        if then is not None and then.moves:
+            self.tally.listed += 1
+            self.recorder.roll(i, then)
+            self.set_off(i, then)
+            self.predict([i])
+        elif self.rested[i] == math.inf:  # A path may have been predicted twice.
+            self._stop(i, path.end, path.rest)
+            if then is not None:
+                self._begin(i, then, 0.0)
+                self.predict([i])
 
     def _latest(self, hit: Hit) -> float:
         """Return up to when (s) contacts may be of the instant of this one."""
@@ -356,10 +377,12 @@ class ContactEngine(Balls):
         """Tell the recorder about the contacts, and give the balls their new paths."""
         self._report(resolution)
         rounded, noise = self.policy.errors.velocity, resolution.noise
+        pushes = cushion_pushes(resolution) if self.surface.rolls else {}
         for i, found in resolution.velocity.items():
             x, y, _, _ = motions[i]
-            path = self.surface.path(self.now, (x, y), rounded(found, noise))
-            if path.vx != 0.0 or path.vy != 0.0:
+            roll = self.surface.roll(self.paths[i], self.now, pushes.get(i, ()))
+            path = self.surface.path(self.now, (x, y), rounded(found, noise), roll)
+            if path.moves:
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
             elif self.rested[i] == math.inf:
@@ -367,7 +390,7 @@ class ContactEngine(Balls):
             self._begin(i, path, noise)
 
     def _begin(self, i: int, path: Path, noise: float) -> None:
-        self.paths[i], self.speeds[i], self.noises[i] = path, path.speed, noise
+        self.paths[i], self.speeds[i], self.noises[i] = path, path.fastest, noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 

@@ -46,21 +46,32 @@ NOWHERE: Box = (math.inf, math.inf, -math.inf, -math.inf)
 
 def box(path: Path, radius: float, since: float, end: float) -> Box:
     """Return the box of a disc on its path, from ``since`` until ``end`` (s)."""
-    x, y = path.x, path.y
+    x, y, vx, vy = path.x, path.y, path.vx, path.vy
     if since > path.t and path.end > path.t:
-        x, y, _, _ = motion_at(path, since)
+        x, y, vx, vy = motion_at(path, since)
     last = end if end < path.end else path.end
-    if path.end == path.t:
-        ex, ey = x, y
-    elif last < math.inf:
-        ex, ey, _, _ = motion_at(path, last)
-    else:
-        ex = math.copysign(math.inf, path.vx) if path.vx else x
-        ey = math.copysign(math.inf, path.vy) if path.vy else y
+    ex, ey, ux, uy = x, y, vx, vy
+    if path.end > path.t and last < math.inf:
+        ex, ey, ux, uy = motion_at(path, last)
+    elif path.end > path.t:
+        ex, ux = _without_end(x, vx, path.ax)
+        ey, uy = _without_end(y, vy, path.ay)
     r = radius + 2.0 * NEARLY_NOW * radius + 1e-9 * (abs(x) + abs(y))
     x0, x1 = (x, ex) if x < ex else (ex, x)
     y0, y1 = (y, ey) if y < ey else (ey, y)
+    if vx * ux < 0.0:
+        turn = x - vx * vx / (2.0 * path.ax)
+        x0, x1 = min(x0, turn), max(x1, turn)
+    if vy * uy < 0.0:
+        turn = y - vy * vy / (2.0 * path.ay)
+        y0, y1 = min(y0, turn), max(y1, turn)
     return x0 - r, y0 - r, x1 + r, y1 + r
+
+
+def _without_end(x: float, v: float, a: float) -> tuple[float, float]:
+    """Return where motion without end leads along one axis (m), and how fast (m/s)."""
+    last = math.copysign(math.inf, a if a else v) if a or v else 0.0
+    return (last if last else x), last
 
 
 def piece(balls: int, width: float, height: float) -> float:

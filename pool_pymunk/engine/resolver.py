@@ -36,6 +36,7 @@ from pool_pymunk.physics.contact import (
 from pool_pymunk.physics.impulses import Call, Shared, along_normal
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.path import NOISE
+from pool_pymunk.physics.surface import Push
 from pool_pymunk.physics.together import push_apart
 
 SAME_NORMAL = 1e-12
@@ -294,6 +295,17 @@ def distinct(contacts: Iterable[Contact]) -> list[Contact]:
             others.append(contact)
             kept.append(contact)
     return kept
+
+
+def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:
+    """Return how cushions pushed each ball: along which normal, and how their friction slows."""
+    pushes: dict[int, list[Push]] = {}
+    for answer in resolution.answers:
+        contact = answer.contact
+        if contact.b == NO_BALL and answer.kind != MISSED:
+            slows = contact.pair.friction * answer.impulse / contact.pair.m_a
+            pushes.setdefault(contact.a, []).append((contact.normal, slows))
+    return pushes
 
 
 def _same(one: Contact, other: Contact) -> bool:

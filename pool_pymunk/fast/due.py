@@ -22,7 +22,8 @@ PARTING = 1e-6  # Balls that part surely do so faster than this share of their s
 
 def path_of(ball: Ball) -> Path:
     """Return the path of a ball."""
-    return Path(ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end)
+    b = ball
+    return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, True, 0.0, 0.0)
 
 
 def put_box(ball: Ball, found: tuple[float, float, float, float]) -> None:

@@ -45,7 +45,7 @@ from pool_pymunk.fast.records import (
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
-from pool_pymunk.physics.path import NOISE, Path, motion_at, set_off
+from pool_pymunk.physics.path import NOISE, Path, motion_at, set_off, standing
 from pool_pymunk.physics.sides import unit
 
 MOST_EVENTS = 1_000_000  # A shot with more events goes to the engine, which gives it up.
@@ -235,7 +235,7 @@ def clear(w: Work) -> None:
 
 def put_path(ball: Ball, path: Path) -> bool:
     """Give a ball a new path; tell whether its contact times mean something."""
-    ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end = path
+    ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end, _, _, _ = path
     ball.rest[0], ball.rest[1] = path.x, path.y
     ball.speed = math.sqrt(path.vx * path.vx + path.vy * path.vy)
     return not is_lost(path, ball.radius)
@@ -245,9 +245,8 @@ def keep(w: Work, i: int, path: Path) -> None:
     """Keep the breakpoint at which a path begins, if tracks are wanted."""
     if w.scene.keeps:
         knot = w.track.knot[w.track.knots]
-        knot[0] = i
-        for k in range(7):
-            knot[1 + k] = path[k]
+        knot[0], knot[1], knot[2], knot[3] = i, path.t, path.x, path.y
+        knot[4], knot[5], knot[6], knot[7] = path.vx, path.vy, path.ax, path.ay
         w.track.knots += 1
 
 
@@ -257,11 +256,6 @@ def keep_contact(w: Work, i: int, other: int) -> None:
         contact = w.track.contact[w.track.contacts]
         contact[0], contact[1] = i, other
         w.track.contacts += 1
-
-
-def standing(t: float, x: float, y: float) -> Path:
-    """Return the path of a ball that rests."""
-    return Path(t, x, y, 0.0, 0.0, 0.0, 0.0, t)
 
 
 # -- contacts of one instant -----------------------------------------------------------------------

@@ -36,6 +36,7 @@ Mass = Annotated[float, Key(plain.size, "mass")]  # kg
 Time = Annotated[float, Key(plain.size)]  # s
 Speed = Annotated[float, Key(plain.between(0.0), "speed")]  # m/s
 Angle = Annotated[float, Key(plain.finite)]  # degrees
+Factor = Annotated[float, Key(plain.finite)]  # any finite number
 Share = Annotated[float, Key(plain.between(0.0, 1.0))]
 Number = Annotated[float, Key(plain.between(0.0))]  # from 0 on
 Place = Annotated[Point, Key(plain.point, "length")]  # m

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pool_pymunk.model.keys import (
     Angle,
     Ends,
+    Factor,
     Flag,
     Key,
     Length,
@@ -57,7 +58,11 @@ Color = Annotated[str, Key(_color)]
 
 @dataclass(frozen=True, slots=True)
 class Ball(Part):
-    """A disc that slides without turning: position (m), radius (m), mass (kg), velocity (m/s)."""
+    """A disc that slides without turning: position (m), radius (m), mass (kg), velocity (m/s).
+
+    Where the scene has ``Friction.rolling``, it is a solid sphere. Its ``roll`` is a share of its
+    velocity: 1 rolls, 0 slides without rotation, and a negative one draws.
+    """
 
     id: Annotated[str, Key(_ball_id)]
     position: Place
@@ -66,6 +71,7 @@ class Ball(Part):
     cue: Flag = False
     velocity: Velocity = (0.0, 0.0)
     color: Color | None = None
+    roll: Factor = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,11 +98,21 @@ class Restitution(Part):
 
 @dataclass(frozen=True, slots=True)
 class Friction(Part):
-    """Coefficients of friction, each >= 0; 0 is not modelled."""
+    """Coefficients of friction, each >= 0; 0 is not modelled.
+
+    With ``rolling`` balls slide, then roll; ``surface`` is that of sliding, and not below it.
+    """
 
     surface: Number = 0.0
     cushion: Number = 0.0
     ball_ball: Number = 0.0
+    rolling: Number | None = None
+
+    def _problems(self) -> Iterator[Problem]:
+        """Find friction of rolling that is above that of sliding."""
+        if self.rolling is not None and self.rolling > self.surface:
+            message = f"must not be above surface ({self.surface:g})"
+            yield Problem("rolling", self.rolling, message)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +130,8 @@ class Shot(Part):
 
     Beside the speed stands an ``angle`` (degrees, counter-clockwise from +x), or a ball to ``aim``
     at, by its id or as "nearest". ``from_previous`` goes on from where the shot before ended.
-    ``published`` are reference ends to compare with (m).
+    ``published`` are reference ends to compare with (m). ``roll`` is a share of the ball's velocity
+    (follow is positive, draw negative), in a scene with ``Friction.rolling``.
 
     >>> Shot("break", "C", speed=2.0, angle=0.0).launch
     (2.0, 0.0)
@@ -128,10 +145,13 @@ class Shot(Part):
     from_previous: Flag = False
     published: Ends = field(default_factory=dict, hash=False)
     angle: Angle | None = None
+    roll: Factor = 0.0
 
     def __repr__(self) -> str:
         said = {key: getattr(self, key) for key in LAUNCH}
         parts = [f"{key}={value!r}" for key, value in said.items() if value is not None]
+        if self.roll != 0.0:
+            parts.append(f"roll={self.roll!r}")
         if self.from_previous:
             parts.append("from_previous=True")
         if self.published:

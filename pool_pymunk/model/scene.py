@@ -26,10 +26,10 @@ from pool_pymunk.model.problems import (
     raise_any,
     written,
 )
-from pool_pymunk.model.state import State, read_state
+from pool_pymunk.model.state import NO_ROLLING, State, read_state
 from pool_pymunk.model.units import Units
 from pool_pymunk.physics.contact import Pair
-from pool_pymunk.physics.surface import Sliding
+from pool_pymunk.physics.surface import Rolling, Sliding
 
 SomePart = TypeVar("SomePart")
 Located = Sequence[tuple[Location, SomePart]]
@@ -103,14 +103,21 @@ class Scene(Part):
         return math.hypot(max(xs) - min(xs), max(ys) - min(ys))
 
     @property
-    def surface(self) -> Sliding:
+    def surface(self) -> Sliding | Rolling:
         """The surface says how balls move on the table between contacts."""
-        return Sliding(self.deceleration)
+        if self.friction.rolling is None:
+            return Sliding(self.deceleration)
+        return Rolling(self.deceleration, self.friction.rolling * self.physics.gravity)
 
     @property
     def deceleration(self) -> float:
         """Surface friction takes this from a moving ball's speed, a = mu_s g (m/s^2, Eq. 10)."""
         return _deceleration(self.friction, self.physics)
+
+    @property
+    def always_rests(self) -> bool:
+        """Tell whether friction brings every ball to rest."""
+        return not _never_rests(self.friction, self.physics)
 
     @property
     def cue(self) -> Ball | None:
@@ -130,15 +137,25 @@ class Scene(Part):
         Balls that are off the table there stay off. Raises SceneError for a shot that strikes or
         aims at such a ball, or at one that the scene has not.
         """
-        state = before or State(
-            tuple(ball.position for ball in self.balls), tuple(ball.velocity for ball in self.balls)
-        )
+        state = before or self._as_set_up()
         if shot is None:
             return state
         raise_any(self._absent(shot, state.off))
         i = self.index[shot.ball]
         velocity = shot.launch or self._aimed(shot, i, state)
-        return state._replace(velocity=(*state.velocity[:i], velocity, *state.velocity[i + 1 :]))
+        state = state._replace(velocity=_with(state.velocity, i, velocity))
+        if state.roll is None:
+            return state
+        return state._replace(roll=_with(state.roll, i, _scaled(velocity, shot.roll)))
+
+    def _as_set_up(self) -> State:
+        """Return the state in which the scene's balls are before any shot."""
+        places = tuple(ball.position for ball in self.balls)
+        velocities = tuple(ball.velocity for ball in self.balls)
+        if not self.surface.rolls:
+            return State(places, velocities)
+        rolls = tuple(_scaled(ball.velocity, ball.roll) for ball in self.balls)
+        return State(places, velocities, frozenset(), rolls)
 
     def _absent(self, shot: Shot, off: Collection[str]) -> Iterator[Problem]:
         """Find the balls that a shot strikes or aims at, and that are not on the table."""
@@ -176,7 +193,7 @@ class Scene(Part):
         The balls may sink into each other and into cushions by ``SUNK`` of their radii, as they do
         where runs end that find contacts late. Raises SceneError for what cannot be, with the ball.
         """
-        state = read_state(value, self.index)
+        state = read_state(value, self.index, self.surface.rolls)
         there = placed(self.balls, state)
         raise_any(
             Problem(("start", "position", problem.steps[1]), problem.value, problem.message)
@@ -213,6 +230,20 @@ def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | N
 
 def _deceleration(friction: Friction, physics: Physics) -> float:
     return friction.surface * physics.gravity
+
+
+def _never_rests(friction: Friction, physics: Physics) -> bool:
+    """Tell whether a ball that rolls, or slides where none rolls, goes on without end."""
+    least = friction.surface if friction.rolling is None else friction.rolling
+    return least * physics.gravity == 0.0
+
+
+def _with(vectors: tuple[Point, ...], i: int, vector: Point) -> tuple[Point, ...]:
+    return (*vectors[:i], vector, *vectors[i + 1 :])
+
+
+def _scaled(vector: Point, share: float) -> Point:
+    return (share * vector[0], share * vector[1])
 
 
 # What can be wrong between the parts of a scene. Parts come with where they stand: a scenario file
@@ -254,7 +285,12 @@ def scene_problems(
     has_table = table is not None if has_table is None else has_table
     yield from restitution_needs(restitution, has_table, len(balls), len(cues))
     moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for _, ball in balls)
-    if moves and _deceleration(friction, physics) == 0.0 and physics.max_time is None:
+    if friction.rolling is None:
+        given = [(where, ball.roll) for where, ball in balls]
+        for where, roll in [*given, *((where, shot.roll) for where, shot in shots)]:
+            if roll != 0.0:
+                yield Problem((*where, "roll"), roll, NO_ROLLING)
+    if moves and _never_rests(friction, physics) and physics.max_time is None:
         message = "is missing: without surface friction and gravity the balls never come to rest"
         yield Problem(("physics", "max_time"), LEFT_OUT, message)
 

@@ -24,6 +24,7 @@ from pool_pymunk.physics.motion import (
 FAR_OFF = 1.001
 LOST = 1e-3  # radii; a ball is lost that travels farther within one rounding error of the time
 NOISE = 16.0 * EPSILON  # This share of the speeds in a contact may be rounding.
+SLIGHT = 1e-12  # A path that leads into a disc by less than this share of its speed is tangent.
 BARELY = 0.9  # of the least bounce: touching balls that close more slowly have no hit yet
 
 
@@ -43,10 +44,12 @@ NOT_MET = Lasting()
 
 
 class Path(NamedTuple):
-    """A path is the motion of a ball from time ``t`` (s) to its ``end`` (s), where the ball rests.
+    """A path is the motion of a ball from time ``t`` (s) to its ``end`` (s).
 
     It begins at a position (m) with a velocity (m/s), and its acceleration (m/s^2) is constant. The
-    end is infinite for a ball that goes on without end.
+    end is infinite for a ball that goes on without end. A path that ``slows`` runs straight and
+    slows to rest. Other paths may bend, and at their end another one follows. (``wx``, ``wy``) is
+    the roll (m/s) at the beginning; it is 0 where balls do not roll.
 
     >>> path = set_off(1.0, (0.0, 0.0), (2.0, 0.0), 0.5)
     >>> path.end, path.at(2.0), path.at(9.0)
@@ -61,6 +64,9 @@ class Path(NamedTuple):
     ax: float
     ay: float
     end: float
+    slows: bool = True
+    wx: float = 0.0
+    wy: float = 0.0
 
     def at(self, t: float) -> tuple[Vector, Vector]:
         """Return position and velocity at time ``t`` (s), not before the path began."""
@@ -69,7 +75,7 @@ class Path(NamedTuple):
 
     @property
     def rest(self) -> Vector:
-        """Where the ball comes to rest (m); where it begins if it goes on without end."""
+        """Where the path ends (m); where it begins if it goes on without end."""
         return self.at(self.end)[0] if self.end < math.inf else (self.x, self.y)
 
     @property
@@ -78,19 +84,27 @@ class Path(NamedTuple):
         return math.sqrt(self.vx * self.vx + self.vy * self.vy)
 
     @property
+    def fastest(self) -> float:
+        """The highest speed (m/s) on the path, or that at the beginning if it has no end."""
+        if self.slows or self.end == math.inf:
+            return self.speed
+        _, _, vx, vy = motion_at(self, self.end)
+        return max(self.speed, math.sqrt(vx * vx + vy * vy))
+
+    @property
     def ux(self) -> float:
         """The part along x of the unit vector of the velocity at the beginning."""
-        return self.vx / self.speed if self.moves else 1.0
+        return self.vx / self.speed if self.speed > 0.0 else 1.0
 
     @property
     def uy(self) -> float:
         """The part along y of the unit vector of the velocity at the beginning."""
-        return self.vy / self.speed if self.moves else 0.0
+        return self.vy / self.speed if self.speed > 0.0 else 0.0
 
     @property
     def moves(self) -> bool:
-        """Tell whether the ball moves at the beginning."""
-        return self.vx != 0.0 or self.vy != 0.0
+        """Tell whether the ball moves, or sets off."""
+        return self.vx != 0.0 or self.vy != 0.0 or self.ax != 0.0 or self.ay != 0.0
 
     def is_lost(self, radius: float) -> bool:
         """Tell whether one rounding error of the time moves the ball by ``LOST`` radii."""
@@ -116,20 +130,31 @@ def set_off(t: float, position: Vector, velocity: Vector, pull: float) -> Path:
     (x, y), (vx, vy) = position, velocity
     speed = math.sqrt(vx * vx + vy * vy)
     if speed == 0.0:
-        return Path(t, x, y, 0.0, 0.0, 0.0, 0.0, t)
-    drag = pull / speed
-    return Path(t, x, y, vx, vy, -drag * vx, -drag * vy, t + stopping_time(speed, pull))
+        return standing(t, x, y)
+    drag, end = pull / speed, t + stopping_time(speed, pull)
+    return Path(t, x, y, vx, vy, -drag * vx, -drag * vy, end, True, 0.0, 0.0)
+
+
+def standing(t: float, x: float, y: float) -> Path:
+    """Return the path of a ball that rests."""
+    return Path(t, x, y, 0.0, 0.0, 0.0, 0.0, t, True, 0.0, 0.0)
+
+
+def from_breakpoint(
+    t: float, x: float, y: float, vx: float, vy: float, ax: float, ay: float
+) -> Path:
+    """Return the path from a breakpoint on; another breakpoint ends it."""
+    return Path(t, x, y, vx, vy, ax, ay, math.inf, False, 0.0, 0.0)
 
 
 def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
     """Return position (m) and velocity (m/s) of a path's ball at ``t`` (s), not before it began."""
-    began, x, y, vx, vy, ax, ay, end = path
-    if t < end:
-        time = t - began
-        wx, wy = vx + time * ax, vy + time * ay
-    else:
-        time, wx, wy = end - began, 0.0, 0.0
-    return x + time * (vx + time * ax / 2.0), y + time * (vy + time * ay / 2.0), wx, wy
+    began, x, y, vx, vy, ax, ay, end, slows, _, _ = path
+    time = (t if t < end else end) - began
+    ux, uy = vx + time * ax, vy + time * ay
+    if slows and t >= end:
+        ux = uy = 0.0
+    return x + time * (vx + time * ax / 2.0), y + time * (vy + time * ay / 2.0), ux, uy
 
 
 def arrival(path: Path, length: float, now: float) -> float:
@@ -139,8 +164,12 @@ def arrival(path: Path, length: float, now: float) -> float:
 
 
 def disc_time(path: Path, center: Vector, reach: float, now: float) -> float:
-    """Return when (s), not before now, a ball that slows to rest comes as near as ``reach``."""
+    """Return when (s), not before now, a ball comes as near as ``reach`` (m) to a place (m)."""
     vx, vy, dx, dy = path.vx, path.vy, center[0] - path.x, center[1] - path.y
+    if not path.slows:
+        time, noise = path.end - path.t, SLIGHT * speed_of(path)
+        t = path.t + time_of_impact((dx, dy), (-vx, -vy), (-path.ax, -path.ay), reach, time, noise)
+        return t if t > now else now
     if dx * vx + dy * vy <= 0.0:
         return math.inf
     speed = math.sqrt(vx * vx + vy * vy)
@@ -169,15 +198,19 @@ def pair_time(
         if t < math.inf:
             return t
     mover, rester = (a, b) if b.end <= a.end else (b, a)
-    if rester.end > until or rester.end == math.inf or mover.end <= since:
+    if rester.end > until or rester.end == math.inf or mover.end <= since or not rester.slows:
         return math.inf
-    t = _one_moves(mover, rester, reach)
-    return t if since <= t <= until else math.inf
+    if mover.slows:
+        t = _one_moves(mover, rester, reach)
+        return t if since <= t <= until else math.inf
+    x, y, _, _ = motion_at(rester, rester.end)
+    at_rest, since = standing(rester.end, x, y), max(since, rester.end)
+    return _both_move(mover, at_rest, reach, since, min(until, mover.end), lasting, noise)
 
 
 def _one_moves(mover: Path, rester: Path, reach: float) -> float:
     """Return the time (s) at which the mover meets the other, which rests; infinite if never."""
-    t, x, y, ux, uy, _, _, _ = mover
+    t, x, y, ux, uy, _, _, _, _, _, _ = mover
     rx, ry, vx, vy = rester.x, rester.y, ux, uy
     if rester.end > rester.t:
         rx, ry, _, _ = motion_at(rester, rester.end)

@@ -12,9 +12,10 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
-from pool_pymunk.physics.motion import EPSILON, Vector
+from pool_pymunk.physics.motion import EPSILON, Vector, time_to_close
 from pool_pymunk.physics.path import Path, arrival, disc_time, speed_of
 
+OVERLAP = 1e-6  # radii; a ball that overlaps a face by no more than this touches it.
 GRAZING = 1e-12  # A ball that touches a face and sinks by less than this share moves along it.
 
 
@@ -105,8 +106,8 @@ class Face(NamedTuple):
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s) a ball meets the face; never if it moves along it, to rounding."""
         nx, ny = self.outward
-        closing = -(path.vx * nx + path.vy * ny)
-        if closing <= 0.0:
+        closing, pull = -(path.vx * nx + path.vy * ny), -(path.ax * nx + path.ay * ny)
+        if closing <= 0.0 and (path.slows or pull <= 0.0):
             return math.inf
         (x0, y0), (tx, ty), _, width, radius = self
         x, y = path.x - x0, path.y - y0
@@ -116,13 +117,12 @@ class Face(NamedTuple):
         gap = height - r - radius
         rounding = EPSILON * (abs(path.x) + abs(path.y) + r)
         if gap <= rounding and closing < GRAZING * speed_of(path):
-            return math.inf
-        time = 0.0
-        if gap > 0.0:
-            left = closing * closing - 2.0 * gap * (path.ax * nx + path.ay * ny)
-            if left <= 0.0:
+            if path.slows:
                 return math.inf
-            time = 2.0 * gap / (closing + math.sqrt(left))
+            gap, closing = (0.0 if gap > -OVERLAP * r else gap), min(closing, 0.0)
+        time = time_to_close(gap, closing, pull)
+        if time > (math.inf if path.slows else path.end - path.t):
+            return math.inf
         along = path.vx * tx + path.vy * ty + time * (path.ax * tx + path.ay * ty) / 2.0
         foot = x * tx + y * ty + time * along
         slack = GRAZING * width
@@ -164,7 +164,8 @@ class Post(NamedTuple):
         rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
         reach = r + self.radius - rounding
         along, near = dx * path.vx + dy * path.vy, reach + 2.0 * rounding
-        if dx * dx + dy * dy <= near * near and along <= GRAZING * reach * speed_of(path):
+        is_tangent = along <= GRAZING * reach * speed_of(path) and path.slows
+        if is_tangent and dx * dx + dy * dy <= near * near:
             return math.inf
         return disc_time(path, self.center, reach, now)
 

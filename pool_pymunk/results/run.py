@@ -22,7 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 from pool_pymunk.engine.policies import Variant
 from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.physics.motion import Array, free_motions, kinetic_energy
+from pool_pymunk.model.state import NO_ROLLING
+from pool_pymunk.physics.motion import Array, free_motions
+from pool_pymunk.physics.surface import GYRATION, rolls_of
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -46,13 +48,13 @@ STATUSES: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A contact, or a ball that comes to rest or into a pocket, at time ``t`` (s).
+    """A contact, or a ball that rolls from now on, or comes to rest or into a pocket, at ``t`` (s).
 
     ``pocket`` is the pocket's id.
     """
 
     t: float
-    kind: str  # ball-ball | ball-cushion | stop | pocket
+    kind: str  # ball-ball | ball-cushion | roll | stop | pocket
     balls: tuple[str, ...]
     cushion: int | None = None
     pocket: str | None = None
@@ -83,7 +85,8 @@ class Run:
 
     ``t`` (T,), ``position`` (T, N, 2) and ``velocity`` (T, N, 2) are samples in s, m and m/s, N in
     the order of ``scene.balls``; ``final`` maps each ball to its end (m). ``knots`` has the
-    breakpoints (K, 7) of each ball: t, x, y, vx, vy, ax, ay. ``law`` names the law that answered
+    breakpoints (K, 7) of each ball: t, x, y, vx, vy, ax, ay, and where balls roll (K, 9) wx, wy,
+    their roll (m/s). ``law`` names the law that answered
     the contacts. ``off`` has the ids of the balls that are off the table at the end;
     a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
@@ -201,6 +204,40 @@ class Run:
             return position[0], velocity[0]
         return self._sampled(t)
 
+    def roll_at(self, times: Array | Sequence[float] | float) -> Array:
+        """Return the velocities (m/s) at which the balls would roll, at any ``times`` (s).
+
+        For a sequence of times (T,) the answer is of shape (T, N, 2), for a single time (N, 2).
+        Raises SettingError for a scene without friction of rolling.
+        """
+        if not self.scene.surface.rolls:
+            raise setting_error("scene", self.scene.title, NO_ROLLING)
+        t = read_times(times)
+        rolls = self._rolls(np.atleast_1d(t))
+        return rolls if t.ndim else rolls[0]
+
+    def _rolls(self, times: Array) -> Array:
+        t = np.clip(times, 0.0, self.duration)
+        found = np.empty((len(t), len(self.knots), 2))
+        for i, knots in enumerate(self.knots):
+            found[:, i] = rolls_of(knots[np.searchsorted(knots[:, 0], t, side="right") - 1], t)
+        return found
+
+    def energy_at(self, times: Array | Sequence[float] | float) -> Array:
+        """Return the kinetic energy (J) of all balls at any ``times`` (s): (T,), or one number.
+
+        >>> from pool_pymunk import load, simulate
+        >>> run = simulate(load("report"), 1, solver="event-driven")
+        >>> run.energy_at(run.duration), run.energy_at([0.0]) == run.energy["initial"]
+        (array(0.), array([ True]))
+        """
+        t = read_times(times)
+        mass = np.array([ball.mass for ball in self.scene.balls])
+        energy = 0.5 * ((self.at(t)[1] ** 2).sum(axis=-1) * mass)
+        if self.scene.surface.rolls:
+            energy += 0.5 * GYRATION * ((self.roll_at(t) ** 2).sum(axis=-1) * mass)
+        return np.asarray(energy.sum(axis=-1))
+
     def _sampled(self, times: Array) -> tuple[Array, Array]:
         t = np.clip(times, 0.0, self.duration)
         position = np.empty((len(t), len(self.knots), 2))
@@ -224,8 +261,12 @@ class Run:
     @cached_property
     def end(self) -> State:
         """Positions (m) and velocities (m/s) at the end, exactly as the solver left them."""
-        position, velocity = self._sampled(np.array([self.duration]))
-        return State(_points(position[0]), _points(velocity[0]), self.off)
+        last = np.array([self.duration])
+        position, velocity = self._sampled(last)
+        state = State(_points(position[0]), _points(velocity[0]), self.off)
+        if not self.scene.surface.rolls:
+            return state
+        return state._replace(roll=_points(self._rolls(last)[0]))
 
     @cached_property
     def final(self) -> dict[str, Point]:
@@ -328,12 +369,8 @@ class Run:
     @cached_property
     def energy(self) -> dict[str, float]:
         """Kinetic energy (J) of all balls, ``initial`` and ``final``."""
-        balls = self.scene.balls
-        start = [(knots[0, 3], knots[0, 4]) for knots in self.knots]
-        return {
-            name: float(sum(kinetic_energy(b.mass, *v) for b, v in zip(balls, at, strict=True)))
-            for name, at in (("initial", start), ("final", self.end.velocity))
-        }
+        start, end = self.energy_at([0.0, self.duration]).tolist()
+        return {"initial": start, "final": end}
 
     def as_dict(self) -> dict[str, object]:
         """The shot as it stands in the JSON of ``run --json``, in SI."""

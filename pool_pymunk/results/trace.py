@@ -7,17 +7,19 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.policies import Variant
-from pool_pymunk.physics.surface import Sliding
+from pool_pymunk.physics.path import Path
+from pool_pymunk.physics.surface import Surface
 
 if TYPE_CHECKING:
     from pool_pymunk.model import Point, State
 
 
-# t (s), x, y (m), vx, vy (m/s), ax, ay (m/s^2)
-Knot = tuple[float, float, float, float, float, float, float]
+# t (s), x, y (m), vx, vy (m/s), ax, ay (m/s^2), and where balls roll wx, wy (m/s)
+Knot = tuple[float, ...]
 UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface is to tell
 NONE = (0.0, 0.0)
 
+ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
 POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
 
 # These are the policies that answer what has no exact answer.
@@ -41,9 +43,12 @@ class Trace:
     """A solver writes down a trace while it runs; balls are numbers, as in ``scene.balls``."""
 
     def __init__(self, start: State) -> None:
+        rolls = start.roll or ((),) * len(start.position)
         self.knots: list[list[Knot]] = [
-            [(0.0, *p, *v, *UNKNOWN)] for p, v in zip(start.position, start.velocity, strict=True)
+            [(0.0, *p, *v, *UNKNOWN, *w)]
+            for p, v, w in zip(start.position, start.velocity, rolls, strict=True)
         ]
+        self.no_roll = () if start.roll is None else NONE  # what a ball at rest has for a roll
         # the time, the kind, the balls, and the number of the cushion or of the pocket
         self.events: list[tuple[float, str, tuple[int, ...], int | None]] = []
         # when first, how often, and the largest figure
@@ -70,13 +75,28 @@ class Trace:
         return (*OTHERWISE[:has_others], *gaps)
 
     def knot(
-        self, i: int, t: float, position: Point, velocity: Point, acceleration: Point = UNKNOWN
+        self,
+        i: int,
+        t: float,
+        position: Point,
+        velocity: Point,
+        acceleration: Point = UNKNOWN,
+        roll: Point = NONE,
     ) -> None:
         """Ball ``i`` moves on from ``position`` with a new ``velocity`` at ``t``.
 
         By default its ``acceleration`` is that of a ball that slides on the scene's surface.
         """
-        self.knots[i].append((t, *position, *velocity, *acceleration))
+        turns = roll if self.no_roll else ()
+        self.knots[i].append((t, *position, *velocity, *acceleration, *turns))
+
+    def path(self, i: int, path: Path) -> None:
+        """Ball ``i`` moves on along this path."""
+        self.knots[i].append((*path[:7], *path[9:]) if self.no_roll else path[:7])
+
+    def roll(self, i: int, t: float) -> None:
+        """Ball ``i`` began to roll."""
+        self.events.append((t, ROLL, (i,), None))
 
     def ball_ball(self, t: float, i: int, j: int) -> None:
         """Balls ``i`` and ``j`` met."""
@@ -88,7 +108,7 @@ class Trace:
 
     def stop(self, i: int, t: float, position: Point) -> None:
         """Ball ``i`` came to rest."""
-        self.knots[i].append((t, *position, *NONE, *NONE))
+        self.knot(i, t, position, NONE, NONE)
         self.events.append((t, "stop", (i,), None))
         self.duration = max(self.duration, t)
 
@@ -101,8 +121,8 @@ class Trace:
         center: Point,
     ) -> None:
         """Ball ``i`` came to a pocket with this ``motion`` (m, m/s), and lies at its ``center``."""
-        self.knots[i].append((t, *motion, *NONE))
-        self.knots[i].append((t, *center, *NONE, *NONE))
+        self.knot(i, t, motion[:2], motion[2:], NONE)
+        self.knot(i, t, center, NONE, NONE)
         self.events.append((t, POCKET, (i,), pocket))
         self.duration = max(self.duration, t)
 
@@ -128,7 +148,7 @@ class Trace:
             while knots[-1][0] > self.duration:
                 knots.pop()
 
-    def complete(self, surface: Sliding) -> None:
+    def complete(self, surface: Surface) -> None:
         """Let balls slide on from those breakpoints that know no acceleration."""
         for i, knots in enumerate(self.knots):
             if any(math.isnan(knot[5]) for knot in knots):
@@ -152,7 +172,7 @@ class Trace:
         )
 
 
-def completed(knots: Sequence[Sequence[float]], surface: Sliding, end: float) -> list[Knot]:
+def completed(knots: Sequence[Sequence[float]], surface: Surface, end: float) -> list[Knot]:
     """Return breakpoints; from those that know no acceleration a ball moves on as on the surface.
 
     Each may have five numbers. The ball rests if it comes to rest before the next breakpoint, or

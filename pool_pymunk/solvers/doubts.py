@@ -8,7 +8,7 @@ from operator import itemgetter
 
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.motion import kinetic_energy
-from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.trace import Knot, Trace
 from pool_pymunk.results.words import counted
 
@@ -39,7 +39,7 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     for t, changes in groupby(steps, key=itemgetter(0)):
         before = after = 0.0
         balls = []
-        for _, i, (t0, _, _, vx, vy, ax, ay), new in changes:
+        for _, i, (t0, _, _, vx, vy, ax, ay, *_), new in changes:
             time, mass = t - t0, masses[i]
             vx, vy, wx, wy = vx + time * ax, vy + time * ay, new[3], new[4]
             before += 0.5 * mass * (vx * vx + vy * vy)
@@ -61,4 +61,4 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
 def _motion(knots: list[Knot], t: float) -> tuple[float, float, float, float]:
     """Return where a ball is at ``t`` (s), and its velocity, from its breakpoints."""
     knot = next(knot for knot in reversed(knots) if knot[0] <= t)
-    return motion_at(Path(*knot, math.inf), t)
+    return motion_at(from_breakpoint(*knot[:7]), t)

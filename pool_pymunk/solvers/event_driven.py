@@ -12,6 +12,7 @@ from functools import cache
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model import Scene, State
+from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.exact import TraceRecorder, begin, bound, cut_off, pockets, walls
 from pool_pymunk.solvers.record import Solver
@@ -42,9 +43,10 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
     law = settings.law_of(scene)
     recorder = TraceRecorder(scene, trace, law)
     engine = ContactEngine(law, cache(scene.pair), scene.surface, recorder)
-    for ball, position, velocity in zip(scene.balls, start.position, start.velocity, strict=True):
-        path = scene.surface.path(0.0, position, velocity)
-        engine.add_ball(path, ball.radius, ball.mass)
+    surface, rolls = engine.surface, start.roll or (NO_ROLL,) * len(scene.balls)
+    starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
+    for ball, position, velocity, roll in starts:
+        engine.add_ball(surface.path(0.0, position, velocity, roll), ball.radius, ball.mass)
     engine.walls = [*walls(scene), *pockets(scene)]
     boxes = Boxes if len(scene.balls) < MANY else ManyBoxes
     engine.near = near = boxes(len(scene.balls), len(engine.walls))

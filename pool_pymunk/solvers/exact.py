@@ -35,7 +35,7 @@ def pockets(scene: Scene) -> list[Wall]:
 def begin(trace: Trace, engine: ContactEngine) -> None:
     """Write down how the balls speed up or slow down from the start on."""
     for knots, path in zip(trace.knots, engine.paths, strict=True):
-        knots[0] = (*knots[0][:5], path.ax, path.ay)
+        knots[0] = (*knots[0][:5], path.ax, path.ay, *knots[0][7:])
 
 
 def bound(engine: ContactEngine, settings: Settings) -> None:
@@ -58,7 +58,8 @@ def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
     for i, path in enumerate(engine.paths):
         if path.end > t or trace.knots[i][-1][3:5] != NONE:
             x, y, vx, vy = motion_at(path, t)
-            trace.knot(i, t, (x, y), (vx, vy), (path.ax, path.ay) if path.end > t else NONE)
+            pull, roll = (path.ax, path.ay), engine.surface.roll(path, t)
+            trace.knot(i, t, (x, y), (vx, vy), pull if path.end > t else NONE, roll)
 
 
 class TraceRecorder(Recorder):
@@ -78,7 +79,11 @@ class TraceRecorder(Recorder):
 
     def path(self, i: int, path: Path) -> None:
         """Write down where a new path begins."""
-        self.trace.knots[i].append(path[:7])
+        self.trace.path(i, path)
+
+    def roll(self, i: int, path: Path) -> None:
+        """List that a ball begins to roll."""
+        self.trace.roll(i, path.t)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """List a stop."""

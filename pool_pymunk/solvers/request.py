@@ -115,11 +115,11 @@ class Request(NamedTuple):
             trace.warn("balls touch at the start, and gaps of 1e-13 m would decide the ends", 0.0)
 
     def _check_that_it_ends(self, state: State) -> None:
-        moves = any(v != (0.0, 0.0) for v in state.velocity)
-        if moves and self.scene.deceleration == 0.0 and self.settings.max_time is None:
-            message = (
-                "is missing: without surface friction the balls of this start never come to rest"
-            )
+        moves = any(v != (0.0, 0.0) for v in (*state.velocity, *(state.roll or ())))
+        if moves and not self.scene.always_rests and self.settings.max_time is None:
+            friction = "rolling" if self.scene.surface.rolls else "surface"
+            never = "the balls of this start never come to rest"
+            message = f"is missing: without {friction} friction {never}"
             raise setting_error("max_time", None, message)
 
     def _run(

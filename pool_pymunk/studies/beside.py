@@ -11,7 +11,7 @@ from pool_pymunk.fast import compiled
 from pool_pymunk.fast.records import Out, Tracks
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.studies.compare import contact_order, contacts
 
@@ -124,9 +124,9 @@ def leaves(
         t = min(reference.times[n], duration)
         while coming < last and knots[coming, 1] <= t:
             k, coming = coming, following(knots, coming, last, i)
-        path = Path(
+        path = from_breakpoint(
             knots[k, 1], knots[k, 2], knots[k, 3], knots[k, 4], knots[k, 5], knots[k, 6],
-            knots[k, 7], math.inf,
+            knots[k, 7],
         )  # fmt: skip
         x, y, _, _ = motion_at(path, t)
         dx, dy = x - reference.path[n, i, 0], y - reference.path[n, i, 1]

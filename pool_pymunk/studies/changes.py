@@ -14,7 +14,7 @@ from pool_pymunk.physics.contact import NT, Vector, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.path import NOISE, Path, motion_at
+from pool_pymunk.physics.path import NOISE, from_breakpoint, motion_at
 from pool_pymunk.physics.saltation import Meeting, Motion6, bounce, hit
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
@@ -151,7 +151,7 @@ class Changes:
     def _is_hit(self, i: int, n: int, t: float) -> bool:
         """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
         begun, k, _ = self.kept[i][n]
-        path = Path._make((*self.knots[i][self.kept[i][n - 1][1]], math.inf))
+        path = from_breakpoint(*self.knots[i][self.kept[i][n - 1][1]][:7])
         before, rounding = path.at(t)[1], NOISE * path.speed
         after = self.knots[i][k][3:5]
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
@@ -403,7 +403,7 @@ class Changes:
 
     def _slid(self, i: int, k: int, change: Array, t: float) -> tuple[Motion6, Array]:
         """Return how a ball moves at a time, from its ``k``-th breakpoint on, and its change."""
-        path = Path._make((*self.knots[i][k], math.inf))
+        path = from_breakpoint(*self.knots[i][k][:7])
         if t == self.until[i][k]:
             by_state, by_drag = (found[k] for found in self.jacobians[i])
         else:
