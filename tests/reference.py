@@ -6,8 +6,8 @@ derivatives, and closed in by bisection and Newton. The contact laws are written
 and Listing 3. Contacts are answered one at a time. So a scene is refused if several contacts happen
 at one instant in it, or if balls come together at next to no speed.
 
-``python -m tests.reference`` makes ``tests/data/reference_runs.json`` and ``pocket_runs.json`` anew
-from their seeds.
+``python -m tests.reference`` makes ``tests/data/reference_runs.json``, ``pocket_runs.json`` and
+``rolling_runs.json`` anew from their seeds; a name makes one of them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -152,7 +153,9 @@ class Reference:
         rolls = [None] * len(scene.balls) if start.roll is None else [_vec(w) for w in start.roll]
         self.discs = [
             Disc(_vec(p), _vec(v), mpf(ball.radius), mpf(ball.mass), ball.cue, w)
-            for ball, p, v, w in zip(scene.balls, start.position, start.velocity, rolls, strict=True)
+            for ball, p, v, w in zip(
+                scene.balls, start.position, start.velocity, rolls, strict=True
+            )
         ]
         outline = [_vec(corner) for corner in scene.table.outline] if scene.table else []
         self.sides = list(zip(outline, outline[1:] + outline[:1], strict=True))
@@ -498,6 +501,20 @@ def random_pocket_scene(law: str, table: str, rng: random.Random) -> Scene:
     return replace(scene, pockets=tuple(pockets))
 
 
+def random_rolling_scene(law: str, table: str, rng: random.Random) -> Scene:
+    """Return a random scene, some with pockets, in which balls slide, then roll."""
+    scene = (random_pocket_scene if rng.random() < 0.4 else random_scene)(law, table, rng)
+    surface = round(rng.uniform(0.05, 0.3), 3)
+    rolling = rng.choice([0.0, round(rng.uniform(0.005, surface), 3)])
+    rolls = [rng.choice([0.0, 1.0, round(rng.uniform(-3, 3), 3)]) for _ in scene.balls]
+    return replace(
+        scene,
+        balls=tuple(replace(b, roll=w) for b, w in zip(scene.balls, rolls, strict=True)),
+        friction=replace(scene.friction, surface=surface, rolling=rolling),
+        physics=replace(scene.physics, max_time=None if rolling else 1.5),
+    )
+
+
 def _random_velocity(
     open_plane: bool, position: tuple[float, float], rng: random.Random
 ) -> tuple[float, float]:
@@ -535,20 +552,23 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
         ],
         "friction": [scene.friction.surface, scene.friction.cushion, scene.friction.ball_ball],
         "balls": [[*b.position, *b.velocity, b.radius, b.mass] for b in scene.balls],
+        **({"rolling": scene.friction.rolling} if scene.surface.rolls else {}),
+        **({"roll": [b.roll for b in scene.balls]} if scene.surface.rolls else {}),
         **({"pockets": [[*p.position, p.radius] for p in scene.pockets]} if scene.pockets else {}),
     }
 
 
 def scene_from_dict(data: dict[str, Any]) -> Scene:
     """Return the scene of an entry of the data file; ball 0 is the cue ball."""
+    rolls = data.get("roll", [0.0] * len(data["balls"]))
     return Scene(
         balls=tuple(
-            Ball(str(i), (x, y), r, m, cue=i == 0, velocity=(vx, vy))
-            for i, (x, y, vx, vy, r, m) in enumerate(data["balls"])
+            Ball(str(i), (x, y), r, m, cue=i == 0, velocity=(vx, vy), roll=w)
+            for i, ((x, y, vx, vy, r, m), w) in enumerate(zip(data["balls"], rolls, strict=True))
         ),
         table=Table(tuple((x, y) for x, y in data["outline"])) if data["outline"] else None,
         restitution=Restitution(*data["restitution"]),
-        friction=Friction(*data["friction"]),
+        friction=Friction(*data["friction"], data.get("rolling")),
         physics=Physics(law=data["law"], max_time=data["max_time"]),
         pockets=tuple(
             Pocket(f"p{k}", (x, y), radius)
@@ -568,35 +588,45 @@ def run_to_dict(run: ReferenceRun) -> dict[str, Any]:
     }
 
 
-def made(law: str, table: str, k: int, pockets: bool = False) -> dict[str, Any]:
-    """Make scene ``k`` of that law and table, with its run.
+# By what a data file is called: its scenes, and the kind of event that each run must have.
+FILES: dict[str, tuple[Any, str]] = {
+    "reference": (random_scene, ""),
+    "pocket": (random_pocket_scene, "pocket"),
+    "rolling": (random_rolling_scene, "roll"),
+}
+SAID = {"reference": "", "pocket": " pockets", "rolling": " rolling"}
 
-    It is the first one from its seed that is not refused. With ``pockets``, these take a ball in.
+
+def made(law: str, table: str, k: int, file: str = "reference") -> dict[str, Any]:
+    """Make scene ``k`` of that law, table and data file, with its run.
+
+    It is the first one from its seed that is not refused.
     """
-    name = f"{law} {table} {k}" + " pockets" * pockets
+    name = f"{law} {table} {k}{SAID[file]}"
     rng = random.Random(name)
+    draw, has = FILES[file]
     while True:
-        scene = (random_pocket_scene if pockets else random_scene)(law, table, rng)
+        scene = draw(law, table, rng)
         try:
             run = reference_run(scene)
         except Refused:
             continue
         kinds = [kind for _, kind, _, _ in run.events]
-        contacts = len(kinds) - kinds.count("stop")
-        if 3 <= contacts <= 60 and (not pockets or "pocket" in kinds):
+        contacts = len(kinds) - kinds.count("stop") - kinds.count("roll")
+        if 3 <= contacts <= 60 and (not has or has in kinds):
             return {"name": name, "scene": scene_to_dict(scene), "run": run_to_dict(run)}
 
 
 def main() -> None:
     """Write the data files anew; it takes some minutes."""
-    for name, pockets in (("reference_runs", False), ("pocket_runs", True)):
+    for file in sys.argv[1:] or FILES:
         lines = []
         for law in ("coulomb", "published"):
             for table in OUTLINES:
                 for k in range(SCENES_EACH):
-                    lines.append(json.dumps(made(law, table, k, pockets)))
-                    print(name, law, table, k, flush=True)
-        path = DATA / f"{name}.json"
+                    lines.append(json.dumps(made(law, table, k, file)))
+                    print(file, law, table, k, flush=True)
+        path = DATA / f"{file}_runs.json"
         path.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
 
 

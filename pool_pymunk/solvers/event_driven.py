@@ -72,7 +72,7 @@ def _status(engine: ContactEngine, latest: float) -> str:
 
 SOLVER = Solver(
     name="event-driven", solve=solve, about="exact: from contact to contact", dt=None, exact=True,
-    engine=True,
+    engine=True, rolls=True,
     no_tolerance="it is exact and has no step: no tolerance is needed",
     color="#000000", marker="*",
 )  # fmt: skip

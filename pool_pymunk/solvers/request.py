@@ -29,7 +29,7 @@ from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Tr
 from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
 from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
 from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.registry import find_solver
+from pool_pymunk.solvers.registry import SOLVERS, find_solver
 from pool_pymunk.solvers.settings import NEVER_SETTLES, OnTime, Settings
 
 PATIENCE = 2.0  # s; a run that took longer is not played again to measure its policies
@@ -193,6 +193,12 @@ def request(
     method = find_solver(solver)
     _check_options(method, options)
     _check_law(method, law)
+    if scene.surface.rolls and not method.rolls:
+        others = ", ".join(name for name, other in SOLVERS.items() if other.rolls)
+        message = (
+            f"balls do not roll by it, and the scene has friction.rolling (by these: {others})"
+        )
+        raise setting_error("solver", solver, message)
     if isinstance(law, str):
         scene = replace(scene, physics=replace(scene.physics, law=law))
     step, latest = _positive("dt", dt), _positive("max_time", max_time)
