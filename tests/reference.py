@@ -243,7 +243,7 @@ class Reference:
         return self.discs[i].gone or self.discs[j].gone
 
     def _alone(self, i: int) -> Iterator[tuple[Key, Number | None]]:
-        """Yield the end of the disc's phase, its fall into every pocket, and first contact with every side."""
+        """Yield the end of the disc's phase, its falls into pockets, and contacts with sides."""
         disc = self.discs[i]
         until = self._ends_in(disc)
         if until < mp.inf:

@@ -222,7 +222,7 @@ def test_a_scene_without_rolling_has_no_roll() -> None:
     run = exact(slides)
     assert run.knots[0].shape[1] == 7
     assert run.end.roll is None
-    with pytest.raises(SettingError, match="friction.rolling"):
+    with pytest.raises(SettingError, match=r"friction\.rolling"):
         run.roll_at(0.0)
 
 
@@ -296,13 +296,13 @@ def test_a_parabola_that_grazes_a_rim_or_a_ball(deep: float) -> None:
     ],
 )
 def test_a_roll_needs_rolling_friction(parts: dict[str, Any], said: str) -> None:
-    with pytest.raises(SceneError, match="friction.rolling") as error:
+    with pytest.raises(SceneError, match=r"friction\.rolling") as error:
         scene(*parts.pop("balls", ()), **parts)
     assert said in str(error.value)
 
 
 def test_rolling_friction_is_not_above_that_of_sliding() -> None:
-    with pytest.raises(SceneError, match="rolling = 0.3"):
+    with pytest.raises(SceneError, match=r"rolling = 0\.3"):
         Friction(0.2, rolling=0.3)
 
 
@@ -313,7 +313,7 @@ def test_a_ball_that_rolls_for_ever_needs_a_latest_time() -> None:
 
 def test_a_start_has_one_roll_a_ball_and_only_where_balls_roll() -> None:
     start = State(((0.0, 0.0),), ((1.0, 0.0),), frozenset(), ((1.0, 0.0),))
-    with pytest.raises(SceneError, match="friction.rolling"):
+    with pytest.raises(SceneError, match=r"friction\.rolling"):
         exact(scene(friction=Friction(SLIDING)), start)
     with pytest.raises(SceneError, match=r"start\.roll"):
         exact(scene(), start._replace(roll=()))
