@@ -568,7 +568,7 @@ def scene_from_dict(data: dict[str, Any]) -> Scene:
         ),
         table=Table(tuple((x, y) for x, y in data["outline"])) if data["outline"] else None,
         restitution=Restitution(*data["restitution"]),
-        friction=Friction(*data["friction"], rolling=data.get("rolling")),
+        friction=replace(Friction(*data["friction"]), rolling=data.get("rolling")),
         physics=Physics(law=data["law"], max_time=data["max_time"]),
         pockets=tuple(
             Pocket(f"p{k}", (x, y), radius)
