@@ -26,6 +26,15 @@ function freeMotion(knots, t) {
   };
 }
 
+/** Return the times of breakpoints, and of steps between two where the ball's path bends. */
+function bendTimes(knots, end) {
+  return knots.flatMap(([t, , , vx, vy, ax, ay], k) => {
+    const time = (knots[k + 1]?.[0] ?? end) - t;
+    const bends = Math.abs(vx * ay - vy * ax) > 1e-9 * Math.abs(vx * ay);
+    return Array.from({ length: bends ? 12 : 1 }, (_, n) => t + (n / 12) * time);
+  });
+}
+
 /** Return where ball i of a run is at the time t; after the end, it is where it ended. */
 function stateAt(run, i, t) {
   return freeMotion(run.knots[i], Math.min(Math.max(t, 0), run.duration));

@@ -175,9 +175,10 @@ class TableView {
     const end = Math.min(t, run.leaves[i], run.duration);
     const knots = run.knots[i].filter(([time], k) => !k || time < end);
     if (!knots.some(([, , , ...motion]) => motion.some(Boolean))) return [];
+    const bends = bendTimes(knots, end);
     return Array.from({ length: pieces }, (_, n) => {
       const [from, to] = [(n / pieces) * end, ((n + 1) / pieces) * end];
-      const corners = knots.map(([time]) => time).filter((time) => time > from && time < to);
+      const corners = bends.filter((time) => time > from && time < to);
       return placesOf([from, ...corners, to].map((time) => freeMotion(knots, time)));
     });
   }
