@@ -93,7 +93,8 @@ def inputs_of(scene: Scene) -> dict[str, float]:
         found |= {f"mass.{b.id}": b.mass, f"radius.{b.id}": b.radius}
     for group in ("restitution", "friction"):
         part = getattr(scene, group)
-        found |= {f"{group}.{key}": getattr(part, key) for key in part.__slots__}
+        known = {f"{group}.{key}": getattr(part, key) for key in part.__slots__}
+        found |= {name: value for name, value in known.items() if value is not None}
     return found
 
 

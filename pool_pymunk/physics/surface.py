@@ -17,6 +17,7 @@ from pool_pymunk.physics.path import Path, motion_at, set_off, standing
 Push = tuple[Vector, float]  # a cushion's normal, and mu times its change of speed (m/s)
 NO_ROLL = (0.0, 0.0)
 GYRATION = 2.0 / 5.0  # I / (m r^2) of a solid sphere
+SHARE = 2.0 / 7.0  # k / (1 + k), k = GYRATION: this share of a slip is taken off the velocity
 NO_SLIP = 8.0 * EPSILON  # A slip of this share of the speeds is none: rounding leaves as much.
 
 
@@ -27,7 +28,8 @@ class Surface(Protocol):
     the path that follows at the end of one; it is None if the ball rests there. ``rolls`` tells
     whether balls have a roll (m/s): the velocity at which they would roll. ``roll`` is that of a
     ball on a path at a time (s), after cushions have pushed it. ``jacobian`` and ``end_slopes`` are
-    linear in small changes of the state and of ``pull``.
+    linear in small changes of the state (position, velocity, and where balls roll the roll) and of
+    the surface's own numbers.
     """
 
     @property
@@ -44,9 +46,9 @@ class Surface(Protocol):
 
     def roll(self, path: Path, t: float, pushes: Sequence[Push] = ()) -> Vector: ...
 
-    def jacobian(self, velocity: Array, time: Array) -> tuple[Array, Array]: ...
+    def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]: ...
 
-    def end_slopes(self, velocity: Vector) -> tuple[Vector, float]: ...
+    def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]: ...
 
 
 class Sliding(NamedTuple):
@@ -71,38 +73,23 @@ class Sliding(NamedTuple):
     def roll(self, path: Path, t: float, pushes: Sequence[Push] = ()) -> Vector:
         return NO_ROLL
 
-    def jacobian(self, velocity: Array, time: Array) -> tuple[Array, Array]:
-        """Linearise the motion of balls with these velocities (..., 2) after a ``time`` (...) (s).
+    def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]:
+        """Linearise the motion of balls from these breakpoints (..., 7) on, after a time (...) (s).
 
         Return the derivatives of position and velocity by those at the start (..., 4, 4), and by
-        ``pull`` (..., 4); after the stop, those at the stop. Friction keeps a ball that rests at
+        ``pull`` (..., 4, 1); after the stop, those at the stop. Friction keeps a ball that rests at
         rest, whatever small velocity it is given, but not in no time at all.
 
-        >>> by_state, by_pull = Sliding(0.5).jacobian(np.array([2.0, 0.0]), np.array(2.0))
-        >>> by_state[0].tolist(), by_pull.tolist()
+        >>> moves = np.array([0.0, 0.0, 0.0, 2.0, 0.0, -0.5, 0.0])
+        >>> by_state, by_pull = Sliding(0.5).jacobian(moves, np.array(2.0))
+        >>> by_state[0].tolist(), by_pull[:, 0].tolist()
         ([1.0, 0.0, 2.0, 0.0], [-2.0, -0.0, -2.0, -0.0])
         """
-        speed = np.sqrt((velocity**2).sum(axis=-1))
-        moves, is_free = speed > 0.0, (time == 0.0) | (self.pull == 0.0)
-        ux = velocity / np.where(moves, speed, 1.0)[..., np.newaxis]
-        if self.pull > 0.0:
-            time = np.minimum(time, speed / self.pull)
-        lost = self.pull * time / np.where(moves, speed, 1.0)
-        left = np.where(moves, 1.0 - lost, is_free)
-        along = ux[..., :, np.newaxis] * ux[..., np.newaxis, :]
-        by_state = np.zeros((*speed.shape, 4, 4))
-        by_state[..., :2, :2] = np.eye(2)
-        by_state[..., :2, 2:] = _grid(time * (1.0 - lost / 2.0)) * np.eye(2)
-        by_state[..., :2, 2:] += _grid(time * lost / 2.0) * along
-        by_state[..., 2:, 2:] = _grid(left) * np.eye(2) + _grid(lost) * along
-        by_pull = -np.concatenate((_row(time**2 / 2.0) * ux, _row(time) * ux), axis=-1)
-        return by_state, by_pull
+        return _slowing(breakpoints[..., 3:5], time, self.pull)
 
-    def end_slopes(self, velocity: Vector) -> tuple[Vector, float]:
-        """Return how much later (s) a path ends, by the velocity at its start and by ``pull``."""
-        speed = math.hypot(*velocity)
-        by_velocity = velocity[0] / speed / self.pull, velocity[1] / speed / self.pull
-        return by_velocity, -speed / self.pull**2
+    def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]:
+        """Return how much later (s) a path ends, by the state at its start (4,) and by ``pull``."""
+        return _end_of_slowing(breakpoint_[3:5], self.pull)
 
 
 class Rolling(NamedTuple):
@@ -169,11 +156,60 @@ class Rolling(NamedTuple):
         share = min(1.0, -2.0 * along / square) if square > 0.0 else 0.0
         return wx + share * dx, wy + share * dy
 
-    def jacobian(self, velocity: Array, time: Array) -> tuple[Array, Array]:
-        raise NotImplementedError
+    def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]:
+        """Linearise the motion of balls from these breakpoints (..., 9) on, after a time (...) (s).
 
-    def end_slopes(self, velocity: Vector) -> tuple[Vector, float]:
-        raise NotImplementedError
+        Return the derivatives of position, velocity and roll by those at the start (..., 6, 6), and
+        by ``pull`` and ``drag`` (..., 6, 2). A slip that is given to a ball that rolls is gone at
+        once: it goes on with 5/7 of the change of its velocity and 2/7 of that of its roll.
+        """
+        velocity, roll = breakpoints[..., 3:5], breakpoints[..., 7:9]
+        slip = velocity - roll
+        size = np.sqrt((slip**2).sum(axis=-1))
+        slides = size > 0.0
+        by_state, by_friction = self._rolling(velocity, time)
+        ux = slip / _row(np.where(slides, size, 1.0))
+        time = np.minimum(time, 2.0 * size / (7.0 * self.pull)) if self.pull > 0.0 else time
+        lost = self.pull * time / np.where(slides, size, 1.0)
+        turn = _grid(lost) * (np.eye(2) - ux[..., :, np.newaxis] * ux[..., np.newaxis, :])
+        parts = -_grid(time) * turn / 2.0, -turn, turn / GYRATION
+        sliding = np.zeros_like(by_state) + np.eye(6)
+        sliding[..., :2, 2:4] = _grid(time) * np.eye(2)
+        by_pull = np.concatenate(
+            (-_row(time**2 / 2.0) * ux, -_row(time) * ux, _row(time / GYRATION) * ux), axis=-1
+        )
+        for k, part in enumerate(parts):
+            sliding[..., 2 * k : 2 * k + 2, 2:4] += part
+            sliding[..., 2 * k : 2 * k + 2, 4:] -= part
+        of_sliding = np.stack((by_pull, np.zeros_like(by_pull)), axis=-1)
+        return (
+            np.where(_grid(slides), sliding, by_state),
+            np.where(_grid(slides), of_sliding, by_friction),
+        )
+
+    def _rolling(self, velocity: Array, time: Array) -> tuple[Array, Array]:
+        """Linearise the motion of balls that roll, or rest."""
+        slowing, by_drag = _slowing(velocity, time, self.drag)
+        by_state = np.zeros((*slowing.shape[:-2], 6, 6))
+        by_friction = np.zeros((*slowing.shape[:-2], 6, 2))
+        for rows, its in ((slice(0, 4), slice(0, 4)), (slice(4, 6), slice(2, 4))):
+            by_state[..., rows, :2] = slowing[..., its, :2]
+            by_state[..., rows, 2:4] = (1.0 - SHARE) * slowing[..., its, 2:]
+            by_state[..., rows, 4:] = SHARE * slowing[..., its, 2:]
+            by_friction[..., rows, 1:] = by_drag[..., its, :]
+        at_once = _grid(np.asarray(time) == 0.0)
+        return np.where(at_once, np.eye(6), by_state), by_friction
+
+    def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]:
+        """Return how much later (s) a phase ends, by its state (6,), and by pull and drag."""
+        velocity, slip = breakpoint_[3:5], breakpoint_[3:5] - breakpoint_[7:9]
+        size = math.hypot(*slip)
+        if size == 0.0:
+            by_state, by_drag = _end_of_slowing(velocity, self.drag)
+            return np.concatenate((by_state, (0.0, 0.0))), np.array([0.0, by_drag[0]])
+        by_slip = SHARE * slip / size / self.pull
+        by_pull = -SHARE * size / self.pull**2
+        return np.concatenate(((0.0, 0.0), by_slip, -by_slip)), np.array([by_pull, 0.0])
 
 
 def rolls_of(breakpoints: Array, times: Array) -> Array:
@@ -185,6 +221,31 @@ def rolls_of(breakpoints: Array, times: Array) -> Array:
     is_rolling = (roll == breakpoints[:, 3:5]).all(axis=1, keepdims=True)
     time = (times - breakpoints[:, 0])[:, np.newaxis]
     return roll + time * acceleration * np.where(is_rolling, 1.0, -1.0 / GYRATION)
+
+
+def _slowing(velocity: Array, time: Array, pull: float) -> tuple[Array, Array]:
+    """Linearise motion that slows to rest, by its state (..., 4, 4) and ``pull`` (..., 4, 1)."""
+    speed = np.sqrt((velocity**2).sum(axis=-1))
+    moves, is_free = speed > 0.0, (time == 0.0) | (pull == 0.0)
+    ux = velocity / np.where(moves, speed, 1.0)[..., np.newaxis]
+    if pull > 0.0:
+        time = np.minimum(time, speed / pull)
+    lost = pull * time / np.where(moves, speed, 1.0)
+    left = np.where(moves, 1.0 - lost, is_free)
+    along = ux[..., :, np.newaxis] * ux[..., np.newaxis, :]
+    by_state = np.zeros((*speed.shape, 4, 4))
+    by_state[..., :2, :2] = np.eye(2)
+    by_state[..., :2, 2:] = _grid(time * (1.0 - lost / 2.0)) * np.eye(2)
+    by_state[..., :2, 2:] += _grid(time * lost / 2.0) * along
+    by_state[..., 2:, 2:] = _grid(left) * np.eye(2) + _grid(lost) * along
+    by_pull = -np.concatenate((_row(time**2 / 2.0) * ux, _row(time) * ux), axis=-1)
+    return by_state, by_pull[..., np.newaxis]
+
+
+def _end_of_slowing(velocity: Array, pull: float) -> tuple[Array, Array]:
+    """Return how much later (s) motion comes to rest, by its state (4,) and by ``pull`` (1,)."""
+    speed = math.hypot(*velocity)
+    return np.concatenate(((0.0, 0.0), velocity / speed / pull)), np.array([-speed / pull**2])
 
 
 def _row(numbers: Array) -> Array:

@@ -89,7 +89,7 @@ class Changes:
         self.knots = [knots.tolist() for knots in run.knots]
         self.until = [np.append(knots[1:, 0], run.duration) for knots in run.knots]
         self.jacobians = [
-            self.surface.jacobian(knots[:, 3:5], until - knots[:, 0])
+            self.surface.jacobian(knots, until - knots[:, 0])
             for knots, until in zip(run.knots, self.until, strict=True)
         ]
         self.at = [0] * len(self.knots)  # the number of each ball's last knot
@@ -360,18 +360,18 @@ class Changes:
 
     def _stop(self, i: int, event: Event) -> None:
         """Follow a ball to rest, at the end of its path."""
-        vx, vy = self.knots[i][self.at[i]][3:5]
+        last = self.knots[i][self.at[i]]
         change = self.change[i]
-        if vx == vy == 0.0:  # A contact has stopped it.
+        if not any(last[3:5]):  # A contact has stopped it.
             self._warn("a ball stops at contact, so the time of its stop has a kink", event.t)
             self.times.append(self.unknown)
         elif not self._is_next(i, event.t):
             raise Lost("a contact lasts, or is answered by a policy")
         else:
-            (by_vx, by_vy), by_pull = self.surface.end_slopes((vx, vy))
-            times = by_vx * change[2] + by_vy * change[3]
+            by_state, by_pull = self.surface.end_slopes(np.array(last))
+            times = by_state @ change
             if self.drag is not None:
-                times = times + by_pull * self.drag
+                times = times + by_pull[0] * self.drag
             self.times.append(np.asarray(times))
             change = self._moved(i, event.t)[1]
             change[2:] = np.where(np.isnan(change[2:]), math.nan, 0.0)
@@ -407,10 +407,11 @@ class Changes:
         if t == self.until[i][k]:
             by_state, by_drag = (found[k] for found in self.jacobians[i])
         else:
-            by_state, by_drag = self.surface.jacobian(np.array(path[3:5]), np.array(t - path.t))
+            row = np.array(self.knots[i][k])
+            by_state, by_drag = self.surface.jacobian(row, np.array(t - path.t))
         moved = by_state @ change
         if self.drag is not None:
-            moved += by_drag[:, np.newaxis] * self.drag
+            moved += by_drag * self.drag
         return (*motion_at(path, t), path.ax, path.ay), moved
 
     def _come_to(self, i: int, t: float) -> None:

@@ -443,7 +443,7 @@ class Errors:
         """
         start = self.knots[knots]
         state = np.concatenate(free_motions(start, times), axis=-1)
-        return state, self.scene.surface.jacobian(start[..., 3:5], times - start[..., 0])[0]
+        return state, self.scene.surface.jacobian(start, times - start[..., 0])[0]
 
 
 def _jump(axes: Array, law: Array, turned: Array, turning: Array) -> Array:
