@@ -12,6 +12,7 @@ import signal
 import sys
 from collections.abc import Callable
 from contextlib import chdir, redirect_stderr, redirect_stdout
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import FrameType
@@ -21,6 +22,7 @@ import pytest
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table
 from pool_pymunk.cli import main
+from pool_pymunk.model import Point
 
 DATA = Path(__file__).parent / "data"
 BASE_SEED = int(os.environ.get("POOL_SEED", "0"))
@@ -46,6 +48,25 @@ def some_slow(count: int, quick: int) -> list[Any]:
         pytest.param(seed, marks=[pytest.mark.slow] if k >= quick else [])
         for k, seed in enumerate(seeds(count))
     ]
+
+
+def turned(scene: Scene, angle: float) -> Scene:
+    """Return the scene turned by ``angle`` (rad) about the origin."""
+    c, s = math.cos(angle), math.sin(angle)
+
+    def turn(p: Point) -> Point:
+        return (c * p[0] - s * p[1], s * p[0] + c * p[1])
+
+    table = scene.table and Table(tuple(map(turn, scene.table.outline)))
+    balls = tuple(
+        replace(ball, position=turn(ball.position), velocity=turn(ball.velocity))
+        for ball in scene.balls
+    )
+    shots = tuple(
+        replace(shot, velocity=turn(shot.launch), speed=None, angle=None) if shot.launch else shot
+        for shot in scene.shots
+    )
+    return replace(scene, table=table, balls=balls, shots=shots)
 
 
 def random_scene(

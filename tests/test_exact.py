@@ -13,7 +13,16 @@ import pytest
 from amplified import amplification
 from hard_scenes import exact
 from reference import scene_from_dict
-from scenes import DATA, INCH, asymmetry, contact_list, exact_run, frozen_rack, off_exact
+from scenes import (
+    DATA,
+    INCH,
+    asymmetry,
+    contact_list,
+    exact_run,
+    frozen_rack,
+    off_exact,
+    turned,
+)
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 
@@ -204,8 +213,6 @@ def test_energy_never_grows_at_a_contact(solver: str) -> None:
 
 @pytest.mark.parametrize("turn", [0.5, 2.0])
 def test_a_turned_scene_has_turned_ends(turn: float) -> None:
-    from pool_pymunk.studies.tradeoff import turn as turned
-
     scene = load("hexagon")
     run, other = (simulate(s, 1, solver="event-driven") for s in (scene, turned(scene, turn)))
     c, s = math.cos(turn), math.sin(turn)

@@ -31,12 +31,16 @@ from pool_pymunk import (
 )
 from pool_pymunk.cli import main
 from pool_pymunk.model.inputs import input_value, with_inputs
-from pool_pymunk.studies import robust
+from pool_pymunk.studies import fit_doubts as robust
 from pool_pymunk.studies.fit import input_names
-from pool_pymunk.studies.fit_doubts import Optimum, doubts
-from pool_pymunk.studies.forecast import Forecast
-from pool_pymunk.studies.measured import Measurement, read_measured
-from pool_pymunk.studies.robust import blind_part, covariances, robust_scale
+from pool_pymunk.studies.fit_doubts import (
+    Optimum,
+    blind_part,
+    covariances,
+    doubts,
+    robust_scale,
+)
+from pool_pymunk.studies.measured import Forecast, Measurement, read_measured
 
 pytest.importorskip("scipy")
 
@@ -423,10 +427,8 @@ def test_a_search_that_stopped_too_early_is_doubted() -> None:
     found = {}
     for mu in (0.15, 2.0 / (2.0 * 9.80665)):
         values = np.array([mu])
-        jacobian = forecast.derivatives(values)[0].reshape(20, 1)
-        one = np.ones(1)
         sigma = 0.7 if mu == 0.15 else NOISE
-        optimum = Optimum(forecast, values, used, jacobian, sigma, True, one, 0.0 * one, 9.0 * one)
+        optimum = Optimum(forecast, values, used, sigma, True)
         found[mu] = [doubt for doubt in doubts(optimum) if "another order" in doubt]
     assert [len(said) for said in found.values()] == [1, 0]
 

@@ -33,7 +33,7 @@ from pool_pymunk.engine.resolver import distinct
 from pool_pymunk.physics.contact import NO_BALL
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.studies.stability import EXTREMES, Extreme, check
-from pool_pymunk.studies.stability.trial import exact
+from pool_pymunk.studies.stability.trial import reference_of
 
 R = 0.05
 BY_THE_LAW = [name for name, solver in SOLVERS.items() if not solver.own_law]
@@ -255,9 +255,9 @@ def law_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         pass
 
     monkeypatch.setitem(LAWS, "coulomb", Own())
-    exact.cache_clear()
+    reference_of.cache_clear()
     yield
-    exact.cache_clear()
+    reference_of.cache_clear()
 
 
 @pytest.mark.heavy

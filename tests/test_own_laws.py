@@ -47,8 +47,7 @@ from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.physics.laws import COMPILED, LAWS, Coulomb, Published
 from pool_pymunk.render.sheet import Show
 from pool_pymunk.studies.sensitivity import linear
-from pool_pymunk.studies.sweep.job import play_part
-from pool_pymunk.studies.sweep.parts import begin
+from pool_pymunk.studies.sweep.job import begin, play_part
 from pool_pymunk.studies.sweep.plan import make_plan
 
 

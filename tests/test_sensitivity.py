@@ -36,8 +36,7 @@ from pool_pymunk.render.balls import Disc
 from pool_pymunk.render.canvas import canvas
 from pool_pymunk.render.clouds import _cloud
 from pool_pymunk.studies.sensitivity import digits_that_hold
-from pool_pymunk.studies.starts import StartSampler
-from pool_pymunk.studies.uncertainty import uncertainty_of
+from pool_pymunk.studies.uncertainty import StartSampler, uncertainty_of
 
 pytestmark = pytest.mark.heavy
 

@@ -29,12 +29,11 @@ from pool_pymunk.studies.stability import (
     check,
     check_all,
     claims,
-    closed_forms,
     columns,
     table,
 )
 from pool_pymunk.studies.stability.suite import PROCESSES, CaseResult
-from pool_pymunk.studies.stability.trial import exact, wrong
+from pool_pymunk.studies.stability.trial import reference_of, wrong
 
 SOLVERS = [solver.name for solver in columns()]
 # These must hold, except where the law breaks it.
@@ -92,12 +91,12 @@ def test_a_solver_that_raises_is_not_as_the_table_has_it(
         return simulate(scene, **settings)
 
     key = Key("mass ratios", "coulomb", solver)
-    exact.cache_clear()
+    reference_of.cache_clear()
     monkeypatch.setattr("pool_pymunk.studies.stability.trial.simulate", raises)
     try:
         found = breaks(played(key))
     finally:
-        exact.cache_clear()
+        reference_of.cache_clear()
     assert {claim for claim, _ in found} == {NEVER}
     assert found != expected_breaks.table().get(key, Entry()).expected
 
@@ -214,12 +213,12 @@ def test_a_law_that_adds_energy_is_noticed(monkeypatch: pytest.MonkeyPatch) -> N
             return new_a, NT(new_b.n * (1.0 + 1e-9), new_b.t)
 
     monkeypatch.setitem(LAWS, "coulomb", Generous())
-    exact.cache_clear()
+    reference_of.cache_clear()
     try:
         trial = Trial(Case("", two_balls()), "coulomb", "pymunk", 1 / 60)
         assert {"energy", "momentum"} <= broken(trial)
     finally:
-        exact.cache_clear()
+        reference_of.cache_clear()
 
 
 def test_a_wrong_end_is_noticed() -> None:
@@ -246,16 +245,25 @@ def test_amplification_of_a_ball_that_only_runs() -> None:
     scene = Scene(
         (Ball("a", (0.0, 0.0), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1.0)
     )
-    reference = exact(scene, 100)
+    reference = reference_of(scene, 100)
     assert reference.extent == pytest.approx(1.0)
     assert len(reference.times) == 201
     assert 0.3 < reference.growth[-1] < 2.9  # m; both are at most 1 along and 1 across
 
 
+def test_old_names_of_the_reference_run_say_what_they_are_now() -> None:
+    (row,) = (extreme for extreme in EXTREMES if extreme.name == "head-on hits")
+    trial = Trial(next(row.cases()), "coulomb", "pymunk", 1 / 60)
+    with pytest.deprecated_call(match="reference"):
+        assert trial.exact is trial.reference
+    with pytest.deprecated_call(match="is_reference"):
+        assert not trial.is_exact_run
+
+
 def test_a_chaotic_run_is_compared_until_it_is_chaotic() -> None:
     (row,) = (extreme for extreme in EXTREMES if extreme.name == "many contacts")
     case = next(row.cases())
-    reference = exact(case.scene, case.max_events)
+    reference = reference_of(case.scene, case.max_events)
     assert 0.01 < reference.times[-1] / reference.run.duration < 0.5
     assert reference.growth[-1] > 1e3
 
@@ -369,9 +377,9 @@ def test_a_ball_that_slides_past_one_at_rest_ends_the_step() -> None:
 def test_a_squeezed_ball_counts_the_digits_of_pi(ratio: str, digits: int) -> None:
     case = case_of("squeezed to a cushion", ratio)
     assert Trial(case, "coulomb", "event-driven", None).contacts == digits
-    assert closed_forms.contacts_are(digits + 1)(
-        Trial(case, "coulomb", "event-driven", None)
-    ) == wrong("contacts", f"{digits} contacts, not {digits + 1}")
+    assert claims.contacts_are(digits + 1)(Trial(case, "coulomb", "event-driven", None)) == wrong(
+        "contacts", f"{digits} contacts, not {digits + 1}"
+    )
 
 
 # -- the table -------------------------------------------------------------------------------------

@@ -24,10 +24,10 @@ from scenes import AT_A_TERMINAL
 import pool_pymunk
 from pool_pymunk import Scene, SettingError, load, simulate, sweep
 from pool_pymunk.cli import main
-from pool_pymunk.studies.starts import normal, uniforms
-from pool_pymunk.studies.sweep import parts
+from pool_pymunk.studies.sweep import job
 from pool_pymunk.studies.sweep.job import Done
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
+from pool_pymunk.studies.uncertainty import normal, uniforms
 
 pytestmark = [
     pytest.mark.skipif(find_spec("pyarrow") is None, reason="pyarrow is not installed"),
@@ -175,7 +175,7 @@ def test_all_but_finished_parts_begins_with_a_mark(tmp_path: Path) -> None:
     sweep(load("report"), 1, vary=VARY, samples=50, chunk=20, out=tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {"_manifest.parquet", *(f"part-{k:08d}.parquet" for k in range(3))}
-    said = parts.read_manifest(tmp_path)
+    said = job.read_manifest(tmp_path)
     assert said["samples"] == 50
     assert said["vary"]["angle"] == [-5.0, 5.0]
     assert "[[balls]]" in said["scene"]
@@ -195,7 +195,7 @@ def test_any_reader_takes_the_folder(tmp_path: Path, reader: str) -> None:
 
 
 def test_a_manifest_that_cannot_be_read(tmp_path: Path) -> None:
-    (tmp_path / parts.MANIFEST).write_bytes(b"no Parquet")
+    (tmp_path / job.MANIFEST).write_bytes(b"no Parquet")
     with pytest.raises(SettingError, match=r"_manifest\.parquet cannot be read: begin anew"):
         sweep(load("report"), 1, vary=VARY, samples=50, out=tmp_path)
 
@@ -291,7 +291,7 @@ def test_bad_arguments_are_one_line(tmp_path: Path, wrong: dict[str, Any], line:
 def test_a_full_disk_keeps_what_was_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write: Callable[..., None] = parts.os.fsync  # type: ignore[attr-defined]
+    write: Callable[..., None] = job.os.fsync  # type: ignore[attr-defined]
     calls: list[int] = []
 
     def full(handle: int) -> None:

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from scenes import turned
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.render.diagram import Cut, figure_of
@@ -16,7 +17,6 @@ from pool_pymunk.studies.tradeoff import (
     order,
     sentences,
     tradeoff,
-    turn,
 )
 
 STEPS = tuple(0.9e-2 / 3**k for k in range(6))
@@ -80,10 +80,10 @@ def test_the_end_of_one_cushion_is_the_one_on_paper() -> None:
 def test_turning_a_scene_turns_its_ends() -> None:
     """A turn by a right angle takes (x, y) to (-y, x), starts and ends alike."""
     scene = load("report-corrected")
-    turned = turn(scene, math.pi / 2)
+    other_scene = turned(scene, math.pi / 2)
     ends = simulate(scene, 1, solver="event-driven").final
-    others = simulate(turned, 1, solver="event-driven").final
-    for ball, other in zip(scene.balls, turned.balls, strict=True):
+    others = simulate(other_scene, 1, solver="event-driven").final
+    for ball, other in zip(scene.balls, other_scene.balls, strict=True):
         x, y = ball.position
         assert other.position == pytest.approx((-y, x), abs=1e-15)
         x, y = ends[ball.id]

@@ -20,9 +20,10 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pool_pymunk.model.inputs import in_units, unit_of
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.render.style import SCREEN, Style, default_color
-from pool_pymunk.studies.atlas import Atlas, Floats
+from pool_pymunk.studies.atlas import Atlas
 
 Image = NDArray[np.uint8]  # (H, W, 3)
 Pieces = Iterator[Image]  # of a map, from its lowest row on
@@ -114,7 +115,7 @@ def _in_units(found: Atlas, name: str, value: float) -> float:
     return in_units(found.scene.units, found.plan.meaning(name), value)
 
 
-def _edges(found: Atlas, name: str, values: Floats) -> tuple[float, float]:
+def _edges(found: Atlas, name: str, values: Array) -> tuple[float, float]:
     """Return where the first pixel of an axis begins and the last one ends, in its unit."""
     low, high = (_in_units(found, name, float(values[k])) for k in (0, -1))
     half = (high - low) / (len(values) - 1) / 2.0
@@ -158,7 +159,7 @@ def _in_pieces(color: Callable[[NDArray[Any]], Image], values: NDArray[Any]) -> 
         yield color(values[first : first + AT_ONCE])
 
 
-def _two_ways(u: Floats, v: Floats) -> Image:
+def _two_ways(u: Array, v: Array) -> Image:
     """Return colours that go from blue to orange along u, and from dark to light along v."""
     u, v = (np.clip(np.nan_to_num(each, nan=0.0), 0.0, 1.0)[..., np.newaxis] for each in (u, v))
     cold, warm = (np.array(to_rgb(color)) for color in (COLD, WARM))
@@ -168,7 +169,7 @@ def _two_ways(u: Floats, v: Floats) -> Image:
     return _bytes(dark + (1.0 - dark) * 0.8 * np.maximum(2.0 * v - 1.0, 0.0))
 
 
-def _bytes(colors: Floats) -> Image:
+def _bytes(colors: Array) -> Image:
     """Return colours as bytes, of numbers from 0 to 1."""
     return np.rint(255.0 * colors).astype(np.uint8)
 

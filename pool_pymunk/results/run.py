@@ -298,7 +298,7 @@ class Run:
         """
         if self.again is None:
             return math.nan
-        from pool_pymunk.studies.derivatives import rounding
+        from pool_pymunk.studies.rounding import rounding
 
         found = rounding(self)
         if math.isnan(found):

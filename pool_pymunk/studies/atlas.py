@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast import simulate_many
-from pool_pymunk.fast.batch import CANNOT_START, Batch
+from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.inputs import row_of
 from pool_pymunk.model.parts import NEAREST
 from pool_pymunk.model.plain import argument, read_pair, whole
 from pool_pymunk.model.problems import setting_error, suggestion
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 Range = tuple[float, float]
 
@@ -43,16 +43,14 @@ class Atlas:
     it (-1: none), ``first_hit`` the ball that the struck one met first (-1: none), ``hits`` how
     many hits of two balls there were, and ``duration`` (s) when all rested. Shots that could not
     be played are NaN in ``end`` and in ``duration``. ``by_reference`` counts the shots that the
-    exact solver played in Python.
-
-    An atlas that is played for one map has what this map shows, in single precision. Its other
-    arrays are empty.
+    exact solver played in Python. An atlas of one map has what this map shows, in single
+    precision, and its other arrays are empty.
     """
 
     plan: Plan
     ball: int
-    angle: Floats
-    speed: Floats
+    angle: Array
+    speed: Array
     end: NDArray[np.floating]
     pocketed: Ints
     first_hit: Ints
@@ -84,12 +82,11 @@ def atlas(
     """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
 
     The speeds are by default from a quarter of the shot's to one and a half of it. ``axes`` has
-    two other inputs with their ranges, the one across first; they are named as in a sweep
-    (:class:`~pool_pymunk.studies.sweep.plan.Plan`), and in SI. ``ball`` is the
-    id of the ball whose end is kept; by default that at which the shot aims, or else the nearest.
-    ``show``, one of ``MAPS``, keeps only what this map shows: a shot then takes 4 or 8 bytes
-    instead of 36. ``on_done(n)`` is called whenever ``n`` more shots are done. Raises SettingError,
-    in one line that names the argument.
+    two other inputs with their ranges, the one across first, named as in a sweep
+    (:class:`~pool_pymunk.studies.sweep.plan.Plan`), and in SI. ``ball`` is the id of the ball whose
+    end is kept; by default that at which the shot aims, or else the nearest. ``show``, one of
+    ``MAPS``, keeps only what this map shows: 4 or 8 bytes a shot instead of 36. ``on_done(n)`` is
+    called whenever ``n`` more shots are done. Raises SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> found = atlas(load("report"), 1, size=(9, 5))
@@ -99,7 +96,12 @@ def atlas(
     chosen = find_shot(scene, shot)
     if chosen is None:
         raise setting_error("shot", None, "is missing: the scene has none")
-    ranges = _axes(scene, chosen, angle, speed) if axes is None else _other_axes(scene, axes)
+    if axes is None:
+        usual = np.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
+        speeds = read_pair("speed", speed or (SPEEDS[0] * usual, SPEEDS[1] * usual))
+        ranges = {"angle": read_pair("angle", angle), "speed": speeds}
+    else:
+        ranges = _read_axes(scene, axes)
     width, height = (
         argument(key, each, whole(2))
         for key, each in zip(("width", "height"), read_pair("size", size), strict=True)
@@ -108,13 +110,18 @@ def atlas(
     grid = {up: (*rows, height), across: (*columns, width)}
     plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time)
     watched = _ball(scene, chosen, ball)
-    kept = _empty(plan.samples, show)
-    by_reference = 0
+    kept, by_reference = _empty(plan.samples, show), 0
     for shots in map(plan.shots_of, range(plan.parts)):
         _, position, velocity, vary = plan.draw(shots)
         batch = simulate_many(plan.scene, position, velocity, law=plan.law, vary=vary,
                               on_done=on_done)  # fmt: skip
-        _keep(kept, batch, watched, slice(shots.start, shots.stop))
+        unplayed, found = batch.status == CANNOT_START, vars(batch) | {
+            "end": batch.final[:, watched], "pocketed": batch.pocketed[:, watched]
+        }  # fmt: skip
+        found["end"][unplayed] = batch.duration[unplayed] = np.nan
+        for key, values in kept.items():
+            if len(values):
+                values[shots.start : shots.stop] = found[key]
         by_reference += batch.by_reference
     shaped = {key: each.reshape(height, width, *each.shape[1:]) if len(each) else each
               for key, each in kept.items()}  # fmt: skip
@@ -122,14 +129,7 @@ def atlas(
     return Atlas(plan, watched, x, y, **shaped, by_reference=by_reference, axes=(across, up))
 
 
-def _axes(scene: Scene, shot: Shot, angle: Range, speed: Range | None) -> dict[str, Range]:
-    """Return the angles and speeds; the speed's range has a default."""
-    usual = np.hypot(*scene.start(shot).velocity[scene.index[shot.ball]])
-    speeds = read_pair("speed", speed or (SPEEDS[0] * usual, SPEEDS[1] * usual))
-    return {"angle": read_pair("angle", angle), "speed": speeds}
-
-
-def _other_axes(scene: Scene, axes: Mapping[str, Range]) -> dict[str, Range]:
+def _read_axes(scene: Scene, axes: Mapping[str, Range]) -> dict[str, Range]:
     """Read two inputs with their ranges."""
     if not isinstance(axes, Mapping) or len(axes) != 2:
         raise setting_error("axes", axes, "must be two inputs with their ranges (low, high)")
@@ -143,27 +143,12 @@ def _empty(count: int, show: str | None) -> dict[str, NDArray[Any]]:
     """Return arrays for what all maps show of the shots, or only for what one of them shows."""
     if show is not None and show not in MAPS:
         raise setting_error("show", show, f"must be one of {', '.join(MAPS)}")
-    real = float if show is None else np.float32
-    types = {"end": real, "pocketed": np.int32, "first_hit": np.int32, "hits": np.int32,
-             "duration": real}  # fmt: skip
-    sizes = {key: count if show in (None, name) else 0 for name, key in MAPS.items()}
-    return {
-        key: np.empty((sizes[key], 2) if key == "end" else sizes[key], kind)
-        for key, kind in types.items()
-    }
-
-
-def _keep(kept: dict[str, NDArray[Any]], batch: Batch, ball: int, own: slice) -> None:
-    """Keep of some shots what the maps show."""
-    end, unplayed = batch.final[:, ball], batch.status == CANNOT_START
-    end[unplayed] = batch.duration[unplayed] = np.nan
-    found: dict[str, NDArray[Any]] = {
-        "end": end, "pocketed": batch.pocketed[:, ball], "first_hit": batch.first_hit,
-        "hits": batch.hits, "duration": batch.duration,
-    }  # fmt: skip
-    for key, values in found.items():
-        if len(kept[key]):
-            kept[key][own] = values
+    real, found = float if show is None else np.float32, dict[str, NDArray[Any]]()
+    for name, key in MAPS.items():
+        size = count if show in (None, name) else 0
+        kind = real if key in ("end", "duration") else np.int32
+        found[key] = np.empty((size, 2) if key == "end" else size, kind)
+    return found
 
 
 def _ball(scene: Scene, shot: Shot, name: str | None) -> int:

@@ -36,8 +36,8 @@ class Lost(Exception):
 class Inputs:
     """The inputs are what is varied: each has a column in every change.
 
-    ``start(i)`` is the change (4, P) of a ball's state at the start. ``radius(i)``, ``mass(i)`` and
-    ``unit(name)`` are the changes (P,) of what contacts are told; None stands for none.
+    ``start(i)`` is the change (4, P) of a ball's state at the start. ``unit(name)`` and
+    ``of_ball(kind, i)`` are the changes (P,) of what contacts are told; None stands for none.
     """
 
     def __init__(self, run: Run, names: Names) -> None:
@@ -49,7 +49,7 @@ class Inputs:
         return self.by_names(i, self.column)
 
     def by_names(self, i: int, names: Iterable[str]) -> Array:
-        """Return the change of a ball's state at the start by some of the inputs."""
+        """Return the same change by some of the inputs."""
         change = np.zeros((4, self.count))
         ball, (vx, vy) = self.run.scene.balls[i], self.run.knots[i][0, 3:5].tolist()
         struck = self.run.shot is not None and self.run.shot.ball == ball.id
@@ -61,22 +61,17 @@ class Inputs:
         """Return the change of one input itself; None if it is not varied."""
         return np.eye(self.count)[self.column[name]] if name in self.column else None
 
-    def radius(self, i: int) -> Array | None:
-        """Return the change of a ball's radius."""
-        return self.unit(f"radius.{self.run.scene.balls[i].id}")
-
-    def mass(self, i: int) -> Array | None:
-        """Return the change of a ball's mass."""
-        return self.unit(f"mass.{self.run.scene.balls[i].id}")
+    def of_ball(self, kind: str, i: int) -> Array | None:
+        """Return the change of a ball's mass or radius."""
+        return self.unit(f"{kind}.{self.run.scene.balls[i].id}")
 
 
 class Changes:
     """Changes say how the balls' states depend on the inputs.
 
-    ``change[i]`` (4, P) is how ball i's state at its last knot depends on the inputs, at the fixed
-    time of that knot. ``kept[i]`` has the times (s) since when its changes were others, the numbers
-    of the knots at which they are given, and the changes. ``times`` are the changes (P,) of the
-    times of the events.
+    ``change[i]`` (4, P) is that of ball i at its last breakpoint, at the time of this. ``kept[i]``
+    has the times (s) since when its changes were others, the numbers of the breakpoints at which
+    they are given, and the changes. ``times`` are the changes (P,) of the times of the events.
     """
 
     def __init__(self, run: Run, law: Law, inputs: Inputs) -> None:
@@ -155,12 +150,9 @@ class Changes:
         before, rounding = path.at(t)[1], NOISE * path.speed
         after = self.knots[i][k][3:5]
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
-        is_end = t == self.run.duration and not self.is_cut  # It is held where balls rest.
-        return (
-            jump > AGREE * math.hypot(*before) + rounding
-            and not is_end
-            and self._is_now(begun, t, [i])
-        )
+        if t == self.run.duration and not self.is_cut:  # It is held where balls rest.
+            return False
+        return jump > AGREE * math.hypot(*before) + rounding and self._is_now(begun, t, [i])
 
     # -- events ------------------------------------------------------------------------------------
 
@@ -193,10 +185,9 @@ class Changes:
             self.kept[i].append((event.t, self.at[i], self.change[i]))
 
     def _touch(self, touch: Touch) -> None:
-        """Lose what depends on whether a touch becomes a contact.
+        """Lose what depends on whether a touch becomes a contact: by the root of the gap's change.
 
-        A contact that just closes changes velocities by the root of the change of the gap. So
-        every input that has changed one of the balls matters, also to second order.
+        So every input that has changed one of the balls matters, also to second order.
         """
         balls = [i for i in (touch.i, touch.j) if i >= 0]
         changes = [self._moved(i, touch.t)[1] for i in balls]
@@ -225,17 +216,15 @@ class Changes:
         return moved and self._is_now(self.surface.path(t0, (x, y), (vx, vy)).end, t, [i])
 
     def _shares_a_ball(self, k: int) -> bool:
-        """Tell whether a contact has a ball in common with another event of its instant.
-
-        A stop that comes after the contact is what the contact led to.
-        """
+        """Tell whether a contact has a ball in common with another event of its instant."""
         events, own = self.run.events, self.run.events[k]
         balls = [self.scene.index[id_] for id_ in own.balls]
         for numbers in (range(k - 1, -1, -1), range(k + 1, len(events))):
             for j in numbers:
                 if not self._is_now(events[j].t, own.t, balls):
                     break
-                if (events[j].kind != "stop" or j < k) and {*own.balls} & {*events[j].balls}:
+                leads_to = events[j].kind == "stop" and j > k  # The contact has stopped the ball.
+                if not leads_to and {*own.balls} & {*events[j].balls}:
                     return True
         return False
 
@@ -261,10 +250,13 @@ class Changes:
         parts = meeting.split @ moved
         before_nt = [split(state[2:4], normal) for state in states]
         moves = [bool(row.any()) for row in parts[1::2]]
-        law, answer = self._law(balls, before_nt, moves, fastest)
-        if not _agree(rates, answer, normal, fastest):
+        law, answer, told = self._asked(balls, before_nt, moves, fastest)
+        if law is None:
+            raise Lost(f"law {self.law.name} jumps or has a kink")
+        after = [split(rate[:2], normal) for rate in rates]
+        if not np.abs(np.subtract(after, answer)).max() <= AGREE * fastest:
             raise Lost("a contact is answered by a policy")
-        parts = self._answered(law, parts, self._told(balls), event.t)
+        parts = self._answered(law, parts, told, event.t)
         self.times.append(times)
         change = meeting.after(moved, times, parts, rates)
         for n, i in enumerate(balls):
@@ -301,30 +293,33 @@ class Changes:
                     return True
         return False
 
-    def _law(
+    def _asked(
         self, balls: list[int], before: list[NT], moves: list[bool], fastest: float
-    ) -> tuple[Array, Sequence[NT]]:
-        """Return the law's Jacobians within rounding of a hit, and its answer."""
-        law: Array | None
-        answer: Sequence[NT]
+    ) -> tuple[Array | None, Sequence[NT], Told]:
+        """Return the law's Jacobians within rounding of a hit, its answer, and what it is told."""
+        inputs, scene = self.inputs, self.scene
         if len(balls) == 2:
-            (a, b), pair = before, self.scene.pair(*balls)
+            (a, b), pair = before, scene.pair(*balls)
+            of_cue = scene.restitution.cue_ball is not None and any(
+                scene.balls[i].cue for i in balls
+            )
+            told = [inputs.of_ball("mass", i) for i in balls]
+            told += [inputs.unit(f"restitution.{'cue_ball' if of_cue else 'ball_ball'}"),
+                     inputs.unit("friction.ball_ball")]  # fmt: skip
             law = hit_jacobian(self.law, a, b, pair, moves, fastest)
-            answer = self.law.ball_ball(a, b, pair)
-        else:
-            e, mu = self.scene.restitution.cushion or 0.0, self.scene.friction.cushion
-            law = cushion_jacobian(self.law, before[0], e, mu, moves[0], fastest)
-            answer = [self.law.cushion(before[0], e, mu)]
-        if law is None:
-            raise Lost(f"law {self.law.name} jumps or has a kink")
-        return law, answer
+            return law, self.law.ball_ball(a, b, pair), told
+        e, mu = scene.restitution.cushion or 0.0, scene.friction.cushion
+        law = cushion_jacobian(self.law, before[0], e, mu, moves[0], fastest)
+        told = [inputs.unit("restitution.cushion"), inputs.unit("friction.cushion")]
+        return law, [self.law.cushion(before[0], e, mu)], told
 
     def _answered(self, law: Array, parts: Array, told: Told, t: float) -> Array:
-        """Return the changes of the velocities along normal and tangent after the contact.
-
-        They are unknown by inputs for which the sides of the ``law`` (S, M, K) have other answers.
-        """
-        sides = [self._by_law(side, parts, told) for side in law]
+        """Return the velocities' changes after a contact; nan where the law's sides (S) differ."""
+        sides = [np.asarray(side[:, : len(parts)] @ parts) for side in law]
+        for found, side in zip(sides, law, strict=True):
+            for slopes, change in zip(side.T[len(parts) :], told, strict=True):
+                if change is not None:
+                    found += slopes[:, np.newaxis] * change
         if len(sides) == 1:
             return sides[0]
         change = np.vstack([parts, *(row for row in told if row is not None)])
@@ -334,28 +329,9 @@ class Changes:
             self._warn(f"law {self.law.name} has a kink, as between sticking and slipping", t)
         return np.asarray(np.where(bent, math.nan, np.mean(sides, axis=0)))
 
-    def _by_law(self, law: Array, parts: Array, told: Told) -> Array:
-        """Return what one Jacobian of a law makes of these changes."""
-        rows = len(parts)
-        found = law[:, :rows] @ parts
-        for slopes, change in zip(law.T[rows:], told, strict=True):
-            if change is not None:
-                found += slopes[:, np.newaxis] * change
-        return np.asarray(found)
-
-    def _told(self, balls: list[int]) -> Told:
-        """Return the changes of what a law is told: masses, restitution and friction."""
-        inputs = self.inputs
-        if len(balls) == 2:
-            with_cue = any(self.scene.balls[i].cue for i in balls)
-            of_cue = with_cue and self.scene.restitution.cue_ball is not None
-            of_both = inputs.unit("restitution.cue_ball" if of_cue else "restitution.ball_ball")
-            return [*map(inputs.mass, balls), of_both, inputs.unit("friction.ball_ball")]
-        return [inputs.unit("restitution.cushion"), inputs.unit("friction.cushion")]
-
     def _gap(self, balls: list[int]) -> Array | float:
         """Return the change of the gap by the radii: it shrinks as they grow."""
-        radii = [change for i in balls if (change := self.inputs.radius(i)) is not None]
+        radii = [change for i in balls if (change := self.inputs.of_ball("radius", i)) is not None]
         return -np.sum(radii, axis=0) if radii else 0.0
 
     def _stop(self, i: int, event: Event) -> None:
@@ -380,9 +356,9 @@ class Changes:
 
     def _fall(self, i: int, event: Event) -> None:
         """Follow a ball into its pocket, where it stays."""
-        pocket = next(hole for hole in self.scene.pockets if hole.id == event.pocket)
+        hole = next(hole for hole in self.scene.pockets if hole.id == event.pocket)
         (x, y, vx, vy, _, _), change = self._moved(i, event.t)
-        nx, ny = (x - pocket.position[0]) / pocket.radius, (y - pocket.position[1]) / pocket.radius
+        nx, ny = (x - hole.position[0]) / hole.radius, (y - hole.position[1]) / hole.radius
         closing = -(vx * nx + vy * ny)
         if closing <= GRAZE * max(abs(vx), abs(vy)) or not self._is_next(i, event.t):
             raise Lost("a ball grazes the rim of a pocket")
@@ -434,27 +410,13 @@ class Changes:
 
 
 def _depth(meeting: Meeting) -> float:
-    """Return how deep (m) two sides would sink into each other; infinite if that has no end.
-
-    The gap's second derivative has two parts: the balls slow down, and they pass each other.
-    """
+    """Return how deep (m) two sides would sink into each other, as balls slow down and pass on."""
     velocity, pull = meeting.rate.reshape(-1, 2, 2).swapaxes(0, 1)
     guard, turning = (row.reshape(-1, 2, 2)[:, 0] for row in (meeting.guard, meeting.turning))
     bend = math.hypot(*turning[0])
     swing = float((turning * velocity).sum())
     out = float((guard * pull).sum()) + (swing * swing / bend if bend > 0.0 else 0.0)
     return meeting.closing**2 / (2.0 * out) if out > 0.0 else math.inf
-
-
-def _agree(
-    rates: Sequence[Sequence[float]], answer: Sequence[NT], normal: Vector, fastest: float
-) -> bool:
-    """Tell whether the run went on with what the law answers."""
-    return all(
-        max(abs(a - b) for a, b in zip(split((vx, vy), normal), its, strict=True))
-        <= AGREE * fastest
-        for (vx, vy, *_), its in zip(rates, answer, strict=True)
-    )
 
 
 def law_of(run: Run) -> Law:

@@ -7,31 +7,32 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from pool_pymunk.fast import compiled
+from pool_pymunk.fast.records import Out, Tracks
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Event, Run
 
 # This is the balls, and the cushion or the pocket if one of them was met.
 Meeting = tuple[tuple[str, ...], int | str | None]
 # This is a contact, and for each of its balls, the how-manieth contact of that ball it is.
 Place = tuple[Meeting, tuple[int, ...]]
-# s; if the times of the same contact are further apart than this, it is late or early
-SAME_TIME = 1e-3
+INSTANTS = 256  # Runs are compared at this many times, besides their start.
+SAME_TIME = 1e-3  # s; the same contact at times that are further apart is late or early
 
 
 @dataclass(frozen=True)
 class Divergence:
-    """A divergence is the first contact that two runs do not share.
-
-    It tells when (s) this contact came, what it was, and what came instead.
-    """
+    """A divergence is the first contact that two runs do not share, at the time ``t`` (s)."""
 
     t: float
     event: Event
-    kind: str  # missed | late | early | extra
+    kind: str  # missed | late | early | reordered | extra
     text: str
 
 
@@ -109,33 +110,32 @@ def first_divergence(reference: Run, run: Run) -> Divergence | None:
     own sequence. Contacts far apart on the table may swap their order in time without meaning.
     """
     ours, theirs = _placed(reference), _placed(run)
-    only_reference = [event for key, event in ours.items() if key not in theirs]
-    only_run = [event for key, event in theirs.items() if key not in ours]
-    if not only_reference and not only_run:
+    missed, extra = (
+        min((one[key] for key in one if key not in other), key=lambda e: e.t, default=None)
+        for one, other in ((ours, theirs), (theirs, ours))
+    )
+    if missed and (not extra or missed.t <= extra.t):
+        return _what_became_of(missed, run, extra)
+    if not extra:
         return None
-    first_reference = min(only_reference, key=lambda event: event.t, default=None)
-    first_run = min(only_run, key=lambda event: event.t, default=None)
-    if first_reference and (not first_run or first_reference.t <= first_run.t):
-        return _what_became_of(first_reference, run, first_run)
-    assert first_run is not None
-    text = f"{run.solver} alone has {describe(first_run)} at {first_run.t:.4f} s"
-    if first_reference:
-        text += f"; next {reference.solver} has {describe(first_reference)}"
-    return Divergence(first_run.t, first_run, "extra", text)
+    text = f"{run.solver} alone has {describe(extra)} at {extra.t:.4f} s"
+    if missed:
+        text += f"; next {reference.solver} has {describe(missed)}"
+    return Divergence(extra.t, extra, "extra", text)
 
 
 def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence:
     """Tell what ``run`` did about a contact of the reference that it does not have in its place."""
-    same = [other for other in contacts(run) if _contact(other) == _contact(event)]
-    later = min(same, key=lambda other: abs(other.t - event.t), default=None)
-    kind = "missed"
-    text = f"{run.solver} misses {describe(event)} at {event.t:.4f} s"
-    if later is not None and abs(later.t - event.t) > SAME_TIME:
-        kind = "late" if later.t > event.t else "early"
-        text = f"{run.solver} has {describe(event)} at {later.t:.4f} s instead of {event.t:.4f} s"
-    elif later is not None:
-        kind = "reordered"
-        text = f"{run.solver} has {describe(event)} at {event.t:.4f} s in another order"
+    same = [other.t for other in contacts(run) if _contact(other) == _contact(event)]
+    came = min(same, key=lambda t: abs(t - event.t), default=None)
+    what, at = describe(event), f"{event.t:.4f} s"
+    if came is None:
+        kind, text = "missed", f"{run.solver} misses {what} at {at}"
+    elif abs(came - event.t) > SAME_TIME:
+        kind = "late" if came > event.t else "early"
+        text = f"{run.solver} has {what} at {came:.4f} s instead of {at}"
+    else:
+        kind, text = "reordered", f"{run.solver} has {what} at {at} in another order"
     if instead is not None and _contact(instead) != _contact(event):
         text += f"; it has {describe(instead)} at {instead.t:.4f} s"
     return Divergence(event.t, event, kind, text)
@@ -144,10 +144,8 @@ def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence
 def describe(event: Event) -> str:
     """Return a contact in words.
 
-    >>> describe(Event(0.1, "ball-ball", ("C", "1")))
-    'ball C on ball 1'
-    >>> describe(Event(0.1, "ball-cushion", ("1",), 2))
-    'ball 1 on cushion 2'
+    >>> describe(Event(0.1, "ball-ball", ("C", "1"))), describe(Event(0.1, "", ("1",), 2))
+    ('ball C on ball 1', 'ball 1 on cushion 2')
     >>> describe(Event(0.1, "pocket", ("1",), pocket="head-left"))
     'ball 1 in pocket head-left'
     """
@@ -164,9 +162,7 @@ def _contact(event: Event) -> Meeting:
 
 
 def contact_order(run: Run) -> frozenset[Place]:
-    """Return the place of every contact.
-
-    The places of two runs are equal if every ball meets the same others in the same order.
+    """Return the places of all contacts: equal if every ball meets the same in the same order.
 
     >>> from pool_pymunk import load, simulate
     >>> sorted(contact_order(simulate(load("report"), "Simulation 3")))
@@ -177,9 +173,141 @@ def contact_order(run: Run) -> frozenset[Place]:
 
 def _placed(run: Run) -> dict[Place, Event]:
     """Return each contact of a run in its place."""
-    so_far: Counter[str] = Counter()
-    placed = {}
+    so_far, placed = Counter[str](), {}
     for event in contacts(run):
         so_far.update(event.balls)
         placed[_contact(event), tuple(so_far[id_] for id_ in sorted(event.balls))] = event
     return placed
+
+
+# -- many shots beside a reference run -------------------------------------------------------------
+
+
+class Reference(NamedTuple):
+    """A reference is the run with which others are compared, as numba takes it.
+
+    Its balls are at ``path`` (T, N, 2) at the ``times`` (T,). A ball has left it that is more than
+    ``agree`` (m) off. Ball i has ``contacts[i]`` contacts; contact c is with ``other[i, c]``, a
+    ball or as -1 - its number a wall, as the ``place[i, c]``-th contact of the other ball.
+    """
+
+    times: Any
+    path: Any
+    agree: float
+    other: Any
+    place: Any
+    contacts: Any
+
+
+def reference_of(run: Run, agree: float) -> Reference:
+    """Return a run as others are compared with it, to ``agree`` (m)."""
+    times = np.linspace(0.0, run.duration, INSTANTS + 1)
+    cushions = len(run.scene.table.edges) if run.scene.table else 0  # They come before pockets.
+    pockets = {hole.id: cushions + k for k, hole in enumerate(run.scene.pockets)}
+    seen: list[list[tuple[int, int]]] = [[] for _ in run.scene.balls]
+    for event in contacts(run):
+        one, *other = (run.scene.index[id_] for id_ in event.balls)
+        for i in other:
+            place = len(seen[one]) + 1, len(seen[i]) + 1
+            seen[one].append((i, place[1]))
+            seen[i].append((one, place[0]))
+        if not other:
+            wall = event.cushion if event.pocket is None else pockets[event.pocket]
+            seen[one].append((-1 - (wall or 0), 0))
+    rows = np.zeros((2, len(seen), max(map(len, seen))), dtype=np.int64)
+    for i, each in enumerate(seen):
+        rows[:, i, : len(each)] = np.array(each, dtype=np.int64).reshape(-1, 2).T
+    counts = np.array([len(each) for each in seen])
+    return Reference(times, np.array(run.at(times)[0]), agree, rows[0], rows[1], counts)
+
+
+class Beside:
+    """This watches shots, and compares each with the reference, which is made of ``run``.
+
+    ``left`` (S, N) is when (s; inf: never) each ball left it; ``same`` (S,) tells whether the run
+    has its contacts.
+    """
+
+    def __init__(self, run: Run, reference: Reference, out: Out) -> None:
+        self.reference, self.duration = reference, out.duration
+        self.order = contact_order(run)
+        self.left = np.empty(out.final.shape[:2])
+        self.same = np.empty(len(out.duration), np.bool_)
+
+    def watch(self, part: slice, tracks: Tracks) -> None:
+        """Compare these shots."""
+        compiled.alone(compare)(
+            tracks, self.duration[part], self.reference, self.left[part], self.same[part],
+            np.zeros(self.left.shape[1], np.int64),
+        )  # fmt: skip
+
+    def see(self, k: int, run: Run) -> None:
+        """Compare the run of shot ``k``, which was not compiled."""
+        self.left[k] = self.first_off(run.at(self.reference.times)[0] - self.reference.path)
+        self.same[k] = contact_order(run) == self.order
+
+    def first_off(self, off: Array) -> Array:
+        """Return when (s; inf: never) balls (N,) first leave, by their offsets (T, N, 2) in m."""
+        apart = np.hypot(off[..., 0], off[..., 1]) > self.reference.agree
+        return np.where(apart.any(axis=0), self.reference.times[apart.argmax(axis=0)], math.inf)
+
+
+# -- what numba compiles ---------------------------------------------------------------------------
+
+
+def compare(
+    tracks: Tracks, duration: Any, reference: Reference, left: Any, same: Any, count: Any
+) -> int:
+    """Compare some shots with the reference, and return how many; ``count`` (N,) is overwritten."""
+    first = begun = 0
+    for s in range(len(left)):
+        last, ended = tracks.ends[s, 0], tracks.ends[s, 1]
+        if last > first:
+            for i in range(left.shape[1]):
+                left[s, i] = leaves(tracks.knots, first, last, duration[s], reference, i)
+            same[s] = has_same_contacts(tracks.contacts, begun, ended, reference, count)
+        first, begun = last, ended
+    return len(left)
+
+
+def leaves(
+    knots: Any, first: int, last: int, duration: float, reference: Reference, i: int
+) -> float:
+    """Return when (s; inf: never) ball ``i`` leaves the reference; its knots end at ``last``."""
+    k = first + i  # The first breakpoints are those of the start, one a ball.
+    coming = k + 1
+    for n in range(len(reference.times)):
+        t = min(reference.times[n], duration)
+        while coming < last and (knots[coming, 0] != i or knots[coming, 1] <= t):
+            if knots[coming, 0] == i:
+                k = coming
+            coming += 1
+        path = from_breakpoint(
+            knots[k, 1], knots[k, 2], knots[k, 3], knots[k, 4], knots[k, 5], knots[k, 6],
+            knots[k, 7],
+        )  # fmt: skip
+        x, y, _, _ = motion_at(path, t)
+        dx, dy = x - reference.path[n, i, 0], y - reference.path[n, i, 1]
+        if math.sqrt(dx * dx + dy * dy) > reference.agree:
+            return float(reference.times[n])
+    return math.inf
+
+
+def has_same_contacts(
+    contacts: Any, begun: int, ended: int, reference: Reference, count: Any
+) -> bool:
+    """Tell whether every ball met the same others in the same order as in the reference."""
+    count[:] = 0
+    for c in range(begun, ended):
+        i, j = contacts[c, 0], contacts[c, 1]
+        count[i] += 1
+        place = 0
+        if j >= 0:
+            count[j] += 1
+            place = count[j]
+        n = count[i] - 1
+        if n >= reference.contacts[i]:
+            return False
+        if reference.other[i, n] != j or reference.place[i, n] != place:
+            return False
+    return bool((count == reference.contacts).all())

@@ -2,24 +2,26 @@
 
 Between contacts and through them everything is differentiable in closed form, so nothing is played
 again: the changes of the balls' states follow the run from event to event
-(:mod:`pool_pymunk.physics.saltation`), and contact times move with them.
+(:mod:`pool_pymunk.physics.saltation`), and contact times move with them. Shots that go on from the
+one before are followed through the whole chain: the changes of its ends are changes of the next
+start, and of where a shot goes that aims at a ball.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from pool_pymunk.model.inputs import Names, chosen, names_in
+from pool_pymunk.model import Scene, Shot
+from pool_pymunk.model.inputs import SHOT, TABLE, Names, chosen, names_in, parts
 from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.solvers import SOLVERS, find_solver
 from pool_pymunk.studies.changes import Changes, Inputs, law_of
-from pool_pymunk.studies.rounding import rounding as rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +29,7 @@ class Derivatives:
     """These are the derivatives of a run's ends and event times by its inputs, in SI.
 
     ``names`` (P) are the inputs, as in the table of inputs (:mod:`pool_pymunk.model.inputs`):
-    ``"x.C"`` and ``"mass.C"`` of ball C, ``"speed"`` and ``"angle"`` of the shot,
-    ``"restitution.cushion"``, and so on.
+    ``"x.C"`` and ``"mass.C"`` of ball C, ``"speed"`` of the shot, ``"restitution.cushion"``, ...
 
     ``final`` (N, 2, P) are the derivatives of the ends (m by the input's unit), with N as in
     ``scene.balls``. ``velocity`` (N, 2, P) are those of the velocities at the end (m/s), and
@@ -50,14 +51,8 @@ class Derivatives:
         if name not in self.names:
             known = listed(self.names)
             raise setting_error("name", name, f"there is no such input (there are: {known})")
-        dx, dy = self.final[self._index(ball), :, self.names.index(name)]
+        dx, dy = self.final[ball_number(self.run.scene, ball), :, self.names.index(name)]
         return float(dx), float(dy)
-
-    def _index(self, ball: str) -> int:
-        index = self.run.scene.index
-        if ball not in index:
-            raise setting_error("ball", ball, f"there is no such ball (there are: {listed(index)})")
-        return index[ball]
 
     def at(self, times: Sequence[float] | Array, ball: str) -> Array:
         """Return the derivatives (T, 2, P) of one ball's positions at ``times`` (s).
@@ -72,20 +67,24 @@ class Derivatives:
         t = read_times(times)
         if t.ndim != 1:
             raise setting_error("times", times, "must be a sequence of numbers")
-        return self.changes.at_times(t.tolist(), self._index(ball))
+        return self.changes.at_times(t.tolist(), ball_number(self.run.scene, ball))
 
     def amplification(self) -> dict[str, float]:
-        """Return how much farther each ball's end moves at most than the starts of all balls.
-
-        It is the largest singular value of the derivatives by the positions of all balls.
-        """
-        columns = [k for k, name in enumerate(self.names) if name[:2] in ("x.", "y.")]
-        by_place = self.final[:, :, columns]
-        sound = np.isfinite(by_place).all(axis=(1, 2))
+        """Return the largest singular value of each end's derivatives by all balls' positions."""
+        by_place = self.final[:, :, [name[:2] in ("x.", "y.") for name in self.names]]
+        sound = np.isfinite(by_place).all(axis=(1, 2)) & (by_place.shape[2] > 0)
         most = np.full(len(by_place), math.nan)
-        if columns and sound.any():
+        if sound.any():
             most[sound] = np.linalg.svd(by_place[sound], compute_uv=False)[:, 0]
-        return {ball.id: float(m) for ball, m in zip(self.run.scene.balls, most, strict=True)}
+        return dict(zip(self.run.scene.index, most.tolist(), strict=True))
+
+
+def ball_number(scene: Scene, ball: str, key: str = "ball") -> int:
+    """Return the number of a ball in the scene; raise SettingError where there is none."""
+    if ball not in scene.index:
+        known = listed(scene.index)
+        raise setting_error(key, ball, f"there is no such ball (there are: {known})")
+    return scene.index[ball]
 
 
 def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -> Derivatives:
@@ -94,8 +93,7 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
     ``wrt`` names inputs, such as "angle" or "restitution.cushion", or groups of them: "position"
     (the starts of all balls, with the velocities held), "velocity", "speed", "angle", "mass",
     "radius", "restitution", "friction", or "all" (except "turn", which is "angle" here). Raises
-    SettingError for a run of a solver that is not exact, and for a law that cannot be
-    differentiated.
+    SettingError for a solver that is not exact, and for a law that cannot be differentiated.
 
     >>> from pool_pymunk import load, simulate
     >>> run = simulate(load("report"), "Simulation 3", solver="event-driven")
@@ -120,3 +118,51 @@ def differentiated(run: Run, names: Names, inputs: Inputs) -> Derivatives:
     final, velocity = changes.ends()
     times = np.array(changes.times).reshape(len(run.events), len(names))
     return Derivatives(run, names, final, velocity, times, tuple(changes.warnings), changes)
+
+
+# -- through a chain of shots ----------------------------------------------------------------------
+
+
+def follow(runs: Mapping[int, Run], names: Names) -> Iterator[tuple[int, Derivatives]]:
+    """Yield the number of each run of a chain, and its derivatives by names such as "turn.2"."""
+    last: Derivatives | None = None
+    for k, run in runs.items():
+        before = last if run.shot is not None and run.shot.from_previous else None
+        last = differentiated(run, names, _Chained(run, names, k, before))
+        yield k, last
+
+
+class _Chained(Inputs):
+    """These inputs change a shot, and what it goes on from: the end of the shot ``before``."""
+
+    def __init__(self, run: Run, names: Names, number: int, before: Derivatives | None) -> None:
+        super().__init__(run, names)
+        ours = {"", str(number)}
+        self.shots = [n for n in names if TABLE[parts(n)[0]].of == SHOT and parts(n)[1] in ours]
+        others = [n for n in names if TABLE[parts(n)[0]].of != SHOT]
+        self.carried = np.array([self.by_names(i, others) for i in range(len(run.knots))])
+        if before is not None:
+            self.carried = np.concatenate([before.final, before.velocity], axis=1)
+
+    def start(self, i: int) -> Array:
+        """Return the change of a ball's state at the start; a shot gives its ball a velocity."""
+        shot, change = self.run.shot, self.carried[i].copy()
+        if shot is not None and shot.ball == self.run.scene.balls[i].id:
+            change[2:] = self.by_names(i, self.shots)[2:]
+            if shot.aim is not None and self.carried[:, :2].any():
+                vx, vy = self.run.knots[i][0, 3:5]
+                change[2:] += np.outer((-vy, vx), turn(self.run, shot, self.carried[:, :2]))
+        return np.asarray(change)
+
+
+def turn(run: Run, shot: Shot, place: Array) -> Array:
+    """Return how far (rad) a shot that aims at a ball turns (P,) if balls move by ``place``."""
+    scene = run.scene
+    starts = [tuple(knots[0, 1:3].tolist()) for knots in run.knots]
+    i = scene.index[shot.ball]
+    gone = run.off - run.pocketed.keys()
+    assert shot.aim is not None
+    j = scene.nearest(i, starts, gone) if shot.aim == "nearest" else scene.index[shot.aim]
+    x, y = (b - a for a, b in zip(starts[i], starts[j], strict=True))
+    dx, dy = place[j] - place[i]
+    return np.asarray((x * dy - y * dx) / (x * x + y * y))

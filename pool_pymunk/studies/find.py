@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Point, Scene, Shot
 from pool_pymunk.model.inputs import SHOT, input_value, row_of
 from pool_pymunk.model.plain import argument, read_pair, size, whole
-from pool_pymunk.model.problems import listed, setting_error
+from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
-from pool_pymunk.studies.derivatives import derivatives
-from pool_pymunk.studies.starts import normal, uniforms
+from pool_pymunk.studies import Mask
+from pool_pymunk.studies.derivatives import ball_number, derivatives
+from pool_pymunk.studies.uncertainty import normal, uniforms
 
-Floats = NDArray[np.float64]
 Range = tuple[float, float]
 Wanted = Callable[[Batch], Any]
 
@@ -29,9 +29,7 @@ APART = 1 << 64  # is added to the seed for the random numbers of other inputs
 AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
 TALL = 60  # speeds of the first look; the other tries are angles
 CANDIDATES = 12  # This many places are looked at closely, for each shot that is asked for.
-STEPS = (
-    4  # So often a shot is moved to the middle of the tries around it that did what is asked for.
-)
+STEPS = 4  # So often a shot is moved to the middle of the tries around it that did it.
 MOST_STEPS = 20  # So often a shot is moved towards where balls shall end,
 SIZES = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)  # by one of these shares of the way,
 LEAST_GAIN = 1e-3  # as long as it brings them nearer by this share.
@@ -43,8 +41,7 @@ class Found:
     """A found shot does what is asked for, and so do a ``share`` of its tries by the stated player.
 
     ``angle`` (degrees) and ``speed`` (m/s) are those of ``shot``; ``run`` is how the exact solver
-    plays it. ``off`` is how far (m) the balls end from where they were to end: the root of the sum
-    of the squares, and 0 where nothing was said.
+    plays it. ``off`` (m) is how far the balls end from where they were to end (root of squares).
     """
 
     shot: Shot
@@ -86,18 +83,14 @@ def find(
     ``angle`` and speeds (m/s) within ``speed``, by default from a quarter of the shot's to one and
     a half of it. ``tries`` shots on a grid are looked at first. The player's errors are normal,
     with the standard deviations ``angle_error`` (degrees) and ``speed_error`` (m/s). ``errors`` has
-    those of further inputs by their names in the table of inputs
-    (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"`` or ``"restitution.cushion"``. A shot's
-    share of success is measured by ``samples`` tries. The ``best`` shots are returned, no two of
-    them within three standard deviations of each other; the list is empty if no try did it. All
-    runs are exact, and each found shot was played by the exact solver.
+    those of further inputs (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of
+    success is measured by ``samples`` tries. The ``best`` shots are returned, no two of them within
+    three standard deviations of each other; the list is empty if no try did it. All runs are exact.
 
-    ``ends`` says where balls shall end (m), by their ids. Each found shot is then improved by its
-    derivatives (Gauss-Newton): it is moved to where the squares of the distances of these balls
-    from their ends are least, as long as it does what is asked for. The nearest shots come first.
-    ``law`` is that of every contact (default: the scene's).
-
-    Raises SettingError, in one line that names the argument.
+    ``ends`` says where balls shall end (m), by their ids. Each found shot is then moved to where
+    the squares of the distances from them are least (Gauss-Newton), as long as it does what is
+    asked for, and the nearest shots come first. ``law`` is that of every contact (default: the
+    scene's). Raises SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -112,19 +105,17 @@ def find(
     if chosen is None:
         raise setting_error("shot", None, "is missing: the scene has none")
     search = _Search(scene, chosen, wanted, angle_error, speed_error, seed, law)
-    search.doubt({} if errors is None else errors)
+    search.doubt(errors or {})
     search.aim_for({} if ends is None else ends)
     angle, speed = search.read_ranges(angle, speed)
-    for key, count, least in (
-        ("tries", tries, 10 * TALL),
-        ("samples", samples, 10),
-        ("best", best, 1),
-    ):
+    counts = {"tries": (tries, 10 * TALL), "samples": (samples, 10), "best": (best, 1)}
+    for key, (count, least) in counts.items():
         argument(key, count, whole(least))
     found: list[Found] = []
     for place in search.look(angle, speed, tries)[: CANDIDATES * best]:
         one = search.closely(place, samples)
-        if one is not None and not any(search.is_near(one, other) for other in found):
+        spots = [(other.angle, other.speed) for other in found]
+        if one is not None and not search.is_near((one.angle, one.speed), spots):
             found.append(one)
     return sorted(found, key=lambda one: (one.off, -one.share))[:best]
 
@@ -137,10 +128,7 @@ class _Search:
         law: str | Law | None,
     ) -> None:  # fmt: skip
         self.scene, self.shot, self.wanted, self.seed, self.law = scene, shot, wanted, seed, law
-        self.errors = tuple(
-            argument(key, value, size)
-            for key, value in (("angle_error", angle), ("speed_error", speed))
-        )
+        self.errors = argument("angle_error", angle, size), argument("speed_error", speed, size)
         self.ball = scene.index[shot.ball]
         self.position = np.array(scene.start(shot).position)
         self.low, self.high = np.array([-math.inf, 0.0]), np.array([math.inf, math.inf])
@@ -172,17 +160,13 @@ class _Search:
         """Say where balls shall end."""
         if not isinstance(ends, Mapping):
             raise setting_error("ends", ends, "must be places by the ids of balls")
-        for id_ in ends:
-            if id_ not in self.scene.index:
-                message = f"there is no such ball (there are: {listed(self.scene.index)})"
-                raise setting_error("ends", id_, message)
-        self.balls = [self.scene.index[id_] for id_ in ends]
+        self.balls = [ball_number(self.scene, id_, "ends") for id_ in ends]
         goals = [read_pair(f"ends.{id_}", end) for id_, end in ends.items()]
         self.goals = np.array(goals).reshape(-1, 2)
         if not np.isfinite(self.goals).all():
             raise setting_error("ends", dict(ends), "must be finite numbers")
 
-    def within(self, place: Floats) -> Floats:
+    def within(self, place: Array) -> Array:
         """Return a place within the ranges; a range of 360 degrees or more goes round."""
         angle, speed = place
         (low, slowest), (high, fastest) = self.low, self.high
@@ -190,7 +174,7 @@ class _Search:
             angle = low + (angle - low) % 360.0
         return np.array([min(max(angle, low), high), min(max(speed, slowest), fastest)])
 
-    def play(self, angle: Floats, speed: Floats, others: Floats | None = None) -> Batch:
+    def play(self, angle: Array, speed: Array, others: Array | None = None) -> Batch:
         """Play the shot at angles (degrees) and speeds (m/s), with errors (S, P) of others."""
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(angle), 1, 1))
         turned = np.radians(angle)
@@ -202,7 +186,7 @@ class _Search:
             vary[name] = row.clipped(input_value(self.scene, name) + errors)
         return simulate_many(self.scene, self.position, velocity, law=self.law, vary=vary)
 
-    def does(self, tries: Floats, others: Floats | None = None) -> NDArray[np.bool_]:
+    def does(self, tries: Array, others: Array | None = None) -> Mask:
         """Tell which of these shots (S, 2) do what is asked; a part at once is in memory."""
         found = []
         for k in range(0, len(tries), AT_ONCE):
@@ -217,7 +201,7 @@ class _Search:
             found.append(answer)
         return np.concatenate(found)
 
-    def look(self, angles: Range, speeds: Range, tries: int) -> list[Floats]:
+    def look(self, angles: Range, speeds: Range, tries: int) -> list[Array]:
         """Look at a grid, and return the places (angle, speed) at which most around does it."""
         wide = max(tries // TALL, 1)
         x, y = np.linspace(*angles, wide), np.linspace(*speeds, TALL)
@@ -226,21 +210,22 @@ class _Search:
         share = _smoothed(does.astype(float), x[1] - x[0], self.errors[0], axis=1)
         share = _smoothed(share, y[1] - y[0], self.errors[1], axis=0)
         share[~does] = 0.0
-        order = np.argsort(-share, axis=None, kind="stable")
-        order = order[share.ravel()[order] > 0.0]
-        places: list[Floats] = []
-        for k in order.tolist():
-            place = np.array([grid_x.flat[k], grid_y.flat[k]])
-            if not places or self._apart(np.array(places), place).min() > 3.0:
-                places.append(place)
-            if len(places) >= 200:
+        places: list[Array] = []
+        for k in np.argsort(-share, axis=None, kind="stable").tolist():
+            if share.flat[k] == 0.0 or len(places) >= 200:
                 break
+            place = np.array([grid_x.flat[k], grid_y.flat[k]])
+            if not self.is_near(place, places):
+                places.append(place)
         return places
 
-    def closely(self, place: Floats, samples: int) -> Found | None:
+    def closely(self, place: Array, samples: int) -> Found | None:
         """Move a place to where most tries around it do what is asked, and measure their share."""
-        errors, others = self._errors(samples)
-        width = 1.0
+        numbers = uniforms(self.seed, range(samples), 4)
+        errors = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
+        more = uniforms(self.seed + APART, range(samples), 2 * len(self.others))
+        each = [s * normal(more[:, 2 * k :]) for k, s in enumerate(self.others.values())]
+        others, width = np.array(each).reshape(-1, samples).T, 1.0
         for _ in range(STEPS):
             tries = place + width * errors
             does = self.does(tries, width * others)
@@ -254,13 +239,12 @@ class _Search:
             return None
         if self.balls:
             place, run = self.improved(place, run)
-        share = float(self.does(place + errors, others).mean())
-        shot = Shot("found", self.shot.ball, speed=float(place[1]), angle=float(place[0]))
-        scene = replace(self.scene, shots=(shot,))
-        found = replace(run, scene=scene, shot=shot)
-        return Found(shot, float(place[0]), float(place[1]), share, found, self.off(run))
+        share, (angle, speed) = float(self.does(place + errors, others).mean()), place.tolist()
+        shot = Shot("found", self.shot.ball, speed=speed, angle=angle)
+        found = replace(run, scene=replace(self.scene, shots=(shot,)), shot=shot)
+        return Found(shot, angle, speed, share, found, self.off(run))
 
-    def played(self, place: Floats) -> Run | None:
+    def played(self, place: Array) -> Run | None:
         """Play a shot exactly; return None if it does not do what is asked for."""
         batch = self.play(place[:1], np.maximum(place[1:], 0.0))
         return batch.run(0) if np.asarray(self.wanted(batch))[0] else None
@@ -270,25 +254,21 @@ class _Search:
         ends = np.array(run.end.position)[self.balls]
         return float(np.sqrt(((ends - self.goals) ** 2).sum()))
 
-    def improved(self, place: Floats, run: Run) -> tuple[Floats, Run]:
+    def improved(self, place: Array, run: Run) -> tuple[Array, Run]:
         """Move a shot to where the balls end nearest to their goals, by steps of Gauss-Newton."""
         for _ in range(MOST_STEPS):
-            step = self._step(run)
-            better = next(
-                (
-                    (moved, other)
-                    for size in SIZES
-                    if (other := self.played(moved := self.within(place + size * step))) is not None
-                    and self.off(other) < (1.0 - LEAST_GAIN) * self.off(run)
-                ),
-                None,
-            )
-            if better is None:
+            step, least = self._step(run), (1.0 - LEAST_GAIN) * self.off(run)
+            for share in SIZES:
+                moved = self.within(place + share * step)
+                other = self.played(moved)
+                if other is not None and self.off(other) < least:
+                    place, run = moved, other
+                    break
+            else:
                 break
-            place, run = better
         return place, run
 
-    def _step(self, run: Run) -> Floats:
+    def _step(self, run: Run) -> Array:
         """Return the change of angle (degrees) and speed (m/s) that should bring the ends home."""
         velocity = run.knots[self.ball][0, 3:5]
         slopes = derivatives(run, [f"{v}.{self.shot.ball}" for v in ("vx", "vy")]).final[self.balls]
@@ -298,27 +278,14 @@ class _Search:
         wanted = (self.goals - np.array(run.end.position)[self.balls]).ravel()
         return np.asarray(np.linalg.lstsq(by_both, wanted, rcond=None)[0])
 
-    def is_near(self, one: Found, other: Found) -> bool:
-        """Tell whether two shots are within three standard deviations of each other."""
-        place = np.array([other.angle, other.speed])
-        return bool(self._apart(np.array([[one.angle, one.speed]]), place)[0] <= 3.0)
-
-    def _apart(self, places: Floats, place: Floats) -> Floats:
-        """Return how far places lie apart, in standard deviations of the player's errors."""
-        away = places - place
+    def is_near(self, place: Any, places: Sequence[Any]) -> bool:
+        """Tell whether a shot is within three standard deviations of one of the others."""
+        away = np.reshape(places, (-1, 2)) - place
         away[:, 0] = (away[:, 0] + 180.0) % 360.0 - 180.0
-        return np.asarray(np.hypot(away[:, 0] / self.errors[0], away[:, 1] / self.errors[1]))
-
-    def _errors(self, samples: int) -> tuple[Floats, Floats]:
-        """Return the errors (S, 2) of tries, in degrees and m/s, and those (S, P) of others."""
-        numbers = uniforms(self.seed, range(samples), 4)
-        errors = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
-        more = uniforms(self.seed + APART, range(samples), 2 * len(self.others))
-        others = [s * normal(more[:, 2 * k :]) for k, s in enumerate(self.others.values())]
-        return errors, np.array(others).reshape(-1, samples).T
+        return bool((np.hypot(*(away / self.errors).T) <= 3.0).any())
 
 
-def _smoothed(values: Floats, step: float, width: float, axis: int) -> Floats:
+def _smoothed(values: Array, step: float, width: float, axis: int) -> Array:
     """Return values on a grid of this step, each the mean of those around it, by a normal law."""
     far = min(int(3.0 * width / step), (values.shape[axis] - 1) // 2)
     if far == 0:

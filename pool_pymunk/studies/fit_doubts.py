@@ -1,33 +1,38 @@
-"""This module doubts a fit: it says what the data cannot tell, and which errors mean little."""
+"""This module doubts a fit: it says what the data cannot tell, and which errors mean little.
+
+It has the statistics of data that may have blunders. The loss is Cauchy's. It makes of an error r
+psi(r) = r / (1 + (r / (CAUCHY scale))^2), so an error that is far beyond the scale hardly counts.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import compress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pool_pymunk.model.inputs import TABLE, parts
 from pool_pymunk.model.problems import listed
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.results.run import Event
 from pool_pymunk.results.words import counted
-from pool_pymunk.studies.forecast import Forecast, Runs
-from pool_pymunk.studies.robust import (
-    EXACT,
-    SAME,
-    blind_part,
-    covariances,
-    excess,
-    hanging,
-    largest_excess,
-    told,
-    weights,
-)
+from pool_pymunk.studies import Mask
+from pool_pymunk.studies.measured import Forecast, Runs
 
-Mask = NDArray[np.bool_]
+# Cauchy's loss with this constant is 95 % as good as plain least squares where errors are normal.
+# The other three are the means of psi^2, psi' and psi/x of a standard normal x, with
+# psi = x / (1 + (x / CAUCHY)^2).
+CAUCHY = 2.385
+PSI_SQUARED, PSI_SLOPE, WEIGHT = 0.51195288, 0.69739269, 0.87739713
+MEDIAN = 0.6744898  # the median size of a standard normal number
+ROUNDS = 200  # So often a scale is put into its own equation.
+SETTLED = 1e-6  # It is found when it changes by less than this share.
+RARE = 3.0902  # standard deviations, which a normal number passes once in a thousand times
+EXACT = 1e-12  # m; errors are never taken for smaller
+NOTHING = 1e-13  # of the largest derivative; rounding is smaller
+SAME = 1e-7  # Directions that matter less than this share of the strongest one do not matter.
 
 FAR = 5.0  # sigma; what is farther off is named
 ALIKE = 0.99  # Numbers that are correlated more strongly are told apart badly.
@@ -39,24 +44,140 @@ COARSE = 0.1
 ROUNDING = 1e-9  # m; residuals of measured places are larger
 
 
+def weights(residuals: Array, scale: float) -> Array:
+    """Return psi(r) / r: 1 for what is near, and almost 0 for a blunder."""
+    return np.asarray(1.0 / (1.0 + (residuals / (CAUCHY * scale)) ** 2))
+
+
+def first_scale(residuals: Array, free: int) -> float:
+    """Return a first guess of the errors' standard deviation (m): it is that of the median."""
+    spare = len(residuals) - free
+    if spare <= 0:
+        return max(math.sqrt(float((residuals**2).mean())) if len(residuals) else 0.0, EXACT)
+    typical = float(np.median(np.abs(residuals))) / MEDIAN
+    return max(typical * math.sqrt(len(residuals) / spare), EXACT)
+
+
+def robust_scale(residuals: Array, scale: float, free: int) -> float | None:
+    """Return the errors' scale (m), Huber's proposal 2, from a guess; None: all seem blunders."""
+    for _ in range(ROUNDS):
+        weight = weights(residuals, scale)
+        spare = float(weight.sum()) / WEIGHT - free
+        if spare <= 0.0:
+            return None
+        last = scale
+        scale = math.sqrt(float(((weight * residuals) ** 2).sum()) / PSI_SQUARED / spare)
+        scale = max(scale, EXACT)
+        if abs(scale - last) <= SETTLED * last:
+            break
+    return scale
+
+
+def covariances(jacobian: Array, residuals: Array, scale: float) -> Array:
+    """Return the covariances (P, P) of fitted numbers; nan for those that the data do not tell.
+
+    They are sigma^2 (J^T W J)^-1 with Cauchy's weights, and with what the robust loss costs where
+    errors are normal (P. J. Huber, Robust Statistics, 1981, chapter 7).
+    """
+    weight = weights(residuals, scale) / WEIGHT
+    strength = np.sqrt((jacobian**2).sum(axis=0))
+    strength[strength == 0.0] = 1.0
+    scaled = jacobian / strength
+    information = scaled.T @ (weight[:, np.newaxis] * scaled)
+    found = np.linalg.pinv(information, rcond=SAME**2, hermitian=True)
+    found *= scale**2 * PSI_SQUARED / PSI_SLOPE**2 / np.outer(strength, strength)
+    unknown = np.diagonal(blind_part(jacobian)) > SAME
+    found[unknown], found[:, unknown] = math.nan, math.nan
+    return np.asarray(found)
+
+
+def excess(residuals: Array, sigma: float, free: int) -> float:
+    """Return the root mean square of what remains, in ``sigma`` (m); 0 if nothing is spare."""
+    spare = len(residuals) - free
+    return math.sqrt(float(((residuals / sigma) ** 2).sum()) / spare) if spare > 0 else 0.0
+
+
+def largest_excess(spare: int) -> float:
+    """Return the excess that normal errors pass once in a thousand times.
+
+    It is the quantile of chi-squared by E. B. Wilson and M. M. Hilferty, PNAS 17, 1931, 684.
+
+    >>> round(largest_excess(10), 3), round(largest_excess(1000), 3)
+    (1.725, 1.07)
+    """
+    share = 2.0 / (9.0 * spare)
+    return math.sqrt((1.0 - share + RARE * math.sqrt(share)) ** 3)
+
+
+def blind_part(jacobian: Array) -> Array:
+    """Return the matrix (P, P) that keeps of a change only what nothing measured notices.
+
+    >>> blind_part(np.array([[1.0, 0.0], [2.0, 0.0]])).round(6).tolist()
+    [[0.0, 0.0], [0.0, 1.0]]
+    """
+    largest = np.abs(jacobian).max(initial=0.0)
+    jacobian = np.where(np.abs(jacobian) > NOTHING * largest, jacobian, 0.0)
+    lengths = np.sqrt((jacobian**2).sum(axis=0))
+    lengths[lengths == 0.0] = 1.0
+    _, singular, directions = np.linalg.svd(jacobian / lengths)
+    strength = np.zeros(len(directions))
+    strength[: len(singular)] = singular
+    unseen = directions[strength <= SAME * strength.max(initial=0.0)] / lengths
+    basis = np.linalg.qr(unseen.T)[0]
+    return np.asarray(basis @ basis.T)
+
+
+def hanging(jacobian: Array) -> Mask:
+    """Tell which data depend on something, by more than rounding.
+
+    >>> hanging(np.array([[1.0, 0.0], [0.0, 1e-17], [0.0, 0.0]])).tolist()
+    [True, False, False]
+    """
+    strength = np.abs(jacobian).max(axis=1, initial=0.0)
+    return np.asarray(strength > SAME * strength.max(initial=0.0))
+
+
+def told(jacobian: Array) -> int:
+    """Return how many numbers, or combinations of them, the data tell.
+
+    >>> told(np.array([[1.0, 0.0], [2.0, 0.0]]))
+    1
+    """
+    blind: float = np.trace(blind_part(jacobian))
+    return int(jacobian.shape[1] - round(blind))
+
+
+# -- where a fit ended -----------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """An optimum is where a fit ended: what was fitted to what, and with which derivatives.
-
-    ``jacobian`` (2 U, P) are the derivatives of the U places that are ``used`` (M,), 0 where there
-    is none, and ``sigma`` (m) is the error of a coordinate, which may be ``stated``.
-    ``sizes``, ``low`` and ``high`` (P,) are scales and bounds of the numbers.
-    """
+    """An optimum is where a fit of ``used`` (M,) places ends; ``sigma`` (m) is their error."""
 
     forecast: Forecast
     values: Array
     used: Mask
-    jacobian: Array
     sigma: float
-    stated: bool
-    sizes: Array
-    low: Array
-    high: Array
+    stated: bool = False
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Return the derivatives (2 U, P) of the U places that are used, 0 where there is none."""
+        return self.forecast.jacobian(self.values, self.used)
+
+    @cached_property
+    def scaled(self) -> Array:
+        """Return the derivatives by the numbers in units of their scales."""
+        return np.asarray(self.jacobian * self.forecast.sizes)
+
+    @property
+    def blind(self) -> Array:
+        """Return what of a change of the scaled numbers (P, P) nothing measured notices."""
+        return blind_part(self.scaled)
+
+    def cost(self, sigma: float) -> float:
+        """Return Cauchy's loss for errors of this scale (m)."""
+        return float(np.log1p((self.off / (CAUCHY * sigma)) ** 2).sum())
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -80,25 +201,25 @@ class Optimum:
         """Return the residuals (2 U,) of what is used, as the rows of the derivatives."""
         return np.asarray(self.residuals[self.used].ravel())
 
-    @property
+    @cached_property
     def hangs(self) -> Mask:
         """Tell which of them (2 U,) depend on something that is free."""
-        return hanging(self.jacobian * self.sizes)
+        return hanging(self.scaled)
 
-    @property
+    @cached_property
     def told(self) -> int:
         """Return how many numbers, or combinations of them, the data tell."""
-        return told(self.jacobian * self.sizes)
+        return told(self.scaled)
 
     @property
-    def has_spare(self) -> bool:
-        """Tell whether more data depend on what is free than are needed to find it."""
-        return int(self.hangs.sum()) > self.told
+    def spare(self) -> int:
+        """Count the data that depend on what is free, beyond those that are needed to find it."""
+        return int(self.hangs.sum()) - self.told
 
     @property
     def knows_sigma(self) -> bool:
         """Tell whether the error of a coordinate is stated, or can be estimated."""
-        return self.stated or self.has_spare
+        return self.stated or self.spare > 0
 
     @cached_property
     def excess(self) -> float:
@@ -114,18 +235,17 @@ class Optimum:
     @property
     def is_plausible(self) -> bool:
         """Tell whether errors of measurement may have left what remains."""
-        if not self.has_spare or np.abs(self.off).max(initial=0.0) <= ROUNDING:
+        if self.spare <= 0 or np.abs(self.off).max(initial=0.0) <= ROUNDING:
             return True
-        most = largest_excess(int(self.hangs.sum()) - self.told)
-        return self.excess <= most and not self.is_coarse
+        return self.excess <= largest_excess(self.spare) and not self.is_coarse
 
     @cached_property
     def covariance(self) -> Array:
         """Return the covariances (P, P) of the fitted numbers; nan is what is not known."""
-        found = covariances(self.jacobian * self.sizes, self.off, self.sigma)
+        found, sizes = covariances(self.scaled, self.off, self.sigma), self.forecast.sizes
         if not self.knows_sigma:
             found[:] = np.nan
-        return np.asarray(found * np.outer(self.sizes, self.sizes))
+        return np.asarray(found * np.outer(sizes, sizes))
 
     @cached_property
     def errors(self) -> Array:
@@ -141,18 +261,14 @@ class Optimum:
 
 def doubts(found: Optimum) -> Iterator[str]:
     """Say all that is to be doubted, a sentence each."""
-    yield from _left_out(found)
-    yield from _blind(found)
-    yield from _too_few(found)
-    yield from _alike(found)
-    yield from _at_bounds(found)
-    yield from _at_jump(found)
+    yield from _untold(found)
+    yield from _loose(found)
     yield from _bent(found)
-    yield from _far_off(found)
     yield from _implausible(found)
 
 
-def _left_out(found: Optimum) -> Iterator[str]:
+def _untold(found: Optimum) -> Iterator[str]:
+    """Name what no measured place depends on, and what cannot be told apart."""
     if not found.used.all():
         _, why = found.forecast.derivatives(found.values)
         yield (
@@ -160,59 +276,18 @@ def _left_out(found: Optimum) -> Iterator[str]:
             f"not known how they depend on what is free ({_places(found, ~found.used)})"
             + "".join(f"; {reason}" for reason in why)
         )
-
-
-def _places(found: Optimum, which: Mask) -> str:
-    """Name places by shot and ball."""
-    by_shot: dict[str, dict[str, None]] = {}
-    for m in np.flatnonzero(which).tolist():
-        one = found.forecast.measured[m]
-        by_shot.setdefault(found.runs[one.shot].name, {})[one.ball] = None
-    return "; ".join(
-        f"{name}: ball{'s' * (len(balls) > 1)} {listed(balls)}" for name, balls in by_shot.items()
-    )
-
-
-def _blind(found: Optimum) -> Iterator[str]:
-    """Name what no measured place depends on, and what cannot be told apart."""
-    blind = blind_part(found.jacobian * found.sizes)
+    blind = found.blind
     left = set(np.flatnonzero(np.diagonal(blind) > SAME).tolist())
     while left:
         first = min(left)
         group = sorted(k for k in left if abs(blind[first, k]) > SAME)
         left -= set(group)
-        names = [found.names[k] for k in group]
-        if len(names) == 1:
-            yield f"{names[0]}: {_why(found, names[0])}"
-        else:
-            them = f"{', '.join(names[:-1])} and {names[-1]}"
+        *names, last = [found.names[k] for k in group]
+        if names:
+            them = f"{', '.join(names)} and {last}"
             yield f"{them}: the data tell only a combination of them, so one must be given"
-
-
-def _why(found: Optimum, name: str) -> str:
-    """Say why nothing that was measured depends on an input."""
-    hits = [event for run in found.runs.values() for event in run.events if event.is_contact]
-    kind, whose = parts(name)
-    group = TABLE[kind].group
-    if group in ("mass", "radius") and not any(whose in hit.balls for hit in hits):
-        return f"no shot has a hit of ball {whose}"
-    of_hits = group in ("restitution", "friction") and kind != "friction.surface"
-    if of_hits and not any(_is_asked(found, name, hit) for hit in hits):
-        return "no shot has such a hit"
-    return "no place that was measured depends on it"
-
-
-def _is_asked(found: Optimum, name: str, hit: Event) -> bool:
-    """Tell whether a hit has this coefficient."""
-    if len(hit.balls) == 1:
-        return name.endswith(".cushion")
-    scene = found.forecast.scene
-    cue = scene.cue
-    of_cue = scene.restitution.cue_ball is not None and cue is not None and cue.id in hit.balls
-    return name in ("friction.ball_ball", f"restitution.{'cue_ball' if of_cue else 'ball_ball'}")
-
-
-def _too_few(found: Optimum) -> Iterator[str]:
+        else:
+            yield f"{last}: {_why(found, last)}"
     if found.told and not found.knows_sigma:
         yield (
             f"{counted(found.told, 'number')} fitted to "
@@ -221,31 +296,51 @@ def _too_few(found: Optimum) -> Iterator[str]:
         )
 
 
-def _alike(found: Optimum) -> Iterator[str]:
+def _places(found: Optimum, which: Mask) -> str:
+    """Name places by shot and ball."""
+    by_shot: dict[str, dict[str, None]] = {}
+    for one in compress(found.forecast.measured, which):
+        by_shot.setdefault(found.runs[one.shot].name, {})[one.ball] = None
+    return "; ".join(
+        f"{name}: ball{'s' * (len(balls) > 1)} {listed(balls)}" for name, balls in by_shot.items()
+    )
+
+
+def _why(found: Optimum, name: str) -> str:
+    """Say why nothing that was measured depends on an input."""
+    kind, whose = parts(name)
+    group, scene = TABLE[kind].group, found.forecast.scene
+    hits = [event.balls for run in found.runs.values() for event in run.events if event.is_contact]
+    if group in ("mass", "radius") and not any(whose in balls for balls in hits):
+        return f"no shot has a hit of ball {whose}"
+    cue = scene.cue.id if scene.cue and scene.restitution.cue_ball is not None else None
+    asked = {"friction.surface"}
+    for balls in hits:
+        of = "cushion" if len(balls) == 1 else "ball_ball"
+        of_cue = of == "ball_ball" and cue in balls
+        asked |= {f"friction.{of}", f"restitution.{'cue_ball' if of_cue else of}"}
+    if group in ("restitution", "friction") and kind not in asked:
+        return "no shot has such a hit"
+    return "no place that was measured depends on it"
+
+
+def _loose(found: Optimum) -> Iterator[str]:
+    """Doubt numbers that are hardly told apart, that end at a bound, or that end at a jump."""
     for i, j in zip(*np.tril_indices(len(found.names), -1), strict=True):
         if abs(found.correlations[i, j]) > ALIKE:
             yield (
                 f"{found.names[j]} and {found.names[i]} are hardly told apart (their correlation "
                 f"is {found.correlations[i, j]:.4f})"
             )
-
-
-def _at_bounds(found: Optimum) -> Iterator[str]:
-    for bounds in (found.low, found.high):
-        near = np.abs(found.values - bounds) < 1e-3 * found.sizes
+    for bounds in (found.forecast.low, found.forecast.high):
+        near = np.abs(found.values - bounds) < 1e-3 * found.forecast.sizes
         for k in np.flatnonzero(near):
             yield f"{found.names[k]} ends at its bound, {bounds[k]:g}: its error means nothing"
-
-
-def _at_jump(found: Optimum) -> Iterator[str]:
-    """Doubt a fit from which it still goes downhill: it ended at a jump."""
     known = np.isfinite(found.errors)
-    if not known.any():
-        return
     weight = np.sqrt(weights(found.off, found.sigma))
     by_errors = found.jacobian[:, known] * found.errors[known] * weight[:, np.newaxis]
     step = np.linalg.lstsq(by_errors, found.off * weight, rcond=None)[0]
-    if np.abs(step).max() > UPHILL:
+    if np.abs(step).max(initial=0.0) > UPHILL:
         yield (
             "the fit ends where contacts come in another order, so its errors mean little: try "
             "more starts"
@@ -258,7 +353,7 @@ def _bent(found: Optimum) -> Iterator[str]:
     for k in np.flatnonzero(found.errors > 0.0):
         for step in (-2.0 * found.errors[k], 2.0 * found.errors[k]):
             values = found.values.copy()
-            values[k] = np.clip(values[k] + step, found.low[k], found.high[k])
+            values[k] = np.clip(values[k] + step, found.forecast.low[k], found.forecast.high[k])
             said = (values[k] - found.values[k]) * found.jacobian[:, k]
             came = found.off - found.forecast.residuals(values)[found.used].ravel()
             if not _length(weight * (came - said)) <= BENT * _length(weight * said) + EXACT:
@@ -273,26 +368,21 @@ def _length(vector: Array) -> float:
     return float(np.sqrt((vector**2).sum()))
 
 
-def _far_off(found: Optimum) -> Iterator[str]:
+def _implausible(found: Optimum) -> Iterator[str]:
+    """Doubt places that are far off, and a fit that leaves more than errors of measurement do."""
     far = (np.abs(found.residuals).max(axis=1) > max(FAR * found.sigma, ROUNDING)) & found.used
     if far.any() and found.knows_sigma:
         yield (
             f"{int(far.sum())} of {len(far)} places are more than {FAR:g} sigma off, and hardly "
             f"count ({_places(found, far)}): blunders, or the fit has ended in a wrong minimum"
         )
-
-
-def _implausible(found: Optimum) -> Iterator[str]:
-    """Doubt a fit that leaves more than errors of measurement do."""
-    if found.is_plausible:
-        return
-    units = found.forecast.scene.units
-    if found.stated:
+    if not found.is_plausible and found.stated:
         yield (
             f"what remains is {found.excess:.2g} times the stated error: the scene does not do "
             "what the table did, or the fit has ended in a wrong minimum; try more starts"
         )
-    elif found.is_coarse:
+    elif not found.is_plausible and found.is_coarse:
+        units = found.forecast.scene.units
         yield (
             f"the error of a coordinate comes out as {units.from_si(found.sigma, 'length'):.3g} "
             f"{units.length}, more than {COARSE:g} of a ball's radius: the fit has probably ended "

@@ -1,22 +1,38 @@
-"""This module reads where balls were measured: a CSV file, a scenario's published ends, or rows."""
+"""This module reads where balls were measured, and predicts that by the numbers of the scene.
+
+Measured places are in a CSV file, in rows, or they are a scenario's published ends.
+"""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from itertools import islice
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pool_pymunk.model import Scene
-from pool_pymunk.model.plain import Unfit, is_row, number, text
+from pool_pymunk.model.inputs import TABLE, Names, input_value, parts, with_inputs
+from pool_pymunk.model.plain import Unfit, is_row, number
 from pool_pymunk.model.problems import LEFT_OUT, Problem, SceneError, listed, suggestion
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.results.run import Run
+from pool_pymunk.solvers import simulate_all, yardstick
+from pool_pymunk.studies import Mask
+from pool_pymunk.studies.derivatives import follow
 
 PUBLISHED = "published"
 NEEDED = ("shot", "ball", "x", "y")
 COLUMNS = (*NEEDED, "t")
 MOST_PROBLEMS = 50  # of one file
+KEPT = 4  # This many plays are kept: a search comes back to its last ones.
+
+Runs = Mapping[int, Run]  # by the numbers of their shots
+Values = tuple[float, ...]
 
 
 class Measurement(NamedTuple):
@@ -47,25 +63,22 @@ def read_measured(measured: object, scene: Scene) -> tuple[Measurement, ...]:
     44
     """
     if isinstance(measured, str) and measured == PUBLISHED:
-        return _published(scene)
+        found = tuple(
+            Measurement(k, id_, *end)
+            for k, shot in enumerate(scene.shots, start=1)
+            for id_, end in shot.published.items()
+        )
+        if not found:
+            message = "the scenario has no published ends: a CSV file is needed"
+            raise SceneError([Problem("measured", PUBLISHED, message)])
+        return found
     if isinstance(measured, str | Path):
-        return _from_file(Path(measured), scene)
+        unit = scene.units.to_si(1.0, "length")
+        return _Reader(scene, str(measured), unit).read(_lines(str(measured)))
     if not isinstance(measured, Iterable) or isinstance(measured, Mapping):
         message = 'must be a CSV file, "published", or rows (shot, ball, x, y[, t])'
         raise SceneError([Problem("measured", measured, message)])
     return _Reader(scene).read(_rows(measured))
-
-
-def _published(scene: Scene) -> tuple[Measurement, ...]:
-    found = tuple(
-        Measurement(k, id_, *end)
-        for k, shot in enumerate(scene.shots, start=1)
-        for id_, end in shot.published.items()
-    )
-    if not found:
-        message = "the scenario has no published ends: a CSV file is needed"
-        raise SceneError([Problem("measured", PUBLISHED, message)])
-    return found
 
 
 Row = tuple[str, Mapping[str, Any]]  # where it stands, and its cells
@@ -76,25 +89,21 @@ def _rows(measured: Iterable[Any]) -> Iterator[Row]:
         where = f"measured[{k}]"
         if not is_row(one) or not 4 <= len(one) <= 5:
             raise SceneError([Problem(where, one, "must be (shot, ball, x, y) or with t behind")])
-        yield where, dict(zip(COLUMNS, one, strict=False))
+        yield f"{where}.", dict(zip(COLUMNS, one, strict=False))
 
 
-def _from_file(path: Path, scene: Scene) -> tuple[Measurement, ...]:
-    source = str(path)
+def _lines(source: str) -> Iterator[Row]:
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = Path(source).read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         message = f"must be text in UTF-8 (byte {error.start} is not)"
         raise SceneError([Problem("measured", source, message)]) from None
     table = csv.DictReader(lines, restkey="more", skipinitialspace=True)
-    header = [name.strip() for name in table.fieldnames or ()]
-    problems = [*_header_problems(header)]
-    if problems:
+    table.fieldnames = header = [name.strip() for name in table.fieldnames or ()]
+    if problems := [*_header_problems(header)]:
         raise SceneError(problems, source)
-    table.fieldnames = header
-    rows = ((f"line {table.line_num}, ", row) for row in table)
-    unit = scene.units.to_si(1.0, "length")
-    return _Reader(scene, source, unit).read(rows)
+    for row in table:
+        yield f"line {table.line_num}, ", row
 
 
 def _header_problems(header: list[str]) -> Iterator[Problem]:
@@ -121,41 +130,36 @@ class _Reader:
 
     def read(self, rows: Iterable[Row]) -> tuple[Measurement, ...]:
         found = []
-        for where, row in rows:
-            if len(self.problems) >= MOST_PROBLEMS:
+        for of, row in rows:
+            before = len(self.problems)
+            if "more" in row:
+                self._refuse(f"{of}columns", row["more"], "there are too many")
+            shot = self._name(of, "shot", row, self.shots)
+            ball = self._name(of, "ball", row, self.scene.index)
+            x, y = (self._number(f"{of}{key}", row.get(key)) * self.unit for key in ("x", "y"))
+            t = self._time(f"{of}t", row.get("t"))
+            self._on_table(of, x, y)
+            if len(self.problems) == before:
+                found.append(Measurement(self.shots[shot], ball, x, y, t))
+            elif len(self.problems) >= MOST_PROBLEMS:
                 break
-            one = self._one(where, row)
-            if one is not None:
-                found.append(one)
         if not found and not self.problems:
-            self.problems.append(Problem("measured", LEFT_OUT, "one measurement or more is needed"))
+            self._refuse("measured", LEFT_OUT, "one measurement or more is needed")
         if self.problems:
-            raise SceneError(list(islice(self.problems, MOST_PROBLEMS)), self.source)
+            raise SceneError(self.problems[:MOST_PROBLEMS], self.source)
         return tuple(found)
 
-    def _one(self, where: str, row: Mapping[str, Any]) -> Measurement | None:
-        before = len(self.problems)
-        of = where if where.endswith(" ") else f"{where}."
-        if "more" in row:
-            self.problems.append(Problem(f"{of}columns", row["more"], "there are too many"))
-        shot = self._name(f"{of}shot", row.get("shot"), self.shots)
-        ball = self._name(f"{of}ball", row.get("ball"), self.scene.index)
-        x, y = (self._number(f"{of}{key}", row.get(key)) * self.unit for key in ("x", "y"))
-        t = self._time(f"{of}t", row.get("t"))
-        self._on_table(of, x, y)
-        if len(self.problems) > before or shot is None or ball is None:
-            return None
-        return Measurement(self.shots[shot], ball, x, y, t)
+    def _refuse(self, key: str, value: object, message: str) -> None:
+        self.problems.append(Problem(key, value, message))
 
-    def _name(self, key: str, value: Any, known: Mapping[str, object]) -> str | None:
-        """Return a name that is known."""
-        written = "" if value is None else str(value).strip()
-        if written in known:
-            return text(written)
-        message = f"there is no such {key.rpartition('.')[2].rpartition(' ')[2]}"
-        every = f" (there are: {listed([name for name in known if name]) or 'none'})"
-        self.problems.append(Problem(key, written or LEFT_OUT, message + every))
-        return None
+    def _name(self, of: str, key: str, row: Mapping[str, Any], known: Mapping[str, object]) -> str:
+        """Return a name that is known, or refuse it."""
+        written = "" if row.get(key) is None else str(row[key]).strip()
+        if written not in known:
+            every = listed([name for name in known if name]) or "none"
+            said = f"there is no such {key} (there are: {every})"
+            self._refuse(f"{of}{key}", written or LEFT_OUT, said)
+        return written
 
     def _number(self, key: str, value: Any) -> float:
         try:
@@ -163,20 +167,18 @@ class _Reader:
         except (ValueError, Unfit):
             found = math.nan
         if not math.isfinite(found):
-            shown = LEFT_OUT if value in (None, "") else value
-            self.problems.append(Problem(key, shown, "must be a finite number"))
+            self._refuse(key, LEFT_OUT if value in (None, "") else value, "must be a finite number")
         return found
 
     def _time(self, key: str, value: Any) -> float | None:
         if value is None or (isinstance(value, str) and not value.strip()):
             return None
-        t = self._number(key, value)
-        latest = self.scene.physics.max_time
+        t, latest = self._number(key, value), self.scene.physics.max_time
         if t < 0.0:
-            self.problems.append(Problem(key, value, "must be 0 or more (s)"))
+            self._refuse(key, value, "must be 0 or more (s)")
         elif latest is not None and t > latest:
-            message = f"is after the end of the shot, at max_time = {latest:g} s"
-            self.problems.append(Problem(key, value, message))
+            said = f"is after the end of the shot, at max_time = {latest:g} s"
+            self._refuse(key, value, said)
         return t
 
     def _on_table(self, of: str, x: float, y: float) -> None:
@@ -189,4 +191,104 @@ class _Reader:
         for key, value, low, high in (("x", x, x0, x1), ("y", y, y0, y1)):
             if math.isfinite(value) and not low - slack <= value <= high + slack:
                 message = f"is off the table, {low / self.unit:g} to {high / self.unit:g} {unit}"
-                self.problems.append(Problem(f"{of}{key}", value / self.unit, message))
+                self._refuse(f"{of}{key}", value / self.unit, message)
+
+
+# -- predicted places ------------------------------------------------------------------------------
+
+
+class Forecast:
+    """A forecast knows the scene, what is varied, and what was measured.
+
+    Of numbers ``values`` (P,) it tells the residuals (M, 2) in m, which are measured less
+    predicted, and the derivatives (M, 2, P) of the predicted places. ``own`` (P,) are the scene's
+    numbers, ``low`` and ``high`` their bounds, and ``sizes`` (P,) the changes that matter.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        names: Names,
+        measured: Sequence[Measurement],
+        law: str | Law | None = None,
+    ) -> None:
+        self.scene, self.names, self.measured, self.law = scene, names, measured, law
+        self.own = np.array([input_value(scene, name) for name in names])
+        self.low = np.array([TABLE[parts(name)[0]].low for name in names])
+        self.high = np.array([TABLE[parts(name)[0]].high for name in names])
+        self.sizes = np.array([_size(scene, name) for name in names])
+        self.places = np.array([(one.x, one.y) for one in measured])
+        self.shots = np.array([one.shot for one in measured])
+        self.balls = np.array([scene.index[one.ball] for one in measured])
+        self.times = np.array([math.inf if one.t is None else one.t for one in measured])
+        chain = set(self.shots.tolist())
+        for k in range(len(scene.shots), 1, -1):
+            if k in chain and scene.shots[k - 1].from_previous:
+                chain.add(k - 1)
+        self.chain = sorted(chain)
+        self._played = lru_cache(KEPT)(self._play)
+        self._differentiated = lru_cache(KEPT)(self._differentiate)
+
+    def scene_of(self, values: Values) -> Scene:
+        """Return the scene with these numbers; raise SceneError where there is none."""
+        return with_inputs(self.scene, dict(zip(self.names, values, strict=True)))
+
+    def runs(self, values: Array) -> Runs | None:
+        """Play all shots that count; None if these numbers make no scene, or no end."""
+        return self._played(tuple(values.tolist()))
+
+    def _play(self, values: Values) -> Runs | None:
+        try:
+            scene = self.scene_of(values)
+            shots = [scene.shots[k - 1] if scene.shots else None for k in self.chain]
+            played = simulate_all(scene, shots, solver=yardstick().name, law=self.law)
+            runs = dict(zip(self.chain, played, strict=True))
+        except SceneError:
+            return None
+        return runs if all(run.success for run in runs.values()) else None
+
+    def residuals(self, values: Array) -> Array:
+        """Return measured less predicted places (M, 2); infinite where nothing can be played."""
+        runs = self.runs(values)
+        if runs is None:
+            return np.full_like(self.places, math.inf)
+        found = self.places.copy()
+        for k in np.unique(self.shots).tolist():
+            rows = np.flatnonzero(self.shots == k)
+            places = runs[k].at(np.minimum(self.times[rows], runs[k].duration))[0]
+            found[rows] -= places[np.arange(len(rows)), self.balls[rows]]
+        return found
+
+    def derivatives(self, values: Array) -> tuple[Array, tuple[str, ...]]:
+        """Return the derivatives (M, 2, P) of the predicted places, and what runs warn of."""
+        return self._differentiated(tuple(values.tolist()))
+
+    def _differentiate(self, values: Values) -> tuple[Array, tuple[str, ...]]:
+        runs = self._played(values)
+        assert runs is not None, "these numbers could be played"
+        found = np.zeros((len(self.measured), 2, len(self.names)))
+        warnings: dict[str, None] = {}
+        for k, known in follow(runs, self.names):
+            run = known.run
+            warnings |= dict.fromkeys(f"{run.name}: {warning}" for warning in known.warnings)
+            for i in np.unique(self.balls[self.shots == k]):
+                its = (self.shots == k) & (self.balls == i)
+                times = np.minimum(self.times[its], run.duration)
+                found[its] = known.at(times, self.scene.balls[i].id)
+        return found, tuple(warnings)
+
+    def jacobian(self, values: Array, used: Mask) -> Array:
+        """Return the derivatives (2 U, P) of the ``used`` places; 0 where there is none."""
+        found = self.derivatives(values)[0][used]
+        return np.nan_to_num(found).reshape(2 * len(found), len(self.names))
+
+
+def _size(scene: Scene, name: str) -> float:
+    """Return the size of a change of an input that matters: its scale in a search."""
+    kind, whose = parts(name)
+    row = TABLE[kind]
+    if row.group in ("restitution", "friction"):
+        return 0.1
+    if row.group == "position":
+        return 0.1 * scene.balls[scene.index[whose]].radius
+    return 1.0 if row.quantity == "angle" else max(0.1 * abs(input_value(scene, name)), 1e-3)

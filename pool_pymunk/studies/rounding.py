@@ -15,7 +15,6 @@ from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
@@ -24,18 +23,16 @@ from pool_pymunk.physics.motion import EPSILON, Array, free_motions
 from pool_pymunk.results.run import SURE, Event, Run
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.exact import walls
+from pool_pymunk.studies import Mask
 from pool_pymunk.studies.changes import AGREE, law_of
 
-# A sum or a product errs by half a spacing of the numbers at most, and by any part of that. This
-# share of itself is the root mean square.
+# A sum or a product errs by up to half a spacing; this is the root mean square, as a share.
 UNIT = EPSILON / 2.0 / math.sqrt(3.0)
 COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
-# Like contacts err alike: where a ball goes to and fro, the same time is added to the time over and
-# over, and rounded the same way. SURE times this share of UNIT is half a spacing.
+# Like contacts err alike: a ball that goes to and fro adds the same time to the time over and over,
+# rounded the same way. SURE times this share of UNIT is half a spacing.
 ALIKE = 0.43
-# Post.time_of_contact makes a post smaller by eight spacings of the coordinates. SURE times this
-# share is twice that.
-POST = 4.0 * EPSILON
+POST = 4.0 * EPSILON  # SURE times this is twice the spacings by which time_of_contact shrinks posts
 PLACES = 16  # Contacts of this many kinds (by ball and cushion, or by balls) err alike each.
 CHUNK = 2048  # This many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
@@ -44,15 +41,8 @@ NOWHERE = (NT(math.nan, math.nan), NT(math.nan, math.nan))  # where a law jumps
 TURNED = 0.5  # rad; what comes after a normal that may have turned so far is unknown
 
 
-Mask = NDArray[np.bool_]
-
-
-class Unknown(Exception):
-    """This error says that something in the run has no derivative."""
-
-
-class Parted(Exception):
-    """This error says that errors have grown until other contacts may come."""
+class Unfollowed(Exception):
+    """Errors are not followed on; their size is then inf (other contacts may come), or nan."""
 
 
 class Step(NamedTuple):
@@ -67,7 +57,7 @@ class Leap(NamedTuple):
     """A leap takes errors (4 C, COLUMNS) of C balls from the knots before a step to those after it.
 
     They become ``matrix`` @ errors + ``own``. At a contact the gap is wrong by ``guard`` @ errors,
-    and so much over ``closing`` (m/s) is the contact late; ``late`` (4 C,) is what that does. The
+    the contact is late by that over ``closing`` (m/s), and ``late`` (4 C,) is what that does. The
     normal turns by ``curvature`` (1/m) times the error along it, ``along`` @ errors at the time of
     the contact, and by ``slip`` (m/s) times the delay. A ball that a pocket takes in passes its rim
     ``within`` (m) the point where it would miss it, and is ``along`` @ errors off to the side.
@@ -88,40 +78,40 @@ class Leap(NamedTuple):
 def rounding(run: Run) -> float:
     """Return how far (m) rounding may have moved the ends, to first order.
 
-    The answer is ``SURE`` times the root mean square of what the draws do to the farthest ball. It
-    is infinite where errors grow until other contacts may come, and nan where the run has no
-    derivative.
+    The answer is ``SURE`` times the root mean square of what the draws do to the farthest ball: inf
+    where errors grow until other contacts may come, and nan where the run has no derivative.
     """
     if not find_solver(run.solver).exact:
         return math.nan
     try:
         with np.errstate(all="ignore"):
             return Errors(run, law_of(run)).at_the_end()
-    except Parted:
-        return math.inf
-    except (SettingError, Unknown):
+    except Unfollowed as size:
+        return float(size.args[0])
+    except SettingError:
         return math.nan
 
 
 class Errors:
     """These are the errors ``now`` (N, 4, COLUMNS) of the balls' states at their last knots.
 
-    ``knots`` has the knots of all balls, one ball after the other, and ``until`` (s) tells when
-    their paths end.
+    ``knots`` has the breakpoints of all balls, one ball after the other; ``until`` (s) tells when
+    their paths end, and ``masses`` and ``radii`` are those of their balls.
     """
 
     def __init__(self, run: Run, law: Law) -> None:
         self.run, self.law, self.scene = run, law, run.scene
         self.walls = walls(run.scene)
         self.random = np.random.default_rng(0)
-        ends = np.cumsum([len(knots) for knots in run.knots])
+        counts = [len(knots) for knots in run.knots]
+        ends = np.cumsum(counts)
         self.at: list[int] = [0, *ends[:-1].tolist()]  # the number of each ball's last knot
         self.ends: list[int] = ends.tolist()
         self.knots = np.concatenate(run.knots)
         self.until = np.append(self.knots[1:, 0], run.duration)
         self.until[ends - 1] = run.duration
-        self.masses = np.array([ball.mass for ball in run.scene.balls])
-        self.radii = np.array([ball.radius for ball in run.scene.balls])
+        self.masses = np.repeat([ball.mass for ball in run.scene.balls], counts)
+        self.radii = np.repeat([ball.radius for ball in run.scene.balls], counts)
         self.alike = self._random(5, PLACES, 8)
         self.now = np.zeros((len(self.at), 4, COLUMNS))
 
@@ -131,7 +121,7 @@ class Errors:
         for k in range(0, len(steps), CHUNK):
             self._follow(steps[k : k + CHUNK])
         if not is_whole:
-            raise Unknown
+            raise Unfollowed(math.nan)
         knots = np.array(self.at)
         state, by_state = self._slide(knots, np.full(len(knots), self.run.duration))
         places = np.zeros(len(knots), dtype=int)
@@ -143,8 +133,7 @@ class Errors:
     def _steps(self) -> tuple[list[Step], bool]:
         """Return the steps of the run, and whether they are all; move ``at`` on to the last knots.
 
-        They end where contacts of one instant share a ball, where a contact lasts, or where a
-        policy answers.
+        They end where contacts of one instant share a ball, one lasts, or a policy answers.
         """
         times, index, steps = self.knots[:, 0].tolist(), self.scene.index, list[Step]()
         at_rest: list[bool] = np.all(self.knots[:, 3:5] == 0.0, axis=1).tolist()
@@ -180,7 +169,7 @@ class Errors:
         for k, (balls, _, _) in enumerate(steps):
             leap = leaps[k]
             if not leap.is_known:
-                raise Unknown
+                raise Unfollowed(math.nan)
             before = now[balls[0]] if len(balls) == 1 else now[balls,].reshape(-1, COLUMNS)
             after = leap.matrix @ before
             after += leap.own
@@ -198,7 +187,7 @@ class Errors:
         assert leap.along is not None
         if leap.guard is None or leap.late is None:
             if SURE * _size(leap.along @ before) >= leap.within:
-                raise Unknown
+                raise Unfollowed(math.nan)
             return
         gaps = leap.guard @ before
         gap, closing = SURE * _size(gaps), leap.closing
@@ -208,7 +197,7 @@ class Errors:
             closing = least
         along = SURE * _size(leap.along @ before) + leap.slip * gap / closing
         if not leap.curvature * along <= TURNED:
-            raise Parted
+            raise Unfollowed(math.inf)
 
     # -- leaps -------------------------------------------------------------------------------------
 
@@ -222,22 +211,16 @@ class Errors:
         return list(map(Leap, by_state, own))
 
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return the leaps of balls into pockets, which keep them where they are.
-
-        A ball that grazes a rim may not fall: the chord of its way is then as short as what twice
-        the errors of its place leave of the pocket's radius.
-        """
+        """Return the leaps of balls into pockets, which keep them; one at the rim may not fall."""
         knots = np.array([step.knots[0] for step in steps])
         states, path = self._slide(knots, self.until[knots])
-        own = np.zeros((4, COLUMNS))
-        leaps = []
+        own, leaps = np.zeros((4, COLUMNS)), []
         holes = {hole.id: hole for hole in self.scene.pockets}
         for step, (x, y, vx, vy), slid in zip(steps, states.tolist(), path, strict=True):
             hole = holes[str(step.event.pocket)]
             dx, dy, speed = x - hole.position[0], y - hole.position[1], math.hypot(vx, vy)
             within = hole.radius - abs(dx * vy - dy * vx) / speed
-            across = np.array((-vy, vx)) @ slid[:2] / speed
-            bend = 1.0 / hole.radius
+            across, bend = np.array((-vy, vx)) @ slid[:2] / speed, 1.0 / hole.radius
             leaps.append(Leap(np.zeros((4, 4)), own, along=across, within=within, curvature=bend))
         return leaps
 
@@ -287,26 +270,24 @@ class Errors:
             offset = states[:, 1, :2] - states[:, 0, :2]
             distance = np.sqrt((offset**2).sum(axis=1))
             return np.array([-1.0, 1.0]), offset / distance[:, np.newaxis], 1.0 / distance, offset
-        at = states[:, 0, :2].tolist()
-        numbers = [step.event.cushion or 0 for step in steps]
-        sides = [
-            self.walls[number].nearest(x, y, self.scene.balls[step.balls[0]].radius)
-            for number, step, (x, y) in zip(numbers, steps, at, strict=True)
-        ]
-        normals = [side.normal(x, y) for side, (x, y) in zip(sides, at, strict=True)]
-        curvatures = [side.curvature(x, y) for side, (x, y) in zip(sides, at, strict=True)]
+        normals, curvatures, corners = [], [], []
         outline = () if self.scene.table is None else self.scene.table.outline
-        offset = states[:, 0, :2] - np.array([outline[number] for number in numbers])
+        for step, (x, y) in zip(steps, states[:, 0, :2].tolist(), strict=True):
+            number = step.event.cushion or 0
+            side = self.walls[number].nearest(x, y, self.scene.balls[step.balls[0]].radius)
+            normals.append(side.normal(x, y))
+            curvatures.append(side.curvature(x, y))
+            corners.append(outline[number])
+        offset = states[:, 0, :2] - np.array(corners)
         return np.array([1.0]), np.array(normals), np.array(curvatures), offset
 
     def _laws(
         self, steps: Sequence[Step], before: Array, after: Array
     ) -> tuple[Array, Array, Mask]:
-        """Return the law's derivatives (K, C, 2, C, 2), how far the run is from its answers, and
-        which derivatives are known: those where the law does not jump, and no policy answered.
+        """Return a law's derivatives (K, C, 2, C, 2), how far off it the run is, and what is known.
 
-        They are differences to the side where the balls close and slip more, so that neither a
-        graze nor a slip of zero is a kink.
+        It is not known where the law jumps, or a policy answered. Differences are to the side where
+        balls close and slip more, so that neither a graze nor a slip of zero is a kink.
         """
         count, many, _ = before.shape
         slip = before[:, 0, 1] - before[:, 1:, 1].sum(axis=1)
@@ -353,8 +334,7 @@ class Errors:
     def _misplaced(self, places: Array, knots: Array, states: Array) -> Array:
         """Return the errors (..., 4, COLUMNS) of the places at the ends of paths.
 
-        A coordinate is rounded to a unit of itself, and the way there is a product of three factors
-        with such errors. What does not move has no error.
+        A coordinate errs by a unit of itself, and the way there, a product, by two.
         """
         at, own = states[..., :2], np.zeros((*knots.shape, 4))
         ways = np.abs(at - self.knots[knots, 1:3])
@@ -368,32 +348,25 @@ class Errors:
     ) -> Array:
         """Return the errors (K,) of the gaps that are found closed.
 
-        A gap between balls is worked out from their offset at the start of a path, and errs by a
-        unit of it. Where both balls move, the search takes a gap of up to eight units for closed.
-        Where the ball that set off first still moved when the other one did, its place was worked
-        out then, and rounded.
-
-        A straight side asks for the way along its normal, and for the ``offset`` (m) from its start
-        along it. A corner is smaller than it is by some spacings of the coordinates.
+        A gap between balls errs by a unit of their offset at the start of a path, or by eight where
+        both move. Where the ball that set off first still moved when the other one did, its place
+        was rounded then. A straight side asks for the way along its normal, and for the ``offset``
+        (m) from its start. A corner is smaller than it is by some spacings of the coordinates.
         """
         if states.shape[1] == 1:
             start = self.knots[knots[:, 0], 1:3]
-            radius = self._of_balls(self.radii, knots)[:, 0]
+            radius = self.radii[knots[:, 0]]
             way = np.abs(states[:, 0, :2] - start) + np.abs(offset)
             straight = UNIT * ((way * np.abs(normal)).sum(axis=1) + 2.0 * radius)
             corner = POST * (np.abs(start).sum(axis=1) + radius)
             return np.asarray(np.where(curvature > 0.0, corner, straight))
         ways = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
-        size = ways + 2.0 * self._of_balls(self.radii, knots).sum(axis=1)
+        size = ways + 2.0 * self.radii[knots].sum(axis=1)
         starts, moves = self.knots[knots, 0], np.any(self.knots[knots, 3:5] != 0.0, axis=2)
         first = np.take_along_axis(moves, starts.argmin(axis=1)[:, np.newaxis], axis=1)[:, 0]
         worked_out = first & (np.ptp(starts, axis=1) > 0.0)
         places = np.abs(states[..., :2]).sum(axis=(1, 2)) * worked_out
         return np.asarray(UNIT * (np.where(moves.all(axis=1), 2.0, 1.0) * size + places))
-
-    def _of_balls(self, values: Array, knots: Array) -> Array:
-        """Return the values of the balls that have these knots."""
-        return np.asarray(values[np.searchsorted(self.ends, knots, side="right")])
 
     def _made(
         self, places: Array, knots: Array, axes: Array, before: Array, after: Array, missed: Array,
@@ -410,7 +383,7 @@ class Errors:
         own = own[..., np.newaxis] * self._signs(2, places, many, 4)
         share = np.ones((count, many))
         if many == 2:
-            masses = self._of_balls(self.masses, knots)
+            masses = self.masses[knots]
             share = masses[:, ::-1] / masses.sum(axis=1)[:, np.newaxis]
         # |v_x n_x| + |v_y n_y| and |v_x t_x| + |v_y t_y|, of all balls in the contact
         velocity = np.abs(np.einsum("kai,kca->kci", axes, before))
@@ -432,15 +405,12 @@ class Errors:
         return np.asarray(signs + ALIKE * kept.reshape(signs.shape))
 
     def _random(self, *shape: int) -> Array:
-        """Return random signs (*shape, COLUMNS)."""
         return np.asarray(self.random.integers(0, 2, (*shape, COLUMNS), dtype=np.int8) * 2.0 - 1.0)
 
     # -- motion ------------------------------------------------------------------------------------
 
     def _slide(self, knots: Array, times: Array) -> tuple[Array, Array]:
-        """Return the states (..., 4) at these times (s), and the derivatives (..., 4, 4) by those
-        at the knots.
-        """
+        """Return the states (..., 4) at times (s), and how (..., 4, 4) the knots change them."""
         start = self.knots[knots]
         state = np.concatenate(free_motions(start, times), axis=-1)
         return state, self.scene.surface.jacobian(start, times - start[..., 0])[0]

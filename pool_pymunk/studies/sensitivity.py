@@ -5,6 +5,9 @@ of the inputs, so the spread comes from the scene alone. For small errors deriva
 at once: for errors drawn uniformly within +-h the covariance of the ends is D diag(h^2 / 3) D^T.
 For larger errors contacts come in another order, and the ends do not lie where the derivatives say.
 A few samples find out where that begins.
+
+A shot that aims at a ball aims at where that ball is in each sample. A shot that goes on from the
+one before starts where that one ends, played from the same sample.
 """
 
 from __future__ import annotations
@@ -17,25 +20,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.fast.batch import STATUSES
+from pool_pymunk.fast.many import empty, play_all
+from pool_pymunk.fast.shots import read_source
 from pool_pymunk.model import Point, Scene, Shot
+from pool_pymunk.model.inputs import TABLE, input_value, parts, row_of, struck
 from pool_pymunk.model.plain import argument, whole
-from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.results.run import STATUSES as ENDS
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import SettingError, find_shot
-from pool_pymunk.studies.forecast import follow
-from pool_pymunk.studies.uncertainty import (
-    PRINTED_DECIMALS,
-    Mask,
-    Study,
-    Uncertainty,
-    read_study,
-)
+from pool_pymunk.solvers import SettingError, find_shot, simulate, simulate_all, yardstick
+from pool_pymunk.solvers.request import shot_before
+from pool_pymunk.studies import Mask, known
+from pool_pymunk.studies.compare import Beside, Reference, reference_of
+from pool_pymunk.studies.derivatives import follow
+from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, launched
 
+UNFINISHED = ("max_events", "non_finite")
+MAX_TIME = STATUSES.index("max_time")
+PRINTED_DECIMALS = 2  # the decimals of a printed end, in the scenario's unit of length
 UNKNOWN = "?"
 OFF = 0.1  # The linear answer holds where most samples end within this share of it.
 MOST = 0.95
@@ -50,11 +59,11 @@ NARROWEST, WIDEST = 2.0**-40, 2.0**6  # These widths are tried, in those of the 
 class Spread:
     """A spread tells how far one ball's ends lie apart (m); points are x and y.
 
-    ``end`` is where the unperturbed run ends. ``std`` are the standard deviations along x and y,
+    ``end`` is where the reference run ends. ``std`` are the standard deviations along x and y,
     and ``deviation`` is the larger one. 95 % of the ends lie between ``low`` and ``high`` along x,
     and along y. ``amplification`` is ``deviation`` over that of the starts (their root mean square
     over balls); it is None where no start is moved. ``horizon`` (s, to 1/256 of the run) is the
-    time at which half of the runs have left the unperturbed one by more than ``Sensitivity.agree``;
+    time at which half of the runs have left the reference run by more than ``Sensitivity.agree``;
     it is infinite if they never do. ``pocketed`` has, for each pocket by its id, the share of the
     samples in which the ball was in it at the end; pockets that never have it are left out.
     """
@@ -71,16 +80,10 @@ class Spread:
     pocketed: Mapping[str, float]
 
     def digits(self, scene: Scene) -> tuple[str, str]:
-        """Return the end's x and y as the log prints them, with ``?`` for a digit without meaning.
-
-        A digit means something if the standard deviation is at most half its place value.
-        """
-        units = scene.units
-        x, y = (
-            digits_that_hold(units.from_si(value, "length"), units.from_si(std, "length"))
-            for value, std in zip(self.end, self.std, strict=True)
-        )
-        return x, y
+        """Return the end's x and y as printed, with ``?`` for a digit that means nothing."""
+        written = [scene.units.from_si(each, "length") for each in (*self.end, *self.std)]
+        x, y, std_x, std_y = written
+        return digits_that_hold(x, std_x), digits_that_hold(y, std_y)
 
 
 COLUMNS = (
@@ -90,20 +93,17 @@ COLUMNS = (
 
 
 def write_csv(found: Sequence[Sensitivity], path: Path) -> None:
-    """Write one row a shot and ball, in SI; leave out what is not known.
-
-    A ball may have no amplification and no horizon.
-    """
+    """Write one row a shot and ball, in SI; leave out amplifications and horizons not known."""
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(COLUMNS)
         for one in found:
             for ball in one.balls:
-                points = (ball.start, ball.end, ball.std, ball.low, ball.high)
-                numbers = (v for point in points for v in point)
-                chance = sum(ball.pocketed.values())
-                rest = (ball.amplification, _finite(ball.horizon), one.samples, one.seed, chance)
-                rows.writerow([one.reference.name, ball.ball, *numbers, *rest])
+                rows.writerow([
+                    one.reference.name, ball.ball, *ball.start, *ball.end, *ball.std, *ball.low,
+                    *ball.high, ball.amplification, known(ball.horizon), one.samples, one.seed,
+                    sum(ball.pocketed.values()),
+                ])  # fmt: skip
 
 
 def digits_that_hold(value: float, std: float) -> str:
@@ -114,10 +114,9 @@ def digits_that_hold(value: float, std: float) -> str:
     """
     text = f"{value:.{PRINTED_DECIMALS}f}"
     point = text.index(".")
-    places = [point - k - (k < point) for k in range(len(text))]  # powers of ten
     return "".join(
-        UNKNOWN if c.isdigit() and std > 0.5 * 10.0**place else c
-        for c, place in zip(text, places, strict=True)
+        UNKNOWN if c.isdigit() and std > 0.5 * 10.0 ** (point - k - (k < point)) else c
+        for k, c in enumerate(text)
     )
 
 
@@ -127,7 +126,7 @@ class Sensitivity:
 
     ``starts`` and ``ends`` (S, N, 2) are positions (m) of the samples that could be finished.
     ``left`` (S, N) is the time (s; inf: never) at which each ball first was more than ``agree`` (m)
-    off the unperturbed run. ``agree`` is one unit of the last digit that the starts are written to:
+    off the reference run. ``agree`` is one unit of the last digit that the starts are written to:
     it is twice the largest uncertainty. Where no start is moved, it is the last digit of the
     printed ends. ``same_contacts`` (S,) says whether every ball met the same others in the same
     order. ``pocketed`` (S, N) are the numbers of the pockets that have the balls at the end, -1
@@ -156,36 +155,32 @@ class Sensitivity:
     @cached_property
     def balls(self) -> tuple[Spread, ...]:
         """Return each ball's spread, in the scene's order."""
-        widths = self.uncertainty.widths(self.reference.scene)
+        reference = self.reference
         # A uniform draw within +-h has the variance h^2 / 3.
-        moved = math.sqrt(float((widths**2).mean()) / 3.0)
+        moved = math.sqrt(float((self.uncertainty.widths(reference.scene) ** 2).mean()) / 3.0)
         low, high = np.quantile(self.ends, (0.025, 0.975), axis=0)
         # If all ends are equal, this is exactly 0.
-        std = (self.ends - self.reference.end.position).std(axis=0)
+        std = (self.ends - reference.end.position).std(axis=0)
         horizon = np.quantile(self.left, 0.5, axis=0, method="higher")
+        shares = {
+            pocket.id: (self.pocketed == k).mean(axis=0)
+            for k, pocket in enumerate(reference.scene.pockets)
+        }
         return tuple(
             Spread(
                 ball=ball.id,
-                start=_point(self.reference.knots[i][0, 1:3]),
-                end=self.reference.final[ball.id],
+                start=_point(reference.knots[i][0, 1:3]),
+                end=reference.final[ball.id],
                 std=_point(std[i]),
                 deviation=(deviation := float(std[i].max())),
                 low=_point(low[i]),
                 high=_point(high[i]),
                 amplification=deviation / moved if moved > 0.0 else None,
                 horizon=float(horizon[i]),
-                pocketed=self._chances(i),
+                pocketed={id_: float(each[i]) for id_, each in shares.items() if each[i] > 0.0},
             )
-            for i, ball in enumerate(self.reference.scene.balls)
+            for i, ball in enumerate(reference.scene.balls)
         )
-
-    def _chances(self, i: int) -> dict[str, float]:
-        """Return the share of the samples that end with ball ``i`` in a pocket, by its id."""
-        shares = {
-            pocket.id: float((self.pocketed[:, i] == k).mean())
-            for k, pocket in enumerate(self.reference.scene.pockets)
-        }
-        return {id_: share for id_, share in shares.items() if share > 0.0}
 
     def as_dict(self) -> dict[str, object]:
         """Return the shot as in the JSON of ``sensitivity --json``, in SI; null means never."""
@@ -198,15 +193,12 @@ class Sensitivity:
                 "angle": self.uncertainty.angle,
                 **self.uncertainty.inputs,
             },
-            "seed": self.seed,
-            "samples": self.samples,
-            "unfinished": self.unfinished,
-            "rejected": self.rejected,
+            **{key: getattr(self, key) for key in ("seed", "samples", "unfinished", "rejected")},
             "same_contacts": self.same,
             "agree": self.agree,
-            "horizon": _finite(self.horizon),
+            "horizon": known(self.horizon),
             "balls": {
-                ball.ball: asdict(ball) | {"horizon": _finite(ball.horizon)} for ball in self.balls
+                ball.ball: asdict(ball) | {"horizon": known(ball.horizon)} for ball in self.balls
             },
             "wall_time": self.wall_time,
         }
@@ -230,9 +222,10 @@ class Sensitivity:
     @property
     def kept_digits(self) -> tuple[int, int]:
         """Count the digits of all printed ends that mean anything, and all digits."""
-        texts = [text for ball in self.balls for text in ball.digits(self.reference.scene)]
-        kept = sum(c.isdigit() for text in texts for c in text)
-        return kept, sum(c.isdigit() or c == UNKNOWN for text in texts for c in text)
+        scene = self.reference.scene
+        text = "".join(text for ball in self.balls for text in ball.digits(scene))
+        kept = sum(map(str.isdigit, text))
+        return kept, kept + text.count(UNKNOWN)
 
     @property
     def same(self) -> float:
@@ -240,15 +233,133 @@ class Sensitivity:
         return float(self.same_contacts.mean())
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _point(xy: Array) -> Point:
     return (float(xy[0]), float(xy[1]))
 
 
-# -- drawing the inputs ----------------------------------------------------------------------------
+# -- samples ---------------------------------------------------------------------------------------
+
+
+class Draws(NamedTuple):
+    """Draws have starts (S, N, 2) in m, and the ``errors`` (S,) of further inputs by their names.
+
+    Shots have their places in the chain, as in "turn.2" (degrees). ``rejected`` counts balls.
+    """
+
+    starts: Array
+    errors: dict[str, Array]
+    rejected: int
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study plays samples of a ``chain`` of shots, and compares them to ``agree`` (m)."""
+
+    chain: tuple[Shot | None, ...]
+    reference: Run
+    agree: float
+    law: Law
+    uncertainty: Uncertainty
+
+    def errors(self) -> dict[str, float]:
+        """Return half the width of the range of every input, by its name, angles in degrees."""
+        scene, own = self.reference.scene, self.uncertainty
+        axes = (f"{axis}.{ball.id}" for ball in scene.balls for axis in "xy")
+        found = dict(zip(axes, own.widths(scene).ravel().tolist(), strict=True))
+        for k, _ in enumerate(self.chain, start=1):
+            found |= {f"speed.{k}": own.speed, f"turn.{k}": math.degrees(own.angle)}
+        return found | dict(own.inputs)
+
+    def draw(self, samples: int, seed: int, scale: float = 1.0) -> Draws:
+        """Draw samples within this many times the uncertainty."""
+        scene, own = self.reference.scene, self.uncertainty.scaled(scale)
+        rng = np.random.default_rng(seed)
+        shots = rng.uniform(-1.0, 1.0, (samples, len(self.chain), 2)) * (own.speed, own.angle)
+        sampler = StartSampler(scene, own.widths(scene))
+        starts, errors = sampler.starts(samples, rng), dict[str, Array]()
+        for k, (speed, turn) in enumerate(shots.transpose(1, 2, 0), start=1):
+            errors |= {f"speed.{k}": speed, f"turn.{k}": np.degrees(turn)}
+        for name, width in own.inputs.items():
+            value, row = input_value(scene, name), TABLE[parts(name)[0]]
+            drawn = value + width * rng.uniform(-1.0, 1.0, samples)
+            errors[name] = row.clipped(drawn) - value
+        return Draws(starts, errors, sampler.overlapping)
+
+    def play(
+        self, draws: Draws, threads: int | None = None, done: Callable[[int], object] | None = None
+    ) -> tuple[dict[str, NDArray[Any]], Mask]:
+        """Play samples through all shots of the chain; return arrays, and which are finished."""
+        scene, count = self.reference.scene, len(draws.starts)
+        own = np.array([ball.velocity for ball in scene.balls])
+        position, velocity = draws.starts, np.tile(own, (count, 1, 1))
+        pocketed, finished = np.full(position.shape[:2], -1), np.ones(count, dtype=bool)
+        inputs = self.uncertainty.inputs
+        others = {name: input_value(scene, name) + draws.errors[name] for name in inputs}
+        for k, shot in enumerate(self.chain, start=1):
+            there = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
+            if shot is not None:
+                of_shot = draws.errors[f"speed.{k}"], draws.errors[f"turn.{k}"]
+                velocity, is_struck = _struck(scene, shot, there, velocity, *of_shot)
+                finished &= is_struck
+            is_last = k == len(self.chain)
+            source = read_source(scene, there, velocity, others, self.law, None)
+            out = empty(*there.shape[:2])
+            found = Beside(self.reference, self.beside, out)
+            tell = done if is_last and done else lambda _: None
+            play_all(source, out, threads, tell, found if is_last else None)
+            velocity = np.zeros(position.shape)  # Balls still move where time was up.
+            for s in () if is_last else np.flatnonzero(out.status == MAX_TIME).tolist():
+                velocity[s] = source.run(s, measures_policies=False).end.velocity
+            for s, i in np.argwhere(pocketed >= 0).tolist():  # They lie in their pockets.
+                off = self.beside.path[:, i : i + 1] - position[s, i]
+                found.left[s, i] = found.first_off(off)[0]
+            others = {name: each for name, each in others.items() if name[0] != "v"}
+            finished &= out.status <= MAX_TIME
+            pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
+            position = np.where(np.isnan(out.final), position, out.final)
+        arrays = {"ends": position, "left": found.left, "same_contacts": found.same}
+        return arrays | {"pocketed": pocketed}, finished
+
+    @cached_property
+    def beside(self) -> Reference:
+        """Return the reference run as samples are compared with it."""
+        return reference_of(self.reference, self.agree)
+
+
+def read_study(
+    scene: Scene, shot: Shot | None, uncertainty: Uncertainty, law: str | Law | None = None
+) -> Study:
+    """Play the reference run; raise SettingError where the shot cannot be studied."""
+    uncertainty = uncertainty.everywhere(scene)
+    chain = [shot]
+    while (first := chain[0]) and (before := shot_before(scene, first)):
+        chain.insert(0, before)
+    if shot is None and (uncertainty.speed or uncertainty.angle):
+        raise SettingError("shot = none: there is no shot whose speed or angle could be uncertain")
+    for name in uncertainty.inputs:
+        row_of("inputs", name, scene, (), chain[0])
+    reference = simulate(scene, shot, solver=yardstick().name, law=law)
+    if reference.status in UNFINISHED:
+        raise SettingError(f"shot = {reference.name}: {ENDS[reference.status]}")
+    digit = 2.0 * float(uncertainty.widths(scene).max())
+    agree = digit or scene.units.to_si(10.0**-PRINTED_DECIMALS, "length")
+    law = find_law(law or reference.scene.physics.law)
+    return Study(tuple(chain), reference, agree, law, uncertainty)
+
+
+def _struck(
+    scene: Scene, shot: Shot, there: Array, velocity: Array, faster: Array, turn: Array
+) -> tuple[Array, Mask]:
+    """Return velocities (S, N, 2) as a shot begins, and where it can: its aim may be gone."""
+    ball, own = scene.index[shot.ball], launched(scene, shot, there)
+    if faster.any() or turn.any():
+        speed = np.maximum(np.hypot(*own.T) + faster, 0.0)
+        own = struck(own, {"speed": speed, "turn": turn})
+    is_there = np.isfinite(there[:, ball]).all(axis=-1)
+    is_struck = np.isfinite(own).all(axis=-1)
+    velocity = velocity.copy()
+    velocity[is_there & is_struck, ball] = own[is_there & is_struck]
+    return velocity, np.asarray(is_struck | ~is_there)
 
 
 def sensitivity(
@@ -272,7 +383,7 @@ def sensitivity(
     samples are done. ``processes`` is the old name of ``threads``.
 
     Raises SettingError for settings that make no sense, for a ball that leaves no room for another,
-    and if the unperturbed run, or every other one, cannot be finished.
+    and if the reference run, or every other one, cannot be finished.
 
     >>> from pool_pymunk import load
     >>> found = sensitivity(load("report"), "Simulation 1", Uncertainty(0.005 * 0.0254), 200)
@@ -287,8 +398,7 @@ def sensitivity(
     samples, seed = argument("samples", samples, whole(2)), argument("seed", seed, whole(0))
     study = read_study(scene, find_shot(scene, shot), uncertainty, law)
     draws = study.draw(samples, seed)
-    played = study.play(draws, threads, on_done)
-    finished = played.finished
+    arrays, finished = study.play(draws, threads, on_done)
     if not finished.any():
         raise SettingError(f"shot = {study.reference.name}: none of the samples could be finished")
     return Sensitivity(
@@ -297,7 +407,7 @@ def sensitivity(
         seed=seed,
         agree=study.agree,
         starts=draws.starts[finished],
-        **{key: each[finished] for key, each in played._asdict().items() if key != "finished"},
+        **{key: each[finished] for key, each in arrays.items()},
         rejected=draws.rejected,
         unfinished=int((~finished).sum()),
         wall_time=time.perf_counter() - began,
@@ -346,7 +456,7 @@ class Linear:
                 id_: std if all(map(math.isfinite, std)) else None
                 for id_, std in zip(ids, self.std.tolist(), strict=True)
             },
-            "holds": _finite(self.holds),
+            "holds": known(self.holds),
             "warnings": list(self.warnings),
         }
 
@@ -373,10 +483,12 @@ def linear(
     """
     study = read_study(scene, find_shot(scene, shot), uncertainty, law)
     errors = {name: width for name, width in study.errors().items() if width > 0.0}
+    exact = yardstick().name
+    runs = simulate_all(study.reference.scene, study.chain, solver=exact, law=study.law)
     warned: dict[str, None] = {}
-    for _, known in follow(study.runs(), tuple(errors)):
-        warned |= dict.fromkeys(known.warnings)
-    by_errors = known.final * np.array(list(errors.values()))
+    for _, found in follow(dict(enumerate(runs, start=1)), tuple(errors)):
+        warned |= dict.fromkeys(found.warnings)
+    by_errors = found.final * np.array(list(errors.values()))
     sound = np.isfinite(by_errors).all() and bool(np.any(by_errors))
     holds = _reach(study, by_errors, seed) if sound else math.nan
     return Linear(study.reference, uncertainty, by_errors, holds, tuple(warned))
@@ -395,14 +507,14 @@ def _reach(study: Study, by_errors: Array, seed: int) -> float:
 def _holds(study: Study, scale: float, by_errors: Array, seed: int) -> bool:
     """Tell whether most samples end within a tenth of what the derivatives say."""
     draws = study.draw(TRIED, seed, scale)
-    played = study.play(draws, 1)
-    base = np.array([ball.position for ball in study.reference.scene.balls])
+    played, finished = study.play(draws, 1)
+    moved = draws.starts - [ball.position for ball in study.reference.scene.balls]
+    drawn = np.column_stack((moved.reshape(TRIED, -1), *draws.errors.values()))
     widths = np.array(list(study.errors().values()))
-    errors = draws.columns(base)[:, widths > 0.0] / widths[widths > 0.0]
-    said = np.einsum("nck,sk->snc", by_errors, errors)[played.finished]
-    came = (played.ends - study.reference.end.position)[played.finished]
-    off = np.sqrt(((came - said) ** 2).sum(axis=(1, 2)))
-    size = np.sqrt((said**2).sum(axis=(1, 2)))
+    errors = drawn[:, widths > 0.0] / widths[widths > 0.0]
+    said = np.einsum("nck,sk->snc", by_errors, errors)[finished]
+    came = (played["ends"] - study.reference.end.position)[finished]
+    off, size = (np.sqrt((each**2).sum(axis=(1, 2))) for each in (came - said, said))
     return bool((off <= OFF * size).mean() >= MOST)
 
 

@@ -1,17 +1,14 @@
 """This study finds a time step that keeps an error below a tolerance, from runs alone.
 
 :func:`choose_step` needs no exact solution, so it serves any pymunk world. It halves the step until
-the ends no longer change, and then makes sure. Halving alone is optimistic. If contacts are found
-at the end of a step, the error is the share of a step by which each contact came late. Of two
-steps, one half of the other, every second contact is as late in both, so their ends agree by
-chance. (For single contacts at random instants, a quarter of the ends would be outside of the
-tolerance.) So a step dt is accepted only if
+the ends no longer change. Halving alone is optimistic: if contacts are found at the end of a step,
+every second one is as late at half of the step, so the ends agree by chance. (For single contacts
+at random instants, a quarter of the ends would be outside of the tolerance.) So a step dt is
+accepted only if
 
-- the ends at 4 dt, 2 dt and dt agree (these are two halvings, and the first may change the ends
-  twice as much);
+- the ends at 4 dt, 2 dt and dt agree (two halvings; the first may change the ends twice as much);
 - the ends at five steps between dt and 2 dt, which share no grid with it, agree with those at dt;
-- all of them agree to a quarter of the tolerance (``SAFETY`` is 4: the estimated error is four
-  times the largest change);
+- all of them agree to a quarter of the tolerance (``SAFETY`` is 4);
 - in all these runs the same contacts happen, in the same order for every ball, and no ball has two
   of them so close together that steps blur their order.
 
@@ -22,7 +19,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -32,11 +29,10 @@ from pool_pymunk.model import Point, Scene, Shot, Units
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import counted, step_text
 from pool_pymunk.solvers import SettingError, find_solver, simulate
-from pool_pymunk.studies.compare import contact_order
+from pool_pymunk.studies.compare import contact_order, contacts
 
 SAFETY = 4.0  # The estimated error is this many times the largest change.
-# These further steps must agree; they are in units of dt.
-BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))
+BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # dt; these further steps must agree
 COARSEST = 1 / 60  # s
 NO_ORDER = 0.3  # Changes that shrink more slowly than dt to this power do not converge.
 
@@ -44,9 +40,8 @@ NO_ORDER = 0.3  # Changes that shrink more slowly than dt to this power do not c
 class Outcome(NamedTuple):
     """An outcome is where one run ended: ``positions`` (m) and, where known, contacts and steps.
 
-    ``contacts`` may be anything that compares equal if the same contacts happened in the same
-    order. ``resolved`` is False if some contacts follow each other so closely that steps blur their
-    order.
+    ``contacts`` may be anything that is equal if the same contacts happened in the same order.
+    ``resolved`` is False if some follow each other so closely that steps blur their order.
     """
 
     positions: Sequence[Point]
@@ -70,19 +65,14 @@ class Level(NamedTuple):
     same_contacts: bool
     error: float
 
-    @property
-    def settled(self) -> float:
-        """Return the change (m) if the contacts are the same, else infinity."""
-        return self.change if self.same_contacts else math.inf
-
 
 @dataclass(frozen=True)
 class Choice:
     """A choice is the step (s) that was chosen, and the work spent.
 
-    It also tells whether the step reaches the ``tolerance`` (m). ``error`` (m) is the estimate for
-    ``dt``, safety factor included. ``order`` is the observed order of convergence; it is None if
-    there are fewer than three changes. ``reason`` says why no step reaches the tolerance.
+    ``reached`` tells whether it reaches the ``tolerance`` (m), and ``reason`` why no step does.
+    ``error`` (m) is the estimate for ``dt``, safety factor included. ``order`` is the observed
+    order of convergence; it is None if there are fewer than three changes.
     """
 
     dt: float
@@ -99,11 +89,13 @@ class Choice:
     def lines(self, units: Units) -> Iterator[str]:
         """Yield the choice in words: the step, the error, the work, and why it falls short."""
         tolerance, error = (units.from_si(x, "length") for x in (self.tolerance, self.error))
-        text = f"Tolerance {tolerance:.3g} {units.length}: "
-        text += "reached" if self.reached else "not reached; the finest run is kept:"
-        size = f"{error:.2g} {units.length}" if 0.0 < error < math.inf else "unknown"
+        reached = "reached" if self.reached else "not reached; the finest run is kept:"
+        size = f"{error:.2g} {units.length}" if error < math.inf else "unknown"
         size = "none, to rounding" if error == 0.0 else size
-        yield f"{text} with dt = {step_text(self.dt)}, estimated error {size}"
+        yield (
+            f"Tolerance {tolerance:.3g} {units.length}: {reached} with "
+            f"dt = {step_text(self.dt)}, estimated error {size}"
+        )
         order = "" if self.order is None else f"; observed order {self.order:.2f}"
         work = f"{counted(self.runs, 'run')}, {self.steps:,} steps, {self.wall_time:.3g} s"
         yield f"Work: {work}{order}"
@@ -128,9 +120,9 @@ def choose_step(
 
     ``run(dt)`` simulates anything with steps of dt seconds and returns where it ended: points (m),
     or an :class:`Outcome`, which also tells the contacts. All runs must end at rest, or at one
-    moment that is not a multiple of every dt. No step below ``smallest`` (s) is tried. If none
-    reaches the tolerance, the finest is kept and ``reason`` says why. ``on_run(dt)`` is called
-    before each run. Raises SettingError for a tolerance or steps that make no sense.
+    moment that is not a multiple of every dt. If no step of ``smallest`` (s) or more reaches the
+    tolerance, the finest is kept and ``reason`` says why. ``on_run(dt)`` is called before each run.
+    Raises SettingError for a tolerance or steps that make no sense.
 
     >>> def euler(dt):  # x' = -x from 1, to t = 1: first order
     ...     return [((1.0 - dt) ** (1.0 / dt), 0.0)]
@@ -139,13 +131,42 @@ def choose_step(
     (True, 1024.0, True)
     """
     _check(tolerance, start, smallest)
-    search = _Search(run, tolerance, on_run)
-    dt = start
-    while dt >= smallest:
-        if search.descend(dt).error <= tolerance:
-            break
+    began, played = time.perf_counter(), list[Outcome]()
+
+    def outcome_at(dt: float) -> Outcome:
+        if on_run is not None:
+            on_run(dt)
+        ended = run(dt)
+        played.append(ended if isinstance(ended, Outcome) else Outcome(ended))
+        return played[-1]
+
+    levels, last, settled, dt = list[Level](), None, math.inf, start
+    while dt >= smallest and not (levels and levels[-1].error <= tolerance):
+        before, last = last, outcome_at(dt)
+        change = _distance(before, last)
+        same = before is not None and before.contacts == last.contacts and last.resolved
+        largest = max(change, settled / 2.0)
+        for factor in BETWEEN:
+            if not same or SAFETY * largest > tolerance:
+                break
+            other = outcome_at(factor * dt)
+            same = other.contacts == last.contacts
+            largest = max(largest, _distance(other, last))
+        levels.append(Level(dt, change, same, SAFETY * largest if same else math.inf))
+        settled = change if same else math.inf
         dt /= 2.0
-    return search.choice()
+    return Choice(
+        dt=levels[-1].dt,
+        tolerance=tolerance,
+        reached=levels[-1].error <= tolerance,
+        error=levels[-1].error,
+        order=_order(levels),
+        levels=tuple(levels),
+        runs=len(played),
+        steps=sum(each.steps for each in played),
+        wall_time=time.perf_counter() - began,
+        reason="" if levels[-1].error <= tolerance else _reason(levels),
+    )
 
 
 def _check(tolerance: float, start: float, smallest: float) -> None:
@@ -154,64 +175,6 @@ def _check(tolerance: float, start: float, smallest: float) -> None:
             raise SettingError(f"{key} = {value}: must be greater than 0 and finite")
     if smallest > start:
         raise SettingError(f"smallest = {smallest}: must not be larger than start = {start}")
-
-
-class _Search:
-    """A search holds the ladder of halvings so far, and what it cost."""
-
-    def __init__(
-        self, run: RunAtStep, tolerance: float, on_run: Callable[[float], object] | None
-    ) -> None:
-        self.run = run
-        self.tolerance = tolerance
-        self.on_run = on_run
-        self.levels: list[Level] = []
-        self.last: Outcome | None = None
-        self.runs = 0
-        self.steps = 0
-        self.began = time.perf_counter()
-
-    def descend(self, dt: float) -> Level:
-        """Run at ``dt``, half of the last step; if the ends agree, run at steps between as well."""
-        before, here = self.last, self._outcome(dt)
-        change = _distance(before, here)
-        same = before is not None and before.contacts == here.contacts and here.resolved
-        largest = max(change, self.levels[-1].settled / 2.0 if self.levels else math.inf)
-        for factor in BETWEEN:
-            if not same or SAFETY * largest > self.tolerance:
-                break
-            between = self._outcome(factor * dt)
-            same = between.contacts == here.contacts
-            largest = max(largest, _distance(between, here))
-        self.last = here
-        self.levels.append(Level(dt, change, same, SAFETY * largest if same else math.inf))
-        return self.levels[-1]
-
-    def _outcome(self, dt: float) -> Outcome:
-        if self.on_run is not None:
-            self.on_run(dt)
-        ended = self.run(dt)
-        outcome = ended if isinstance(ended, Outcome) else Outcome(ended)
-        self.runs += 1
-        self.steps += outcome.steps
-        return outcome
-
-    def choice(self) -> Choice:
-        """Return the last level: the first to reach the tolerance, or the finest there is."""
-        last = self.levels[-1]
-        reached = last.error <= self.tolerance
-        return Choice(
-            dt=last.dt,
-            tolerance=self.tolerance,
-            reached=reached,
-            error=last.error,
-            order=_order(self.levels),
-            levels=tuple(self.levels),
-            runs=self.runs,
-            steps=self.steps,
-            wall_time=time.perf_counter() - self.began,
-            reason="" if reached else _reason(self.levels),
-        )
 
 
 def _distance(a: Outcome | None, b: Outcome) -> float:
@@ -223,9 +186,9 @@ def _distance(a: Outcome | None, b: Outcome) -> float:
 
 
 def _order(levels: Sequence[Level]) -> float | None:
-    """Return the slope of log(change) over log(dt) in the last five levels with equal contacts."""
-    told = [(one.dt, one.change) for one in levels if one.same_contacts]
-    return slope([(dt, change) for dt, change in told if 0.0 < change < math.inf][-5:])
+    """Return the order of convergence of the last five levels with equal contacts."""
+    shared = [(one.dt, one.change) for one in levels if one.same_contacts]
+    return slope([(dt, change) for dt, change in shared if 0.0 < change < math.inf][-5:])
 
 
 def slope(errors: Sequence[tuple[float, float]]) -> float | None:
@@ -243,21 +206,22 @@ def slope(errors: Sequence[tuple[float, float]]) -> float | None:
 def _reason(levels: Sequence[Level]) -> str:
     """Tell why no level reaches the tolerance."""
     last, order = levels[-1], _order(levels)
+    at = f"at {last.dt:.3g} s, the smallest step tried, the"
     if len(levels) < 2:
         return f"no step below {last.dt:.3g} s may be tried"
     if not math.isfinite(last.change):
         return f"at {last.dt:.3g} s the run ends in numbers that are not finite"
     if not last.same_contacts:
         return (
-            f"at {last.dt:.3g} s, the smallest step tried, the contacts or their order still "
-            "depend on the step: the scene is ill-conditioned for this solver"
+            f"{at} contacts or their order still depend on the step: the scene is ill-conditioned "
+            "for this solver"
         )
     if order is not None and order < NO_ORDER:
         return (
             f"halving does not help: down to {last.dt:.3g} s the ends change from step to step and "
             f"do not settle (observed order {order:.1f})"
         )
-    return f"at {last.dt:.3g} s, the smallest step tried, the ends still change too much"
+    return f"{at} ends still change too much"
 
 
 # -- scenes ----------------------------------------------------------------------------------------
@@ -276,11 +240,9 @@ def simulate_within(
 
     No step below ``smallest`` (s; None: the solver's own) is tried. The run at the chosen step and
     the Choice are given even if the tolerance is not reached. A shot that goes on from the one
-    before is run with it, at one step. ``options`` are the solver's. Raises SettingError for a
-    solver that has no step, or whose physics is not the scene's.
-
-    A solver that is exact errs by rounding alone at every step, so it plays each shot once, at its
-    own step.
+    before is run with it, at one step. ``options`` are the solver's. An exact solver errs by
+    rounding alone, so it plays each shot once, at its own step. Raises SettingError for a solver
+    that has no step, or whose physics is not the scene's.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -288,53 +250,41 @@ def simulate_within(
     >>> choice.reached, round(1 / run.dt), choice.runs
     (True, 240, 1)
     """
-    finest = finest_step(solver)
+    finest, method = finest_step(solver), find_solver(solver)
+    is_exact = method.exact and all(  # Its record speaks of its default options.
+        options.get(key, usual) == usual for key, (usual, *_) in method.options.items()
+    )
     for shot in shots:
-        if _is_exact(solver, options):
-            yield _played_once(scene, shot, tolerance, solver, smallest, on_run, options)
-            continue
         runs: dict[float, Run] = {}
 
         def trial(dt: float, shot: Shot | None = shot, runs: dict[float, Run] = runs) -> Outcome:
             runs[dt] = simulate(scene, shot, solver=solver, dt=dt, **options)
             return outcome(runs[dt])
 
-        choice = choose_step(trial, tolerance, COARSEST, smallest or finest, on_run)
+        if is_exact:
+            dt = max(method.dt or COARSEST, smallest or 0.0)
+            _check(tolerance, dt, dt)
+            if on_run is not None:
+                on_run(dt)
+            trial(dt)
+            choice = _to_rounding(runs[dt], dt, tolerance)
+        else:
+            choice = choose_step(trial, tolerance, COARSEST, smallest or finest, on_run)
         run = runs[choice.dt]
         yield run, with_policies(choice, run)
 
 
-def _is_exact(solver: str, options: Mapping[str, Any]) -> bool:
-    """Tell whether a solver is exact at every step: its record speaks of its default options."""
-    method = find_solver(solver)
-    return method.exact and all(
-        options.get(key, usual) == usual for key, (usual, *_) in method.options.items()
-    )
-
-
-def _played_once(
-    scene: Scene, shot: Shot | None, tolerance: float, solver: str, smallest: float | None,
-    on_run: Callable[[float], object] | None, options: Mapping[str, Any],
-) -> tuple[Run, Choice]:  # fmt: skip
-    """Simulate a shot by an exact solver at its own step; the error is that of rounding."""
-    dt = max(find_solver(solver).dt or COARSEST, smallest or 0.0)
-    _check(tolerance, dt, dt)
-    if on_run is not None:
-        on_run(dt)
-    run = simulate(scene, shot, solver=solver, dt=dt, **options)
+def _to_rounding(run: Run, dt: float, tolerance: float) -> Choice:
+    """Return the choice of the one run of an exact solver, which errs by rounding."""
     error = math.inf if run.status == "non_finite" else run.rounding
     error = 0.0 if math.isnan(error) else error  # It is not known without the contact engine.
     reached = error <= tolerance
     reason = "" if reached else f"rounding may move the ends by {error:.2g} m, at every step"
-    choice = Choice(dt, tolerance, reached, error, None, (), 1, run.steps, run.wall_time, reason)
-    return run, with_policies(choice, run)
+    return Choice(dt, tolerance, reached, error, None, (), 1, run.steps, run.wall_time, reason)
 
 
 def with_policies(choice: Choice, run: Run) -> Choice:
-    """Return the choice with an error that includes what depends on policies.
-
-    All solvers with the contact engine share its policies, so no comparison of steps can see them.
-    """
+    """Return the choice with an error that includes policies, which all its steps share."""
     error = choice.error + run.policy_shift
     if error == choice.error:
         return choice
@@ -358,28 +308,21 @@ def finest_step(solver: str) -> float:
 
 
 def outcome(run: Run) -> Outcome:
-    """Return where a run ended, the contacts of every ball in their order, and its steps.
-
-    A run that is cut off ends with a step, up to one after ``max_time``. Runs with different steps
-    are therefore compared at ``max_time`` itself.
-    """
+    """Return where a run ended (cut off: at ``max_time`` itself), its contacts and its steps."""
     last = run.scene.physics.max_time if run.status == "max_time" else None
     ends = run.at([last])[0][0].tolist() if last is not None else run.end.position
     if run.status == "non_finite":
         ends = [(math.nan, math.nan)] * len(ends)
-    contacts = (run.status, contact_order(run))
-    return Outcome([(x, y) for x, y in ends], contacts, run.steps, _resolved(run))
+    order = (run.status, contact_order(run))
+    return Outcome([(x, y) for x, y in ends], order, run.steps, _resolved(run))
 
 
 def _resolved(run: Run) -> bool:
     """Tell whether no ball has two contacts within two steps, if contacts wait for steps."""
     assert run.dt is not None
-    if not find_solver(run.solver).late:
-        return True
     last: dict[str, float] = {}
-    for event in run.events:
-        if event.kind != "stop":
-            if any(event.t - last.get(id_, -math.inf) < 1.5 * run.dt for id_ in event.balls):
-                return False
-            last |= dict.fromkeys(event.balls, event.t)
+    for event in contacts(run) if find_solver(run.solver).late else ():
+        if any(event.t - last.get(id_, -math.inf) < 1.5 * run.dt for id_ in event.balls):
+            return False
+        last |= dict.fromkeys(event.balls, event.t)
     return True

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON, Array, free_motions
 from pool_pymunk.results.run import Run
+from pool_pymunk.studies import Mask
 
 # Rounding moves a place by less than this share of its coordinates. An instant of the engine has
 # the same bound (:func:`~pool_pymunk.engine.decisions.instant`).
@@ -26,7 +27,8 @@ LAST = 1e-9  # of a piece; so long before its end it is asked whether a ball tha
 HALVINGS = 60  # After this many halvings an interval of time is as short as rounding.
 
 Whole = NDArray[np.int64]
-Times = dict[tuple[int, str], set[float]]  # when (s) a ball met what has this name
+# when (s) a ball met what: another ball with a higher number, or a thing at rest by its name
+Times = dict[tuple[int, str], set[float]]
 Pairs = tuple[Whole, Whole, Array, Array]  # two pieces, since when and until when (s)
 
 
@@ -54,15 +56,10 @@ class Pieces(NamedTuple):
     start: Array
     t1: Array
     size: Array
-    rim: NDArray[np.bool_]
+    rim: Mask
 
     @property
-    def t0(self) -> Array:
-        """The times (s) at which they begin."""
-        return np.asarray(self.start[:, 0])
-
-    @property
-    def moves(self) -> NDArray[np.bool_]:
+    def moves(self) -> Mask:
         """Tell which of them move."""
         return np.asarray(self.start[:, 3:5].any(axis=1))
 
@@ -73,28 +70,21 @@ class Pieces(NamedTuple):
 
 def touches(run: Run) -> list[Touch]:
     """Return all touches of a run that are no contacts, in the order of time."""
-    met, pieces = _met(run), _pieces(run)
-    return sorted([*_of_discs(run, pieces, met), *_of_faces(run, pieces, met)])
-
-
-def _met(run: Run) -> Times:
-    """Return when each ball met what: another ball with a higher number, or a thing at rest."""
-    found: Times = {}
+    met, pieces = Times(), _pieces(run)
     for event in run.events:
         i, *others = sorted(run.scene.index[id_] for id_ in event.balls)
         name = str(others[0]) if others else f"{event.cushion}, {event.pocket}"
-        found.setdefault((i, name), set()).add(event.t)
-    return found
+        met.setdefault((i, name), set()).add(event.t)
+    return sorted([*_of_discs(run, pieces, met), *_of_faces(run, pieces, met)])
 
 
 def _at_rest(run: Run) -> list[tuple[Vector, float, bool, str]]:
     """Return corners and pockets: place (m), radius (m), whether it is a rim, and its name."""
-    table = run.scene.table
-    corners = [] if table is None else [(k, table.outline[k]) for k in table.reflex_corners]
-    return [
-        *((place, 0.0, False, f"{k}, None") for k, place in corners),
-        *((hole.position, hole.radius, True, f"None, {hole.id}") for hole in run.scene.pockets),
-    ]
+    table, found = run.scene.table, list[tuple[Vector, float, bool, str]]()
+    if table is not None:
+        found += ((table.outline[k], 0.0, False, f"{k}, None") for k in table.reflex_corners)
+    rims = ((hole.position, hole.radius, True, f"None, {hole.id}") for hole in run.scene.pockets)
+    return [*found, *rims]
 
 
 def _pieces(run: Run) -> Pieces:
@@ -103,10 +93,9 @@ def _pieces(run: Run) -> Pieces:
     leaves = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
     for i, (ball, knots) in enumerate(zip(run.scene.balls, run.knots, strict=True)):
         last = leaves.get(ball.id, -1.0 if ball.id in run.off else run.duration)
-        ends = [*knots[1:, 0].tolist(), last]
-        for (t, *motion), end in zip(knots.tolist(), ends, strict=True):
-            if t < min(end, last):
-                rows.append((i, t, *motion, min(end, last), ball.radius, 0.0))
+        ends = np.minimum(np.append(knots[1:, 0], last), last).tolist()
+        pieces = zip(knots.tolist(), ends, strict=True)
+        rows += [(i, *knot, end, ball.radius, 0.0) for knot, end in pieces if knot[0] < end]
     for k, (place, radius, rim, _) in enumerate(_at_rest(run)):
         rows.append((-1 - k, 0.0, *place, *[0.0] * 4, run.duration, radius, rim))
     table = np.array(rows).reshape(-1, 11)
@@ -125,9 +114,12 @@ def _of_discs(run: Run, pieces: Pieces, met: Times) -> Iterator[Touch]:
     last = until - LAST * (until - since)  # A velocity that is zero has no sign.
     inner = (_rate(pieces, p, q, since)[0] < 0.0) & (_rate(pieces, p, q, last)[0] > 0.0)
     if inner.any():
-        p, q = p[inner], q[inner]
-        nearest = _nearest(pieces, p, q, since[inner], until[inner])
-        yield from _closed(run, pieces, (p, q, nearest), met, begins=False)
+        p, q, near, part = p[inner], q[inner], since[inner], until[inner]
+        for _ in range(HALVINGS):  # They near at first and part at last.
+            middle = 0.5 * (near + part)
+            parts = _rate(pieces, p, q, middle)[0] > 0.0
+            near, part = np.where(parts, near, middle), np.where(parts, middle, part)
+        yield from _closed(run, pieces, (p, q, part), met, begins=False)
 
 
 def _closed(
@@ -165,10 +157,8 @@ def _reach(pieces: Pieces, p: Whole, q: Whole) -> Array:
 def _near(pieces: Pieces) -> Pairs:
     """Return pairs of pieces that may touch, of which the first one moves."""
     moving = np.flatnonzero(pieces.moves)
-    step = max(CHUNK // max(len(pieces.own), 1), 1)
-    found: list[Any] = [
-        _near_some(pieces, moving[k : k + step]) for k in range(0, max(len(moving), 1), step)
-    ]
+    parts = len(moving) * len(pieces.own) // CHUNK + 1
+    found: Any = [_near_some(pieces, some) for some in np.array_split(moving, parts)]
     p, q, since, until = map(np.concatenate, zip(*found, strict=True))
     return p, q, since, until
 
@@ -176,11 +166,10 @@ def _near(pieces: Pieces) -> Pairs:
 def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
     """Return pairs of these moving pieces with others that may touch.
 
-    The relative path of two pieces deviates from its chord by |a| T^2 / 8 at most; it is the chord
-    if one of them rests.
+    The relative path of two pieces that move deviates from its chord by |a| T^2 / 8 at most.
     """
     own = pieces.own
-    since = np.maximum(pieces.t0[moving, np.newaxis], pieces.t0)
+    since = np.maximum(pieces.start[moving, :1], pieces.start[:, 0])
     until = np.minimum(pieces.t1[moving, np.newaxis], pieces.t1)
     once = ~pieces.moves | (own > own[moving, np.newaxis])
     row, q = np.nonzero((since < until) & once & (own != own[moving, np.newaxis]))
@@ -198,15 +187,6 @@ def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
     return p[near], q[near], since[near], until[near]
 
 
-def _nearest(pieces: Pieces, p: Whole, q: Whole, since: Array, until: Array) -> Array:
-    """Return when pairs that near at first and part at last are nearest (s)."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (since + until)
-        parts = _rate(pieces, p, q, middle)[0] > 0.0
-        since, until = np.where(parts, since, middle), np.where(parts, middle, until)
-    return until
-
-
 # -- cushions --------------------------------------------------------------------------------------
 
 
@@ -214,7 +194,7 @@ def _of_faces(run: Run, pieces: Pieces, met: Times) -> Iterator[Touch]:
     """Yield where a straight path begins along the face of a cushion, or ends at it."""
     moving = np.flatnonzero(pieces.moves)
     radius = pieces.size[moving]
-    for t, begins in ((pieces.t0[moving], True), (pieces.t1[moving], False)):
+    for t, begins in ((pieces.start[moving, 0], True), (pieces.t1[moving], False)):
         place, velocity = pieces.at(moving, t)
         blur = BLUR * (np.abs(place).sum(axis=1) + radius)
         for number, edge in enumerate(() if run.scene.table is None else run.scene.table.edges):

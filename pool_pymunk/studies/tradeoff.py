@@ -2,8 +2,7 @@
 
 The error of a setting is the largest distance of any ball's end from its exact end, over all shots.
 Its time is the sum over the shots of the least of several runs after a warm-up. The exact solver
-errs by rounding alone. This rounding is measured as well: the scene is turned through an angle, and
-its ends are turned back.
+errs by rounding alone (:attr:`~pool_pymunk.Run.rounding`), and no error is taken for less.
 """
 
 from __future__ import annotations
@@ -18,16 +17,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.model import Point, Scene, Shot, Table
+from pool_pymunk.model import Scene, Shot
+from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import SOLVERS, find_solver, request, simulate, yardstick
+from pool_pymunk.solvers import SOLVERS, find_solver, request, simulate, simulate_all, yardstick
 from pool_pymunk.studies.compare import Comparison, contacts
 from pool_pymunk.studies.tolerance import slope
 
 Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of each solver.
 
-TURN = 1.0  # rad
 TRIAL = 1 / 20  # of a run's steps are made to estimate it, which costs that share of its time,
 MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but never more nor fewer steps than these.
 MOST_REPEATS = 7
@@ -35,10 +34,7 @@ MOST_REPEATS = 7
 
 @dataclass(frozen=True)
 class Setting:
-    """A setting is one solver at one step, measured.
-
-    It holds the errors (m), the contacts shared and the time (s), or the failure.
-    """
+    """A setting is a solver at one step (s): errors (m), shared contacts, time (s), or failure."""
 
     solver: str
     dt: float | None
@@ -79,10 +75,7 @@ class Tradeoff:
 
 
 def ladders_of(names: Iterable[str] | None = None) -> Ladders:
-    """Return the steps (s) at which solvers are measured; default: all solvers, steps first.
-
-    Solvers without a step come last. Raises SettingError for an unknown solver.
-    """
+    """Return the steps (s) of these solvers; by default of all, those without a step last."""
     if names is None:
         names = sorted(SOLVERS, key=lambda name: SOLVERS[name].dt is None)
     chosen = map(find_solver, names)
@@ -107,15 +100,12 @@ def tradeoff(
     ``options``, such as ``friction``, each solver gets those that it has.
     """
     ladders = ladders_of() if ladders is None else ladders
-    exact = _exact(scene, shots)
-    sound = _sound(exact)
-    rounding = max(_rounding(run) for run in sound)
+    sound, left_out = _references(scene, shots)
     count = sum(len(steps) for steps in ladders.values())
-    left_out = tuple(run.name for run in exact if run not in sound)
-    result = Tradeoff(scene, (), spread, rounding, left_out, seed)
+    result = Tradeoff(scene, (), spread, max(map(_rounding, sound)), left_out, seed)
     for solver, steps in ladders.items():
         for dt in steps:
-            one = _measure(sound, solver, dt, budget / count, rounding, options or {})
+            one = _measure(sound, solver, dt, budget / count, result.rounding, options or {})
             result = replace(result, settings=(*result.settings, one))
             on_done(result)
     return result
@@ -123,31 +113,41 @@ def tradeoff(
 
 def sound_shots(scene: Scene, shots: Sequence[Shot | None] | None = None) -> list[Shot | None]:
     """Return the shots whose exact end does not depend on rounding (or all, if there is none)."""
-    return [run.shot for run in _sound(_exact(scene, shots))]
+    return [run.shot for run in _references(scene, shots)[0]]
 
 
-def _exact(scene: Scene, shots: Sequence[Shot | None] | None) -> list[Run]:
-    played = shots if shots is not None else scene.shots or (None,)
-    return [simulate(scene, shot, solver=yardstick().name) for shot in played]
+def _references(
+    scene: Scene, shots: Sequence[Shot | None] | None
+) -> tuple[list[Run], tuple[str, ...]]:
+    """Return the reference runs whose ends rounding does not decide, and the names of others."""
+    runs = list(simulate_all(scene, shots, solver=yardstick().name))
+    sound = [run for run in runs if not run.policies] or runs
+    return sound, tuple(run.name for run in runs if run not in sound)
 
 
-def _sound(exact: list[Run]) -> list[Run]:
-    return [run for run in exact if not run.policies] or exact
+def _rounding(run: Run) -> float:
+    """Return how far (m) rounding moves the ends, as far as that is known; at least by a unit."""
+    size = float(np.abs(run.end.position).max())
+    return max(EPSILON * size, run.rounding if math.isfinite(run.rounding) else 0.0)
 
 
 def _measure(
-    exact: Sequence[Run], solver: str, dt: float | None, budget: float, rounding: float,
+    references: Sequence[Run], solver: str, dt: float | None, budget: float, rounding: float,
     options: Mapping[str, Any],
 ) -> Setting:  # fmt: skip
     """Return error and time of one setting over all shots."""
     found, times, repeats = [], 0.0, MOST_REPEATS
-    for reference in exact:
-        run, least, repeated = _timed(reference, solver, dt, budget / len(exact), options)
-        if run.status not in ("settled", reference.status):
-            return Setting(solver, dt, math.nan, math.nan, 0, 0, math.nan, repeated, run.status)
-        found.append(Comparison(reference, run))
-        times += least
-        repeats = min(repeats, repeated)
+    taken = {name: options[name] for name in options if name in find_solver(solver).options}
+    for reference in references:
+        play = partial(simulate, reference.scene, reference.shot, solver=solver, dt=dt, **taken)
+        until, each = time.perf_counter() + budget / len(references), [play()]
+        while len(each) < MOST_REPEATS and time.perf_counter() + each[-1].wall_time < until:
+            each.append(play())
+        status, repeats = each[0].status, min(repeats, len(each))
+        if status not in ("settled", reference.status):
+            return Setting(solver, dt, math.nan, math.nan, 0, 0, math.nan, len(each), status)
+        found.append(Comparison(reference, each[0]))
+        times += min(run.wall_time for run in each)
     return Setting(
         solver=solver,
         dt=dt,
@@ -160,63 +160,11 @@ def _measure(
     )
 
 
-def _timed(
-    reference: Run, solver: str, dt: float | None, budget: float, options: Mapping[str, Any]
-) -> tuple[Run, float, int]:
-    """Return a run, the least wall time (s) of several after a warm-up, and how many there were."""
-    taken = {name: options[name] for name in options if name in find_solver(solver).options}
-    play = partial(simulate, reference.scene, reference.shot, solver=solver, dt=dt, **taken)
-    began = time.perf_counter()
-    run = play()
-    least, repeats = run.wall_time, 1
-    while repeats < MOST_REPEATS and time.perf_counter() - began + run.wall_time < budget:
-        run = play()
-        least = min(least, run.wall_time)
-        repeats += 1
-    return run, least, repeats
-
-
-def _rounding(run: Run) -> float:
-    """Return how far (m) rounding alone moves an exact end: turn the scene, and turn it back."""
-    scene = run.scene
-    turned = turn(scene, TURN)
-    shot = None if run.shot is None else turned.shots[scene.shots.index(run.shot)]
-    ends = simulate(turned, shot, solver=yardstick().name).final
-    back = {id_: _turned(end, -TURN) for id_, end in ends.items()}
-    apart = max(math.dist(back[id_], end) for id_, end in run.final.items())
-    size = max(abs(x) for end in run.final.values() for x in end)
-    return max(apart, 2.0**-52 * size)
-
-
-def turn(scene: Scene, angle: float) -> Scene:
-    """Return the scene turned by ``angle`` (rad) about the origin."""
-    table = scene.table and Table(tuple(_turned(corner, angle) for corner in scene.table.outline))
-    balls = tuple(
-        replace(b, position=_turned(b.position, angle), velocity=_turned(b.velocity, angle))
-        for b in scene.balls
-    )
-    shots = tuple(
-        replace(shot, velocity=_turned(shot.launch, angle), speed=None, angle=None)
-        if shot.launch
-        else shot
-        for shot in scene.shots
-    )
-    return replace(scene, table=table, balls=balls, shots=shots)
-
-
-def _turned(p: Point, angle: float) -> Point:
-    c, s = math.cos(angle), math.sin(angle)
-    return (c * p[0] - s * p[1], s * p[0] + c * p[1])
-
-
 # -- how long a run will take ----------------------------------------------------------------------
 
 
 class Estimate(NamedTuple):
-    """An estimate of one shot: how long the computer takes (s), the shot (s), and its steps.
-
-    ``cost`` is zero for a shot of which a trial is not worth its time, because it has few steps.
-    """
+    """An estimate has the computer's time (s; 0: few steps), the shot's (s), and its steps."""
 
     cost: float
     duration: float
@@ -228,8 +176,7 @@ def estimate(
 ) -> list[Estimate]:
     """Estimate each shot by the exact solver, and by a trial with fewer and longer steps.
 
-    A solver without a step has no estimate. The arguments are those of
-    :func:`~pool_pymunk.simulate`.
+    A solver without a step has none. The arguments are those of :func:`~pool_pymunk.simulate`.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -237,36 +184,32 @@ def estimate(
     >>> one.cost > 60.0, 1.4 < one.duration < 1.6, 1e9 < one.steps < 2e9
     (True, True, True)
     """
-    step = dt or find_solver(solver).dt
+    step, found = dt or find_solver(solver).dt, list[Estimate]()
     if step is None:
-        return []
-    return [_estimate(scene, shot, solver, step, options) for shot in shots]
-
-
-def _estimate(
-    scene: Scene, shot: Shot | None, solver: str, dt: float, options: dict[str, Any]
-) -> Estimate:
+        return found
     said = {key: options[key] for key in ("law", "max_time") if key in options}
     asked = request(scene, yardstick().name, **said)
-    settings = asked.settings._replace(measures_policies=False)
-    duration = asked._replace(settings=settings).play(shot).duration
-    steps = duration / dt
-    if steps < FEWEST_STEPS / TRIAL:
-        return Estimate(0.0, duration, steps)
-    coarse = duration / min(MOST_STEPS, TRIAL * steps)
-    trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
-    times = coarse / dt  # The run itself has this many times the trial's steps.
-    return Estimate(trial.wall_time * times, trial.duration, trial.steps * times)
+    asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
+    for shot in shots:
+        duration = asked.play(shot).duration
+        steps = duration / step
+        if steps < FEWEST_STEPS / TRIAL:
+            found.append(Estimate(0.0, duration, steps))
+            continue
+        coarse = duration / min(MOST_STEPS, TRIAL * steps)
+        trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
+        times = coarse / step  # The run itself has this many times the trial's steps.
+        found.append(Estimate(trial.wall_time * times, trial.duration, trial.steps * times))
+    return found
 
 
 # -- what it means -------------------------------------------------------------------------------
 
 
 def order(settings: Sequence[Setting], floor: float, ceiling: float) -> float | None:
-    """Return the order of convergence: the slope of log error over log dt.
+    """Return the slope of log error over log dt, of errors between floor and ceiling (m).
 
-    Only errors between floor and ceiling (m) count. The order is None if fewer than three settings
-    lie there, because an error that is rounding has no order.
+    It is None for fewer than three, because an error that is rounding has no order.
     """
     return slope([(s.dt, s.largest) for s in settings if s.dt and 10 * floor < s.largest < ceiling])
 
@@ -291,10 +234,11 @@ def sentences(result: Tradeoff) -> list[str]:
     """Say in words what the measurement tells."""
     units = result.scene.units
     lines = [_within(result, digits) for digits in (1.0, 0.1, 0.01, 0.001)]
-    for exact in result.of(yardstick().name):
-        error = units.from_si(exact.largest, "length")
-        cost = f"{exact.time * 1e3:.3g} ms"
-        lines.append(f"Without a step: {exact.solver} in {cost}, to {error:.1g} {units.length}.")
+    lines += [
+        f"Without a step: {one.solver} in {one.time * 1e3:.3g} ms, "
+        f"to {units.from_si(one.largest, 'length'):.1g} {units.length}."
+        for one in result.of(yardstick().name)
+    ]
     if result.spread is not None:
         lines.append(
             f"The start positions are known to the last digit written: that alone moves an end by "
@@ -312,19 +256,19 @@ def sentences(result: Tradeoff) -> list[str]:
 
 def _within(result: Tradeoff, digits: float) -> str:
     """Say in words which step comes within this many units of length in the least time."""
-    units = result.scene.units
+    unit = result.scene.units.length
     stepped = (s for s in result.settings if s.dt is not None)
-    best = cheapest(stepped, units.to_si(digits, "length"))
+    best = cheapest(stepped, result.scene.units.to_si(digits, "length"))
     if best is None or best.dt is None:
-        return f"No step tried comes within {digits:g} {units.length}."
-    text = (
-        f"Within {digits:g} {units.length}: {best.solver} at {step_text(best.dt)} does, "
-        f"in {best.time * 1e3:.3g} ms"
+        return f"No step tried comes within {digits:g} {unit}."
+    slices = (
+        f", {one.time / best.time:,.0f} times faster than slices of {one.dt:g} s"
+        for name, solver in SOLVERS.items()
+        for one in result.of(name)
+        if one.dt and one.dt == solver.published_step
     )
-    steps = ((name, solver.published_step) for name, solver in SOLVERS.items())
-    for slices in (s for name, dt in steps for s in result.of(name) if dt and s.dt == dt):
-        text += f", {slices.time / best.time:,.0f} times faster than slices of {slices.dt:g} s"
-    return text + "."
+    at = f"{best.solver} at {step_text(best.dt)} does, in {best.time * 1e3:.3g} ms"
+    return f"Within {digits:g} {unit}: {at}{''.join(slices)}."
 
 
 def machine() -> dict[str, str]:

@@ -10,14 +10,6 @@ from pool_pymunk.studies.stability.suite import CaseResult, Cell, check, check_a
 from pool_pymunk.studies.stability.trial import Case, Measure, Trial
 
 __all__ = [
-    "EXTREMES",
-    "Case",
-    "CaseResult",
-    "Cell",
-    "Extreme",
-    "Measure",
-    "Trial",
-    "check",
-    "check_all",
+    "EXTREMES", "Case", "CaseResult", "Cell", "Extreme", "Measure", "Trial", "check", "check_all",
     "columns",
-]
+]  # fmt: skip

@@ -1,12 +1,12 @@
-"""Claims measure what must always hold: each looks at a trial, and returns value and bound.
+"""Claims measure what must hold, always or in one extreme: each looks at a trial and its bound.
 
 The bounds come from three sources:
 
 - *Rounding*: a contact rounds velocities and positions a few times. After K contacts that is at
   most ``CARE * (K + 1)`` units of rounding, of the velocities or of the largest coordinate.
-- *Amplification*: two exact runs whose starts differ by one unit of rounding move apart. How far is
-  measured (:func:`pool_pymunk.studies.stability.trial.exact`). Every contact may nudge a run like
-  that, so two exact solvers may differ by ``CARE * (K + 1)`` times as much, and by no more.
+- *Amplification*: two exact runs whose starts differ by one unit of rounding move apart. How far
+  is measured (:func:`pool_pymunk.studies.stability.trial.reference_of`). Every contact may nudge a
+  run like that, so two exact solvers may differ by ``CARE * (K + 1)`` times as much at most.
 - *Lateness*: a solver that answers contacts at the end of a step promises no more than its step. It
   may overlap by the way that the fastest ball travels in one step, and every contact may nudge it
   by as much. But it is wrong if a ball is off by more than a radius.
@@ -15,18 +15,18 @@ The bounds come from three sources:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from pool_pymunk.model import Scene, SceneError, Table
+from pool_pymunk.model import Point, Scene, SceneError, Table
 from pool_pymunk.physics.motion import EPSILON, Array
-from pool_pymunk.results.run import Run
 from pool_pymunk.results.trace import PERSISTENT
-from pool_pymunk.studies.compare import Comparison, longest
+from pool_pymunk.studies.compare import Comparison, end_distances, longest
 from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
 
+NEAR = "exact run"  # the claim that compares with the reference run, as the CSV file names it
 CARE = 32.0  # A contact may cost this many units of rounding.
 OVERLAP = 1e-9  # of the sum of the radii; a scene may overlap by this at its start, too
 PRESSED = 1e-4  # of a radius; balls that surface friction presses together may overlap by this
@@ -41,8 +41,7 @@ def measures(trial: Trial) -> Iterator[Measure]:
     if not broken.holds:
         return  # All further measures would be nonsense.
     for claim in (*ALWAYS, *trial.case.claims):
-        measure = claim(trial)
-        if measure is not None:
+        if (measure := claim(trial)) is not None:
             yield measure
 
 
@@ -55,15 +54,12 @@ def finite(trial: Trial) -> Measure:
 def ends(trial: Trial) -> Measure:
     """Measure that the run ends as it must, and not after ``max_time``; it may rest before."""
     run, expected = trial.run, trial.case.status
-    if run.status != expected and not (run.status == "settled" and _rests(run)):
+    rests = run.status == "settled" and not any(map(any, run.end.velocity))
+    if run.status != expected and not rests:
         return wrong("ends", f"ends with {run.status}, not {expected}")
     over = run.duration - (trial.scene.physics.max_time or math.inf)
     bound = 1.000001 * (trial.dt or 0.0) if trial.method.late else 0.0
     return Measure("ends", max(over, 0.0), bound, run.duration, "s", "goes on for {} too long")
-
-
-def _rests(run: Run) -> bool:
-    return all(v == (0.0, 0.0) for v in run.end.velocity)
 
 
 def by_coulomb(claim: Claim) -> Claim:
@@ -78,15 +74,15 @@ def energy_kept(trial: Trial) -> Measure:
     total = 0.5 * (mass * (speeds**2).sum(axis=2)).sum(axis=1) / trial.run.energy["initial"]
     keeps = lossless(trial.scene)
     change = float(np.ptp(total) if keeps else max(np.diff(total).max(), 0.0))
-    words = "energy changes by {} of itself" if keeps else "energy grows by {} of itself"
+    words = f"energy {'changes' if keeps else 'grows'} by {{}} of itself"
     return Measure("energy", change, CARE * EPSILON * (trial.contacts + 1), words=words)
 
 
 def momentum(trial: Trial) -> Measure | None:
     """Measure that momentum is kept, where balls meet only balls and nothing brakes them."""
     scene = trial.scene
-    alone = scene.table is None and scene.deceleration == 0.0 and not scene.pockets
-    return momentum_kept(trial) if alone else None
+    others = scene.table or scene.deceleration > 0.0 or scene.pockets
+    return None if others else momentum_kept(trial)
 
 
 def momentum_kept(trial: Trial) -> Measure:
@@ -113,10 +109,7 @@ def inside(trial: Trial) -> Measure | None:
 
 
 def beyond(table: Table, points: Array, radii: Array) -> Array:
-    """Return how far (m) discs at ``points`` (T, N, 2) reach beyond the cushions.
-
-    It is negative if they do not.
-    """
+    """Return how far (m) discs at ``points`` (T, N, 2) reach beyond the cushions; < 0: inside."""
     x, y = points[..., 0], points[..., 1]
     nearest = np.full(x.shape, np.inf)
     within = np.zeros(x.shape, dtype=bool)
@@ -151,17 +144,17 @@ def overlap(trial: Trial) -> Measure | None:
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
 
-def exact_run(trial: Trial) -> Measure | None:
-    """Measure that the run stays as near the exact one as the scene's amplification lets it."""
-    if trial.is_exact_run:
+def near_reference(trial: Trial) -> Measure | None:
+    """Measure that the run stays as near the reference as the scene's amplification lets it."""
+    if trial.is_reference:
         return None
-    apart = Comparison(trial.run, trial.exact.run).apart(trial.exact.times)
-    return farthest("exact run", apart, trial, "{} from the exact run")
+    apart = Comparison(trial.run, trial.reference.run).apart(trial.reference.times)
+    return farthest(NEAR, apart, trial, "{} from the exact run")
 
 
 def farthest(claim: str, apart: Array, trial: Trial, words: str, care: float = 1.0) -> Measure:
     """Measure the largest of the distances (T,) (m) from where balls should be, with its bound."""
-    reference = trial.exact
+    reference = trial.reference
     unit = EPSILON + trial.late / reference.extent
     share = care * CARE * (trial.contacts + 1) * unit
     bound = np.minimum(share * (reference.growth + reference.extent), trial.smallest)
@@ -179,11 +172,8 @@ def same_bits(trial: Trial) -> Measure | None:
 
 
 def any_order(trial: Trial) -> Measure | None:
-    """Measure that the listing order of the balls does not matter.
-
-    Under `published` it does, because the ball listed first is A.
-    """
-    scene, run, times = trial.scene, trial.run, trial.exact.times
+    """Measure that the listing order of the balls does not matter; to `published` it does."""
+    scene, run, times = trial.scene, trial.run, trial.reference.times
     if len(scene.balls) < 2 or run.wall_time > QUICK:
         return None
     turned = trial.simulate(replace(scene, balls=scene.balls[::-1]))
@@ -197,13 +187,12 @@ def there_and_back(trial: Trial) -> Measure | None:
     if not lossless(trial.scene) or run.status != "max_time" or run.wall_time > QUICK:
         return None
     states = zip(trial.scene.balls, run.end.position, run.end.velocity, strict=True)
+    balls = (replace(b, position=p, velocity=(-vx, -vy)) for b, p, (vx, vy) in states)
     try:
-        balls = (replace(b, position=p, velocity=(-vx, -vy)) for b, p, (vx, vy) in states)
-        back = replace(trial.scene, balls=tuple(balls))
+        home = trial.of(replace(trial.scene, balls=tuple(balls)))
     except SceneError:
         return None  # It ended off the table, and `inside` says so.
-    home = trial.of(back)
-    times = home.exact.times
+    times = home.reference.times
     apart = longest(home.run.at(times)[0] - run.at(run.duration - times)[0])
     return farthest("there and back", apart, home, "comes back {} off its start", care=2.0)
 
@@ -217,6 +206,127 @@ def lossless(scene: Scene) -> bool:
 
 
 ALWAYS = (
-    ends, by_coulomb(energy_kept), by_coulomb(momentum), inside, overlap, exact_run, same_bits,
+    ends, by_coulomb(energy_kept), by_coulomb(momentum), inside, overlap, near_reference, same_bits,
     by_coulomb(any_order), there_and_back,
 )  # fmt: skip
+
+
+# -- of single extremes: a closed form, a symmetry, or a likeness ----------------------------------
+
+
+def contacts_are(expected: int) -> Claim:
+    """Claim that the run has this number of contacts."""
+    return lambda trial: wrong(
+        "contacts", f"{trial.contacts} contacts, not {expected}", trial.contacts != expected
+    )
+
+
+def pocket(*ids: str) -> Claim:
+    """Claim that just these balls are pocketed; an empty id is none."""
+    expected = {id_ for id_ in ids if id_}
+
+    def pocketed(trial: Trial) -> Measure:
+        found = set(trial.run.pocketed)
+        words = f"{sorted(found) or 'nothing'} pocketed, not {sorted(expected) or 'nothing'}"
+        return wrong("pocketed", words, found != expected)
+
+    return pocketed
+
+
+def leave_with(velocities: Mapping[str, Point]) -> Claim:
+    """Claim that balls end with these velocities (m/s)."""
+
+    def velocity(trial: Trial) -> Measure:
+        ends = dict(zip(trial.scene.index, trial.run.end.velocity, strict=True))
+        return _velocity(trial, max(math.dist(ends[id_], v) for id_, v in velocities.items()))
+
+    return velocity
+
+
+def leaves_at(id_: str, speed: float) -> Claim:
+    """Claim that a ball ends with this speed (m/s)."""
+
+    def leaves(trial: Trial) -> Measure:
+        end = math.hypot(*trial.run.end.velocity[trial.scene.index[id_]])
+        return _velocity(trial, abs(end - speed))
+
+    return leaves
+
+
+def end_at(places: Mapping[str, Point]) -> Claim:
+    """Claim that balls come to rest at these places (m), by Coulomb's law."""
+
+    def limit(trial: Trial) -> Measure:
+        off = max(end_distances(trial.run, places).values())
+        bound = min(_displaced(trial), trial.smallest)
+        return Measure("limit", off, bound, trial.smallest, "m", "{} from the limit of the hits")
+
+    return by_coulomb(limit)
+
+
+def know_of_ends(places: Mapping[str, Point]) -> Claim:
+    """Claim that an exact solver's figure covers these ends (m), those of one order of hits."""
+
+    def order(trial: Trial) -> Measure | None:
+        if not trial.method.exact:
+            return None
+        off = max(end_distances(trial.run, places).values())
+        words = "{} off what an order gives, and the run does not say so"
+        return Measure("order", off, trial.run.policy_shift, trial.smallest, "m", words)
+
+    return order
+
+
+def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
+    """Claim that everything happens as in another scene, scaled and then shifted (m)."""
+
+    def likeness(trial: Trial) -> Measure:
+        like, times = trial.of(base), trial.reference.times
+        apart = longest(trial.run.at(times)[0] - (like.run.at(times)[0] * scale + shift))
+        return farthest("likeness", apart, trial, "{} off the scene that it must be like", care=2.0)
+
+    return likeness
+
+
+@by_coulomb
+def mirrored(trial: Trial) -> Measure:
+    """Measure that a scene which is symmetric about y = 0 at the start stays so."""
+    start = {ball.position: k for k, ball in enumerate(trial.scene.balls)}
+    partner = [start[x, -y] for x, y in start]
+    points = trial.run.at(trial.reference.times)[0]
+    apart = longest(points - points[:, partner] * (1.0, -1.0))
+    return farthest("symmetry", apart, trial, "{} from symmetric")
+
+
+@by_coulomb
+def on_the_diagonal(trial: Trial) -> Measure:
+    """Measure that a ball that comes along the diagonal x = y of a square stays on it."""
+    points = trial.run.at(trial.times)[0]
+    off = float(np.abs(points[..., 0] - points[..., 1]).max())
+    return Measure("symmetry", off, _displaced(trial), trial.smallest, "m", "{} from symmetric")
+
+
+@by_coulomb
+def all_as_far(trial: Trial) -> Measure:
+    """Measure that balls that come to the origin alike leave it alike; one that was there stays."""
+    points = trial.run.at(trial.times)[0]
+    far = np.hypot(points[..., 0], points[..., 1])
+    comes = far[0] > 0.0
+    off = max(float(np.ptp(far[:, comes], axis=1).max()), float(far[:, ~comes].max(initial=0.0)))
+    bound = _share(trial) * trial.reference.extent
+    return Measure("symmetry", off, bound, trial.smallest, "m", "{} from symmetric")
+
+
+def _velocity(trial: Trial, off: float) -> Measure:
+    bound = _share(trial) * trial.fastest
+    return Measure("velocity", off, bound, trial.fastest, "m/s", "a velocity is {} off")
+
+
+def _share(trial: Trial) -> float:
+    """Return by how much (rad, at most 1) rounding, or coming late, may turn normals."""
+    return min(_displaced(trial) / trial.smallest, 1.0)
+
+
+def _displaced(trial: Trial) -> float:
+    """Return how far (m) rounding, or coming late, may displace the contacts of a short run."""
+    return CARE * (trial.contacts + 1) * trial.rounding + trial.late

@@ -19,8 +19,7 @@ from pool_pymunk.model import (
     Table,
 )
 from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.studies.stability import closed_forms as must
-from pool_pymunk.studies.stability.claims import energy_kept, momentum_kept
+from pool_pymunk.studies.stability import claims as must
 from pool_pymunk.studies.stability.trial import Case
 
 R = 2.0**-5  # m; sizes and places are short binary numbers, so that balls that should touch do
@@ -40,8 +39,7 @@ Row = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 class Extreme:
     """An extreme is a row of the table: its cases run from mild to extreme.
 
-    ``steps`` (s) replace the solvers' usual ones. ``because`` says why every solver with the
-    scene's law must fail here.
+    ``steps`` (s) replace the solvers' usual ones. ``because`` says why all with its law must fail.
     """
 
     name: str
@@ -116,10 +114,10 @@ def speeds() -> Iterator[Case]:
 def masses() -> Iterator[Case]:
     """Hit one ball of another mass from both sides."""
     rows = ((0.0, 0.0, 2.0, 0.0625), (0.375, R, *REST), (0.75, R, -1.0, 0.0), (0.5, -0.125, *REST))
-    usual = alike(rows)
+    cue, odd, *others = alike(rows)
     for ratio in (1.0, 1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9):
-        odd = Ball("1", (0.375, R), R, M * ratio)
-        yield Case(f"1 : {ratio:g}", on_plane((usual[0], odd, *usual[2:]), 0.9, 1.0))
+        balls = (cue, replace(odd, mass=M * ratio), *others)
+        yield Case(f"1 : {ratio:g}", on_plane(balls, 0.9, 1.0))
 
 
 def radii() -> Iterator[Case]:
@@ -127,20 +125,16 @@ def radii() -> Iterator[Case]:
     for ratio in (1.0, 10.0, 100.0, 1000.0):
         big = Ball("big", (1.0, 1.25), 0.5, M, velocity=(0.5, 0.125))
         (small,) = alike([(3.0, 1.25, -2.0, 0.03125)], 0.5 / ratio)
-        (other,) = alike([(0.5, 0.5, *REST)], 0.125 / ratio)
-        balls = (big, small, Ball("other", other.position, other.radius, M))
+        balls = (big, small, Ball("other", (0.5, 0.5), 0.125 / ratio, M))
         yield Case(f"1 : {ratio:g}", Scene(balls, rectangle(4.0, 2.5), LIVELY, CLOTH))
 
 
 def restitutions() -> Iterator[Case]:
     """Vary the restitution from elastic to sticking."""
     for label, ball, cushion in (
-        ("0.9, cushions 0.7", 0.9, 0.7),
-        ("1", 1.0, 1.0),
-        ("0, cushions 0.7", 0.0, 0.7),
-        ("0.9, cushions 0", 0.9, 0.0),
-        ("0", 0.0, 0.0),
-    ):
+        ("0.9, cushions 0.7", 0.9, 0.7), ("1", 1.0, 1.0), ("0, cushions 0.7", 0.0, 0.7),
+        ("0.9, cushions 0", 0.9, 0.0), ("0", 0.0, 0.0),
+    ):  # fmt: skip
         e = Restitution(ball, None, cushion)
         yield Case(label, Scene(alike(TOUCHING), rectangle(2.0, 1.0), e, CLOTH))
 
@@ -201,14 +195,14 @@ def sized(length: float, radius: float = R) -> Scene:
 def origins() -> Iterator[Case]:
     """Put the same table farther and farther from the origin."""
     for far in (0.0, 1e3, 1e5, 1e7):
-        claim = must.as_in(moved((0.0, 0.0)), shift=(far, -far))
-        yield Case(f"{far:g} m", moved((far, -far)), (claim,))
+        claim = must.as_in(moved(0.0, 0.0), shift=(far, -far))
+        yield Case(f"{far:g} m", moved(far, -far), (claim,))
 
 
-def moved(corner: Point) -> Scene:
+def moved(x0: float, y0: float) -> Scene:
     """Return the mixed scene on a table with its corner there; starts are exact up to 1e7 m."""
-    rows = ((x + corner[0], y + corner[1], vx, vy) for x, y, vx, vy in MIXED)
-    return Scene(alike(rows), rectangle(2.0, 1.0, corner), LIVELY, CLOTH)
+    rows = ((x + x0, y + y0, vx, vy) for x, y, vx, vy in MIXED)
+    return Scene(alike(rows), rectangle(2.0, 1.0, (x0, y0)), LIVELY, CLOTH)
 
 
 # -- contacts at one instant, or nearly ------------------------------------------------------------
@@ -245,7 +239,8 @@ def meetings() -> Iterator[Case]:
     """Let balls from all sides meet at one instant, around nothing or around a ball at rest."""
     for e in (0.9, 0.0):
         for count in (2, 3, 4, 6):
-            around = [(0.5 * x, 0.5 * y, -x, -y) for x, y in map(unit, angles(count))]
+            ways = (unit(360.0 * k / count) for k in range(count))
+            around = [(0.5 * x, 0.5 * y, -x, -y) for x, y in ways]
             for centre in ([], [(0.0, 0.0, *REST)]):
                 scene = on_plane(alike([*centre, *around]), e, 1.0)
                 where = "around one" if centre else "meet"
@@ -282,11 +277,6 @@ def one_after_the_other(e: float, moment: float) -> tuple[tuple[Ball, ...], dict
         place = (velocity[0] * moment, velocity[1] * moment)
         ends[str(k)] = (given * nx, given * ny)
     return alike(balls), {"0": velocity, **ends}
-
-
-def angles(count: int) -> list[float]:
-    """Return directions (degrees) all around."""
-    return [360.0 * k / count for k in range(count)]
 
 
 def head_ons() -> Iterator[Case]:
@@ -367,8 +357,7 @@ def squeezed(ratio: float, beside: float = 0.0, far: float = 0.0) -> tuple[Ball,
 def wedges() -> Iterator[Case]:
     """Run a ball into a wedge; elastic, its path unfolds to a straight line through images of it.
 
-    The ball starts on the middle line and is aimed a seventh of the angle beside the tip. It meets
-    ceil(180 / angle - 1/7 - 1/2) cushions.
+    Aimed a seventh of the angle beside the tip, it meets ceil(180 / angle - 1/7 - 1/2) cushions.
     """
     for angle in (60.0, 10.0, 1.0, 0.1):
         half = math.radians(angle / 2.0)
@@ -406,8 +395,7 @@ def pockets() -> Iterator[Case]:
 
 def crowd(count: int, box: float, seed: int = 1) -> tuple[Ball, ...]:
     """Return balls on a grid in a square box (m), each in its own direction at 1 m/s."""
-    rng = random.Random(seed)
-    side = math.ceil(math.sqrt(count))
+    rng, side = random.Random(seed), math.ceil(math.sqrt(count))
     pitch = box / side
     return alike(
         ((k % side + 0.5) * pitch, (k // side + 0.5) * pitch, *unit(rng.uniform(0.0, 360.0)))
@@ -441,11 +429,9 @@ def piles() -> Iterator[Case]:
         (9, 0.9, 1.0), (9, 0.5, 1.0), (25, 0.5, 1.0), (9, 0.5, 100.0), (9, 0.0, 1.0),
     ):  # fmt: skip
         box = 2.1 * R * math.ceil(math.sqrt(count))
-        balls = tuple(
-            replace(ball, mass=ball.mass * (heavy if k % 3 == 0 else 1.0))
-            for k, ball in enumerate(crowd(count, box))
-        )
-        scene = Scene(balls, rectangle(box, box), Restitution(e, None, e), CLOTH)
+        balls = [*crowd(count, box)]
+        balls[::3] = (replace(ball, mass=heavy * ball.mass) for ball in balls[::3])
+        scene = Scene(tuple(balls), rectangle(box, box), Restitution(e, None, e), CLOTH)
         masses = f", 1 : {heavy:g}" if heavy > 1.0 else ""
         slow = count > 9 or heavy > 1.0 or e == 0.0
         yield Case(f"{count}, e = {e:g}{masses}", scene, slow=slow)
@@ -470,7 +456,7 @@ def the_listing() -> Iterator[Case]:
         x, y = unit(degrees)
         rows = ((-0.25 - 2.0 * R * x, -0.125 - 2.0 * R * y, 1.0, 0.5), (0.0, 0.0, *REST))
         scene = on_plane(alike(rows), 1.0, 1.0, Friction(ball_ball=0.2))
-        yield Case(f"{degrees:g} degrees", scene, (momentum_kept, energy_kept))
+        yield Case(f"{degrees:g} degrees", scene, (must.momentum_kept, must.energy_kept))
 
 
 EVERY_STEP = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1 / 240, 1 / 60, 0.1, 0.5)

@@ -12,7 +12,7 @@ from multiprocessing.pool import IMapIterator
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
-from pool_pymunk.studies.stability.claims import measures
+from pool_pymunk.studies.stability.claims import NEAR, measures
 from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
 from pool_pymunk.studies.stability.trial import GRID, Measure, Trial, wrong
 
@@ -25,10 +25,9 @@ PROCESSES = 2
 
 @dataclass(frozen=True)
 class CaseResult:
-    """A case result holds what was measured of one case, under one law and at one step (s).
+    """A case result holds what was measured of one case, or why it was ``not_run``.
 
-    It may hold instead why nothing was measured. ``compared`` is the share of the run that was
-    compared with the exact one, before it was chaos.
+    ``compared`` is the share of the run that was compared with the reference, before chaos.
     """
 
     case: str
@@ -70,33 +69,26 @@ class Cell:
     @property
     def where(self) -> str:
         """Return the cases at which it breaks; if there is only one, the steps."""
-        cases = list(dict.fromkeys(outcome.case for outcome in self.run))
-        if len(cases) > 1:
-            return _where(cases, {outcome.case for outcome in self.run if outcome.broken})
-        steps = sorted({outcome.dt for outcome in self.run if outcome.dt})
-        broken = {step_text(outcome.dt) for outcome in self.run if outcome.broken and outcome.dt}
-        return _where([step_text(dt) for dt in steps], broken)
+        labels = {outcome: outcome.case for outcome in self.run}
+        if len(set(labels.values())) < 2:
+            stepped = sorted((one for one in self.run if one.dt), key=lambda one: one.dt or 0.0)
+            labels = {outcome: step_text(outcome.dt or 0.0) for outcome in stepped}
+        broken = {label for outcome, label in labels.items() if outcome.broken}
+        return _where(list(dict.fromkeys(labels.values())), broken)
 
     @property
     def left_out(self) -> str:
         """Tell why some of it, or all, was not run."""
-        reasons = [outcome.not_run for outcome in self.outcomes if outcome.not_run]
         if not self.outcomes:
             return "not run: it has a law of its own"
-        if not reasons:
-            return ""
+        reasons = [outcome.not_run for outcome in self.outcomes if outcome.not_run]
         share = f"{len(reasons)} of {len(self.outcomes)} " if self.run else ""
-        return f"{share}not run: {reasons[-1]}"
+        return f"{share}not run: {reasons[-1]}" if reasons else ""
 
     def distance(self, dt: float) -> float | None:
-        """Return how far (m) it came from the exact run at that step, over all cases and laws."""
-        found = [
-            measure.value
-            for outcome in self.run
-            for measure in outcome.measures
-            if outcome.dt == dt and measure.claim == "exact run"
-        ]
-        return max(found, default=None)
+        """Return how far (m) it came from the reference run at that step, over cases and laws."""
+        measures = (each for one in self.run if one.dt == dt for each in one.measures)
+        return max((each.value for each in measures if each.claim == NEAR), default=None)
 
     def __str__(self) -> str:
         verdict = "holds" if self.worst is None else f"{self.worst}; {self.where}"
@@ -123,7 +115,7 @@ def _where(labels: Sequence[str], broken: set[str]) -> str:
 
 
 def columns() -> list[Solver]:
-    """Return all solvers in the table's order: from the yardstick to those with their own law."""
+    """Return all solvers in the table's order: the reference first, own laws last."""
     return sorted(
         SOLVERS.values(),
         key=lambda solver: (solver.own_law, not solver.exact, not solver.is_yardstick),
@@ -133,46 +125,33 @@ def columns() -> list[Solver]:
 def check(extreme: Extreme, solver: str, quick: bool = False) -> Cell:
     """Try a solver on an extreme's cases, under its laws, at its steps."""
     method = find_solver(solver)
+    of_record = (quick and method.quick_stability_steps) or method.stability_steps or (method.dt,)
+    steps = extreme.steps or of_record
     outcomes = tuple(
         _outcome(Trial(case, law, solver, dt), quick)
         for case in extreme.cases()
         if not (quick and case.slow)
         for law in extreme.laws
         if law == "coulomb" or not method.own_law
-        for dt in _steps(extreme, method, quick)
+        for dt in (steps if method.dt else (None,))
     )
     return Cell(extreme.name, solver, outcomes, "" if method.own_law else extreme.because)
 
 
-def _steps(extreme: Extreme, solver: Solver, quick: bool) -> Sequence[float | None]:
-    """Return the steps (s) for a solver: the extreme's own, or those of the solver's record."""
-    if solver.dt is None:
-        return (None,)
-    quick_steps = solver.quick_stability_steps if quick else ()
-    return extreme.steps or quick_steps or solver.stability_steps or (solver.dt,)
-
-
 def _outcome(trial: Trial, quick: bool) -> CaseResult:
     about = (trial.case.label, trial.law, trial.dt)
-    too_much = _too_much(trial, quick)
-    if too_much:
-        return CaseResult(*about, not_run=too_much)
+    steps = trial.reference.run.duration / trial.dt if trial.dt else 0.0
+    if steps > (QUICK_MOST_STEPS if quick else MOST_STEPS):
+        return CaseResult(*about, not_run=f"would need {steps:.0e} steps")
+    pairs = steps * len(trial.scene.balls) ** 2 if trial.method.all_pairs else 0.0
+    if pairs > (QUICK_MOST_PAIRS if quick else MOST_PAIRS):
+        return CaseResult(*about, not_run=f"would look at {pairs:.0e} pairs")
     try:
         found = tuple(measures(trial))
     except Exception as error:  # Whatever a solver raises is what the study looks for.
         return CaseResult(*about, (wrong("raises nothing", f"{type(error).__name__}: {error}"),))
-    run, share = trial.run, len(trial.exact.times) / (GRID + 1)
+    run, share = trial.run, len(trial.reference.times) / (GRID + 1)
     return CaseResult(*about, found, run.status, trial.contacts, run.wall_time, share)
-
-
-def _too_much(trial: Trial, quick: bool) -> str:
-    """Tell why a run would take too long, if it would."""
-    pairs = trial.steps * len(trial.scene.balls) ** 2
-    if trial.steps > (QUICK_MOST_STEPS if quick else MOST_STEPS):
-        return f"would need {trial.steps:.0e} steps"
-    if trial.method.all_pairs and pairs > (QUICK_MOST_PAIRS if quick else MOST_PAIRS):
-        return f"would look at {pairs:.0e} pairs"
-    return ""
 
 
 def check_all(
@@ -183,11 +162,11 @@ def check_all(
 ) -> Iterator[Cell]:
     """Check every extreme with every solver (default: all), and yield each row once it is done.
 
-    One process works out a whole row, so it needs the row's exact runs only once. The last rows,
-    which take longest, come first. If the iterator is closed, as by Ctrl-C, the processes end.
+    One process works out a whole row, so it needs the row's reference runs only once. The last
+    rows, which take longest, come first. If the iterator is closed, as by Ctrl-C, processes end.
     """
     names = [solver.name for solver in columns()] if solvers is None else solvers
-    tasks = [(extreme.name, names, quick) for extreme in reversed(extremes)]
+    tasks = [(extreme, names, quick) for extreme in reversed(extremes)]
     resource_tracker.ensure_running()  # This must not start later: it would then unblock SIGINT.
     with block_sigint():
         pool = multiprocessing.get_context("spawn").Pool(processes)
@@ -197,9 +176,9 @@ def check_all(
             yield from _next(rows)
 
 
-def _check_row(task: tuple[str, Sequence[str], bool]) -> list[Cell]:
-    name, solvers, quick = task
-    return [check(find(name), solver, quick) for solver in solvers]
+def _check_row(task: tuple[Extreme, Sequence[str], bool]) -> list[Cell]:
+    extreme, solvers, quick = task
+    return [check(extreme, solver, quick) for solver in solvers]
 
 
 def _next(rows: IMapIterator[list[Cell]]) -> list[Cell]:
@@ -208,8 +187,3 @@ def _next(rows: IMapIterator[list[Cell]]) -> list[Cell]:
         with suppress(multiprocessing.TimeoutError):
             return rows.next(timeout=0.1)
         raise_pending()
-
-
-def find(name: str) -> Extreme:
-    """Return the extreme of that name."""
-    return next(extreme for extreme in EXTREMES if extreme.name == name)

@@ -37,12 +37,11 @@ def rich_table(cells: Sequence[Cell]) -> Table:
     table.add_column("extreme", ratio=3)
     for solver in solvers:
         table.add_column(solver, ratio=4)
-    found = {(cell.extreme, cell.solver): cell for cell in cells}
+    found = {(cell.extreme, cell.solver): _styled(cell) for cell in cells}
     for extreme in EXTREMES:
-        row = [found.get((extreme.name, solver)) for solver in solvers]
+        row = [found.get((extreme.name, solver), "") for solver in solvers]
         if any(row):
-            texts = ("" if cell is None else _styled(cell) for cell in row)
-            table.add_row(f"{extreme.name}\n[dim]{extreme.about}[/dim]", *texts)
+            table.add_row(f"{extreme.name}\n[dim]{extreme.about}[/dim]", *row)
     return table
 
 
@@ -62,14 +61,10 @@ def notes(cells: Iterable[Cell]) -> list[str]:
     """Return the reasons of all that breaks, each once."""
     lines: dict[str, None] = {}
     for cell in cells:
-        if cell.worst is None:
-            continue
-        if cell.because:
-            lines[f"{cell.extreme}: {cell.because}"] = None
-        elif limits := find_solver(cell.solver).limits:
-            lines[f"{cell.solver}: {limits}"] = None
-        else:
-            lines[f"{cell.solver} breaks at {cell.extreme}: {cell}"] = None
+        if cell.worst is not None:
+            what = cell.extreme if cell.because else cell.solver
+            nothing = f"{cell.solver} breaks at {cell.extreme}: {cell}"
+            lines[f"{what}: {reason(cell)}" if reason(cell) else nothing] = None
     return list(lines)
 
 

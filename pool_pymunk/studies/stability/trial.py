@@ -1,9 +1,10 @@
-"""A trial gives one extreme scene to one solver, and has the exact run to measure it by."""
+"""A trial gives one extreme scene to one solver, and has the reference run to measure it by."""
 
 from __future__ import annotations
 
 import math
 import random
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -11,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pool_pymunk.model import Ball, Scene
+from pool_pymunk.model import Scene
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, simulate, yardstick
@@ -26,10 +27,9 @@ SAMPLES = 400  # Invariants are checked at this many times beside the grid, most
 
 
 class Measure(NamedTuple):
-    """A measure holds a value, the ``bound`` that it must not pass, and a ``size`` to judge by.
+    """A measure holds a value, the ``bound`` that it must not pass, and the ``size`` of the whole.
 
-    ``size`` is that of the whole quantity. All three are in ``unit``; ``words`` say what it means
-    if the bound does not hold.
+    All three are in ``unit``; ``words`` say what it means if the bound does not hold.
     """
 
     claim: str
@@ -61,9 +61,8 @@ def wrong(claim: str, words: str, is_so: bool = True) -> Measure:
 class Case:
     """A case is one scene of an extreme, and what must hold of it.
 
-    It has a place on the way from mild to extreme. ``ends`` is the status that it must end with.
-    ``claims`` are those that hold for this case beyond those that always hold. ``slow`` cases are
-    left out of the quick form.
+    ``ends`` is the status that it must end with. ``claims`` are those that hold for this case
+    beyond those that always hold. ``slow`` cases are left out of the quick form.
     """
 
     label: str
@@ -94,8 +93,8 @@ class Trial:
         return find_solver(self.solver)
 
     @property
-    def is_exact_run(self) -> bool:
-        """Tell whether the run is the exact run itself."""
+    def is_reference(self) -> bool:
+        """Tell whether the run is the reference run itself."""
         return self.solver == yardstick().name
 
     @cached_property
@@ -109,27 +108,35 @@ class Trial:
         return replace(self, case=replace(self.case, scene=scene))
 
     @cached_property
-    def exact(self) -> Exact:
-        """Return the exact run, and how far it can be relied on."""
-        return exact(self.scene, self.case.max_events)
+    def reference(self) -> Reference:
+        """Return the reference run, and how far it can be relied on."""
+        return reference_of(self.scene, self.case.max_events)
+
+    @property
+    def exact(self) -> Reference:
+        """Return ``reference``, of which this is the old name."""
+        warnings.warn("Trial.exact is now Trial.reference", DeprecationWarning, stacklevel=2)
+        return self.reference
+
+    @property
+    def is_exact_run(self) -> bool:
+        """Return ``is_reference``, of which this is the old name."""
+        warnings.warn("is_exact_run is now is_reference", DeprecationWarning, stacklevel=2)
+        return self.is_reference
 
     @cached_property
     def run(self) -> Run:
         """Return the run that is measured."""
-        return self.exact.run if self.is_exact_run else self.simulate(self.scene)
+        return self.reference.run if self.is_reference else self.simulate(self.scene)
 
     def simulate(self, scene: Scene) -> Run:
         """Run a scene with bounds on events and time, because a solver may never come to rest."""
-        if self.is_exact_run:
+        if self.is_reference:
             return simulate(scene, solver=self.solver, max_events=self.case.max_events)
-        most = min(10 * len(contacts(self.exact.run)) + 1000, self.case.max_events)
-        latest = scene.physics.max_time or 4.0 * self.exact.run.duration + 10.0 * (self.dt or 0.0)
+        reference = self.reference.run
+        most = min(10 * len(contacts(reference)) + 1000, self.case.max_events)
+        latest = scene.physics.max_time or 4.0 * reference.duration + 10.0 * (self.dt or 0.0)
         return simulate(scene, solver=self.solver, dt=self.dt, max_events=most, max_time=latest)
-
-    @property
-    def steps(self) -> float:
-        """Return how many steps the solver would need."""
-        return self.exact.run.duration / self.dt if self.dt else 0.0
 
     @cached_property
     def contacts(self) -> int:
@@ -161,19 +168,19 @@ class Trial:
     @property
     def rounding(self) -> float:
         """The spacing (m) of floating-point numbers where the balls are."""
-        return EPSILON * self.exact.extent
+        return EPSILON * self.reference.extent
 
 
 Claim = Callable[[Trial], Measure | None]
 
 
 @dataclass(frozen=True)
-class Exact:
-    """This is the exact run of a scene, and the scene's amplification of its input.
+class Reference:
+    """This is the reference run of a scene, and the scene's amplification of its input.
 
     ``growth`` (T,) is the distance (m) between runs whose starts differ by one unit, relative to
-    ``extent`` (m) and to the speeds. ``times`` (T,) are the times that are compared at: there the
-    growth is still proportional to the nudge.
+    the largest coordinate, ``extent`` (m), and to the speeds. ``times`` (T,) are the times that are
+    compared at: there the growth is still proportional to the nudge.
     """
 
     run: Run
@@ -183,11 +190,12 @@ class Exact:
 
 
 @lru_cache(maxsize=128)
-def exact(scene: Scene, max_events: int) -> Exact:
-    """Return the exact run, and nudge what moves at the start to measure amplification."""
+def reference_of(scene: Scene, max_events: int) -> Reference:
+    """Return the reference run, and nudge what moves at the start to measure amplification."""
     run = simulate(scene, solver=yardstick().name, max_events=max_events)
-    extent = _extent(run)
-    smallest = min(ball.radius for ball in scene.balls)
+    largest, smallest = (most(ball.radius for ball in scene.balls) for most in (max, min))
+    outline = max(map(abs, scene.table.bounds)) if scene.table else 0.0
+    extent = max(largest, outline, *(float(np.abs(each[:, 1:3]).max()) for each in run.knots))
     nudge = max(NUDGE * smallest / extent, LEAST_NUDGE)
     times = grid(run.duration)
     growth = np.zeros(len(times))
@@ -199,7 +207,7 @@ def exact(scene: Scene, max_events: int) -> Exact:
         growth = np.maximum(growth[: len(times)], Comparison(run, other).apart(times))
     growth = np.maximum.accumulate(growth)
     linear = growth <= LINEAR * smallest
-    return Exact(run, times[linear], growth[linear] / nudge, extent)
+    return Reference(run, times[linear], growth[linear] / nudge, extent)
 
 
 def grid(duration: float) -> Array:
@@ -207,23 +215,14 @@ def grid(duration: float) -> Array:
     return np.linspace(0.0, duration, GRID + 1)
 
 
-def _extent(run: Run) -> float:
-    """Return the largest coordinate (m) that a ball or the table reaches."""
-    reach = max(float(np.abs(knots[:, 1:3]).max()) for knots in run.knots)
-    table = run.scene.table
-    outline = max(map(abs, table.bounds)) if table else 0.0
-    return max(reach, outline, max(ball.radius for ball in run.scene.balls))
-
-
 def _nudged(scene: Scene, nudge: float, extent: float, rng: random.Random) -> Scene:
     """Return the scene with everything that moves at the start moved by a relative ``nudge``."""
-
-    def moved(ball: Ball) -> Ball:
-        if ball.velocity == (0.0, 0.0):
-            return ball
+    balls = list(scene.balls)
+    for k, ball in enumerate(balls):
         (x, y), (vx, vy) = ball.position, ball.velocity
-        dx, dy, turn, faster = (nudge * rng.uniform(-1.0, 1.0) for _ in range(4))
-        velocity = (vx * (1.0 + faster) - vy * turn, vy * (1.0 + faster) + vx * turn)
-        return replace(ball, position=(x + extent * dx, y + extent * dy), velocity=velocity)
-
-    return replace(scene, balls=tuple(map(moved, scene.balls)))
+        if ball.velocity != (0.0, 0.0):
+            dx, dy, turn, faster = (nudge * rng.uniform(-1.0, 1.0) for _ in range(4))
+            velocity = (vx * (1.0 + faster) - vy * turn, vy * (1.0 + faster) + vx * turn)
+            place = (x + extent * dx, y + extent * dy)
+            balls[k] = replace(ball, position=place, velocity=velocity)
+    return replace(scene, balls=tuple(balls))

@@ -1,32 +1,46 @@
-"""This module plays a sweep part by part: here, in other processes, or on a cluster."""
+"""This module plays a sweep part by part: here, in other processes, or on a cluster.
+
+It writes a manifest, and one Parquet file a part. A file gets its name only when it is complete.
+All else in the folder begins with ``_`` or ``.``. The manifest is a Parquet file, too, of no rows,
+because some readers take every file of a folder.
+"""
 
 from __future__ import annotations
 
+import json
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pool_pymunk.fast import simulate_many
+import numpy as np
+
+from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.studies.sweep.parts import begin, read_manifest, write_part
-from pool_pymunk.studies.sweep.plan import Inputs, Plan, make_plan
+from pool_pymunk.safety.files import whole
+from pool_pymunk.studies.sweep.plan import UNITS, Drawn, Plan, make_plan
 
+if TYPE_CHECKING:
+    import pyarrow
+
+MANIFEST = "_manifest.parquet"
+HASH = b"pool_pymunk"  # A file's metadata has the plan's hash under this key,
+PLAN = b"pool_pymunk.sweep"  # and the manifest's has all of it under this one, as JSON.
+ANEW = "begin anew with --restart (resume=False)"
+FAST = 1  # the level of zstd's compression
 CHUNK = 50_000
 WINDOW = 1_000  # This many parts wait for an executor at most.
 PATIENCE = 0.5  # s; so often an interrupt is looked for
 
 
 class Done(NamedTuple):
-    """This says how many shots are done now, and how many of them the exact solver played.
-
-    ``total`` counts all shots of the sweep.
-    """
+    """This counts the shots that are done now, those of them that went through Python, and all."""
 
     shots: int
     by_reference: int
@@ -34,11 +48,7 @@ class Done(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """A sweep's folder, and what was done in this call: the rest was there already.
-
-    ``shots`` counts all shots of the sweep, ``played`` those of this call, and ``by_reference``
-    those that the exact solver played in Python. ``wall_time`` is in s.
-    """
+    """A sweep has a folder, its shots, those ``played`` now (some in Python), and the time (s)."""
 
     out: Path
     shots: int
@@ -89,15 +99,13 @@ def sweep(
         raise setting_error("out", str(out), message)
     began = time.perf_counter()
     plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time)
-    folder = Path(out)
-    todo, tell = begin(folder, plan, resume), on_done or _nothing
+    folder, tell = Path(out), on_done or (lambda done: None)
+    todo = begin(folder, plan, resume)
     left = sum(len(plan.shots_of(part)) for part in todo)
     tell(Done(plan.samples - left, 0, plan.samples))
     played = by_reference = 0
-    parts = _play_here(plan, folder, todo) if executor is None else _play_there(
-        plan, folder, todo, executor
-    )  # fmt: skip
-    for done in parts:
+    plays = _play_here if executor is None else partial(_play_there, executor=executor)
+    for done in plays(plan, folder, todo):
         played, by_reference = played + done.shots, by_reference + done.by_reference
         tell(done)
     return Sweep(folder, plan.samples, played, by_reference, time.perf_counter() - began)
@@ -107,24 +115,15 @@ def play_part(plan: Plan, folder: Path, part: int, threads: int | None = 1) -> D
     """Play a part and write it, in whichever process and on whichever machine this is."""
     if read_manifest(folder).get("hash") != plan.manifest["hash"]:
         raise setting_error("out", str(folder), "is not the folder that the sweep began in")
+    return _write(plan, folder, part, *_play(plan, part, threads))
+
+
+def _play(plan: Plan, part: int, threads: int | None) -> tuple[Drawn, Batch]:
     inputs = plan.draw(plan.shots_of(part))
-    return _write(plan, folder, part, inputs, _play(plan, inputs, threads))
-
-
-def _play(plan: Plan, inputs: Inputs, threads: int | None) -> Any:
-    return simulate_many(
+    return inputs, simulate_many(
         plan.scene, inputs.position, inputs.velocity, law=plan.law, vary=inputs.vary,
         threads=threads,
     )  # fmt: skip
-
-
-def _write(plan: Plan, folder: Path, part: int, inputs: Inputs, batch: Any) -> Done:
-    write_part(folder, plan, part, inputs, batch)
-    return Done(len(batch), batch.by_reference, plan.samples)
-
-
-def _nothing(done: Done) -> None:
-    """Take no note that a part is done."""
 
 
 def _play_here(plan: Plan, folder: Path, todo: list[int]) -> Iterator[Done]:
@@ -132,11 +131,10 @@ def _play_here(plan: Plan, folder: Path, todo: list[int]) -> Iterator[Done]:
     with ThreadPoolExecutor(1) as writer:
         before: Future[Done] | None = None
         for part in todo:
-            inputs = plan.draw(plan.shots_of(part))
-            batch = _play(plan, inputs, None)
+            played = _play(plan, part, None)
             if before is not None:
                 yield before.result()
-            before = writer.submit(_write, plan, folder, part, inputs, batch)
+            before = writer.submit(_write, plan, folder, part, *played)
         if before is not None:
             yield before.result()
 
@@ -156,3 +154,122 @@ def _play_there(
     finally:
         for each in running:
             each.cancel()
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
+    """Make the folder ready, without ``resume`` anew, and return the parts that are missing.
+
+    Raises SettingError if the folder has another sweep, or other files.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    manifest = folder / MANIFEST
+    if not resume:
+        for path in [manifest, *folder.glob("part-*.parquet")]:
+            path.unlink(missing_ok=True)
+    for path in folder.glob(".part-*.parquet"):  # They were cut.
+        path.unlink(missing_ok=True)
+    if manifest.exists():
+        there = read_manifest(folder)
+        for key, value in plan.manifest.items():
+            if there.get(key) != value:
+                said = f" ({there.get(key)})" if key in ("version", "law", "seed", "chunk") else ""
+                message = f"has a sweep with another {key}{said}: {ANEW}"
+                raise setting_error("out", str(folder), message)
+    else:
+        strangers = [path.name for path in folder.iterdir() if path.name[0] not in "._"]
+        if strangers:
+            message = f"has files that are no sweep's, such as {min(strangers)}"
+            raise setting_error("out", str(folder), message)
+        _write_manifest(manifest, plan)
+    return [part for part in range(plan.parts) if not _is_whole(folder, plan, part)]
+
+
+def part_path(folder: Path, part: int) -> Path:
+    """Return where a part lies."""
+    return folder / f"part-{part:08d}.parquet"
+
+
+def _write_manifest(path: Path, plan: Plan) -> None:
+    """Write a dataset of no rows, which says what the sweep is."""
+    from pyarrow import parquet
+
+    inputs = plan.draw(range(1))
+    batch = simulate_many(plan.scene, inputs.position, 0.0 * inputs.velocity, law=plan.law)
+    table = _table(plan, range(1), inputs, batch).slice(0, 0)
+    said = {**(table.schema.metadata or {}), PLAN: json.dumps(plan.manifest).encode()}
+    with whole(path) as part:
+        parquet.write_table(table.replace_schema_metadata(said), part)
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Return what a folder says of its sweep."""
+    import pyarrow
+    from pyarrow import parquet
+
+    try:
+        schema = parquet.read_schema(folder / MANIFEST)
+        found = json.loads((schema.metadata or {})[PLAN])
+    except (ValueError, KeyError, pyarrow.ArrowException):
+        message = f"{MANIFEST} cannot be read: {ANEW}"
+        raise setting_error("out", str(folder), message) from None
+    return found if isinstance(found, dict) else {}
+
+
+def _is_whole(folder: Path, plan: Plan, part: int) -> bool:
+    """Tell whether a part is there, complete, and of this plan."""
+    import pyarrow
+    from pyarrow import parquet
+
+    try:
+        found = parquet.read_metadata(part_path(folder, part))
+    except (OSError, pyarrow.ArrowException):
+        return False
+    said = (found.metadata or {}).get(HASH, b"").decode()
+    return bool(found.num_rows == len(plan.shots_of(part)) and said == plan.manifest["hash"])
+
+
+def _write(plan: Plan, folder: Path, part: int, inputs: Drawn, batch: Batch) -> Done:
+    """Write what came of the shots of a part."""
+    from pyarrow import parquet
+
+    table = _table(plan, plan.shots_of(part), inputs, batch)
+    floats = [field.name for field in table.schema if str(field.type) == "double"]
+    others = [field.name for field in table.schema if field.name not in floats]
+    with whole(part_path(folder, part)) as path:
+        parquet.write_table(
+            table, path, compression="zstd", compression_level=FAST, use_dictionary=others,
+            use_byte_stream_split=floats, write_statistics=True,
+        )  # fmt: skip
+        with path.open("rb") as file:
+            os.fsync(file.fileno())
+    return Done(len(batch), batch.by_reference, plan.samples)
+
+
+def _table(plan: Plan, shots: range, inputs: Drawn, batch: Batch) -> pyarrow.Table:
+    """Return inputs and results as a table, with the unit of each column."""
+    import pyarrow
+
+    columns: dict[str, tuple[Any, str]] = {
+        "shot": (np.arange(shots.start, shots.stop, dtype=np.int64), "")
+    }
+    for name, values in inputs.columns.items():
+        columns[name] = values, UNITS.get(name) or UNITS.get(name.partition("_")[0], "")
+    for i, id_ in enumerate(plan.scene.index):
+        columns[f"x_{id_}"] = batch.final[:, i, 0], "m"
+        columns[f"y_{id_}"] = batch.final[:, i, 1], "m"
+    if plan.scene.pockets:
+        for i, id_ in enumerate(plan.scene.index):
+            columns[f"pocketed_{id_}"] = batch.pocketed[:, i].astype(np.int16), ""
+    columns["duration"] = batch.duration, "s"
+    for name in ("hits", "cushions", "first_hit", "status"):
+        columns[name] = getattr(batch, name), ""
+    fields = [
+        pyarrow.field(name, pyarrow.from_numpy_dtype(values.dtype), metadata={"unit": unit})
+        for name, (values, unit) in columns.items()
+    ]
+    schema = pyarrow.schema(fields, metadata={HASH: plan.manifest["hash"].encode()})
+    arrays = [pyarrow.array(np.ascontiguousarray(values)) for values, _ in columns.values()]
+    return pyarrow.Table.from_arrays(arrays, schema=schema)

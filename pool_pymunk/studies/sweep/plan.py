@@ -1,8 +1,7 @@
 """This module says which shots a sweep plays, and draws them by their numbers.
 
 The random numbers of a shot depend on the seed and on the shot's number alone (Philox, a
-counter-based generator: Salmon et al., SC 2011). So shot 123,456 has the same input whatever chunk,
-worker or machine plays it.
+counter-based generator: Salmon et al., SC 2011), whatever chunk, worker or machine plays it.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.inputs import ROWS, SI, TABLE, column_of, input_value, parts, row_of, struck
@@ -24,8 +22,10 @@ from pool_pymunk.model.plain import argument, between, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.solvers import find_shot, request, simulate, yardstick
-from pool_pymunk.studies.starts import Floats, StartSampler, launched, normal, uniforms
+from pool_pymunk.solvers.request import shot_before
+from pool_pymunk.studies.uncertainty import StartSampler, launched, normal, uniforms
 
 SPREADS = ("start", "noise.speed", "noise.angle")  # each of these takes one width
 UNITS = {"start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg"}
@@ -38,13 +38,13 @@ NOISE_SLOT = {"noise.speed": 10, "noise.angle": 12}  # A normal number takes two
 START_SLOT = 16
 
 
-class Inputs(NamedTuple):
+class Drawn(NamedTuple):
     """These are the inputs of some shots: what was varied, by its column, and what is played."""
 
-    columns: dict[str, Floats]
-    position: Floats
-    velocity: Floats
-    vary: dict[str, Floats]
+    columns: dict[str, Array]
+    position: Array
+    velocity: Array
+    vary: dict[str, Array]
 
 
 @dataclass(frozen=True)
@@ -83,11 +83,12 @@ class Plan:
         """The manifest says what makes the dataset what it is; ``hash`` is that of all the rest."""
         from pool_pymunk import __version__
 
+        shot = self.shot
         said = {
             "format": 1,
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
-            "shot": None if self.shot is None else self._said_shot(),
+            "shot": shot and [shot.name, shot.ball, *self._struck_velocity, shot.aim],
             "law": self.law.name,
             "vary": {key: list(values) for key, values in sorted(self.vary.items())},
             "grid": {key: list(values) for key, values in self.grid.items()},
@@ -98,20 +99,15 @@ class Plan:
         digest = hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
         return said | {"hash": digest}
 
-    def _said_shot(self) -> list[object]:
-        assert self.shot is not None
-        return [self.shot.name, self.shot.ball, *self._struck_velocity, self.shot.aim]
-
     # -- the start of the shot ---------------------------------------------------------------------
 
     @cached_property
     def _state(self) -> State:
         """The state at the moment of the shot; one that goes on from another shot is its end."""
-        shot, before = self.shot, None
-        if shot is not None and shot.from_previous:
-            first = self.scene.shots[self.scene.shots.index(shot) - 1]
-            before = simulate(self.scene, first, solver=yardstick().name, law=self.law).end
-        return self.scene.start(shot, before)
+        first = self.shot and shot_before(self.scene, self.shot)
+        exact = yardstick().name
+        before = simulate(self.scene, first, solver=exact, law=self.law).end if first else None
+        return self.scene.start(self.shot, before)
 
     @cached_property
     def ball(self) -> int:
@@ -127,13 +123,16 @@ class Plan:
 
     # -- drawing -----------------------------------------------------------------------------------
 
-    def draw(self, shots: range) -> Inputs:
+    def draw(self, shots: range) -> Drawn:
         """Return the inputs of these shots."""
         count, balls = len(shots), len(self.scene.balls)
         numbers = uniforms(self.seed, shots, START_SLOT + 2 * balls)
-        columns: dict[str, Floats] = {}
-        for key, (low, high, steps) in self.grid.items():
-            columns[key] = np.linspace(low, high, steps)[self._steps(key, shots)]
+        columns: dict[str, Array] = {}
+        inner = math.prod(steps for _, _, steps in self.grid.values())
+        for key, (low, high, steps) in self.grid.items():  # The last key's values change fastest.
+            inner //= steps
+            step = np.arange(shots.start, shots.stop) // inner % steps
+            columns[key] = np.linspace(low, high, steps)[step]
         for key, said in self.vary.items():
             if key in NOISE_SLOT:
                 columns[key] = said[0] * normal(numbers[:, NOISE_SLOT[key] :])
@@ -145,8 +144,12 @@ class Plan:
         for id_ in self._state.off:
             position[:, self.scene.index[id_]] = np.nan
         if "start" in self.vary:
-            position = self._moved(position, numbers[:, START_SLOT:], self.vary["start"][0])
-        arrays, vary = {"position": position, "velocity": velocity}, dict[str, Floats]()
+            (width,) = self.vary["start"]
+            moves = 2.0 * numbers[:, START_SLOT:].reshape(position.shape) - 1.0
+            position += width * moves
+            if not self._state.off:  # Overlapping balls are moved apart.
+                position = StartSampler(self.scene, np.full((balls, 2), width)).apart(position)
+        arrays, vary = {"position": position, "velocity": velocity}, dict[str, Array]()
         for key, values in columns.items():
             kind, whose = parts(self.meaning(key))
             array, axis = (TABLE[kind].column if kind in TABLE else None) or ("", 0)
@@ -155,7 +158,7 @@ class Plan:
             elif kind in TABLE and array != "struck":
                 vary[self.meaning(key)] = values
         velocity[:, self.ball] = self._struck(columns, position, velocity[:, self.ball])
-        return Inputs(self._named(columns, position), position, velocity, vary)
+        return Drawn(self._named(columns, position), position, velocity, vary)
 
     def meaning(self, key: str) -> str:
         """Return the input of the table that a key of a sweep means."""
@@ -175,54 +178,36 @@ class Plan:
             return math.hypot(vx, vy) if kind == "speed" else 0.0
         return input_value(self.scene, self.meaning(key))
 
-    def _drawn(self, key: str, shots: range, numbers: Floats) -> Floats:
+    def _drawn(self, key: str, shots: range, numbers: Array) -> Array:
         """Return the random numbers of an input, which others have no part in."""
         if key in SLOT:
             return numbers[:, SLOT[key]]
         own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) << 64
         return uniforms(self.seed + own, shots, 1)[:, 0]
 
-    def _steps(self, key: str, shots: range) -> NDArray[np.int_]:
-        """Return which of a key's values each shot has; the last key's change fastest."""
-        counts = {name: count for name, (_, _, count) in self.grid.items()}
-        inner = math.prod(list(counts.values())[list(counts).index(key) + 1 :])
-        return np.arange(shots.start, shots.stop) // inner % counts[key]
-
-    def _moved(self, position: Floats, numbers: Floats, width: float) -> Floats:
-        """Move every start by up to ``width`` (m), and overlapping balls apart."""
-        moved = position + width * (2.0 * numbers.reshape(position.shape) - 1.0)
-        sampler = StartSampler(self.scene, np.full((len(self.scene.balls), 2), width))
-        return moved if self._state.off else sampler.apart(moved)
-
     def _struck(
-        self, columns: Mapping[str, Floats], position: Floats, velocity: Floats
-    ) -> Floats:  # fmt: skip
+        self, columns: Mapping[str, Array], position: Array, velocity: Array
+    ) -> Array:  # fmt: skip
         """Return the velocities (S, 2) of the struck ball as it was varied."""
-        moves = self.vary.keys() | self.grid.keys()
-        if self.shot is not None and self.shot.aim is not None and any(
-            key == "start" or key[:2] in ("x.", "y.") for key in moves
-        ):  # fmt: skip
+        moves = "start" in self.vary or any(key[:2] in ("x.", "y.") for key in columns)
+        if self.shot is not None and self.shot.aim is not None and moves:
             velocity = launched(self.scene, self.shot, position)
-        said = {"speed", "angle", "turn", *NOISE_SLOT} & columns.keys()
-        if not said:
+        if not {"speed", "angle", "turn", *NOISE_SLOT} & columns.keys():
             return velocity
         speed = columns.get("speed", np.hypot(*velocity.T)) + columns.get("noise.speed", 0.0)
         turn = sum(columns.get(key, 0.0) for key in ("angle", "turn", "noise.angle"))
         return struck(velocity, {"speed": np.maximum(speed, 0.0), "turn": turn})
 
-    def _named(self, columns: Mapping[str, Floats], position: Floats) -> dict[str, Floats]:
+    def _named(self, columns: Mapping[str, Array], position: Array) -> dict[str, Array]:
         """Return what was varied by the names of its columns; places are ``start_x_1``."""
-        named = {
-            key.replace(".", "_"): values
-            for key, values in columns.items()
-            if key[:2] not in ("x.", "y.")
-        }
-        return named | {
-            f"start_{axis}_{ball.id}": position[:, i, k]
+        places = {
+            f"{axis}.{ball.id}": position[:, i, k]
             for i, ball in enumerate(self.scene.balls)
             for k, axis in enumerate("xy")
-            if "start" in self.vary or f"{axis}.{ball.id}" in columns
         }
+        named = {key.replace(".", "_"): columns[key] for key in columns if key not in places}
+        moved = places if "start" in self.vary else [key for key in places if key in columns]
+        return named | {f"start_{key.replace('.', '_', 1)}": places[key] for key in moved}
 
 
 def make_plan(
@@ -242,9 +227,8 @@ def make_plan(
     scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
     varied = {key: _range(scene, key, value, "vary") for key, value in (vary or {}).items()}
     steps = {key: _grid(scene, key, value) for key, value in (grid or {}).items()}
-    both = sorted(varied.keys() & steps.keys())
-    if both:
-        raise setting_error("grid", both[0], "is varied already")
+    if both := varied.keys() & steps.keys():
+        raise setting_error("grid", min(both), "is varied already")
     points = math.prod(count for _, _, count in steps.values())
     if samples is None and not steps:
         raise setting_error("samples", None, "is missing where there is no grid")
@@ -255,12 +239,6 @@ def make_plan(
         scene, find_shot(scene, shot), varied, steps, total, argument("seed", seed, whole(0)),
         argument("chunk", chunk, whole(1)), asked.settings.law_of(scene),
     )  # fmt: skip
-    _check_shot(plan)
-    return plan
-
-
-def _check_shot(plan: Plan) -> None:
-    """Refuse two names of one input, and to vary a shot where there is none."""
     seen: dict[str, str] = {}
     for key in (*plan.vary, *plan.grid):
         other = seen.setdefault(plan.meaning(key), key)
@@ -269,25 +247,24 @@ def _check_shot(plan: Plan) -> None:
     moving = {"speed", "angle", "turn", *NOISE_SLOT} & seen.keys() | {"angle"} & set(seen.values())
     if moving and plan._struck_velocity == (0.0, 0.0):
         raise setting_error("shot", None, f"there is no shot whose {min(moving)} could be varied")
+    return plan
 
 
 def _range(scene: Scene, key: str, value: Any, name: str) -> tuple[float, ...]:
     """Read a range (low, high), or one width."""
-    where, spreads = f"{name}[{key!r}]", key in SPREADS
-    row = None
-    if not spreads:
-        row = TABLE["mass"] if key == "mass" else row_of(name, key, scene, (*SPREADS, "mass"))[0]
-    low_bound, high_bound = (0.0, math.inf) if row is None else (row.low, row.high)
-    values = [value] if spreads and np.ndim(value) == 0 else list(np.ravel(value))
-    if len(values) != (1 if spreads else 2):
-        form = "one width" if spreads else "a range (low, high)"
-        raise setting_error(where, str(value), f"must be {form}")
-    found = [_number(where, each, low_bound) for each in values]
-    is_zero = row is not None and row.size and found[0] == 0.0
-    if found[-1] > high_bound or found[0] > found[-1] or is_zero:
-        limit = " <= 1" if high_bound == 1.0 else ""
-        raise setting_error(where, str(value), f"must be {low_bound:g} <= low <= high{limit}")
-    return tuple(found)
+    where, values = f"{name}[{key!r}]", list(np.ravel(value))
+    if key in SPREADS:
+        if len(values) != 1:
+            raise setting_error(where, str(value), "must be one width")
+        return (argument(where, value if np.ndim(value) == 0 else values[0], between(0.0)),)
+    row = TABLE["mass"] if key == "mass" else row_of(name, key, scene, (*SPREADS, "mass"))[0]
+    if len(values) != 2:
+        raise setting_error(where, str(value), "must be a range (low, high)")
+    low, high = (argument(where, each, between(row.low)) for each in values)
+    if not low <= high <= row.high or (row.size and low == 0.0):
+        limit = " <= 1" if row.high == 1.0 else ""
+        raise setting_error(where, str(value), f"must be {row.low:g} <= low <= high{limit}")
+    return low, high
 
 
 def _grid(scene: Scene, key: str, value: Any) -> tuple[float, float, int]:
@@ -297,7 +274,3 @@ def _grid(scene: Scene, key: str, value: Any) -> tuple[float, float, int]:
         raise setting_error(f"grid[{key!r}]", str(value), message)
     low, high = _range(scene, key, value[:2], "grid")
     return low, high, argument(f"grid[{key!r}]", value[2], whole(1))
-
-
-def _number(key: str, value: Any, low: float) -> float:
-    return argument(key, value, between(low))
