@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 import timeit
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import process_time
 from typing import Any
@@ -19,6 +19,7 @@ from reference import (
     ReferenceRun,
     Refused,
     random_pocket_scene,
+    random_rolling_scene,
     random_scene,
     reference_run,
 )
@@ -169,13 +170,20 @@ def assert_agrees(scene: Scene, rng: random.Random, solver: str = "event-driven"
     return True
 
 
-def compared(law: str, table: str, count: int, pockets: bool = False) -> None:
+def exactly_rolling_scene(law: str, table: str, rng: random.Random) -> Scene:
+    """Return balls whose rolls are their velocities times powers of two, which has no rounding."""
+    scene = random_rolling_scene(law, table, rng)
+    shares = [rng.choice([0.0, 1.0, -0.5, 2.0, -2.0]) for _ in scene.balls]
+    balls = [replace(b, roll=share) for b, share in zip(scene.balls, shares, strict=True)]
+    return replace(scene, balls=tuple(balls))
+
+
+def compared(law: str, table: str, count: int, draw: Callable[..., Scene] = random_scene) -> None:
     """Compare this many random scenes that the reference plays."""
     rng = random.Random(f"derivatives {law} {table} {seeds(1)[0]}")
     done = 0
     while done < count:
-        scene = (random_pocket_scene if pockets else random_scene)(law, table, rng)
-        done += assert_agrees(scene, rng)
+        done += assert_agrees(draw(law, table, rng), rng)
 
 
 @pytest.mark.heavy
@@ -185,6 +193,12 @@ def test_derivatives_agree_with_forty_digits(law: str, table: str) -> None:
     compared(law, table, 2)
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("table", OUTLINES)
+def test_derivatives_of_balls_that_roll_agree_with_forty_digits(table: str) -> None:
+    compared("coulomb", table, 3, exactly_rolling_scene)
+
+
 @pytest.mark.slow
 @pytest.mark.seeded
 @pytest.mark.parametrize("table", OUTLINES)
@@ -192,11 +206,12 @@ def test_derivatives_agree_with_forty_digits(law: str, table: str) -> None:
 def test_derivatives_of_many_scenes_agree_with_forty_digits(law: str, table: str) -> None:
     """Two hundred scenes: both laws, three tables and the open plane, 25 each."""
     compared(law, table, 25)
+    compared(law, table, 10, exactly_rolling_scene)
 
 
 @pytest.mark.heavy
 def test_derivatives_by_pymunk_and_with_pockets_agree_with_forty_digits() -> None:
-    compared("coulomb", "rectangle", 3, pockets=True)
+    compared("coulomb", "rectangle", 3, random_pocket_scene)
     rng = random.Random(7)
     done = 0
     while done < 3:

@@ -104,11 +104,12 @@ def _size(name: str, quantity: str, column: tuple[str, int] | None) -> Input:
     )  # fmt: skip
 
 
-def _coefficient(group: str, key: str, column: int, about: str) -> Input:
+def _coefficient(group: str, key: str, column: int | None, about: str) -> Input:
     return Input(
         f"{group}.{key}", group, SCENE, "", about, lambda part: float(getattr(part, key)),
         lambda part, value: replace(part, **{key: value}), 0.0,
-        1.0 if group == "restitution" else math.inf, column=("coefficients", column),
+        1.0 if group == "restitution" else math.inf,
+        column=None if column is None else ("coefficients", column),
     )  # fmt: skip
 
 
@@ -158,6 +159,7 @@ ROWS = (
     _coefficient("restitution", "cue_ball", 1, "of hits of the cue ball"),
     _coefficient("restitution", "cushion", 2, "of hits on cushions"),
     _coefficient("friction", "surface", 3, "of balls on the table"),
+    _coefficient("friction", "rolling", None, "of balls that roll"),
     _coefficient("friction", "ball_ball", 5, "of hits of two balls"),
     _coefficient("friction", "cushion", 4, "of hits on cushions"),
     Input("speed", "speed", SHOT, "speed", "the shot's speed", _speed_of, _with_speed, 0.0,
@@ -167,6 +169,9 @@ ROWS = (
     Input("turn", "turn", SHOT, "angle", "its direction, relative to the shot's",
           lambda shot: 0.0, lambda shot, value: _with_angle(shot, _angle_of(shot) + value),
           start=_turned, column=("struck", 2)),
+    Input("roll", "roll", SHOT, "", "its roll, as a share of its velocity",
+          lambda shot: float(shot.roll), lambda shot, value: replace(shot, roll=value),
+          start=lambda vx, vy: (0.0,) * 4),
 )  # fmt: skip
 TABLE = {row.name: row for row in ROWS}
 GROUPS = tuple(dict.fromkeys(row.group for row in ROWS))
@@ -220,7 +225,9 @@ def _name(row: Input, whose: str) -> str:
 
 
 def _has(scene: Scene, row: Input) -> bool:
-    """Tell whether a scene has this number: it may leave out a restitution."""
+    """Tell whether a scene has this number: it may leave out a restitution, and friction."""
+    if row.name == "roll":
+        return scene.friction.rolling is not None
     return row.of != SCENE or getattr(getattr(scene, row.group), row.name.split(".")[1]) is not None
 
 

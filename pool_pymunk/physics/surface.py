@@ -212,6 +212,12 @@ class Rolling(NamedTuple):
         return np.concatenate(((0.0, 0.0), by_slip, -by_slip)), np.array([by_pull, 0.0])
 
 
+def roll_rate(breakpoint_: Sequence[float]) -> Vector:
+    """Return how fast (m/s^2) the roll of a ball changes after a breakpoint."""
+    _, _, _, vx, vy, ax, ay, wx, wy = breakpoint_
+    return (ax, ay) if (vx, vy) == (wx, wy) else (-ax / GYRATION, -ay / GYRATION)
+
+
 def rolls_of(breakpoints: Array, times: Array) -> Array:
     """Return the rolls (T, 2) in m/s at ``times`` (T,) after these breakpoints (T, 9).
 

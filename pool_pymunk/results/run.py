@@ -300,7 +300,7 @@ class Run:
             return math.nan
         from pool_pymunk.studies.rounding import rounding
 
-        found = rounding(self)
+        found = math.nan if self.scene.surface.rolls else rounding(self)
         if math.isnan(found):
             found = self._moved_by_errors(EARLY)
             if found > min(ball.radius for ball in self.scene.balls):

@@ -16,6 +16,7 @@ from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import NOISE, from_breakpoint, motion_at
 from pool_pymunk.physics.saltation import Meeting, Motion6, bounce, hit
+from pool_pymunk.physics.surface import GYRATION, roll_rate
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies.touches import BLUR, GRAZE, Touch, touches
@@ -25,6 +26,8 @@ AGREE = 1e-8  # of the speeds; a velocity farther off what the law answers is a 
 # largest number, so a square of it, or its product with what one contact does, does not overflow.
 MOST = 1e150
 EDGE = 1e-9  # of a radius; a ball that meets a cushion so near to its end may meet the corner
+
+ROLL = "roll"  # the input of that name
 
 Told = list[Array | None]
 
@@ -36,8 +39,9 @@ class Lost(Exception):
 class Inputs:
     """The inputs are what is varied: each has a column in every change.
 
-    ``start(i)`` is the change (4, P) of a ball's state at the start. ``unit(name)`` and
-    ``of_ball(kind, i)`` are the changes (P,) of what contacts are told; None stands for none.
+    ``start(i)`` is the change (K, P) of a ball's state at the start: of its place, velocity, and
+    where balls roll its roll. ``unit(name)`` and ``of_ball(kind, i)`` are the changes (P,) of what
+    contacts are told; None stands for none.
     """
 
     def __init__(self, run: Run, names: Names) -> None:
@@ -51,11 +55,19 @@ class Inputs:
     def by_names(self, i: int, names: Iterable[str]) -> Array:
         """Return the same change by some of the inputs."""
         change = np.zeros((4, self.count))
-        ball, (vx, vy) = self.run.scene.balls[i], self.run.knots[i][0, 3:5].tolist()
-        struck = self.run.shot is not None and self.run.shot.ball == ball.id
+        ball, shot = self.run.scene.balls[i], self.run.shot
+        _, _, _, *velocity, _, _ = self.run.knots[i][0, :7].tolist()
+        struck = shot is not None and shot.ball == ball.id
         for name in names:
-            change[:, self.column[name]] = start_of(name, ball, struck, (vx, vy)) or 0.0
-        return change
+            change[:, self.column[name]] = start_of(name, ball, struck, tuple(velocity)) or 0.0
+        if not self.run.scene.surface.rolls:
+            return change
+        roll, share = self.run.knots[i][0, 7:9], shot.roll if shot and struck else ball.roll
+        is_share = struck or (roll == share * np.array(velocity)).all()  # else it was given alone
+        turn = share * change[2:] if is_share else np.zeros_like(change[2:])
+        for name in [name for name in names if name == ROLL and struck]:
+            turn[:, self.column[name]] = velocity
+        return np.concatenate((change, turn))
 
     def unit(self, name: str) -> Array | None:
         """Return the change of one input itself; None if it is not varied."""
@@ -69,7 +81,7 @@ class Inputs:
 class Changes:
     """Changes say how the balls' states depend on the inputs.
 
-    ``change[i]`` (4, P) is that of ball i at its last breakpoint, at the time of this. ``kept[i]``
+    ``change[i]`` (K, P) is that of ball i at its last breakpoint, at the time of this. ``kept[i]``
     has the times (s) since when its changes were others, the numbers of the breakpoints at which
     they are given, and the changes. ``times`` are the changes (P,) of the times of the events.
     """
@@ -78,8 +90,10 @@ class Changes:
         self.run, self.law, self.inputs = run, law, inputs
         self.scene = run.scene
         self.surface = self.scene.surface
-        surface = inputs.unit("friction.surface")
-        self.drag = None if surface is None else self.scene.physics.gravity * surface
+        rubs = [inputs.unit(f"friction.{key}") for key in ("surface", "rolling")]
+        gravity = self.scene.physics.gravity * np.eye(2)[: 1 + self.surface.rolls]
+        # the changes of the surface's own numbers
+        self.rubs = gravity @ [np.zeros(inputs.count) if each is None else each for each in rubs]
         self.walls = walls(self.scene)
         self.knots = [knots.tolist() for knots in run.knots]
         self.until = [np.append(knots[1:, 0], run.duration) for knots in run.knots]
@@ -124,8 +138,8 @@ class Changes:
                 self._warn("a ball comes to rest just as the run ends", t)
                 change[2:, change.any(axis=0)] = math.nan  # The place alone is smooth.
             changes.append(change)
-        found = np.array(changes).reshape(len(self.knots), 4, self.inputs.count)
-        return found[:, :2], found[:, 2:]
+        found = np.array(changes).reshape(len(self.knots), -1, self.inputs.count)
+        return found[:, :2], found[:, 2:4]
 
     def at_times(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""
@@ -164,6 +178,8 @@ class Changes:
                 raise Lost
             if event.kind == "stop":
                 self._stop(balls[0], event)
+            elif event.kind == "roll":
+                self._roll(balls[0], event)
             elif self._shares_a_ball(k):
                 raise Lost("contacts of one instant share a ball")
             elif event.t == self.run.duration and self.run.status == "max_events":
@@ -204,16 +220,17 @@ class Changes:
         """Tell whether a time (s) is that of an instant, to rounding, in the motion of balls."""
         fastest, size = 0.0, 0.0
         for i in balls if t != now else ():
-            _, x, y, vx, vy, _, _ = self.knots[i][self.at[i]]
+            _, x, y, vx, vy = self.knots[i][self.at[i]][:5]
             fastest = max(fastest, abs(vx), abs(vy))
             size = max(size, abs(x) + abs(y) + self.scene.balls[i].radius)
         return t == now or abs(t - now) * fastest < BLUR * (size * (fastest > 0.0) + now * fastest)
 
     def _rests_just_at(self, i: int, t: float) -> bool:
         """Tell whether a ball that moved comes to rest at this time (s)."""
-        t0, x, y, vx, vy, _, _ = self.knots[i][self.at[i]]
+        t0, x, y, vx, vy, _, _, *roll = self.knots[i][self.at[i]]
         moved = vx != 0.0 or vy != 0.0 or self.at[i] > 0
-        return moved and self._is_now(self.surface.path(t0, (x, y), (vx, vy)).end, t, [i])
+        end = self.surface.path(t0, (x, y), (vx, vy), (*roll, 0.0, 0.0)[:2]).end
+        return moved and self._is_now(end, t, [i])
 
     def _shares_a_ball(self, k: int) -> bool:
         """Tell whether a contact has a ball in common with another event of its instant."""
@@ -234,8 +251,8 @@ class Changes:
             raise Lost("a contact lasts, or is answered by a policy")
         before = [self._moved(i, event.t) for i in balls]
         states = [state for state, _ in before]
-        change = np.concatenate([each for _, each in before])
-        rates = [self.knots[i][self.at[i] + 1][3:] for i in balls]
+        change = np.concatenate([each[:4] for _, each in before])
+        rates = [self.knots[i][self.at[i] + 1][3:7] for i in balls]
         meeting, normal = self._meeting(balls, states, event)
         fastest = max(abs(part) for state in states for part in state[2:4])
         size = sum(abs(x) + abs(y) + self.scene.balls[i].radius
@@ -256,12 +273,44 @@ class Changes:
         after = [split(rate[:2], normal) for rate in rates]
         if not np.abs(np.subtract(after, answer)).max() <= AGREE * fastest:
             raise Lost("a contact is answered by a policy")
-        parts = self._answered(law, parts, told, event.t)
+        answered = self._answered(law, parts, told, event.t)
         self.times.append(times)
-        change = meeting.after(moved, times, parts, rates)
+        change = meeting.after(moved, times, answered, rates)
+        rolls = [each[4:] for _, each in before]
+        if self.surface.rolls:
+            pushed = answer[0].n - before_nt[0].n, answered[0] - parts[0]
+            turned = normal, meeting.turning @ moved
+            rolls = [self._rolled(i, roll, times, *turned, *pushed, len(balls) == 1)
+                     for i, roll in zip(balls, rolls, strict=True)]  # fmt: skip
         for n, i in enumerate(balls):
             self.at[i] += 1
-            self.change[i] = change[4 * n : 4 * n + 4]
+            self.change[i] = np.concatenate((change[4 * n : 4 * n + 4], rolls[n]))
+
+    def _rolled(
+        self, i: int, change: Array, times: Array, normal: Vector, turning: Array,
+        push: float, pushed: Array, is_cushion: bool,
+    ) -> Array:  # fmt: skip
+        """Return the change of a ball's roll after a contact that comes later by these ``times``.
+
+        ``push`` (m/s) is how much a cushion changes the ball's speed along the normal, ``pushed``
+        and ``turning`` (P,) are the changes of this and of the normal (rad).
+        """
+        before, after = (self.knots[i][self.at[i] + k] for k in (0, 1))
+        began, end = before[0], after[0]
+        rate = roll_rate(before)
+        change = change + np.array(rate)[:, np.newaxis] * times
+        if is_cushion:
+            n, t = np.array(normal), np.array([-normal[1], normal[0]])
+            roll = np.array(before[7:9]) + (end - began) * np.array(rate)
+            mu, unit = self.scene.friction.cushion, self.inputs.unit("friction.cushion")
+            along, of_along = roll @ n, n @ change + (roll @ t) * turning
+            most, of_most = mu * push / GYRATION, mu * pushed / GYRATION
+            if unit is not None:
+                of_most = of_most + push / GYRATION * unit
+            sign, is_all = math.copysign(1.0, along), most >= abs(along)
+            less, of_less = (along, of_along) if is_all else (sign * most, sign * of_most)
+            change = change - n[:, np.newaxis] * of_less - t[:, np.newaxis] * less * turning
+        return np.asarray(change - np.array(roll_rate(after))[:, np.newaxis] * times)
 
     def _meeting(
         self, balls: list[int], states: list[Motion6], event: Event
@@ -344,14 +393,28 @@ class Changes:
         elif not self._is_next(i, event.t):
             raise Lost("a contact lasts, or is answered by a policy")
         else:
-            by_state, by_pull = self.surface.end_slopes(np.array(last))
-            times = by_state @ change
-            if self.drag is not None:
-                times = times + by_pull[0] * self.drag
-            self.times.append(np.asarray(times))
+            self.times.append(self._end_times(i))
             change = self._moved(i, event.t)[1]
             change[2:] = np.where(np.isnan(change[2:]), math.nan, 0.0)
         self._come_to(i, event.t)
+        self.change[i] = change
+
+    def _end_times(self, i: int) -> Array:
+        """Return how much later (P,) the ball's present path ends."""
+        by_state, by_friction = self.surface.end_slopes(np.array(self.knots[i][self.at[i]]))
+        return np.asarray(by_state @ self.change[i] + by_friction @ self.rubs)
+
+    def _roll(self, i: int, event: Event) -> None:
+        """Follow a ball that begins to roll: its acceleration changes, and its slip is gone."""
+        if not self._is_next(i, event.t):
+            raise Lost("a contact lasts, or is answered by a policy")
+        times, change = self._end_times(i), self._moved(i, event.t)[1]
+        before = self.knots[i][self.at[i]]
+        self._come_to(i, event.t)
+        after = self.knots[i][self.at[i]]
+        change[2:4] += np.subtract(before[5:7], after[5:7])[:, np.newaxis] * times
+        change[4:] = change[2:4]
+        self.times.append(times)
         self.change[i] = change
 
     def _fall(self, i: int, event: Event) -> None:
@@ -381,13 +444,11 @@ class Changes:
         """Return how a ball moves at a time, from its ``k``-th breakpoint on, and its change."""
         path = from_breakpoint(*self.knots[i][k][:7])
         if t == self.until[i][k]:
-            by_state, by_drag = (found[k] for found in self.jacobians[i])
+            by_state, by_friction = (found[k] for found in self.jacobians[i])
         else:
             row = np.array(self.knots[i][k])
-            by_state, by_drag = self.surface.jacobian(row, np.array(t - path.t))
-        moved = by_state @ change
-        if self.drag is not None:
-            moved += by_drag * self.drag
+            by_state, by_friction = self.surface.jacobian(row, np.array(t - path.t))
+        moved = by_state @ change + by_friction @ self.rubs
         return (*motion_at(path, t), path.ax, path.ay), moved
 
     def _come_to(self, i: int, t: float) -> None:

@@ -63,6 +63,12 @@ class Pieces(NamedTuple):
         """Tell which of them move."""
         return np.asarray(self.start[:, 3:5].any(axis=1))
 
+    @property
+    def bends(self) -> Mask:
+        """Tell which of them are no straight lines, as of balls that slide before they roll."""
+        vx, vy, ax, ay = self.start[:, 3:7].T
+        return np.asarray(np.abs(vx * ay - vy * ax) > BLUR * (np.abs(vx * ay) + np.abs(vy * ax)))
+
     def at(self, rows: Whole, t: Array) -> tuple[Array, Array]:
         """Return places (m) and velocities (m/s) of these pieces, each at its own time."""
         return free_motions(self.start[rows], t)
@@ -95,7 +101,7 @@ def _pieces(run: Run) -> Pieces:
         last = leaves.get(ball.id, -1.0 if ball.id in run.off else run.duration)
         ends = np.minimum(np.append(knots[1:, 0], last), last).tolist()
         pieces = zip(knots.tolist(), ends, strict=True)
-        rows += [(i, *knot, end, ball.radius, 0.0) for knot, end in pieces if knot[0] < end]
+        rows += [(i, *knot[:7], end, ball.radius, 0.0) for knot, end in pieces if knot[0] < end]
     for k, (place, radius, rim, _) in enumerate(_at_rest(run)):
         rows.append((-1 - k, 0.0, *place, *[0.0] * 4, run.duration, radius, rim))
     table = np.array(rows).reshape(-1, 11)
@@ -166,7 +172,7 @@ def _near(pieces: Pieces) -> Pairs:
 def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
     """Return pairs of these moving pieces with others that may touch.
 
-    The relative path of two pieces that move deviates from its chord by |a| T^2 / 8 at most.
+    A relative path that bends deviates from its chord by |a| T^2 / 8 at most.
     """
     own = pieces.own
     since = np.maximum(pieces.start[moving, :1], pieces.start[:, 0])
@@ -180,7 +186,8 @@ def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
     share = -(first * chord).sum(axis=1) / np.where(length > 0.0, length, 1.0)
     nearest = first + np.clip(share, 0.0, 1.0)[:, np.newaxis] * chord
     pull = np.sqrt(((pieces.start[q, 5:7] - pieces.start[p, 5:7]) ** 2).sum(axis=1))
-    bow = np.where(pieces.moves[q], pull * (until - since) ** 2 / 8.0, 0.0)
+    bends = pieces.moves[q] | pieces.bends[p]
+    bow = np.where(bends, pull * (until - since) ** 2 / 8.0, 0.0)
     blur = BLUR * (np.abs(pieces.start[p, 1:3]) + np.abs(pieces.start[q, 1:3])).sum(axis=1)
     within = (_reach(pieces, p, q) + bow) * (1.0 + BLUR) + 4.0 * blur
     near = (nearest**2).sum(axis=1) <= within**2
