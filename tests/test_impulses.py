@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 
 from pool_pymunk import Law
-from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
+from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Velocities
 from pool_pymunk.physics.impulses import Shared
 from pool_pymunk.physics.laws import LAWS, Coulomb, respond

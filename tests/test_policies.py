@@ -12,8 +12,9 @@ from scenes import largest_distance
 
 from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
 from pool_pymunk.engine import decisions, resolver
-from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
+from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law

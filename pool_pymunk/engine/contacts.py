@@ -3,12 +3,9 @@
 When a ball sets off on a new path, the engine predicts its contacts with walls and with the paths
 of other balls, and puts them in a queue (:mod:`~pool_pymunk.engine.due`). The earliest prediction
 happens next. Two things come from outside: a :class:`~pool_pymunk.engine.near.Near` tells what is
-near a ball (by boxes around paths, or by the broad phase of a pymunk space), and a
-:class:`~pool_pymunk.engine.recorder.Recorder` listens.
+near a ball, and a :class:`~pool_pymunk.engine.recorder.Recorder` listens.
 
-- *Grazing*: the distance of the centre from the path decides, in full precision, whether the path
-  hits. A path that is tangent to rounding misses a corner. On a ball, such a graze changes nothing
-  beyond rounding.
+- *Grazing*: a path that is tangent, to rounding, misses a corner.
 - *One instant*: contacts belong to one instant if their gaps are closed, to rounding, at the time
   of the first. At a corner, for example, both cushions answer.
 - *Touching*: two balls that touch and approach have a contact now. Two that recede, or that overlap
@@ -24,13 +21,12 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.balls import Balls, Motions
-from pool_pymunk.engine.due import Due, Hit, Look, PairHit, Queue, Stop, WallHit, hit_of
+from pool_pymunk.engine.due import Due, Hit, Queue, What, hit_of
 from pool_pymunk.engine.instant import Instant, velocities
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.persistent import PersistentContacts
-from pool_pymunk.engine.policies import Exact, Policy, Variant
-from pool_pymunk.engine.recorder import Motion, Recorder
+from pool_pymunk.engine.policies import Errors, Policy, Variant
+from pool_pymunk.engine.recorder import Motions, Recorder
 from pool_pymunk.engine.resolver import (
     HIT,
     MICRO,
@@ -40,13 +36,12 @@ from pool_pymunk.engine.resolver import (
     cushion_pushes,
     distinct,
 )
-from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE, NOT_MET, Path, motion_at, pair_time
-from pool_pymunk.physics.sides import Wall
+from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import Surface
-
-__all__ = ["ContactEngine", "Motion", "Recorder"]
 
 
 class Tally:
@@ -62,34 +57,64 @@ class Tally:
         return self.unlisted >= self.most_unlisted
 
 
-class ContactEngine(Balls):
-    """The contact engine knows what happens to the balls next, and lets it happen."""
+class ContactEngine:
+    """The contact engine knows what happens to the balls next, and lets it happen.
+
+    ``noises`` (m/s) tells how much of each ball's velocity may be rounding. ``rested`` (s) is since
+    when a ball rests; it is infinite for a ball that moves. ``is_finite`` is False once a ball is
+    lost: within one rounding error of the time it travels more than ``LOST`` radii, so that contact
+    times mean nothing, or a number has overflowed.
+    """
 
     near: Near
 
     def __init__(
         self, law: Law, pair: Callable[[int, int], Pair], surface: Surface, recorder: Recorder
     ) -> None:
-        super().__init__(pair, surface)
+        self.pair = pair
+        self.surface = surface
+        self.recorder = recorder
+        self.now = 0.0
+        self.is_finite = True
+        self.walls: list[Wall] = []
+        self.paths: list[Path] = []
+        self.radii: list[float] = []
+        self.masses: list[float] = []
+        self.speeds: list[float] = []  # m/s, the highest on the paths
+        self.noises: list[float] = []
+        self.rested: list[float] = []
+        self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
+        self.ends: list[float] = []  # the time (s) until which each path is looked at
         persistent = PersistentContacts(self.paths, self.radii, surface.pull)
         self.resolver = Resolver(law, persistent, self.noises)
         self.history = persistent.history
-        self.recorder = recorder
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
-        self.policy: Policy = Policy(Exact())
+        self.policy = Policy(Errors())
         self._told: tuple[Answer, ...] = ()  # that of the contact of which the recorder is told
 
     # -- setting up ----------------------------------------------------------------------------
 
+    def add_ball(self, path: Path, radius: float, mass: float) -> int:
+        """Put a ball on the table, and return its number."""
+        self.paths.append(path)
+        self.radii.append(radius)
+        self.masses.append(mass)
+        self.rested.append(math.inf if path.moves else -math.inf)
+        for numbers in (self.speeds, self.noises, self.path_ends, self.ends):
+            numbers.append(math.inf)
+        self._begin(len(self.paths) - 1, path, NOISE * path.fastest)
+        return len(self.paths) - 1
+
     def vary(self, variant: Variant, measures: bool, touch: bool = True) -> None:
         """Play this variant of the run, whose policy looks at what may ``touch`` at the start."""
         self.policy = variant.policy(self.resolver, measures)
-        if touch and self.is_finite:
-            self.policy.begin(self)
+        for i, path in enumerate(self.paths if touch and self.is_finite else ()):
+            if path.moves:
+                self.policy.begin(self, self.touching((), [i]))
 
     def remove(self, i: int, at: Vector | None = None) -> None:
         """Take ball ``i`` off the table, and let it lie where it is, or ``at`` a place (m)."""
@@ -123,13 +148,13 @@ class ContactEngine(Balls):
                 for wall in self.near.walls(i):
                     t = walls[wall].time_of_contact(path, radius, now)
                     if t < math.inf:
-                        push(t, WallHit(i, wall))
+                        push(t, What("wall", i, wall))
                         if t < end:
                             end = t
                 if end < math.inf:
                     end += decisions.nearly_now(radius, self.speeds[i])
                 elif path.end < math.inf:
-                    push(path.end, Stop(i))
+                    push(path.end, What("stop", i))
             self.path_ends[i] = end
         self._look_ahead(balls)
 
@@ -141,7 +166,7 @@ class ContactEngine(Balls):
             horizon = near.horizon(path, self.now)
             if horizon < end and horizon < path.end:
                 end = horizon
-                self.push(end, Look(i))
+                self.push(end, What("look", i))
             self.ends[i] = end
             near.begin(i, path, self.radii[i], self.now, end)
         done: set[int] = set()
@@ -152,11 +177,7 @@ class ContactEngine(Balls):
             done.add(i)
 
     def meet(self, i: int, j: int, just_missed: bool = False) -> None:
-        """Predict when two balls meet on their present paths.
-
-        Balls in a persistent contact that close faintly, or that have just missed each other by
-        rounding, meet a contact time later.
-        """
+        """Predict when two balls meet; if they close faintly or ``just_missed``, it is later."""
         if i > j:
             i, j = j, i
         a, b, radii, since = self.paths[i], self.paths[j], self.radii, self.now
@@ -172,25 +193,21 @@ class ContactEngine(Balls):
         t = pair_time(a, b, radii[i] + radii[j], since, until, lasting, noise)
         if t == math.inf:
             return
-        waits = t <= since and lasting.time > 0.0
-        if waits and (just_missed or self._is_faint(PairHit(i, j), lasting.faint)):
-            t = since + lasting.time
-            if t > min(until, max(a.end, b.end)):
+        hit, waits = What("pair", i, j), just_missed
+        if t <= since and lasting.time > 0.0:
+            if lasting.faint > 0.0 and not just_missed:
+                motions, [contact] = self.contacts([hit])
+                waits = closing_speed(contact, velocities(motions)) < lasting.faint
+            t = since + lasting.time if waits else t
+            if waits and t > min(until, max(a.end, b.end)):
                 return
-        self.push(t, PairHit(i, j))
-
-    def _is_faint(self, hit: Hit, faint: float) -> bool:
-        """Tell whether two balls that touch close more slowly than ``faint`` (m/s)."""
-        if faint == 0.0:
-            return False
-        motions, [contact] = self.contacts([hit])
-        return closing_speed(contact, velocities(motions)) < faint
+        self.push(t, hit)
 
     def meet_wall(self, i: int, wall: int) -> float:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
         if t < math.inf:
-            self.push(t, WallHit(i, wall))
+            self.push(t, What("wall", i, wall))
         return t
 
     def _meet_later(self, missed: Iterable[Contact]) -> None:
@@ -220,7 +237,7 @@ class ContactEngine(Balls):
         if t > self.now:
             self.now = t
         if what.kind == "look":
-            self._look_ahead(what[:1])
+            self._look_ahead((what.i,))
             return
         self.tally.answered += 1
         if what.kind == "stop":
@@ -275,8 +292,8 @@ class ContactEngine(Balls):
         """Let pockets take balls in, and return the contacts of those still on the table."""
         walls, gone = self.walls, dict[int, Wall]()
         for hit in hits:
-            if hit.kind == "wall" and walls[hit.wall].center is not None:
-                gone[hit.i] = walls[hit.wall]
+            if hit.kind == "wall" and walls[hit.j].center is not None:
+                gone[hit.i] = walls[hit.j]
         if not gone:
             return hits
         for i, wall in gone.items():
@@ -285,10 +302,49 @@ class ContactEngine(Balls):
             self.remove(i, wall.center)
             assert wall.center is not None, "it is a pocket"
             self.recorder.pocketed(i, wall.number, self.now, motion, wall.center)
-        self.instant.leave_out(gone)
+        met = self.instant.met
+        self.instant.met = {hit: None for hit in met if gone.keys().isdisjoint(hit.balls)}
         return [hit for hit in hits if gone.keys().isdisjoint(hit.balls)]
 
     # -- contacts --------------------------------------------------------------------------------
+
+    def motions(self, hits: Iterable[Hit]) -> Motions:
+        """Return how the balls of these hits move now."""
+        paths, now = self.paths, self.now
+        return {i: motion_at(paths[i], now) for hit in hits for i in hit.balls}
+
+    def contact(self, hit: Hit, motions: Motions) -> Contact:
+        """Return the contact of two balls, or of a ball and a wall."""
+        i = hit.i
+        x, y, _, _ = motions[i]
+        r = self.radii[i]
+        if hit.kind == "wall":
+            wall = self.walls[hit.j]
+            nx, ny = normal = wall.nearest(x, y, r).normal(x, y)
+            pair = Pair(self.masses[i], math.inf, wall.restitution, wall.friction)
+            return Contact(i, NO_BALL, normal, pair, wall.number, (x - r * nx, y - r * ny))
+        bx, by, _, _ = motions[hit.j]
+        nx, ny = normal = unit(bx - x, by - y)
+        return Contact(i, hit.j, normal, self.pair(i, hit.j), None, (x + r * nx, y + r * ny))
+
+    def gap(self, hit: Hit, motions: Motions) -> float:
+        """Return the distance (m) between two surfaces; it is negative where they overlap."""
+        x, y, _, _ = motions[hit.i]
+        r = self.radii[hit.i]
+        if hit.kind == "wall":
+            return self.walls[hit.j].nearest(x, y, r).gap(x, y, r)
+        dx, dy = motions[hit.j][0] - x, motions[hit.j][1] - y
+        return math.sqrt(dx * dx + dy * dy) - r - self.radii[hit.j]
+
+    def is_closed(self, hit: Hit, motions: Motions, times: float = 1.0) -> bool:
+        """Tell whether a gap is closed, to rounding, or no more than this many times wider."""
+        x, y, _, _ = motions[hit.i]
+        reach = self.radii[hit.i] + (self.radii[hit.j] if hit.kind == "pair" else 0.0)
+        return decisions.is_closed(self.gap(hit, motions) / times, x, y, reach)
+
+    def noise(self, balls: Iterable[int]) -> float:
+        """Return how much of these balls' velocities (m/s) may be rounding."""
+        return max([self.noises[i] for i in balls])
 
     def contacts(
         self, hits: Collection[Hit], with_gaps: bool = False
@@ -297,10 +353,15 @@ class ContactEngine(Balls):
         motions = self.policy.errors.places(self.motions(hits), self.now)
         found = [self.contact(hit, motions) for hit in hits]
         if with_gaps:
-            closes = self.policy.closes
-            gaps = [0.0 if closes(hit, self.now) else self.known_gap(hit, motions) for hit in hits]
+            gaps = [self._known_gap(hit, motions) for hit in hits]
             found = [each._replace(gap=gap) for each, gap in zip(found, gaps, strict=True)]
         return motions, distinct(found) if len(found) > 1 else found
+
+    def _known_gap(self, hit: Hit, motions: Motions) -> float:
+        """Return a gap (m), or 0 where rounding hides it or the policy takes it as closed."""
+        (x, y, _, _), gap = motions[hit.i], self.gap(hit, motions)
+        is_known = gap > 2.0 * EPSILON * (abs(x) + abs(y) + self.radii[hit.i])
+        return gap if is_known and not self.policy.closes(hit, self.now) else 0.0
 
     def touching(self, hits: Iterable[Hit], balls: Iterable[int] = ()) -> list[Hit]:
         """Return these hits, and what touches their balls or the others now, and so on."""
@@ -311,15 +372,13 @@ class ContactEngine(Balls):
                 if j < 0 and self.walls[-1 - j].is_pocket:
                     continue
                 hit = hit_of(i, j)
-                if hit not in found and self._touches(hit):
+                if hit in found:
+                    continue
+                is_closed = self.is_closed(hit, self.motions([hit]), decisions.NEARLY_CLOSED)
+                if is_closed or self.policy.closes(hit, self.now):
                     found[hit] = None
                     balls += [k for k in hit.balls if k not in balls]
         return list(found)
-
-    def _touches(self, hit: Hit) -> bool:
-        """Tell whether two sides touch now, or nearly so."""
-        is_closed = self.is_closed(hit, self.motions([hit]), decisions.NEARLY_CLOSED)
-        return is_closed or self.policy.closes(hit, self.now)
 
     def _answer(self, hits: Collection[Hit]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""
@@ -345,10 +404,12 @@ class ContactEngine(Balls):
         i = max(before, key=self.speeds.__getitem__)
         path = self.paths[i]
         length = decisions.instant(self.now, path.x, path.y, self.radii[i], self.speeds[i])
+        if self.now - self.instant.began > length:
+            self.instant = Instant(self.now)
         instant = self.instant
-        if self.now - instant.began > length:
-            instant.begin(self.now)
-        instant.add(hits, before)
+        instant.rounds += 1
+        instant.met |= dict.fromkeys(hits)
+        instant.before = {**before, **instant.before}
         return instant
 
     def answer_cluster(self, closing: Collection[Contact]) -> None:
@@ -358,18 +419,22 @@ class ContactEngine(Balls):
         closing = cluster.first or closing
         velocity, order, is_played_out = cluster.velocity, cluster.order, False
         while closing and not is_played_out and not self.is_over and self.is_finite:
-            is_played_out = cluster.has_many_hits and self.resolver.loses_speed(cluster.contacts)
+            has_many_hits = cluster.hits > decisions.LISTED  # They may have no end.
+            is_played_out = has_many_hits and self.resolver.loses_speed(cluster.contacts)
             if is_played_out:
                 resolution, collapse = self.resolver.play_out(order.left(), velocity)
                 self.recorder.no_end(cluster.contacts, collapse, self.now)
             else:
-                resolution = self.resolver.resolve(list(closing), cluster.moving(closing), self.now)
+                moving = {i: velocity[i] for contact in closing for i in contact.balls}
+                resolution = self.resolver.resolve(list(closing), moving, self.now)
             self._carry_out(resolution, cluster.motions)
             cluster.take(resolution, self.paths)
             closing = order.next(velocity, self.noise(velocity)) if resolution.velocity else []
-        self.instant.start_over()
+        self.instant.rounds = 0
+        self.instant.met.clear()
         self.predict(cluster.changed)
-        self._meet_later(cluster.left_to_meet())
+        unmoved = [c for c in cluster.missed if cluster.changed.keys().isdisjoint(c.balls)]
+        self._meet_later(unmoved)
 
     # -- what follows ----------------------------------------------------------------------------
 
@@ -404,8 +469,11 @@ class ContactEngine(Balls):
                 self.recorder.contact(answer.contact, self.now)
         tally.unlisted += tally.listed == listed
         for answer in resolution.answers:
-            if answer.kind == MICRO:
-                self._revoke_stops(answer)
+            for i in answer.contact.balls if answer.kind == MICRO else ():
+                if answer.last <= self.rested[i] < math.inf:  # This ball was not at rest.
+                    tally.listed -= 1
+                    self.recorder.stop_revoked(i, self.rested[i])
+                    self.rested[i] = math.inf
             for note in answer.notes:
                 getattr(self.recorder, note)(answer.contact, self.now)
 
@@ -418,11 +486,3 @@ class ContactEngine(Balls):
         self.tally.listed += 1
         self.rested[i] = t
         self.recorder.stop(i, t, position)
-
-    def _revoke_stops(self, answer: Answer) -> None:
-        """Revoke stops between two micro-collisions of a pair: these balls are not at rest."""
-        for i in answer.contact.balls:
-            if answer.last <= self.rested[i] < math.inf:
-                self.tally.listed -= 1
-                self.recorder.stop_revoked(i, self.rested[i])
-                self.rested[i] = math.inf

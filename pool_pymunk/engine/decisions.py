@@ -19,9 +19,7 @@ LISTED = 100  # After this many hits more they are taken to have no end, and not
 LEFT = 64.0 * EPSILON  # Hits without end leave closing speeds of this share of the speeds.
 PILE = 20  # After this many collapses of more than two contacts, balls are a pile,
 MOST_IN_PILE = 200  # and at most this many hits of each collapse are played.
-# After this many instants whose order matters, no more are measured: the variants of the run that
-# show what it decides have other orders at every instant.
-DOUBTS = 10
+DOUBTS = 10  # After this many instants whose order matters, variants of the run show what it does.
 MOST_IN_ORDER = 200  # This many hits of one instant come in the order of their gaps.
 MOST_OTHER = 1_000  # This many hits are played in another order; if they go on, it tells nothing.
 # Outcomes of one instant are the same, to rounding, if they differ by this share of the speeds for
@@ -46,21 +44,14 @@ def is_closed(gap: float, x: float, y: float, reach: float) -> bool:
 
 
 def is_hit(closing: float, noise: float, least: float) -> bool:
-    """Tell whether two sides that touch hit each other.
-
-    They do not if their closing speed (m/s) may be rounding. They do not either if it is less than
-    ``BARELY`` times the least bounce of a persistent contact: then they get nearer until it is
-    more.
-    """
+    """Tell whether two sides that touch hit each other, and do not get nearer until they do."""
     return closing > max(noise, BARELY * least)
 
 
 def contact_time(since_met: float, left: float, radius: float, pull: float, many: bool) -> float:
-    """Return how long (s) one contact lasts, for two balls that friction presses together.
+    """Return how long (s) one contact of balls lasts that met and have some time (s) left.
 
-    ``since_met`` (s) is the time since they met, ``left`` (s) is the time until both rest, and
-    ``radius`` (m) is the smaller one. The contact time is so short that the balls sink into each
-    other by ``DEEPEST`` radii at most, at this ``pull`` (m/s^2) of surface friction. After ``many``
+    They sink into each other by ``DEEPEST`` radii at most, at this ``pull`` (m/s^2). After ``many``
     hits it is not much shorter, because other balls push these two on whenever they would rest.
     """
     shallow = math.sqrt(4.0 * DEEPEST * radius / pull)
@@ -68,24 +59,11 @@ def contact_time(since_met: float, left: float, radius: float, pull: float, many
     return min(max(CONTACT_TIME * max(since_met, left), least), shallow)
 
 
-def faint(since_last: float, contact_time: float, pull: float) -> float:
-    """Return the closing speed (m/s) below which balls that hit a moment ago (s) hit later.
-
-    It is a small share of the speed that surface friction gives in a contact time (s), so balls in
-    a cluster do not hit each other again and again for nothing.
-    """
-    return FAINT * pull * contact_time if since_last < contact_time / 2.0 else 0.0
-
-
-def sinks(least: float, contact_time: float, x: float, y: float, radius: float) -> bool:
-    """Tell whether the least bounce brings balls nearer in a contact time, beyond rounding."""
-    return least * contact_time > 64.0 * EPSILON * (abs(x) + abs(y) + radius)
-
-
 def least_parting(a: Path, b: Path, now: float, contact_time: float, radius: float) -> float:
-    """Return the least bounce (m/s) of two balls that have met; 0 if it moves nothing."""
+    """Return the least bounce (m/s) of two balls that have met; 0 if it moves them by rounding."""
     least = least_bounce(a, b, now, contact_time)
-    return least if sinks(least, contact_time, a.x, a.y, radius) else 0.0
+    rounding = 64.0 * EPSILON * (abs(a.x) + abs(a.y) + radius)
+    return least if least * contact_time > rounding else 0.0
 
 
 def noise_after(fastest: float, noise: float) -> float:
@@ -101,11 +79,6 @@ def lasts(since_last: float, contact_time: float) -> bool:
 def is_micro(closing: float, contact_time: float, pull: float) -> bool:
     """Tell whether friction alone can make two balls close so fast in one contact time."""
     return closing <= 2.0 * pull * contact_time
-
-
-def bounce(restitution: float, closing: float, least: float) -> float:
-    """Return the restitution, at most 1, at which two balls part at the least bounce or faster."""
-    return max(restitution, min(least / closing, 1.0))
 
 
 def instant(now: float, x: float, y: float, radius: float, speed: float) -> float:

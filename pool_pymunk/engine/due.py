@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from heapq import heapify, heappop, heappush
+from heapq import heappop, heappush
 from typing import Literal, NamedTuple
 
 from pool_pymunk.physics.path import Path
@@ -15,48 +15,23 @@ from pool_pymunk.physics.path import Path
 SHORT = 1000  # A shorter queue is not looked through for void predictions: that takes 0.1 ms.
 
 
-class PairHit(NamedTuple):
-    """Two balls meet; ``i`` is the lower number."""
+class What(NamedTuple):
+    """An event of ball ``i`` has a kind, and of a hit ``j`` is the higher ball, or the wall.
 
+    At a "stop" the ball comes to rest, at a "look" it comes to where its path was last looked at.
+    """
+
+    kind: Literal["pair", "wall", "stop", "look"]
     i: int
-    j: int
-    kind: Literal["pair"] = "pair"
+    j: int = -1
 
     @property
     def balls(self) -> tuple[int, ...]:
-        """The numbers of the balls."""
-        return self[:2]
+        """The numbers of the balls, one or two."""
+        return self[1:] if self.kind == "pair" else self[1:2]
 
 
-class WallHit(NamedTuple):
-    """A ball meets a wall, or comes to a pocket."""
-
-    i: int
-    wall: int
-    kind: Literal["wall"] = "wall"
-
-    @property
-    def balls(self) -> tuple[int, ...]:
-        """The number of the ball, alone in a tuple."""
-        return self[:1]
-
-
-class Stop(NamedTuple):
-    """A ball comes to rest."""
-
-    i: int
-    kind: Literal["stop"] = "stop"
-
-
-class Look(NamedTuple):
-    """A ball comes to where its path was last looked at."""
-
-    i: int
-    kind: Literal["look"] = "look"
-
-
-Hit = PairHit | WallHit
-What = PairHit | WallHit | Stop | Look
+Hit = What  # one of two balls, or on a wall
 Due = tuple[float, int, What, Path, Path]  # when (s), in which order, what, on which paths
 
 
@@ -64,11 +39,9 @@ def hit_of(i: int, j: int) -> Hit:
     """Return the hit of a ball on another one, or on the wall of number -1 - ``j``.
 
     >>> hit_of(2, 1).balls, hit_of(2, -1)
-    ((1, 2), WallHit(i=2, wall=0, kind='wall'))
+    ((1, 2), What(kind='wall', i=2, j=0))
     """
-    if j < 0:
-        return WallHit(i, -1 - j)
-    return PairHit(i, j) if i < j else PairHit(j, i)
+    return What("wall", i, -1 - j) if j < 0 else What("pair", min(i, j), max(i, j))
 
 
 class Queue(list[Due]):
@@ -91,10 +64,8 @@ class Queue(list[Due]):
 
     def take_until(self, latest: float) -> Iterator[Due]:
         """Take out what is due up to ``latest`` (s) and not void."""
-        while self and self[0][0] <= latest:
-            due = heappop(self)
-            if self._is_current(due):
-                yield due
+        while self.upcoming() <= latest and self:
+            yield heappop(self)
 
     def upcoming(self) -> float:
         """Return the time (s) at which something is due next; infinite if nothing is."""
@@ -106,14 +77,10 @@ class Queue(list[Due]):
             heappop(self)
         return math.inf
 
-    def _is_current(self, due: Due) -> bool:
-        _, _, what, path, other = due
-        paths = self.paths
-        return paths[what.i] is path and (what.kind != "pair" or paths[what.j] is other)
-
     def _leave_out_void(self) -> None:
         """Leave out what is void or twice there; then the queue may double its length."""
-        current = [due for due in self if self._is_current(due)]
-        self[:] = {(due[0], due[2]): due for due in sorted(current, reverse=True)}.values()
-        heapify(self)
+        first = dict[tuple[float, What], Due]()
+        for due in self.take_until(math.inf):
+            first.setdefault((due[0], due[2]), due)
+        self[:] = first.values()  # What is sorted is a heap.
         self.full = max(SHORT, 2 * len(self))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -20,10 +20,9 @@ class Near(Protocol):
     """A Near tells the engine which balls and walls a ball may meet on its path.
 
     It may name some more than the ball meets, but never fewer. The engine first calls ``walls``,
-    then ``horizon``, then ``begin``: it looks at the ball's path from ``since`` until ``end`` (s;
-    infinite for a path that nothing ends). ``horizon`` tells how far (s) to look at most.
-    ``touching`` names the balls, and as -1 - their number the walls, that the ball may touch now.
-    The engine calls ``remove`` when the ball is taken off the table.
+    then ``horizon``, which tells how far (s) to look at most, then ``begin``: it looks at the path
+    from ``since`` until ``end`` (s; infinite if nothing ends it). ``touching`` names the balls, and
+    as -1 - their number the walls, that the ball may touch now.
     """
 
     def walls(self, i: int) -> Iterable[int]: ...
@@ -91,7 +90,7 @@ class Boxes:
     """There is a box around each ball's path; these few boxes are looked through one by one."""
 
     def __init__(self, balls: int, walls: int) -> None:
-        self.boxes: list[Box] = [NOWHERE] * balls
+        self.boxes: Any = [NOWHERE] * balls
         self.every_wall = range(walls)
         self.ahead = math.inf  # m; so far is a path looked at
 
@@ -135,17 +134,11 @@ class ManyBoxes(Boxes):
 
     def __init__(self, balls: int, walls: int) -> None:
         super().__init__(balls, walls)
-        self.bounds = np.array([NOWHERE] * balls).T.copy()
-
-    def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
-        self.bounds[:, i] = box(path, radius, since, end)
-
-    def remove(self, i: int) -> None:
-        self.bounds[:, i] = NOWHERE
+        self.boxes = np.array([NOWHERE] * balls).reshape(-1, 4).T.copy().T
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        x0, y0, x1, y1 = self.bounds[:, i].tolist()
-        low_x, low_y, high_x, high_y = self.bounds
+        x0, y0, x1, y1 = self.boxes[i].tolist()
+        low_x, low_y, high_x, high_y = self.boxes.T
         near = (low_x <= x1) & (high_x >= x0) & (low_y <= y1) & (high_y >= y0)
         near[i] = False
         return np.flatnonzero(near).tolist()

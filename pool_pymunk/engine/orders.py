@@ -14,8 +14,7 @@ from random import Random
 from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.balls import Motions
-from pool_pymunk.engine.recorder import Doubt
+from pool_pymunk.engine.recorder import Doubt, Motions
 from pool_pymunk.engine.resolver import Resolver
 from pool_pymunk.physics.collapse import Order, fastest
 from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_speed
@@ -57,24 +56,27 @@ class Doubts:
         self.spread = 0.0  # m/s; the largest one of the run
         self.count = 0  # instants whose order was found to matter
 
-    def doubt(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Doubt:
+    def doubt(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Doubt | None:
         """Return what the order decides in which the contacts of one instant come.
 
-        All patterns of gaps are played from the velocities ``before`` (m/s). Strong friction may
-        wedge a ball between two others, so that tiny closing speeds grow from hit to hit. So what
-        the hits leave gets tiny changes, to see whether these grow.
+        Strong friction may wedge a ball between two others, so that tiny closing speeds grow from
+        hit to hit. So what the hits leave gets tiny changes, too, to see whether these grow.
         """
         closing = [closing_speed(contact, before) for contact in contacts]
         if len(contacts) < 2 or self.count >= decisions.DOUBTS:
-            return Doubt()
+            return None
         if self.spread > 0.0 and 4.0 * max(closing) <= self.spread:
-            return Doubt()  # They cannot spread farther than is known already.
+            return None  # They cannot spread farther than is known already.
         first = self._outcome(closed(contacts), before)
         take_turns = len(contacts) == 2 and min(closing) <= 0.0
         found = [] if take_turns else self._other_outcomes(first, contacts, before)
-        found += self._unstable(first, contacts, KICK * fastest(before))
+        kick = KICK * fastest(before)
+        for number in range(KICKS):
+            other = self._outcome(closed(contacts), kicked(first.velocity, kick, number))
+            if first.off(other) > GROWS * kick:
+                found.append((other, UNSTABLE))
         if not found:
-            return Doubt()
+            return None
         far = sorted(((first.off(other), pattern) for other, pattern in found), reverse=True)
         self.spread, self.count = max(self.spread, far[0][0]), self.count + 1
         return Doubt(far[0][0], tuple(pattern for _, pattern in far))
@@ -91,14 +93,6 @@ class Doubts:
             if other.is_over and all(each.off(other) > rounding for each in known):
                 found.append((other, pattern))
         return found
-
-    def _unstable(
-        self, first: Outcome, contacts: Sequence[Contact], kick: float
-    ) -> list[tuple[Outcome, int]]:
-        """Return outcomes in which a tiny change (m/s) of what the first one leaves has grown."""
-        tries = [kicked(first.velocity, kick, number) for number in range(KICKS)]
-        found = [self._outcome(closed(contacts), velocity) for velocity in tries]
-        return [(each, UNSTABLE) for each in found if first.off(each) > GROWS * kick]
 
     def _outcome(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
         """Play the contacts in the order of their gaps; after ``MOST_IN_ORDER`` all are closed."""

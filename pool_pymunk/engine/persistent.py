@@ -1,9 +1,8 @@
 """Persistent contacts are those of balls that surface friction presses together.
 
-Two moving balls that friction presses together would touch without end. They hit each other once in
-a contact time instead, in micro-collisions (:mod:`pool_pymunk.engine.decisions`). These are not
-listed as events; a warning names the balls. The error is of second order in the contact time for
-two balls, and of first order for a cluster.
+They would touch without end. Instead they hit each other once in a contact time, in
+micro-collisions (:mod:`pool_pymunk.engine.decisions`), which are no events; a warning names the
+balls. The error is of second order in the contact time for two balls, of first for a cluster.
 """
 
 from __future__ import annotations
@@ -21,27 +20,19 @@ Two = tuple[int, int]  # the numbers of two balls, the lower one first
 
 
 class History(NamedTuple):
-    """A history holds the time (s) at which two balls met, and the time of their last hit.
+    """A history tells when two balls met, after which they were not apart for long."""
 
-    Balls that have been apart for more than ``WINDOW`` contact times meet anew. ``hits`` counts
-    their micro-collisions.
-    """
-
-    met: float
-    last: float
-    hits: int
+    met: float  # s
+    last: float  # s; the time of their last hit
+    hits: int  # micro-collisions
 
 
 class Stage(NamedTuple):
-    """A stage says how far a persistent contact has come when its balls touch again.
+    """A stage says how far a persistent contact has come when its balls touch again."""
 
-    ``least`` (m/s) is the least bounce; slower closing than ``faint`` (m/s) is no hit yet. ``past``
-    is None for balls that meet anew. Of others, the hit may be only a micro-collision.
-    """
-
-    least: float = 0.0
-    faint: float = 0.0
-    past: History | None = None
+    least: float = 0.0  # m/s; the least bounce
+    faint: float = 0.0  # m/s; slower closing is no hit yet
+    past: History | None = None  # None for balls that meet anew
     is_micro: bool = False
 
 
@@ -68,14 +59,13 @@ class PersistentContacts:
         past = self.history.get((i, j))
         if past is None:
             return NOT_MET
-        paths, radii = self.paths, self.radii
-        left = max(paths[i].end, paths[j].end) - now
-        radius = min(radii[i], radii[j])
+        left = max(self.paths[i].end, self.paths[j].end) - now
+        radius = min(self.radii[i], self.radii[j])
         many = past.hits > decisions.MANY_TIMES
         time = decisions.contact_time(now - past.met, left, radius, self.pull, many) * self.longer
-        if not many:
-            return Lasting(time)
-        return Lasting(time, decisions.faint(now - past.last, time, self.pull))
+        # In a cluster, balls that hit a moment ago do not hit each other again for nothing.
+        is_soon = many and now - past.last < time / 2.0
+        return Lasting(time, decisions.FAINT * self.pull * time if is_soon else 0.0)
 
     def is_pressed(self, pair: Two, now: float) -> bool:
         """Tell whether two balls are in persistent contact."""

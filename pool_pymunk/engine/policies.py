@@ -9,10 +9,10 @@ from collections.abc import Collection, Sequence
 from random import Random
 from typing import TYPE_CHECKING, NamedTuple
 
-from pool_pymunk.engine.balls import Motions
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.instant import Cluster, velocities
 from pool_pymunk.engine.orders import Doubts, moved, with_gaps
+from pool_pymunk.engine.recorder import Motions
 from pool_pymunk.engine.resolver import Resolver, distinct
 from pool_pymunk.physics.contact import Vector, Velocities
 from pool_pymunk.physics.motion import EPSILON
@@ -25,56 +25,38 @@ if TYPE_CHECKING:
 class Variant(NamedTuple):
     """A variant of a run shows what policies and rounding decide.
 
-    With ``longer``, persistent contacts take that many times as long, a slip that only rounding
-    knows counts as slip, and balls that press on each other touch when another one hits them. With
-    ``gaps``, contacts of one instant have the gaps of the pattern of that number
-    (:mod:`~pool_pymunk.engine.orders`). With a ``seed``, places at contacts and new velocities have
-    random errors of the size of rounding. With ``opened``, balls that touch at the start have tiny
-    gaps, other ones for each number (:mod:`pool_pymunk.solvers.frozen`).
+    With ``longer``, a slip that only rounding knows counts as slip, too, and balls that press on
+    each other touch when another one hits them.
     """
 
-    longer: float | None = None
-    gaps: int | None = None
-    seed: int | None = None
-    opened: int | None = None
+    longer: float | None = None  # times the contact time of persistent contacts
+    gaps: int | None = None  # the pattern of gaps of contacts of one instant (engine/orders.py)
+    seed: int | None = None  # of random errors of places and velocities, of the size of rounding
+    opened: int | None = None  # of tiny gaps of what touches at the start (solvers/frozen.py)
 
     def policy(self, resolver: Resolver, measures: bool = False) -> Policy:
         """Return the policy of this variant; that of the run itself may measure other orders."""
-        errors = Exact() if self.seed is None else Rounding(self.seed)
+        errors = Errors(self.seed)
         if self.gaps is not None:
             return InOrder(errors, self.gaps)
         if self.longer is not None:
             return Otherwise(errors, resolver, self.longer)
-        is_itself = measures and self == AS_IT_IS
-        return Measuring(errors, resolver) if is_itself else Policy(errors)
+        return Measuring(errors, resolver) if measures and self == AS_IT_IS else Policy(errors)
 
 
 AS_IT_IS = Variant()
 
 
-class Exact:
-    """Places and velocities are those that the engine has found."""
+class Errors:
+    """Places and velocities have random errors of the size of rounding; without a seed, none."""
+
+    def __init__(self, seed: int | None = None) -> None:
+        self.random = None if seed is None else Random(seed)
 
     def places(self, motions: Motions, now: float) -> Motions:
         """Return the motions of balls at a contact."""
-        return motions
-
-    def velocity(self, velocity: Vector, noise: float) -> Vector:
-        """Return a new velocity (m/s), of which ``noise`` may be rounding."""
-        return velocity
-
-    def widened(self, motions: Motions) -> Motions:
-        """Return motions whose places are off as small gaps put them."""
-        return motions
-
-
-class Rounding(Exact):
-    """Places and velocities have random errors of the size of rounding."""
-
-    def __init__(self, seed: int) -> None:
-        self.random = Random(seed)
-
-    def places(self, motions: Motions, now: float) -> Motions:
+        if self.random is None:
+            return motions
         found = {}
         for i, (x, y, vx, vy) in motions.items():
             late = self._error(now)
@@ -82,27 +64,30 @@ class Rounding(Exact):
         return found
 
     def velocity(self, velocity: Vector, noise: float) -> Vector:
-        if velocity == (0.0, 0.0):
+        """Return a new velocity (m/s), of which ``noise`` may be rounding."""
+        if self.random is None or velocity == (0.0, 0.0):
             return velocity
         fastest, (vx, vy) = noise / NOISE, velocity
         return vx + self._error(fastest), vy + self._error(fastest)
 
     def widened(self, motions: Motions) -> Motions:
-        return moved(motions, self.random)
+        """Return motions whose places are off as small gaps put them."""
+        return motions if self.random is None else moved(motions, self.random)
 
     def _error(self, number: float) -> float:
         """Return a random rounding error of a number."""
-        return 0.5 * EPSILON * number * self.random.uniform(-1.0, 1.0)
+        share = self.random.uniform(-1.0, 1.0) if self.random is not None else 0.0
+        return 0.5 * EPSILON * number * share
 
 
 class Policy:
     """This policy is that of the run itself."""
 
-    def __init__(self, errors: Exact) -> None:
+    def __init__(self, errors: Errors) -> None:
         self.errors = errors
 
-    def begin(self, engine: ContactEngine) -> None:
-        """Look at what touches at the start and moves."""
+    def begin(self, engine: ContactEngine, hits: Sequence[Hit]) -> None:
+        """Look at what touches at the start, around a ball that moves."""
 
     def look(self, engine: ContactEngine) -> None:
         """Look at the contacts of this instant, whose order is in doubt."""
@@ -123,14 +108,12 @@ class Policy:
 class Measuring(Policy):
     """This policy is that of the run itself, and measures once an instant what order decides."""
 
-    def __init__(self, errors: Exact, resolver: Resolver) -> None:
+    def __init__(self, errors: Errors, resolver: Resolver) -> None:
         super().__init__(errors)
         self.doubts = Doubts(resolver)
 
-    def begin(self, engine: ContactEngine) -> None:
-        for i, path in enumerate(engine.paths):
-            if path.moves:
-                self._measure(engine, engine.touching((), [i]), {})
+    def begin(self, engine: ContactEngine, hits: Sequence[Hit]) -> None:
+        self._measure(engine, hits, {})
 
     def look(self, engine: ContactEngine) -> None:
         instant = engine.instant
@@ -140,16 +123,15 @@ class Measuring(Policy):
 
     def _measure(self, engine: ContactEngine, hits: Sequence[Hit], before: Velocities) -> None:
         motions, contacts = engine.contacts(hits)
-        if len(contacts) > 1:
-            doubt = self.doubts.doubt(contacts, {**velocities(motions), **before})
-            if doubt.orders:
-                engine.recorder.order_unknown(doubt, engine.now)
+        doubt = self.doubts.doubt(contacts, {**velocities(motions), **before})
+        if doubt is not None:
+            engine.recorder.order_unknown(doubt, engine.now)
 
 
 class Otherwise(Policy):
     """Contact times are longer, zero slips count as slip, and what presses together touches."""
 
-    def __init__(self, errors: Exact, resolver: Resolver, longer: float) -> None:
+    def __init__(self, errors: Errors, resolver: Resolver, longer: float) -> None:
         super().__init__(errors)
         self.persistent = resolver.persistent
         resolver.jumps, self.persistent.longer = True, longer
@@ -159,12 +141,11 @@ class Otherwise(Policy):
         met = {hit.balls for hit in hits}
         pressed = self.persistent.pressed(engine.now)
         others = {i for pair in pressed if pair not in met for i in pair}
-        return any(
-            not others.isdisjoint(hit.balls) and not self.closes(hit, engine.now) for hit in hits
-        )
+        near = [hit for hit in hits if not others.isdisjoint(hit.balls)]
+        return not all(self.closes(hit, engine.now) for hit in near)
 
     def closes(self, hit: Hit, now: float) -> bool:
-        return hit.kind == "pair" and self.persistent.is_pressed(hit[:2], now)
+        return hit.kind == "pair" and self.persistent.is_pressed((hit.i, hit.j), now)
 
     def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
         cluster = super().cluster(engine, hits)
@@ -175,17 +156,14 @@ class Otherwise(Policy):
 class InOrder(Policy):
     """Contacts of one instant have the gaps of a pattern, and come in that order."""
 
-    def __init__(self, errors: Exact, pattern: int) -> None:
+    def __init__(self, errors: Errors, pattern: int) -> None:
         super().__init__(errors)
         self.pattern = pattern
 
-    def begin(self, engine: ContactEngine) -> None:
-        for i, path in enumerate(engine.paths):
-            if path.moves:
-                hits = engine.touching((), [i])
-                if len(hits) > 1:
-                    engine.instant.met = dict.fromkeys(hits)
-                    engine.answer_cluster(())
+    def begin(self, engine: ContactEngine, hits: Sequence[Hit]) -> None:
+        if len(hits) > 1:
+            engine.instant.met = dict.fromkeys(hits)
+            engine.answer_cluster(())
 
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         return len(engine.touching(hits)) > 1

@@ -10,17 +10,14 @@ from pool_pymunk.physics.contact import Contact, Vector
 from pool_pymunk.physics.path import Path
 
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
+Motions = dict[int, Motion]  # by ball number
 
 
 class Doubt(NamedTuple):
-    """A doubt tells what the order of the contacts of one instant decides.
+    """A doubt tells what the order of the contacts of one instant decides."""
 
-    ``spread`` (m/s) is how far velocities may lie elsewhere. ``orders`` are numbers of patterns
-    (:mod:`~pool_pymunk.engine.orders`), one for each other outcome, the farthest one first.
-    """
-
-    spread: float = 0.0
-    orders: tuple[int, ...] = ()
+    spread: float = 0.0  # m/s; how far velocities may lie elsewhere
+    orders: tuple[int, ...] = ()  # a pattern for each other outcome, the farthest one first
 
 
 class Recorder:

@@ -1,6 +1,4 @@
-"""The resolver answers the contacts of one instant, by the law or by a policy.
-
-A policy is needed where there is no closed form:
+"""The resolver answers the contacts of one instant, by the law or, without a closed form, a policy.
 
 - *One instant*: the law answers contacts that share a ball together
   (:meth:`~pool_pymunk.physics.laws.Law.together`).
@@ -8,10 +6,9 @@ A policy is needed where there is no closed form:
   instant.
 - *A ball that stops at contact* stops: a closing speed below rounding is no hit, and a speed below
   rounding that a hit leaves is none.
-- *Inelastic collapse*: infinitely many hits in finite time come to an end at one instant. A ball
-  squeezed between another and a cushion has them, for example. After ``LISTED`` hits at one
-  instant the others are played out, until what closes is rounding
-  (:mod:`pool_pymunk.physics.collapse`). They are not events; a warning gives their number.
+- *Inelastic collapse*: infinitely many hits in finite time come to an end at one instant. After
+  ``LISTED`` hits at one instant the others are played out (:mod:`pool_pymunk.physics.collapse`).
+  They are not events; a warning gives their number.
 - *Persistent contact*: see :mod:`pool_pymunk.engine.persistent`.
 """
 
@@ -54,16 +51,11 @@ PERSISTENT = "persistent"  # The balls part at their least bounce, or have hit v
 
 
 class Answer:
-    """An answer tells what became of one contact of an instant.
-
-    ``kind`` is one of those above, and ``notes`` are such as those above. ``last`` (s) is when the
-    balls of a micro-collision hit before. ``parting`` (m/s) is the least bounce of a persistent
-    contact.
-    """
+    """An answer tells what became of one contact of an instant, by its ``kind`` and ``notes``."""
 
     notes: tuple[str, ...] = ()
-    last = 0.0
-    parting = 0.0
+    last = 0.0  # s; when the balls of a micro-collision hit before
+    parting = 0.0  # m/s; the least bounce of a persistent contact
     pushed = 0.0  # N s, beside what follows from these two:
     changed: tuple[Vector, Vector] | None = None  # m/s; of its ball a, for a single hit
     shared: Shared | None = None
@@ -81,18 +73,13 @@ class Answer:
 
 
 class Resolution:
-    """A resolution is what the contacts of one instant did, with one answer for each of them.
-
-    There is none for balls that touch, do not close, and are moved by other hits. ``velocity``
-    (m/s) has the balls that begin a new path, or stop; ``noise`` (m/s) is how much of it may be
-    rounding.
-    """
+    """A resolution has answers for contacts of an instant, except those that other hits move."""
 
     def __init__(self, answers: list[Answer]) -> None:
         self.answers = answers
         self.missed: list[Contact] = []  # balls that touch, but do not close
-        self.velocity: dict[int, Vector] = {}
-        self.noise = 0.0
+        self.velocity: dict[int, Vector] = {}  # m/s; of balls that begin a new path, or stop
+        self.noise = 0.0  # m/s; so much of it may be rounding
 
 
 class Resolver:
@@ -102,7 +89,7 @@ class Resolver:
         self.law = law
         self.noises = noises
         self.persistent = persistent
-        self.history = self.persistent.history
+        self.history = persistent.history
         self.jumps = False
         self.collapses = 0  # of more than two contacts, so far
 
@@ -129,11 +116,7 @@ class Resolver:
     def play_out(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector]
     ) -> tuple[Resolution, Collapse]:
-        """Answer the hits of a collapse, all at one instant, until nothing closes.
-
-        What closes more slowly than rounding knows does not close. Hits that do not come to their
-        end get a plastic one without friction.
-        """
+        """Answer the hits of a collapse, all at one instant, until nothing closes but rounding."""
         velocity = dict(before)
         answers = [Answer(contact, COLLAPSED) for contact in contacts]
         one = self._noting(answers)
@@ -218,7 +201,7 @@ class Resolver:
             answer.last = past.last
         e = contact.pair.restitution
         if e * closing < least:
-            e = decisions.bounce(e, closing, least)
+            e = max(e, min(least / closing, 1.0))
             answer.contact = contact._replace(pair=contact.pair._replace(restitution=e))
             answer.parting = e * closing
             answer.notes += (PERSISTENT,)
@@ -226,9 +209,7 @@ class Resolver:
             answer.notes += (PERSISTENT,)
         return answer
 
-    def _leave_out(
-        self, resolution: Resolution, hits: Sequence[Answer], velocity: Velocities
-    ) -> None:
+    def _leave_out(self, resolution: Resolution, hits: list[Answer], velocity: Velocities) -> None:
         """Leave out contacts that a hit has moved, and lead balls along their cushions."""
         moved = {i for hit in hits for i in hit.contact.balls}
         for answer in resolution.answers[:]:
@@ -239,19 +220,16 @@ class Resolver:
                 resolution.answers.remove(answer)
             elif contact.b == NO_BALL:
                 answer.kind = LED
-                before = velocity[contact.a]
-                velocity[contact.a] = after = _along(before, contact.normal)
+                before, (nx, ny) = velocity[contact.a], contact.normal
+                n = before[0] * nx + before[1] * ny
+                velocity[contact.a] = after = before[0] - n * nx, before[1] - n * ny
                 resolution.velocity[contact.a] = after
                 answer.changed = before, after
             else:
                 resolution.missed.append(contact)
 
     def _conclude(
-        self,
-        before: Mapping[int, Vector],
-        velocity: Velocities,
-        hits: Sequence[Answer],
-        resolution: Resolution,
+        self, before: Mapping[int, Vector], velocity: Velocities, hits: list[Answer], to: Resolution
     ) -> None:
         """Keep the new velocities, and set to zero what rounding alone left of them."""
         fastest = noise = 0.0  # the square of a speed, and a speed
@@ -260,8 +238,8 @@ class Resolver:
             fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
             if self.noises[i] > noise:
                 noise = self.noises[i]
-        resolution.noise = noise = decisions.noise_after(fastest, noise)
-        moved, pressed = set(resolution.velocity), set[int]()
+        to.noise = noise = decisions.noise_after(fastest, noise)
+        moved, pressed = set(to.velocity), set[int]()
         for hit in hits:
             moved.update(hit.contact.balls)
             if hit.kind == MICRO:
@@ -270,19 +248,19 @@ class Resolver:
             vx, vy = after = velocity[i]
             least = max(noise, self.persistent.too_slow_to_move(i)) if i in pressed else noise
             rests = vx * vx + vy * vy <= least * least
-            resolution.velocity[i] = (0.0, 0.0) if rests else after
+            to.velocity[i] = (0.0, 0.0) if rests else after
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
-        """Tell whether any of the contacts parts more slowly than it closes, by this law."""
-        return any(self._parting(contact) < 1.0 - NOISE for contact in contacts)
-
-    def _parting(self, contact: Contact) -> float:
-        """Return how fast (m/s) the contact parts if it closes head-on at 1 m/s."""
-        pair = contact.pair
-        if contact.b == NO_BALL:
-            return self.law.cushion(NT(-1.0, 0.0), pair.restitution, pair.friction).n
-        a, b = self.law.ball_ball(NT(1.0, 0.0), NT(0.0, 0.0), pair)
-        return b.n - a.n
+        """Tell whether any of the contacts parts more slowly than it closes, head-on at 1 m/s."""
+        for contact in contacts:
+            a, b, pair = NT(0.0, 0.0), NT(-1.0, 0.0), contact.pair
+            if contact.b == NO_BALL:
+                b = self.law.cushion(b, pair.restitution, pair.friction)
+            else:
+                a, b = self.law.ball_ball(NT(1.0, 0.0), a, pair)
+            if b.n - a.n < 1.0 - NOISE:
+                return True
+        return False
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:
@@ -290,8 +268,10 @@ def distinct(contacts: Iterable[Contact]) -> list[Contact]:
     kept: list[Contact] = []
     of_sides: dict[tuple[int, int], list[Contact]] = {}
     for contact in contacts:
+        nx, ny = contact.normal
         others = of_sides.setdefault((contact.a, contact.b), [])
-        if not any(_same(contact, other) for other in others):
+        turns = [nx * other.normal[0] + ny * other.normal[1] for other in others]
+        if not any(turn > 1.0 - SAME_NORMAL for turn in turns):
             others.append(contact)
             kept.append(contact)
     return kept
@@ -306,14 +286,3 @@ def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:
             slows = contact.pair.friction * answer.impulse / contact.pair.m_a
             pushes.setdefault(contact.a, []).append((contact.normal, slows))
     return pushes
-
-
-def _same(one: Contact, other: Contact) -> bool:
-    turn = one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1]
-    return turn > 1.0 - SAME_NORMAL
-
-
-def _along(v: Vector, normal: Vector) -> Vector:
-    """Return the part of a velocity along a wall."""
-    n = v[0] * normal[0] + v[1] * normal[1]
-    return (v[0] - n * normal[0], v[1] - n * normal[1])

@@ -29,11 +29,10 @@ class Batch:
     - ``final`` (S, N, 2): where each ball ended (m); NaN for a ball that was off the table before.
       A pocketed ball lies at its pocket's position.
     - ``duration`` (S,): when the last ball came to rest, or the time at which the shot was cut (s).
-    - ``hits``, ``cushions`` and ``events`` (S,): how many hits of two balls there were, how many
-      hits on cushions, and how many events in all, stops and pockets included.
-    - ``first_hit`` (S,): the number of the ball that the cue ball met first, -1 if it met none.
-      Where the scene has no cue ball, it is that of the first ball that moves.
-    - ``met`` (S, N): which balls the cue ball, or that one, met.
+    - ``hits``, ``cushions`` and ``events`` (S,): the numbers of hits of two balls, of hits on
+      cushions, and of all events, stops and pockets included.
+    - ``first_hit`` (S,) and ``met`` (S, N): the number of the ball that the cue ball met first (-1:
+      none), and which it met; without a cue ball, the first ball that moves.
     - ``pocketed`` (S, N): the number of the pocket that took each ball in, -1 for none.
     - ``status`` (S,): 0 settled, 1 max_time, 2 max_events, 3 non_finite, 4 cannot_start: balls
       overlap, or one is off the table or within a pocket. ``statuses`` has the names. What a shot

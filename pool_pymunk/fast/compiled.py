@@ -1,8 +1,9 @@
 """This module compiles the shots: the loop, and the project's own functions that it calls.
 
-numba compiles them once a machine. The compiled code is kept in a folder of the user's cache, which
-is named by a hash of Python's version and of all sources from which it is made, because numba
-itself looks at one of them.
+numba compiles them once a machine, into a folder of the user's cache that is named by a hash of
+Python's version and of all sources, because numba itself looks at one of them. numba reads back
+what it has compiled without a check, and machine code with a wrong byte does whatever it likes. So
+a seal, the hash of a function's files, lies beside them; files that differ are compiled anew.
 """
 
 from __future__ import annotations
@@ -12,17 +13,21 @@ import inspect
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from types import FunctionType, MappingProxyType
+from types import FunctionType
 from typing import Any, cast
 
 from pool_pymunk.fast import loop
-from pool_pymunk.fast.cache import SealedCache
+
+try:
+    import fcntl
+except ImportError:  # Windows has no such locks; there each process compiles.
+    fcntl = None  # type: ignore[assignment]
 
 PACKAGE = "pool_pymunk."
 CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
@@ -39,9 +44,9 @@ def is_there() -> bool:
 
 
 @cache
-def play_shots() -> Callable[..., int]:
+def play_shots() -> Any:
     """Return the compiled loop; compile it if this machine has not done so yet."""
-    return _compiled(loop.play_shots, _say_that_it_compiles, UNCOUNTED)
+    return _compiled(loop.play_shots, _say_that_it_compiles, **UNCOUNTED)
 
 
 @cache
@@ -51,17 +56,12 @@ def _say_that_it_compiles() -> None:
 
 @cache
 def alone(function: Callable[..., int]) -> Callable[..., int]:
-    """Return a function compiled, with those of this project that it calls.
-
-    Without numba return it as it is.
-    """
+    """Return a function compiled, with those that it calls; without numba, as it is."""
     return _compiled(function) if is_there() else function
 
 
 def _compiled(
-    function: Callable[..., int],
-    compiles: Callable[[], object] = lambda: None,
-    options: Mapping[str, bool] = MappingProxyType({}),
+    function: Any, compiles: Callable[[], object] = lambda: None, **options: bool
 ) -> Callable[..., int]:
     """Return a function that numba compiles, or takes from its cache, when it is called."""
     numba: Any = import_module("numba")
@@ -76,11 +76,6 @@ def _compiled(
         config.CACHE_DIR = before
     compiled._cache = SealedCache(compiled._cache, function.__name__, compiles)
     return cast("Callable[..., int]", compiled)
-
-
-def in_turn(function: Any) -> AbstractContextManager[None]:
-    """Keep processes from compiling the same at the same time; what is there already is no wait."""
-    return nullcontext() if function.signatures else function._cache.turn()
 
 
 @cache
@@ -122,9 +117,9 @@ def cache_folder() -> Path:
     digest = hashlib.sha256(sys.version.encode())
     for name in sources():
         digest.update(inspect.getsource(sys.modules[name]).encode())
-    asked = os.environ.get(CACHE)
     try:
-        folder = (Path(asked) if asked else _user_cache()) / digest.hexdigest()[:16]
+        own = import_module("platformdirs").user_cache_path("pool_pymunk") / "compiled"
+        folder = Path(os.environ.get(CACHE) or own) / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
         (folder / ".writable").touch()
     except OSError:
@@ -132,6 +127,56 @@ def cache_folder() -> Path:
     return folder
 
 
-def _user_cache() -> Path:
-    user_cache_path = import_module("platformdirs").user_cache_path
-    return Path(user_cache_path("pool_pymunk")) / "compiled"
+class SealedCache:
+    """A sealed cache is numba's cache of one function, of which only whole files are read."""
+
+    def __init__(self, cache: Any, name: str, compiles: Callable[[], object]) -> None:
+        self._cache, self._folder, self._name = cache, Path(cache.cache_path), name
+        self._compiles = compiles  # This is called before something is compiled.
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._cache, name)
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """Return what is compiled for a signature, or None."""
+        found = self._cache.load_overload(signature, context) if self._is_whole() else None
+        if found is None:
+            self._compiles()
+        return found
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keep what was compiled; where that cannot be written it is compiled again next time."""
+        with suppress(OSError):
+            if not self._is_whole():
+                self._cache.flush()
+            self._cache.save_overload(signature, compiled)
+            self._seal.write_text(self._hash())
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Wait until no other process compiles the function; then it is found in the cache."""
+        with ExitStack() as stack:
+            with suppress(OSError):
+                self._folder.mkdir(parents=True, exist_ok=True)
+                file = stack.enter_context((self._folder / f"{self._name}.lock").open("a"))
+                if fcntl is not None:
+                    fcntl.flock(file, fcntl.LOCK_EX)
+            yield
+
+    @property
+    def _seal(self) -> Path:
+        return self._folder / f"{self._name}.sha256"
+
+    def _is_whole(self) -> bool:
+        """Tell whether the files are those that were sealed."""
+        try:
+            return self._seal.read_bytes() == self._hash().encode()
+        except OSError:
+            return False
+
+    def _hash(self) -> str:
+        """Return the hash of the function's files, by their names."""
+        digest = hashlib.sha256()
+        for path in sorted(self._folder.glob(f"*{self._name}-*.nb[ic]")):
+            digest.update(path.name.encode() + path.read_bytes())
+        return digest.hexdigest()

@@ -57,10 +57,8 @@ def forget(w: Work, i: int) -> None:
     due = w.due[i]
     due.side = NOTHING
     due.wall_t = due.second_t = due.stop_t = due.look_t = math.inf
-    for k in range(i):
-        w.pair_t[k, i] = math.inf
-    for k in range(i + 1, w.scene.balls):
-        w.pair_t[i, k] = math.inf
+    for k in range(w.scene.balls):
+        w.pair_t[min(i, k), max(i, k)] = math.inf
 
 
 def rescan(w: Work, i: int) -> None:
@@ -161,10 +159,7 @@ def contact_time(w: Work, i: int, j: int, now: float) -> float:
 
 
 def stay_apart(a: Ball, b: Ball, reach: float, since: float, until: float) -> bool:
-    """Tell whether two balls surely do not meet between ``since`` and ``until`` (s).
-
-    ``reach`` (m) is the sum of the radii.
-    """
+    """Tell whether balls of this sum of radii surely do not meet from ``since`` to ``until``."""
     if not a.moves:
         return not b.moves or passes(b, a.rest[0], a.rest[1], reach)
     if not b.moves:
@@ -190,8 +185,8 @@ def passes(mover: Ball, x: float, y: float, reach: float) -> bool:
 def keep_apart(a: Ball, b: Ball, reach: float, since: float, until: float) -> bool:
     """Tell whether two balls that both move surely do not meet.
 
-    They part if their velocity, at first and at last, points away from their first offset, and both
-    enclose an acute angle. Otherwise their offset deviates from its chord by |a| T^2 / 8 at most.
+    They part if their velocity at first and at last points away from their first offset, at an
+    acute angle. Otherwise their offset deviates from its chord by |a| T^2 / 8 at most.
     """
     time = until - since
     if not 0.0 < time < math.inf:

@@ -16,38 +16,32 @@ KINDS: dict[type, Callable[[Any], Any]] = {
 }
 
 
-def by_law(methods: Sequence[Callable[..., Any]], number: int = 0) -> Callable[..., Any]:
-    """Return a function that calls the law with a number, in place of ``self``, of these."""
+def by_kind(methods: Sequence[Callable[..., Any]], number: int = 0) -> Callable[..., Any]:
+    """Return a function of a record, and more, that calls that of these which its kind says."""
     first, *others = methods
     if not others:
         return first
-    other = by_law(others, number + 1)
+    other = by_kind(others, number + 1)
 
-    def called(law: int, *told: Any) -> Any:
-        return first(law, *told) if law == number else other(law, *told)
+    def called(record: Any, *told: Any) -> Any:
+        return first(record, *told) if record.kind == number else other(record, *told)
 
     return called
 
 
-def by_kind(question: str, number: int = 0) -> Callable[..., Any]:
-    """Return a function that asks a record of SIDE what its kind of side answers."""
-    kind, read = list(KINDS.items())[number]
-    ask = getattr(kind, question)
-
-    def asked(side: Any, *told: Any) -> Any:
-        return ask(read(side.numbers), *told)
-
-    if number + 1 == len(KINDS):
-        return asked
-    other = by_kind(question, number + 1)
+def answer(question: str, kind: type) -> Callable[..., Any]:
+    """Return a function of a record of SIDE that this kind of side answers."""
+    ask, read = getattr(kind, question), KINDS[kind]
 
     def answered(side: Any, *told: Any) -> Any:
-        return ask(read(side.numbers), *told) if side.kind == number else other(side, *told)
+        return ask(read(side.numbers), *told)
 
     return answered
 
 
-ball_ball = by_law([law.ball_ball for law in COMPILED])
-cushion = by_law([law.cushion for law in COMPILED])
-jumps = by_law([law.jumps for law in COMPILED])
-gap, normal, time_of_contact = by_kind("gap"), by_kind("normal"), by_kind("time_of_contact")
+ball_ball = by_kind([law.ball_ball for law in COMPILED])
+cushion = by_kind([law.cushion for law in COMPILED])
+jumps = by_kind([law.jumps for law in COMPILED])
+gap = by_kind([answer("gap", kind) for kind in KINDS])
+normal = by_kind([answer("normal", kind) for kind in KINDS])
+time_of_contact = by_kind([answer("time_of_contact", kind) for kind in KINDS])

@@ -1,12 +1,9 @@
 """This module plays one shot after the other, in functions that numba can compile.
 
-It is the contact engine for ordinary contacts, which come alone. Motion, times of impact, laws,
-decisions and boxes are the same functions as those of :mod:`pool_pymunk.engine.contacts`, called
-with the same numbers in the same order, so every bit of an end is the same. What is not ordinary is
-not answered here: the shot is ``HARD``, and the engine plays it.
-
-Shots are hard in which contacts of one instant come together, a contact lasts or comes again and
-again, rounding decides, or a ball is lost.
+It is the contact engine for ordinary contacts, which come alone: it calls the functions that
+:mod:`pool_pymunk.engine.contacts` calls with the same numbers in the same order, so every bit of an
+end is the same. Shots are ``HARD``, and played by the engine, in which contacts of one instant come
+together, a contact lasts or comes again and again, rounding decides, or a ball is lost.
 """
 
 from __future__ import annotations
@@ -27,7 +24,6 @@ from pool_pymunk.fast.due import (
     path_of,
     put_box,
     refresh,
-    rescan,
 )
 from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal
 from pool_pymunk.fast.records import (
@@ -45,13 +41,12 @@ from pool_pymunk.fast.records import (
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
-from pool_pymunk.physics.path import NOISE, Path, motion_at, set_off, standing
+from pool_pymunk.physics.path import NOISE, Path, motion_at, set_off
 from pool_pymunk.physics.sides import unit
 
 MOST_EVENTS = 1_000_000  # A shot with more events goes to the engine, which gives it up.
 
-# how a shot ends; one that is doubtful may be one that cannot start
-SETTLED, OUT_OF_TIME, HARD, DOUBTFUL = 0, 1, -1, -2
+SETTLED, OUT_OF_TIME, HARD = 0, 1, -1  # how a shot ends; one that may not start is hard, too
 
 is_lost = Path.is_lost
 
@@ -61,19 +56,17 @@ def play_shots(
 ) -> int:
     """Play the shots from ``first`` up to ``last``, and return how many were played.
 
-    They are fewer if ``out.halt`` is set meanwhile, or if the ``tracks``, which are kept if the
-    scene ``keeps`` them, have no room for another one.
+    They are fewer if ``out.halt`` is set, or if the ``tracks`` have no room for another one.
     """
     knots = contacts = 0
     for s in range(first, last):
         if out.halt[0] != 0 or (w.scene.keeps and knots + MOST_KNOTS > len(tracks.knots)):
             return s - first
         read_shot(w, shots, s)
-        status = DOUBTFUL
-        place, off = shots.position[s], shots.is_off[s]
-        if misplaced(table, place, off, shots.radius, TOUCHING, 0, w.scene.balls) == w.scene.balls:
-            is_ordinary = start(w, table.sides, place, shots.velocity[s])
-            status = play(w, table.sides) if is_ordinary else HARD
+        status, balls, place, off = HARD, w.scene.balls, shots.position[s], shots.is_off[s]
+        may_lie = misplaced(table, place, off, shots.radius, TOUCHING, 0, balls) == balls
+        if may_lie and start(w, table.sides, place, shots.velocity[s]):
+            status = play(w, table.sides)
         out.status[s] = status
         if status >= 0:
             write_shot(w, out, s)
@@ -86,14 +79,12 @@ def play_shots(
 
 def read_shot(w: Work, shots: Shots, s: int) -> None:
     """Read what shot ``s`` has of its own: who is off the table, masses and coefficients."""
-    low_x = low_y = math.inf
-    high_x = high_y = -math.inf
-    for i in range(w.scene.balls):
-        ball, x, y = w.ball[i], shots.position[s, i, 0], shots.position[s, i, 1]
-        low_x, high_x = min(low_x, x), max(high_x, x)
-        low_y, high_y = min(low_y, y), max(high_y, y)
-        ball.is_off, ball.mass, ball.radius = shots.is_off[s, i], shots.mass[s, i], shots.radius[i]
     scene, c = w.scene, shots.coefficients
+    low_x, low_y, high_x, high_y = NOWHERE
+    for i in range(scene.balls):
+        ball, x, y = w.ball[i], shots.position[s, i, 0], shots.position[s, i, 1]
+        low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
+        ball.is_off, ball.mass, ball.radius = shots.is_off[s, i], shots.mass[s, i], shots.radius[i]
     scene.ahead = piece(scene.balls, high_x - low_x, high_y - low_y)
     scene.ball_ball, scene.cue_ball, scene.cushion = c[s, 0], c[s, 1], c[s, 2]
     scene.pull, scene.cushion_friction, scene.ball_friction = c[s, 3], c[s, 4], c[s, 5]
@@ -102,10 +93,9 @@ def read_shot(w: Work, shots: Shots, s: int) -> None:
 def misplaced(
     table: Table, position: Any, is_off: Any, radius: Any, share: float, first: int, last: int
 ) -> int:
-    """Return the first ball, from ``first`` up to ``last``, that may not lie where it is.
+    """Return the first ball from ``first`` on that may not lie where it is, or else ``last``.
 
-    It is off the table, in a wall or a pocket, or in a ball before it. If there is none, ``last``
-    is returned.
+    It is off the table, in a wall or a pocket, or in a ball before it.
     """
     for i in range(first, last):
         x, y, r = float(position[i, 0]), float(position[i, 1]), float(radius[i])
@@ -156,10 +146,8 @@ def play(w: Work, sides: Sides) -> int:
     """Play a shot to its end, and return how it ended."""
     while True:
         i, t, other_t = due_next(w)
-        if t == math.inf:
-            return SETTLED if not drifts(w) else out_of_time(w)
-        if t > w.scene.latest:
-            return out_of_time(w)
+        if t == math.inf or t > w.scene.latest:
+            return end(w, t)
         w.now = max(t, w.now)
         due = w.due[i]
         is_hit, is_wall = due.ball_t == t, due.wall_t == t
@@ -171,8 +159,6 @@ def play(w: Work, sides: Sides) -> int:
                 return HARD
         elif due.stop_t == t:
             stop(w, i, t)
-            due.stop_t = math.inf
-            note_next(w, i)
         else:
             look_ahead(w, i)
             meet_others(w, i, i)
@@ -184,7 +170,7 @@ def answer(w: Work, sides: Sides, i: int, j: int) -> bool:
     if j >= 0:
         return answer_hit(w, sides, i, j)
     side = sides[w.due[i].side]
-    return take_in(w, i, side) if side.pocket >= 0 else answer_cushion(w, sides, i, side)
+    return answer_cushion(w, sides, i, side) if side.pocket < 0 else take_in(w, i, side)
 
 
 # -- setting up ------------------------------------------------------------------------------------
@@ -193,8 +179,8 @@ def answer(w: Work, sides: Sides, i: int, j: int) -> bool:
 def start(w: Work, sides: Sides, position: Any, velocity: Any) -> bool:
     """Put the balls on their way; tell whether that is an ordinary start."""
     clear(w)
-    is_ordinary, balls = True, w.scene.balls
-    for i in range(balls):
+    is_ordinary = True
+    for i in range(w.scene.balls):
         ball, vx, vy = w.ball[i], velocity[i, 0], velocity[i, 1]
         if ball.is_off:
             vx = vy = 0.0
@@ -204,17 +190,9 @@ def start(w: Work, sides: Sides, position: Any, velocity: Any) -> bool:
         keep(w, i, path)
         ball.moves = vx != 0.0 or vy != 0.0
         put_box(ball, NOWHERE if ball.is_off else box(path, ball.radius, 0.0, math.inf))
-    for i in range(balls):
+    for i in range(w.scene.balls):
         if w.ball[i].moves:
-            look_for_walls(w, sides, i)
-    for i in range(balls):
-        if w.ball[i].moves:
-            look_ahead(w, i)
-    for i in range(balls):
-        if w.ball[i].moves:
-            meet_others(w, i, i)
-    for i in range(balls):
-        rescan(w, i)
+            predict(w, sides, (i,))
     return is_ordinary
 
 
@@ -226,9 +204,9 @@ def clear(w: Work) -> None:
     count.first_hit = NOTHING
     for i in range(w.scene.balls):
         due = w.due[i]
-        count.pocket[i], count.met[i], due.side, due.ball = NOTHING, 0, NOTHING, NOTHING
+        count.pocket[i], count.met[i], due.ball = NOTHING, 0, NOTHING
         due.wall_t = due.second_t = due.stop_t = due.look_t = due.ball_t = math.inf
-        due.until = due.path_end = math.inf
+        due.until = w.next_t[i] = math.inf
         for j in range(i + 1, w.scene.balls):
             w.pair_t[i, j], w.pair[i, j].last = math.inf, -math.inf
 
@@ -262,10 +240,7 @@ def keep_contact(w: Work, i: int, other: int) -> None:
 
 
 def comes_not_alone(w: Work, sides: Sides, i: int, j: int, other_t: float) -> bool:
-    """Tell whether another contact comes at the instant of this one.
-
-    Other balls have their next event at ``other_t`` (s).
-    """
+    """Tell whether another contact comes at the instant of this one."""
     speed = w.ball[i].speed
     if j >= 0:
         speed = max(speed, w.ball[j].speed)
@@ -297,23 +272,21 @@ def has_another(w: Work, sides: Sides, k: int, i: int, j: int, latest: float) ->
 def is_wall_closed(w: Work, sides: Sides, i: int) -> bool:
     """Tell whether a ball touches now the wall that it meets next."""
     ball, due = w.ball[i], w.due[i]
-    if due.wall_t > w.now + decisions.nearly_now(ball.radius, ball.speed):
-        return False
     x, y, _, _ = motion_at(path_of(ball), w.now)
-    side = sides[nearest(sides, sides[due.side], x, y, ball.radius)]
-    return decisions.is_closed(gap(side, x, y, ball.radius), x, y, ball.radius)
+    room = gap(nearest(sides, sides[due.side], x, y, ball.radius), x, y, ball.radius)
+    is_now = due.wall_t <= w.now + decisions.nearly_now(ball.radius, ball.speed)
+    return is_now and decisions.is_closed(room, x, y, ball.radius)
 
 
 def is_pair_closed(w: Work, i: int, j: int) -> bool:
     """Tell whether two balls touch now."""
     a, b = w.ball[i], w.ball[j]
-    if w.pair_t[i, j] > w.now + decisions.nearly_now(a.radius, max(a.speed, b.speed)):
-        return False
     x, y, _, _ = motion_at(path_of(a), w.now)
     u, v, _, _ = motion_at(path_of(b), w.now)
     dx, dy = u - x, v - y
     room = math.sqrt(dx * dx + dy * dy) - a.radius - b.radius
-    return decisions.is_closed(room, x, y, a.radius + b.radius)
+    latest = w.now + decisions.nearly_now(a.radius, max(a.speed, b.speed))
+    return w.pair_t[i, j] <= latest and decisions.is_closed(room, x, y, a.radius + b.radius)
 
 
 def has_many_rounds(w: Work, ball: Ball) -> bool:
@@ -342,9 +315,9 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
         return False
     pair = Pair(a.mass, b.mass, e, scene.ball_friction)
     before_a, before_b = split((ax, ay), along), split((bx, by), along)
-    if jumps(scene.law, before_a, before_b, pair):
+    if jumps(scene, before_a, before_b, pair):
         return False
-    parts_a, parts_b = ball_ball(scene.law, before_a, before_b, pair)
+    parts_a, parts_b = ball_ball(scene, before_a, before_b, pair)
     after_a = changed((ax, ay), before_a, parts_a, along)
     after_b = changed((bx, by), before_b, parts_b, along)
     note_hit(w, i, j)
@@ -352,13 +325,11 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
     noise = decisions.noise_after(fastest, noise)
     is_sound = begin(w, i, (x, y), after_a, noise)
     is_sound &= begin(w, j, (u, v), after_b, noise)
-    predict_two(w, sides, i, j)
+    predict(w, sides, (i, j))
     return is_sound
 
 
-def is_ordinary_hit(
-    w: Work, i: int, j: int, closing: float, noise: float, restitution: float
-) -> bool:  # fmt: skip
+def is_ordinary_hit(w: Work, i: int, j: int, closing: float, noise: float, e: float) -> bool:
     """Tell whether two balls hit each other, and in no contact that lasts; note when they met."""
     a, b, pair, least, met = w.ball[i], w.ball[j], w.pair[i, j], 0.0, w.now
     if pair.last > -math.inf:
@@ -368,11 +339,7 @@ def is_ordinary_hit(
                 return False
             met = pair.met
         least = decisions.least_parting(path_of(a), path_of(b), w.now, time, a.radius)
-    if (
-        closing < 0.0
-        or not decisions.is_hit(closing, noise, least)
-        or restitution * closing < least
-    ):
+    if not decisions.is_hit(closing, noise, least) or e * closing < least:
         return False
     if w.scene.pull > 0.0:
         pair.met, pair.last = met, w.now
@@ -392,18 +359,16 @@ def note_hit(w: Work, i: int, j: int) -> None:
             count.first_hit = other
 
 
-def predict_two(w: Work, sides: Sides, i: int, j: int) -> None:
-    """Predict what two balls meet that have new paths."""
-    for k in (i, j):
-        forget(w, k)
-    for k in (i, j):
-        look_for_walls(w, sides, k)
-    for k in (i, j):
-        look_ahead(w, k)
-    meet_others(w, i, i)
-    meet_others(w, j, i)
-    for k in (i, j):
-        refresh(w, k)
+def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
+    """Predict what balls meet, one or two, that have new paths."""
+    for i in balls:
+        forget(w, i)
+        look_for_walls(w, sides, i)
+        look_ahead(w, i)
+    for i in balls:
+        meet_others(w, i, balls[0])
+    for i in balls:
+        refresh(w, i)
 
 
 def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
@@ -412,35 +377,30 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
     if has_many_rounds(w, ball):
         return False
     x, y, vx, vy = motion_at(path_of(ball), w.now)
-    across = normal(sides[nearest(sides, side, x, y, ball.radius)], x, y)
-    closing = wall_approach((vx, vy), across)
-    if closing < 0.0 or not decisions.is_hit(closing, ball.noise, 0.0):
+    across = normal(nearest(sides, side, x, y, ball.radius), x, y)
+    if not decisions.is_hit(wall_approach((vx, vy), across), ball.noise, 0.0):
         return False
     before = split((vx, vy), across)
-    parts = cushion(w.scene.law, before, w.scene.cushion, w.scene.cushion_friction)
+    parts = cushion(w.scene, before, w.scene.cushion, w.scene.cushion_friction)
     after = changed((vx, vy), before, parts, across)
     w.count.events += 1
     w.count.cushions += 1
     keep_contact(w, i, -1 - side.wall)
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), ball.noise)
     is_sound = begin(w, i, (x, y), after, noise)
-    forget(w, i)
-    look_for_walls(w, sides, i)
-    look_ahead(w, i)
-    meet_others(w, i, i)
-    refresh(w, i)
+    predict(w, sides, (i,))
     return is_sound
 
 
-def nearest(sides: Sides, side: Any, x: float, y: float, r: float) -> int:
-    """Return the number of the side of the same wall whose surface is nearest to a ball."""
+def nearest(sides: Sides, side: Any, x: float, y: float, r: float) -> Any:
+    """Return the side of the same wall whose surface is nearest to a ball."""
     found, least = side.first, math.inf
     if side.last > side.first + 1:
         for k in range(side.first, side.last):
             far = abs(gap(sides[k], x, y, r))
             if far < least:
                 found, least = k, far
-    return int(found)
+    return sides[found]
 
 
 def squared(v: Vector) -> float:
@@ -468,10 +428,11 @@ def stop(w: Work, i: int, t: float) -> None:
     """Put a ball to rest at the end of its path."""
     ball, count = w.ball[i], w.count
     x, y, _, _ = motion_at(path_of(ball), ball.end)
-    ball.moves, ball.rest[0], ball.rest[1] = 0, x, y
+    ball.moves, ball.rest[0], ball.rest[1], w.due[i].stop_t = 0, x, y, math.inf
+    note_next(w, i)
     count.events += 1
     count.duration = max(count.duration, t)
-    rests = standing(t, x, y)
+    rests = set_off(t, (x, y), (0.0, 0.0), 0.0)
     put_box(ball, box(rests, ball.radius, t, math.inf))
     keep(w, i, rests)
 
@@ -482,7 +443,7 @@ def take_in(w: Work, i: int, side: Any) -> bool:
     keep_contact(w, i, -1 - side.wall)
     x, y, vx, vy = motion_at(path_of(ball), w.now)
     keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now))
-    path = standing(w.now, side.center[0], side.center[1])
+    path = set_off(w.now, (side.center[0], side.center[1]), (0.0, 0.0), 0.0)
     put_path(ball, path)
     ball.noise, ball.moves = 0.0, 0
     keep(w, i, path)
@@ -497,18 +458,12 @@ def take_in(w: Work, i: int, side: Any) -> bool:
     return True
 
 
-# -- the end ---------------------------------------------------------------------------------------
-
-
-def drifts(w: Work) -> bool:
-    """Tell whether a ball moves without end."""
-    for i in range(w.scene.balls):  # noqa: SIM110
-        if w.ball[i].end == math.inf:
-            return True
-    return False
-
-
-def out_of_time(w: Work) -> int:
-    """End the shot at its latest time."""
+def end(w: Work, t: float) -> int:
+    """End a shot whose next event is at ``t`` (s), and tell whether all balls rest."""
+    drifts = False
+    for i in range(w.scene.balls):
+        drifts |= w.ball[i].end == math.inf
+    if t == math.inf and not drifts:
+        return SETTLED
     w.now = w.count.duration = w.scene.latest
     return OUT_OF_TIME

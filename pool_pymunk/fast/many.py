@@ -5,25 +5,26 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from typing import Any, Protocol
+from contextlib import nullcontext
+from itertools import islice
+from typing import Any
 
 import numpy as np
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
 from pool_pymunk.fast.loop import HARD
-from pool_pymunk.fast.records import NOTHING, Out, Table, Tracks, tracks
+from pool_pymunk.fast.records import NOTHING, ROOM, Out, Table, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_source
-from pool_pymunk.fast.tables import can_compile, law_number, table_of, work_of
+from pool_pymunk.fast.tables import can_compile, table_of
 from pool_pymunk.model import Scene, SceneError
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 
-# This function is told of the tracks of these shots.
-Watch = Callable[[slice, Tracks], object]
+Done = Callable[[int], object]  # It is told how many more shots are done.
 CHUNK = 4_096  # A thread plays this many shots at most before it takes the next ones.
 FEW = 512  # So few shots are not shared out.
 PATIENCE = 0.1  # s; so often an interrupt is looked for
@@ -40,25 +41,23 @@ def simulate_many(
     vary: Mapping[str, Any] | None = None,
     max_time: float | None = None,
     threads: int | None = None,
-    on_done: Callable[[int], object] | None = None,
+    on_done: Done | None = None,
 ) -> Batch:
     """Play many shots exactly, and return where the balls end.
 
     ``position`` (m) and ``velocity`` (m/s) are arrays (S, N, 2), for S shots and the scene's N
-    balls, or (N, 2) for all shots; by default they are the scene's own. NaN as a ball's position
-    means that it is off the table. ``law`` is that of every contact (default: the scene's).
-    ``vary`` has what else differs from shot to shot: arrays (S,) by the names of the table of
-    inputs (:mod:`pool_pymunk.model.inputs`), such as ``restitution.cushion`` or ``mass.C``.
-    ``speed``, ``angle`` and ``turn`` are those of the cue ball or, without one, of the first ball
-    that moves. ``mass`` (kg) is that of all balls, and may be (S, N) too. ``max_time`` (s) ends
-    each shot (default: the scene's). ``threads`` (default: one a core) share the work; the results
-    do not depend on them. ``on_done(n)`` is called whenever ``n`` more shots are done.
+    balls, or (N, 2) for all shots (default: the scene's own). NaN as a position means that the ball
+    is off the table. ``vary`` has what else differs from shot to shot: arrays (S,) by the names of
+    the table of inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``. ``speed``, ``angle``
+    and ``turn`` are those of the cue ball or, without one, of the first ball that moves. ``mass``
+    (kg) is that of all balls, and may be (S, N) too. ``law`` and ``max_time`` (s) are those of each
+    shot (default: the scene's). ``threads`` (default: one a core) share the work; the results do
+    not depend on them. ``on_done(n)`` is called whenever ``n`` more shots are done.
 
-    Every bit is that of ``simulate(..., solver="event-driven")``. With numba installed (``pip
-    install 'pool-pymunk[fast]'``) ordinary shots are compiled. Without it, with more than 64 balls,
-    with radii that differ from shot to shot, and with a law of your own that answers single hits
-    otherwise than Coulomb, all shots take the Python solver. A shot takes 25 + 21 N bytes in the
-    result. Raises SettingError, in one line that names the argument.
+    Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
+    'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 64 balls,
+    other radii or a law of your own for single hits, take the Python solver. A shot takes 25 + 21 N
+    bytes in the result. Raises SettingError, in one line that names the argument.
 
     >>> import numpy as np
     >>> from pool_pymunk import load
@@ -83,32 +82,30 @@ def simulate_many(
     )
 
 
-class Watcher(Protocol):
-    """A watcher compares shots with another run: compiled ones by tracks, others by their runs."""
-
-    def watch(self, part: slice, tracks: Tracks) -> None: ...
-
-    def see(self, k: int, run: Run) -> None: ...
-
-
 def play_all(
     source: Source,
     out: Out,
     threads: int | None,
     done: Callable[[int], object],
-    watcher: Watcher | None = None,
+    watcher: Any = None,
 ) -> int:
-    """Play all shots, and count those that the exact solver plays; a ``watcher`` sees all."""
+    """Play all shots, and count those that the exact solver plays.
+
+    A ``watcher`` may ``watch(part, tracks)`` those that are compiled, and ``see(k, run)`` others.
+    """
     cores, compiles = _threads(threads), _compiles(source)
-    if compiles:
-        play_compiled(source, out, cores, done, watcher.watch if watcher else None)
-    else:
-        out.status[:] = HARD
+    if compiles and len(out.status):
+        play_compiled(source, out, cores, done, watcher)
     hard = np.flatnonzero(out.status < 0).tolist()
     for k in hard:
-        run = play_in_python(source, out, k)
-        if run is not None and watcher is not None:
-            watcher.see(k, run)
+        try:
+            run = source.run(k, measures_policies=False)
+        except SceneError:
+            out.status[k] = CANNOT_START
+        else:
+            _write(source, out, k, run)
+            if watcher is not None:
+                watcher.see(k, run)
         if not compiles:
             done(1)
     return len(hard)
@@ -147,48 +144,32 @@ def _threads(asked: int | None) -> int:
     return argument("threads", asked, whole(1))
 
 
-def play_compiled(
-    source: Source,
-    out: Out,
-    threads: int,
-    done: Callable[[int], object],
-    watch: Watch | None = None,
-) -> None:
-    """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark.
-
-    The threads tell ``watch`` of the tracks.
-    """
-    play, table = compiled.play_shots(), table_of(source.scene)
-    if not len(out.status):
-        return
+def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: Any) -> None:
+    """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark."""
+    play, table, count = compiled.play_shots(), table_of(source.scene), len(out.status)
 
     def work(part: slice) -> int:
-        return play_chunk(play, source, table, out, part, watch)
+        return play_chunk(play, source, table, out, part, watcher)
 
-    with compiled.in_turn(play):
+    with nullcontext() if play.signatures else play._cache.turn():
         work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
-    if len(out.status) == 1:  # A thread would take longer than the shot.
+    if count == 1:  # A thread would take longer than the shot.
         done(work(slice(0, 1)))
         return
+    parts, running = iter(_chunks(count, threads)), set[Future[int]]()
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for finished in _in_turn(pool, work, _chunks(len(out.status), threads), threads):
-                done(finished)
+            while True:
+                free = 2 * threads - len(running)  # Each thread has one part waiting.
+                running |= {pool.submit(work, part) for part in islice(parts, free)}
+                if not running:
+                    return
+                finished, running = wait(running, PATIENCE, FIRST_COMPLETED)
+                for each in finished:
+                    done(each.result())
         except BaseException:
             out.halt[0] = 1
             raise
-
-
-def _in_turn(
-    pool: ThreadPoolExecutor, work: Callable[[slice], int], parts: list[slice], threads: int
-) -> Iterator[int]:
-    """Let the threads work, each with one part waiting, and yield what they have done."""
-    waiting, running = parts[::-1], set[Future[int]]()
-    while waiting or running:
-        while waiting and len(running) < 2 * threads:
-            running.add(pool.submit(work, waiting.pop()))
-        finished, running = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED)
-        yield from (each.result() for each in finished)
 
 
 def _chunks(count: int, threads: int) -> list[slice]:
@@ -198,48 +179,27 @@ def _chunks(count: int, threads: int) -> list[slice]:
 
 
 def play_chunk(
-    play: Callable[..., int],
-    source: Source,
-    table: Table,
-    out: Out,
-    part: slice,
-    watch: Watch | None = None,
+    play: Any, source: Source, table: Table, out: Out, part: slice, watcher: Any = None
 ) -> int:
     """Play some shots by the compiled loop, and return how many."""
-    latest = source.asked.settings.max_time
-    latest, law = np.inf if latest is None else latest, law_number(source.law)
-    work = work_of(source.scene, law, source.watched, latest, watch is not None)
+    work, shots, first = source.work(keeps=watcher is not None), source.shots(part), 0
     own = Out(*(each if each is out.halt else each[part] for each in out))
-    shots, count = source.shots(part), len(own.status)
-    if watch is None:
-        return play(work, table, shots, own, tracks(0, 0), 0, count)
-    first, kept = 0, tracks(count)
-    while True:
-        played = play(work, table, shots, own, kept, first, count)
-        if not played:
-            return first
-        own_ends = kept.ends[first : first + played]
-        now = slice(part.start + first, part.start + first + played)
-        watch(now, kept._replace(ends=own_ends))
+    kept = tracks(len(own.status), ROOM if watcher is not None else 0)
+    while played := play(work, table, shots, own, kept, first, len(own.status)):
+        if watcher is not None:
+            now = slice(part.start + first, part.start + first + played)
+            watcher.watch(now, kept._replace(ends=kept.ends[first : first + played]))
         first += played
-
-
-def play_in_python(source: Source, out: Out, k: int) -> Run | None:
-    """Play shot ``k`` by the exact solver, and write down what came of it; None: no start."""
-    try:
-        run = source.run(k, measures_policies=False)
-    except SceneError:
-        out.status[k] = CANNOT_START
-        return None
-    out.status[k] = STATUSES.index(run.status)
-    _write(source, out, k, run)
-    return run
+        if first == len(own.status):
+            break
+    return first
 
 
 def _write(source: Source, out: Out, k: int, run: Run) -> None:
     """Write down what came of a run."""
     scene, watched = source.scene, source.watched
     is_off = is_gone(source.position[k])
+    out.status[k] = STATUSES.index(run.status)
     out.final[k] = np.where(is_off[:, np.newaxis], np.nan, run.end.position)
     out.duration[k], out.events[k] = run.duration, len(run.events)
     hits = [event for event in run.events if event.kind == "ball-ball"]

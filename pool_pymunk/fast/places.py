@@ -40,13 +40,8 @@ def may_lie(scene: Scene, position: Any, share: float = TOUCHING) -> NDArray[np.
     return free
 
 
-def mark_free(
-    table: Any, position: Any, is_off: Any, radius: Any, share: float, free: Any
-) -> int:  # fmt: skip
-    """Mark the balls that may lie where they are, or are off the table; return how many do.
-
-    numba can compile it.
-    """
+def mark_free(table: Any, position: Any, is_off: Any, radius: Any, share: float, free: Any) -> int:
+    """Mark the balls that may lie where they are, or are off the table; return how many do."""
     count = 0
     for s in range(len(position)):
         for i in range(len(radius)):

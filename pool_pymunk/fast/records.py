@@ -5,7 +5,8 @@ A record has a fixed form, so numba passes it on as one pointer. Lengths are in 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -27,8 +28,8 @@ SIDE = np.dtype(
      ("pocket", I), ("center", F, 2)]
 )  # fmt: skip
 
-SCENE = np.dtype(
-    [("balls", I), ("cue", I), ("watched", I), ("law", I), ("latest", F), ("keeps", I),
+SCENE = np.dtype(  # Its kind is that of its law.
+    [("kind", I), ("balls", I), ("cue", I), ("watched", I), ("latest", F), ("keeps", I),
      ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
@@ -75,56 +76,22 @@ WORK = np.dtype(
 )  # fmt: skip
 
 
-class Table(NamedTuple):
-    """A table has the sides of its walls, and the corners (C,) of the outline, in arrays."""
+# the sides of the walls, and the corners (C,) of the outline
+Table = namedtuple("Table", "sides xs ys")
 
-    sides: Sides
-    xs: Any
-    ys: Any
+# The shots to play have positions and velocities (S, N, 2), in SI; `is_off` and `mass` are (S, N),
+# and `radius` is (N,). The `coefficients` (S, 6) are the restitutions of balls, of the cue ball and
+# of cushions, the pull of the surface, and the frictions of cushions and of balls.
+Shots = namedtuple("Shots", "position velocity is_off mass radius coefficients")
 
+# what comes of the shots, in arrays as in a Batch; `halt` ends the work
+Out = namedtuple("Out", "final duration hits cushions first_hit met pocketed events status halt")
 
-class Shots(NamedTuple):
-    """These are the shots to play.
-
-    The positions and velocities are (S, N, 2), in SI; ``is_off`` and ``mass`` are (S, N), and
-    ``radius`` is (N,). The ``coefficients`` (S, 6) are the restitutions of balls, of the cue ball
-    and of cushions, the pull of the surface, and the frictions of cushions and of balls.
-    """
-
-    position: Any
-    velocity: Any
-    is_off: Any
-    mass: Any
-    radius: Any
-    coefficients: Any
+# the breakpoints (K, 8) and contacts (C, 2) of some shots, one shot after the other; those of shot
+# s end where `ends[s]` (S, 2) says, and a hard shot has none
+Tracks = namedtuple("Tracks", "knots contacts ends")
 
 
-class Out(NamedTuple):
-    """This is what comes of the shots, in arrays as in a Batch; ``halt`` ends the work."""
-
-    final: Any
-    duration: Any
-    hits: Any
-    cushions: Any
-    first_hit: Any
-    met: Any
-    pocketed: Any
-    events: Any
-    status: Any
-    halt: Any
-
-
-class Tracks(NamedTuple):
-    """These are the breakpoints (K, 8) and contacts (C, 2) of some shots, one shot after the other.
-
-    Those of shot ``s`` end where ``ends[s]`` (S, 2) says. A hard shot has none.
-    """
-
-    knots: Any
-    contacts: Any
-    ends: Any
-
-
-def tracks(count: int, room: int = ROOM) -> Tracks:
-    """Return arrays for the tracks of ``count`` shots; without room none are kept."""
+def tracks(count: int, room: int) -> Tracks:
+    """Return arrays for the tracks of ``count`` shots, with room for this many breakpoints."""
     return Tracks(np.empty((room, KNOT)), np.empty((room, 2), I), np.zeros((count, 2), I))

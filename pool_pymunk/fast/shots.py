@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.records import NOTHING, Shots
-from pool_pymunk.fast.tables import coefficients_of, cue_of
-from pool_pymunk.model import Scene, State
+from pool_pymunk.fast.records import NOTHING, WORK, Shots
+from pool_pymunk.fast.tables import cue_of, law_number
+from pool_pymunk.model import Point, Scene
 from pool_pymunk.model.inputs import TABLE, column_of, parts, row_of, struck, with_inputs
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
@@ -53,57 +53,59 @@ class Source(NamedTuple):
     def scene_of(self, k: int) -> Scene:
         """Return the scene with the coefficients and masses of shot ``k``."""
         scene = replace(self.scene, shots=())
-        sizes = {key: self.vary[key][k].tolist() for key in SIZES if key in self.vary}
-        values = {key: float(self.vary[key][k]) for key in self.vary.keys() - sizes.keys()}
-        if "radius" in sizes:  # Larger balls may fit at their places of this shot alone.
+        values: dict[str, float] = {}
+        for key, own in self.vary.items():
+            names = [f"{key}.{id_}" for id_ in scene.index] if key in SIZES else [key]
+            values |= zip(names, np.atleast_1d(own[k]).tolist(), strict=True)
+        if "radius" in self.vary:  # Larger balls may fit at their places of this shot alone.
             there = np.isfinite(self.position[k]).all(axis=-1)
             for i in np.flatnonzero(there).tolist():
                 places = zip("xy", self.position[k, i].tolist(), strict=True)
                 values |= {f"{axis}.{scene.balls[i].id}": place for axis, place in places}
-        for key, of_balls in sizes.items():
-            values |= {f"{key}.{id_}": v for id_, v in zip(scene.index, of_balls, strict=True)}
         return with_inputs(scene, values)
 
-    def state_of(self, k: int) -> State:
-        """Return the state that shot ``k`` starts from; NaN means off the table."""
-        is_off = is_gone(self.position[k])
-        places, speeds = self.position[k].tolist(), self.velocity[k].tolist()
-        balls = list(zip(self.scene.balls, places, speeds, is_off.tolist(), strict=True))
-        return State(
-            tuple(ball.position if off else (x, y) for ball, (x, y), _, off in balls),
-            tuple((0.0, 0.0) if off else (x, y) for _, _, (x, y), off in balls),
-            frozenset(ball.id for ball, _, _, off in balls if off),
-        )
+    def _places(self, part: int | slice, is_off: Any) -> Floats:
+        """Return positions (..., N, 2); those of balls off the table are the scene's."""
+        places, own = _own(self.position[part]), [ball.position for ball in self.scene.balls]
+        places[is_off] = np.array(own)[np.nonzero(is_off)[-1]]
+        return places
 
     def run(self, k: int, measures_policies: bool = True) -> Run:
         """Play shot ``k`` by the exact solver; raises SceneError if it cannot start."""
-        scene = self.scene_of(k)
+        scene, is_off = self.scene_of(k), is_gone(self.position[k])
         settings = self.asked.settings._replace(measures_policies=measures_policies)
-        asked = self.asked._replace(scene=scene, settings=settings)
-        return asked.play(None, scene.state(self.state_of(k)))
+        velocity = np.where(is_off[:, np.newaxis], 0.0, self.velocity[k]).tolist()
+        off = {scene.balls[i].id for i in np.flatnonzero(is_off)}
+        start = scene.state((self._places(k, is_off).tolist(), velocity, off))
+        return self.asked._replace(scene=scene, settings=settings).play(None, start)
+
+    def work(self, keeps: bool) -> Any:
+        """Return a record in which shots can be played; if it ``keeps`` tracks, these, too."""
+        work = np.zeros(1, dtype=WORK).view(np.recarray)[0]
+        own, latest = work.scene, self.asked.settings.max_time
+        own.kind, own.watched, own.keeps = law_number(self.law), self.watched, keeps
+        own.balls, own.cue = len(self.scene.balls), cue_of(self.scene)
+        own.latest = np.inf if latest is None else latest
+        return work
 
     def shots(self, part: slice) -> Shots:
         """Return some of the shots as the compiled loop takes them, in arrays of their own."""
-        position, velocity = _own(self.position[part]), _own(self.velocity[part])
-        is_off = is_gone(position)
-        position[is_off] = np.array([ball.position for ball in self.scene.balls])[
-            np.nonzero(is_off)[1]
-        ]
-        count = len(position)
-        mass = _own(np.broadcast_to([ball.mass for ball in self.scene.balls], is_off.shape))
-        coefficients = _own(np.broadcast_to(coefficients_of(self.scene), (count, 6)))
+        is_off, balls = is_gone(self.position[part]), self.scene.balls
+        mass = _own(np.broadcast_to([ball.mass for ball in balls], is_off.shape))
+        r, f = self.scene.restitution, self.scene.friction
+        own = [r.ball_ball, r.cue_ball, r.cushion, self.scene.surface.pull, f.cushion, f.ball_ball]
+        coefficients = _own(np.broadcast_to(np.array(own, float), (len(mass), len(own))))
         for key, values in self.vary.items():
-            some = values[part]
             if key == "mass":
-                mass[:] = some
-            elif key == "friction.surface":
-                coefficients[:, COLUMNS[key]] = some * self.scene.physics.gravity
+                mass[:] = values[part]
             else:
-                coefficients[:, COLUMNS[key]] = some
-        if "restitution.cue_ball" not in self.vary and self.scene.restitution.cue_ball is None:
+                unit = self.scene.physics.gravity if key == "friction.surface" else 1.0
+                coefficients[:, COLUMNS[key]] = values[part] * unit
+        if "restitution.cue_ball" not in self.vary and r.cue_ball is None:
             coefficients[:, 1] = coefficients[:, 0]  # The cue ball is as any other.
-        radius = np.array([ball.radius for ball in self.scene.balls])
-        return Shots(position, velocity, is_off.astype(np.int64), mass, radius, coefficients)
+        radius = np.array([ball.radius for ball in balls])
+        places, velocity = self._places(part, is_off), _own(self.velocity[part])
+        return Shots(places, velocity, is_off.astype(np.int64), mass, radius, coefficients)
 
 
 def is_gone(position: Floats) -> NDArray[np.bool_]:
@@ -125,6 +127,9 @@ def _watched(scene: Scene, velocity: Floats) -> int:
     return int(moves[0]) if len(moves) else NOTHING
 
 
+# -- what is asked for -----------------------------------------------------------------------------
+
+
 def read_source(
     scene: Scene,
     position: Any,
@@ -138,48 +143,44 @@ def read_source(
     Raises SettingError, in one line that names the argument.
     """
     asked = request(scene, yardstick().name, law=law, max_time=max_time)
-    base = np.array([ball.position for ball in scene.balls])
-    resting = np.array([ball.velocity for ball in scene.balls])
-    places = _points("position", base if position is None else position, len(base), nan=True)
-    speeds = _points("velocity", resting if velocity is None else velocity, len(base), nan=True)
-    varied = {key: _values(key, values, scene) for key, values in (vary or {}).items()}
-    counts = {"position": len(places), "velocity": len(speeds)} | {
-        f"vary[{key!r}]": len(values) for key, values in varied.items()
+    given = {
+        "position": _points("position", position, [ball.position for ball in scene.balls]),
+        "velocity": _points("velocity", velocity, [ball.velocity for ball in scene.balls]),
     }
+    varied = {key: _values(key, values, scene) for key, values in (vary or {}).items()}
+    counts = {key: len(values) for key, values in given.items()}
+    counts |= {f"vary[{key!r}]": len(values) for key, values in varied.items()}
     count = max(counts.values()) if all(counts.values()) else 0
     for key, own in counts.items():
         if own not in (1, count):
             raise setting_error(key, f"{own} shots", f"must be for 1 shot or for {count}")
-    lost = is_gone(speeds) & ~is_gone(places)
-    if lost.any():
-        where = tuple(np.argwhere(lost)[0].tolist())
-        raise setting_error(_at("velocity", where), "no number", "must be two finite numbers")
-    places = np.broadcast_to(places, (count, *places.shape[1:]))
-    speeds = np.broadcast_to(speeds, (count, *speeds.shape[1:]))
-    varied = {key: np.broadcast_to(v, (count, *v.shape[1:])) for key, v in varied.items()}
-    source = Source(asked.scene, asked, *_begun(asked.scene, places, speeds, varied))
+    lost = is_gone(given["velocity"]) & ~is_gone(given["position"])
+    _refuse("velocity", lost, "no number", "must be two finite numbers")
+    given, varied = (
+        {key: np.broadcast_to(each, (count, *each.shape[1:])) for key, each in some.items()}
+        for some in (given, varied)
+    )
+    source = Source(asked.scene, asked, *_begun(asked.scene, given, varied))
     _check_that_it_ends(source)
     return source
 
 
 def _begun(
-    scene: Scene, places: Floats, speeds: Floats, varied: Mapping[str, Floats]
+    scene: Scene, begun: dict[str, Floats], varied: Mapping[str, Floats]
 ) -> tuple[Floats, Floats, dict[str, Floats]]:
     """Return positions, velocities, and what else differs, all as the shots begin."""
-    begun = {"position": places, "velocity": speeds}
     rest, shot = dict[str, Floats](), dict[str, Floats]()
     for key, values in varied.items():
         kind, whose = parts(key)
         array, place = TABLE[kind].column or (kind, 0)
         if array in begun:
-            if begun[array].base is not None or not begun[array].flags.writeable:
-                begun[array] = begun[array].copy()
+            begun[array] = np.require(begun[array], requirements=["O", "W"])  # a copy, once
             begun[array][:, scene.index[whose], place] = values
         elif array == "struck":
             shot[kind] = values
         elif kind in SIZES:
             own = np.array([getattr(ball, kind) for ball in scene.balls])
-            of_balls = rest.setdefault(kind, np.tile(own, (len(places), 1)))
+            of_balls = rest.setdefault(kind, np.tile(own, (len(values), 1)))
             ball = scene.index[whose] if whose else slice(None)
             of_balls[:, ball] = values if values.ndim == 2 or whose else values[:, np.newaxis]
         else:
@@ -190,39 +191,24 @@ def _begun(
 
 
 def _struck(scene: Scene, velocity: Floats, shot: Mapping[str, Floats]) -> Floats:
-    """Return velocities (S, N, 2) with another speed or direction of the cue ball.
-
-    Where the scene has no cue ball, it is that of the first ball that moves in the first shot.
-    """
+    """Return velocities (S, N, 2) with another speed or direction of the watched ball."""
     ball, first = _watched(scene, velocity), next(iter(shot))
     if ball == NOTHING:
-        raise setting_error(
-            "vary", first, "no ball is struck: there is no cue ball, and none moves"
-        )
+        message = "no ball is struck: there is no cue ball, and none moves"
+        raise setting_error("vary", first, message)
     if "speed" not in shot and not np.nan_to_num(velocity[:, ball]).any():
-        raise setting_error(
-            "vary", first, f"ball {scene.balls[ball].id} rests: vary its speed, too"
-        )
+        message = f"ball {scene.balls[ball].id} rests: vary its speed, too"
+        raise setting_error("vary", first, message)
     velocity = velocity.copy()
     velocity[:, ball] = struck(velocity[:, ball], shot)
     return velocity
 
 
-def _points(key: str, value: Any, balls: int, nan: bool) -> Floats:
-    """Read points (S, N, 2), or (N, 2) for all shots."""
-    try:
-        found = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise setting_error(key, type(value).__name__, "must be numbers in an array") from None
-    if found.ndim not in (2, 3) or found.shape[-2:] != (balls, 2):
-        shape = f"({', '.join(map(str, found.shape))})"
-        message = f"must have the shape (S, {balls}, 2), or ({balls}, 2) for all shots"
-        raise setting_error(key, f"shape {shape}", message)
-    if found.ndim == 2:
-        found = found[np.newaxis]
-    if np.isinf(found).any():
-        where = tuple(np.argwhere(np.isinf(found).any(axis=-1))[0].tolist())
-        raise setting_error(_at(key, where), "inf", "must be two finite numbers")
+def _points(key: str, value: Any, own: Sequence[Point]) -> Floats:
+    """Read points (S, N, 2), or (N, 2) for all shots; by default they are the scene's own."""
+    wanted = f"(S, {len(own)}, 2), or ({len(own)}, 2) for all shots"
+    found = _array(key, own if value is None else value, [(len(own), 2)], wanted)
+    _refuse(key, np.isinf(found), "inf", "must be two finite numbers")
     return found
 
 
@@ -230,31 +216,40 @@ def _values(key: str, value: Any, scene: Scene) -> Floats:
     """Read what differs from shot to shot: (S,), or for the masses of all balls (S, N) as well."""
     name, balls = f"vary[{key!r}]", len(scene.balls)
     row = TABLE["mass"] if key == "mass" else row_of("vary", key, scene, ["mass"])[0]
-    try:
-        found = np.atleast_1d(np.asarray(value, dtype=float))
-    except (TypeError, ValueError):
-        raise setting_error(name, type(value).__name__, "must be numbers in an array") from None
-    if found.ndim > 1 and not (key == "mass" and found.shape[1:] == (balls,)):
-        shape = f"({', '.join(map(str, found.shape))})"
-        wanted = f"(S,) or (S, {balls})" if key == "mass" else "(S,)"
-        raise setting_error(name, f"shape {shape}", f"must have the shape {wanted}")
+    if key == "mass":
+        found = _array(name, value, [(), (balls,)], f"(S,) or (S, {balls})")
+    else:
+        found = _array(name, value, [()], "(S,)")
     bad = row.bad(found)
-    if bad.any():
-        where = tuple(np.argwhere(bad)[0].tolist())
-        raise setting_error(_at(name, where), float(found[where]), row.limits)
+    _refuse(name, bad, next(iter(found[bad].tolist()), None), row.limits)
     return found
 
 
-def _at(name: str, where: Sequence[int]) -> str:
-    return f"{name}[{', '.join(map(str, where))}]"
+def _array(name: str, value: Any, shapes: Sequence[tuple[int, ...]], wanted: str) -> Floats:
+    """Read numbers of one of these shapes for each shot, or of the first one for all shots."""
+    try:
+        found = np.asarray(value, dtype=float, order="C")
+    except (TypeError, ValueError):
+        raise setting_error(name, type(value).__name__, "must be numbers in an array") from None
+    if found.shape == shapes[0]:
+        found = found[np.newaxis]
+    if found.shape[1:] not in shapes:
+        shape = f"({', '.join(map(str, found.shape))})"
+        raise setting_error(name, f"shape {shape}", f"must have the shape {wanted}")
+    return found
+
+
+def _refuse(name: str, bad: Any, value: object, message: str) -> None:
+    """Raise an error that names the first of the numbers that are bad, if any is."""
+    if np.any(bad):
+        raise setting_error(f"{name}{np.argwhere(bad)[0, :2].tolist()}", value, message)
 
 
 def _check_that_it_ends(source: Source) -> None:
     """Refuse shots without surface friction and without a latest time."""
-    surface = source.vary.get("friction.surface")
-    gravity = source.scene.physics.gravity
-    slows = source.scene.deceleration > 0.0 if surface is None else (surface * gravity > 0).all()
-    if slows or source.asked.settings.max_time is not None or not source.velocity.any():
-        return
-    message = "is missing: without surface friction the balls of these shots never come to rest"
-    raise setting_error("max_time", None, message)
+    scene, given = source.scene, source.vary.get("friction.surface")
+    surface = np.array(scene.friction.surface if given is None else given)
+    slows = (surface * scene.physics.gravity > 0.0).all()
+    if not slows and source.asked.settings.max_time is None and source.velocity.any():
+        message = "is missing: without surface friction the balls of these shots never come to rest"
+        raise setting_error("max_time", None, message)

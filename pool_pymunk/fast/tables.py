@@ -7,14 +7,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pool_pymunk.fast.kinds import KINDS
-from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDE, WORK, Table
+from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDE, Table
 from pool_pymunk.model import Scene
 from pool_pymunk.model import Table as Outline
 from pool_pymunk.physics.laws import COMPILED, Law
-from pool_pymunk.physics.sides import Side, Wall, core_of
+from pool_pymunk.physics.sides import Wall, core_of
 from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.solvers.exact import pockets, walls
 
@@ -46,7 +45,10 @@ def arrays_of(found: Sequence[Wall], outline: Outline | None) -> Table:
     for number, wall in enumerate(found):
         pocket = wall.number if wall.is_pocket else NOTHING
         its = number, len(sides), len(sides) + len(wall.sides), pocket, wall.center or (0.0, 0.0)
-        sides += [(*_side(side), *its) for side in wall.sides]
+        for side in wall.sides:
+            numbers = np.hstack(side)  # type: ignore[call-overload]
+            numbers = np.pad(numbers, (0, NUMBERS - len(numbers)))
+            sides.append((list(KINDS).index(type(side)), numbers, core_of(side), *its))
     xs, ys = np.array(outline.outline if outline else np.empty((0, 2))).T.copy()
     return Table(np.array(sides, dtype=SIDE).view(np.recarray), xs, ys)
 
@@ -65,34 +67,6 @@ def plain(table: Table) -> Table:
     return Table(sides, table.xs.tolist(), table.ys.tolist())
 
 
-def _side(side: Side) -> tuple[Any, ...]:
-    numbers = np.hstack(side)  # type: ignore[call-overload]
-    kind, core = list(KINDS).index(type(side)), core_of(side)
-    return kind, np.pad(numbers, (0, NUMBERS - len(numbers))), core
-
-
-def work_of(scene: Scene, law: int, watched: int, latest: float, keeps: bool) -> Any:
-    """Return a record in which the scene's shots can be played, until ``latest`` (s) at most.
-
-    ``law`` is the number of the law. The first hit of the ``watched`` ball is written down, and if
-    it ``keeps`` tracks, all breakpoints and contacts.
-    """
-    work = np.zeros(1, dtype=WORK).view(np.recarray)[0]
-    own = work.scene
-    own.balls, own.cue, own.watched = len(scene.balls), cue_of(scene), watched
-    own.latest, own.law, own.keeps = latest, law, keeps
-    return work
-
-
 def cue_of(scene: Scene) -> int:
     """Return the number of the cue ball, or -1."""
     return next((i for i, ball in enumerate(scene.balls) if ball.cue), NOTHING)
-
-
-def coefficients_of(scene: Scene) -> NDArray[np.float64]:
-    """Return the scene's coefficients (6,) as the shots take them."""
-    r, f = scene.restitution, scene.friction
-    ball = r.ball_ball if r.ball_ball is not None else np.nan
-    cue = r.cue_ball if r.cue_ball is not None else ball
-    cushion = r.cushion if r.cushion is not None else np.nan
-    return np.array([ball, cue, cushion, scene.surface.pull, f.cushion, f.ball_ball])

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine, Motion
+from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.persistent import History
+from pool_pymunk.engine.recorder import Motion
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path
 

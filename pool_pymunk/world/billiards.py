@@ -23,7 +23,8 @@ from weakref import WeakSet
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine, Recorder
+from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law

@@ -205,7 +205,7 @@ class EndOfStep(BroadPhase):
             hit = hit_of(*pair)
             motions = {i: motion_at(engine.paths[i], self.until) for i in hit.balls}
             if engine.gap(hit, motions) < 0.0:
-                if hit.kind == "wall" and engine.walls[hit.wall].is_pocket:
+                if hit.kind == "wall" and engine.walls[hit.j].is_pocket:
                     engine.push(self.until, hit)
                     continue
                 velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}

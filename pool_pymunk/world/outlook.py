@@ -9,8 +9,9 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine, Motion, Recorder
+from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
+from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.path import Path, motion_at, set_off

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from pool_pymunk.engine.contacts import Motion, Recorder
+from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.physics.contact import Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path
 from pool_pymunk.world.ball import Ball, ContactEvent
