@@ -24,8 +24,7 @@ from scenes import (
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers import pymunk_space
-from pool_pymunk.solvers.settings import Settings
+from pool_pymunk.solvers import Settings, pymunk_space
 from pool_pymunk.world import Ball as TableBall
 from pool_pymunk.world import Billiards, ContactEvent, same_balls
 from pool_pymunk.world.billiards import FrictionBy

@@ -466,7 +466,7 @@ def said(attempt: Callable[[], object]) -> str:
         ({"contacts": "sweep"}, 'contacts = sweep: must be one of swept, discrete; did you mean '
          '"swept"?'),
         ({"friction": "glue"}, "friction = glue: must be one of joint, callback"),
-        ({"law": "newton"}, 'law = "newton": must be one of coulomb, published, or an object of '
+        ({"law": "newton"}, 'law = newton: must be one of coulomb, published, or an object of '
          "the class Law"),
         ({"pair": 0.9}, "pair = 0.9: must be a function of two balls' numbers"),
     ],

@@ -16,7 +16,7 @@ from pool_pymunk import Ball, Friction, Restitution, Run, Scene, Table, load, si
 from pool_pymunk.model import State
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.registry import SOLVERS
+from pool_pymunk.solvers import SOLVERS
 
 R = 0.03
 L_SHAPE = Table(((0, 0), (2, 0), (2, 1), (1.2, 1), (1.2, 0.6), (0, 0.6)))

@@ -15,6 +15,7 @@ import pytest
 
 from pool_pymunk import Billiards, same_balls
 from pool_pymunk.world import Ball, TableState
+from pool_pymunk.world.state import Phase
 
 R, M, A = 0.03, 0.17, 0.4
 LONGEST = 1 / 20  # s; the longest step
@@ -204,7 +205,7 @@ class RandomTable:
         table, told = self.table, len(self.told)
         table.save_state()  # follows what was done by hand
         before = set(table.moving)
-        if not table._inside:
+        if table.state.phase not in (Phase.ANSWERING, Phase.TELLING):
             self.at_rest_by_hand.clear()
         table.step(dt) if self.alone else self.space.step(dt)
         rest = {i for i in before - set(table.moving) if table.balls[i].is_on_table}

@@ -19,7 +19,7 @@ from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table,
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.render import heatmap
-from pool_pymunk.solvers import settings as solver_settings
+from pool_pymunk.solvers import exact as exact_solvers
 from pool_pymunk.studies.stability import (
     EXTREMES,
     Case,
@@ -313,7 +313,7 @@ def test_hits_that_are_not_listed_are_no_events_but_have_a_bound_of_their_own(
     scene = Scene(balls, None, Restitution(0.0), Friction(0.1))
     free = simulate(scene, solver=solver, dt=1 / 60, max_events=50)
     assert (free.status, len(free.events)) == ("settled", 3)
-    monkeypatch.setattr(solver_settings, "NEVER_SETTLES", 50)
+    monkeypatch.setattr(exact_solvers, "NEVER_SETTLES", 50)
     run = simulate(scene, solver=solver, dt=1 / 60)
     assert run.status == "max_events" and len(run.events) < 5
     assert any("given up after 50 instants with micro-coll" in line for line in run.warnings)

@@ -16,8 +16,7 @@ from pool_pymunk.model.inputs import TABLE, column_of, parts, row_of, struck, wi
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import request
-from pool_pymunk.solvers.registry import yardstick
+from pool_pymunk.solvers import request, yardstick
 from pool_pymunk.solvers.request import Request
 
 Floats = NDArray[np.float64]

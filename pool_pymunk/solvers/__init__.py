@@ -1,9 +1,7 @@
 """The solvers, one file each, and :func:`simulate`, which calls them by name.
 
 A solver is a function of a scene, the state to start from and :class:`Settings`; it returns the
-:class:`~pool_pymunk.results.trace.Trace` that it kept. Beside it, its :class:`Solver` record says
-what it can do, and that is all that studies, diagrams and the command line know of it. So adding
-one is a file with its record, and its place in ``SOLVERS``.
+:class:`~pool_pymunk.results.trace.Trace` that it kept. Its :class:`Solver` record stands beside it.
 """
 
 from __future__ import annotations
@@ -15,10 +13,15 @@ from pool_pymunk.model import Scene, SettingError, Shot, State
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.registry import SOLVERS, find_solver, yardstick
-from pool_pymunk.solvers.request import find_shot, request, shot_before
-from pool_pymunk.solvers.settings import OnTime, Settings
+from pool_pymunk.solvers.record import OnTime, Settings, Solver
+from pool_pymunk.solvers.request import (
+    SOLVERS,
+    find_shot,
+    find_solver,
+    request,
+    shot_before,
+    yardstick,
+)
 
 
 def simulate(
@@ -37,16 +40,15 @@ def simulate(
     """Simulate one shot of a scene.
 
     ``shot`` is a Shot of the scene, its name or its number from 1; without one, the first shot, or
-    the scene as its velocities have it where it has no shots. ``dt`` (s) is the solver's step,
-    ``law`` the contact law, by name or one of your own (:class:`~pool_pymunk.Law`; default: the
-    scene's); every contact of every solver is answered by it, except in ``pymunk-builtin``.
-    ``times`` (s) where to sample the Run, ``start`` the state before the shot (default: the
-    scene's own, or where the shot before ended if the shot goes on from there): a
-    :class:`~pool_pymunk.State`, or positions and velocities. ``max_time`` (s; default: the
-    scene's) and ``max_events`` bound the run; the latter counts ``Run.events``, stops included, and
-    the run ends at the instant of the last of them. The pymunk solvers take the options
-    ``contacts`` ("swept" or "discrete") and ``friction`` ("joint" or "callback"). Numbers and
-    points may be NumPy's. A solver without a step takes no notice of ``dt``.
+    the scene as its velocities have it where it has no shots. ``dt`` (s) is the solver's step, if
+    it has one; ``times`` (s) are those at which to sample the Run. The contact ``law``, by name or
+    one of your own (:class:`~pool_pymunk.Law`; default: the scene's), answers every contact of
+    every solver except ``pymunk-builtin``. ``start`` is the state before the shot, a
+    :class:`~pool_pymunk.State` or positions and velocities (default: the scene's own, or where the
+    shot before ended if the shot goes on from there). ``max_time`` (s; default: the scene's) and
+    ``max_events`` bound the run; the latter counts ``Run.events``, stops included, and the run ends
+    at the instant of the last of them. The pymunk solvers take the options ``contacts`` ("swept" or
+    "discrete") and ``friction`` ("joint" or "callback"). Numbers and points may be NumPy's.
 
     >>> from pool_pymunk import load
     >>> run = simulate(load("report"), "Simulation 3", solver="pymunk", dt=1/240)
@@ -60,8 +62,7 @@ def simulate(
         scene, solver, dt=dt, law=law, times=times, max_time=max_time, max_events=max_events,
         **options,
     )  # fmt: skip
-    chosen = find_shot(scene, shot)
-    return asked.play(chosen, None if start is None else scene.state(start))
+    return asked.play(find_shot(scene, shot), None if start is None else scene.state(start))
 
 
 def simulate_all(
@@ -69,22 +70,15 @@ def simulate_all(
     shots: Sequence[Shot | str | int | None] | None = None,
     *,
     solver: str = "pymunk",
-    dt: float | None = None,
-    law: str | Law | None = None,
-    max_time: float | None = None,
-    max_events: int | None = None,
     on_time: OnTime | None = None,
     **options: Any,
 ) -> Iterator[Run]:
     """Simulate several shots (default: all of the scene), each Run as soon as it is there.
 
-    The arguments are those of :func:`simulate`; a solver with steps calls ``on_time`` now and then
-    with the time (s) of the shot that it has come to.
+    The arguments are those of :func:`simulate`, without ``start``; a solver with steps calls
+    ``on_time`` now and then with the time (s) of the shot that it has come to.
     """
-    asked = request(
-        scene, solver, dt=dt, law=law, max_time=max_time, max_events=max_events, on_time=on_time,
-        **options,
-    )  # fmt: skip
+    asked = request(scene, solver, on_time=on_time, **options)
     last: Run | None = None
     for one in shots if shots is not None else scene.shots or (None,):
         shot = find_shot(scene, one)

@@ -14,39 +14,31 @@ from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, begin, bound, cut_off, pockets, walls
-from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings
+from pool_pymunk.solvers.exact import TraceRecorder, begin, cut_off, pockets, walls
+from pool_pymunk.solvers.record import Settings, Solver
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
-    """Simulate exactly; ``settings.dt`` has no meaning here.
-
-    Events carry their true times; the Run's positions are closed-form at any time.
-    """
-    trace = Trace(start)
-    engine = set_up(scene, start, settings, trace)
+    """Simulate exactly; ``settings.dt`` has no meaning here, and events carry their true times."""
+    trace, law = Trace(start), settings.law_of(scene)
+    engine = ContactEngine(law, cache(scene.pair), scene.surface, TraceRecorder(scene, trace, law))
+    _set_up(engine, scene, start)
+    begin(trace, engine, settings)
     latest = math.inf if settings.max_time is None else settings.max_time
-    begin(trace, engine)
-    bound(engine, settings)
     engine.advance(latest)
     trace.steps = engine.tally.answered
     trace.status = _status(engine, latest)
-    if trace.status == "max_time" and latest < math.inf:
-        engine.now = latest
-    cut_off(trace, engine, engine.now)
+    is_cut = trace.status == "max_time" and latest < math.inf
+    cut_off(trace, engine, latest if is_cut else engine.now)
     return trace
 
 
-def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> ContactEngine:
-    """Return the contact engine with the scene's balls on their way."""
-    law = settings.law_of(scene)
-    recorder = TraceRecorder(scene, trace, law)
-    engine = ContactEngine(law, cache(scene.pair), scene.surface, recorder)
-    surface, rolls = engine.surface, start.roll or (NO_ROLL,) * len(scene.balls)
+def _set_up(engine: ContactEngine, scene: Scene, start: State) -> None:
+    """Put up the scene's walls, and send its balls on their way."""
+    rolls = start.roll or (NO_ROLL,) * len(scene.balls)
     starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
-    for ball, position, velocity, roll in starts:
-        engine.add_ball(surface.path(0.0, position, velocity, roll), ball.radius, ball.mass)
+    for ball, *motion in starts:
+        engine.add_ball(engine.surface.path(0.0, *motion), ball.radius, ball.mass)
     engine.walls = [*walls(scene), *pockets(scene)]
     boxes = Boxes if len(scene.balls) < MANY else ManyBoxes
     engine.near = near = boxes(len(scene.balls), len(engine.walls))
@@ -57,7 +49,6 @@ def set_up(scene: Scene, start: State, settings: Settings, trace: Trace) -> Cont
         engine.remove(scene.index[id_])
     if engine.is_finite:
         engine.predict([i for i, speed in enumerate(engine.speeds) if speed > 0.0])
-    return engine
 
 
 def _status(engine: ContactEngine, latest: float) -> str:

@@ -14,16 +14,14 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.results.trace import COLLAPSE, NONE, ONE_INSTANT, PERSISTENT, ZERO_SLIP, Trace
-from pool_pymunk.solvers.settings import Settings
+from pool_pymunk.solvers.record import NEVER_SETTLES, Settings
 
 
 def walls(scene: Scene) -> list[Wall]:
     """Return the scene's cushions as walls."""
-    if scene.table is None:
+    e, friction = scene.restitution.cushion, scene.friction.cushion
+    if scene.table is None or e is None:
         return []
-    e = scene.restitution.cushion
-    assert e is not None, "a scene with a table has this restitution"
-    friction = scene.friction.cushion
     return [Wall(each.sides, e, friction, each.number) for each in scene.table.walls]
 
 
@@ -32,15 +30,11 @@ def pockets(scene: Scene) -> list[Wall]:
     return [pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
 
 
-def begin(trace: Trace, engine: ContactEngine) -> None:
-    """Write down how the balls speed up or slow down from the start on."""
+def begin(trace: Trace, engine: ContactEngine, settings: Settings) -> None:
+    """Write down how the balls set off, and tell the engine which variant to play, how far."""
     for knots, path in zip(trace.knots, engine.paths, strict=True):
         knots[0] = (*knots[0][:5], path.ax, path.ay, *knots[0][7:])
-
-
-def bound(engine: ContactEngine, settings: Settings) -> None:
-    """Tell the engine when to stop, which variant of the run to play, and what to measure."""
-    engine.tally = Tally(settings.most, settings.most_unlisted)
+    engine.tally = Tally(settings.most, NEVER_SETTLES)
     engine.vary(settings.variant, settings.measures_policies, settings.touch)
 
 
@@ -66,9 +60,7 @@ class TraceRecorder(Recorder):
     """This recorder writes a :class:`~pool_pymunk.results.trace.Trace` of what happens."""
 
     def __init__(self, scene: Scene, trace: Trace, law: Law) -> None:
-        self.scene = scene
-        self.trace = trace
-        self.law = law
+        self.scene, self.trace, self.law = scene, trace, law
 
     def contact(self, contact: Contact, t: float) -> None:
         """List a hit."""
@@ -99,23 +91,21 @@ class TraceRecorder(Recorder):
 
     def zero_slip(self, contact: Contact, t: float) -> None:
         """Warn of a law that jumps at zero slip."""
-        self.trace.policies.add(ZERO_SLIP)
-        self.trace.warn(
+        text = (
             f"law {self.law.name} jumps at zero slip: in the head-on hit of balls "
             f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed and "
-            "was taken for zero (no friction); rounding would have decided",
-            t,
+            "was taken for zero (no friction); rounding would have decided"
         )
+        self._warn(ZERO_SLIP, text, t)
 
     def persistent(self, contact: Contact, t: float) -> None:
         """Warn of balls that surface friction presses together."""
-        self.trace.policies.add(PERSISTENT)
-        self.trace.warn(
+        text = (
             f"surface friction presses balls {self._balls([contact])} together: instead of hits "
             f"without end they have one in each contact time (at most {CONTACT_TIME:g} of the time "
-            "since they met or until they rest)",
-            t,
+            "since they met or until they rest)"
         )
+        self._warn(PERSISTENT, text, t)
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         """Warn of hits without end."""
@@ -126,25 +116,25 @@ class TraceRecorder(Recorder):
         if collapse.is_over:
             self.trace.warn(text + "they were played until nothing closes", t)
         else:
-            self.trace.policies.add(COLLAPSE)
-            self.trace.warn(
-                text + "they did not come to an end, so the rest is one plastic hit without "
-                "friction, which changed velocities by up to {figure} m/s",
-                t,
-                collapse.forced,
+            text += (
+                "they did not come to an end, so the rest is one plastic hit without friction, "
+                "which changed velocities by up to {figure} m/s"
             )
+            self._warn(COLLAPSE, text, t, collapse.forced)
 
     def order_unknown(self, doubt: Doubt, t: float) -> None:
         """Warn of contacts of one instant whose order matters."""
-        self.trace.policies.add(ONE_INSTANT)
         self.trace.orders.update(dict.fromkeys(doubt.orders))
-        self.trace.warn(
+        text = (
             "contacts of one instant share a ball: in a real rack their order decides, and nothing "
             "tells it; if they came one after the other, velocities would differ by up to "
-            "{figure} m/s",
-            t,
-            doubt.spread,
+            "{figure} m/s"
         )
+        self._warn(ONE_INSTANT, text, t, doubt.spread)
+
+    def _warn(self, policy: str, text: str, t: float, figure: float = 0.0) -> None:
+        self.trace.policies.add(policy)
+        self.trace.warn(text, t, figure)
 
     def _balls(self, contacts: Collection[Contact], between: str = ", ") -> str:
         numbers = sorted({i for contact in contacts for i in contact.balls})

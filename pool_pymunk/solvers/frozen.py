@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 from random import Random
 
 import numpy as np
@@ -61,16 +62,11 @@ def touching(scene: Scene, start: State) -> Rows:
 
 
 def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
-    """Yield the numbers of discs that may touch, the higher one first.
-
-    The discs come in the order of their left ends, so each is compared with few others.
-    """
+    """Yield the numbers of sorted discs that may touch, the higher one first."""
     for k, (_, i, x, y, r) in enumerate(discs):
         wide = r * (1.0 + HAIR) + HAIR * (abs(x) + abs(y))
-        right = x + wide
-        for m in range(k + 1, len(discs)):
-            left, j, _, v, other = discs[m]
-            if left > right:
+        for left, j, _, v, other in discs[k + 1 :]:
+            if left > x + wide:  # So do all that come after it.
                 break
             if -other - wide <= v - y <= other + wide:
                 yield (i, j) if i > j else (j, i)
@@ -80,28 +76,18 @@ def _outer(table: Table | None, discs: Sequence[Disc]) -> Sequence[Disc]:
     """Return the discs that may touch a cushion; most lie well within a rectangle."""
     if table is None or not table.is_rectangle:
         return discs
-    x0, y0, x1, y1 = table.bounds
-    hair = HAIR * (abs(x0) + abs(y0) + abs(x1) + abs(y1))
-    return [
-        disc
-        for disc in discs
-        if min(disc[2] - x0, x1 - disc[2], disc[3] - y0, y1 - disc[3]) <= disc[4] + hair
-    ]
+    (x0, y0, x1, y1), hair = table.bounds, HAIR * sum(map(abs, table.bounds))
+    return [d for d in discs if min(d[2] - x0, x1 - d[2], d[3] - y0, y1 - d[3]) <= d[4] + hair]
 
 
 def opened(start: State, rows: Rows, number: int) -> State:
     """Return a start in which these contacts have gaps: other ones for each number."""
-    gaps = WIDTHS[number % len(WIDTHS)] * np.array(_shares(len(rows), Random(number)))
+    rnd = Random(number)  # Gaps have any share of the width, or some the whole and others none.
+    share = rnd.random if rnd.random() < 0.5 else partial(rnd.choice, (0.0, 1.0))
+    gaps = WIDTHS[number % len(WIDTHS)] * np.array([share() for _ in rows])
     open_ = np.linalg.pinv(rows)
     moves = open_ @ gaps
     for _ in range(PASSES):
         moves += open_ @ np.maximum(-(rows @ moves), 0.0)
     places = np.array(start.position) + moves.reshape(-1, 2)
     return start._replace(position=tuple(map(tuple, places.tolist())))
-
-
-def _shares(count: int, rnd: Random) -> list[float]:
-    """Return the shares of a gap: any, or the whole of it for some contacts and none for others."""
-    if rnd.random() < 0.5:
-        return [rnd.random() for _ in range(count)]
-    return [rnd.choice((0.0, 1.0)) for _ in range(count)]

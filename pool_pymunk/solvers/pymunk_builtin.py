@@ -1,12 +1,10 @@
 """This solver is a baseline, not a product: it is stock pymunk, as the tutorials have it.
 
-Elasticity and friction of two shapes multiply. Balls spin. The built-in impulse solver answers
-contacts, with its default iterations. A PivotJoint to the static body brakes each ball.
-
-To be fair, the products equal the scene's restitution and friction for every kind of hit. Therefore
-each cushion is there twice, once for the cue ball and once for the others, and shape filters keep
-the two apart. The slop is a thousandth of a radius, because pymunk's default, 0.1, is more than a
-ball in metres.
+Balls spin, the built-in impulse solver answers contacts, with its default iterations, and a
+PivotJoint to the static body brakes each ball. Elasticity and friction of two shapes multiply; to
+be fair, the products equal the scene's for every kind of hit. So each cushion is there twice,
+once for the cue ball and once for the others, and shape filters keep the two apart. The slop is a
+thousandth of a radius, because pymunk's default, 0.1, is more than a ball in metres.
 """
 
 from __future__ import annotations
@@ -15,12 +13,11 @@ import math
 
 import pymunk
 
-from pool_pymunk.model import Pocket, Scene, State
+from pool_pymunk.model import Scene, State
 from pool_pymunk.model.outline import Edge
 from pool_pymunk.model.scene import ball_ball_restitution
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings
+from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
 BALL, CUSHION = 1, 2
 CUE, OTHER = 0b01, 0b10  # These are categories: each kind of ball has its own cushions.
@@ -31,33 +28,16 @@ AT_REST = 1e-4  # radii a second; a slower ball counts as at rest
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     """Simulate with steps of ``settings.dt`` s and the built-in response."""
-    assert settings.dt is not None
-    world = Builtin(scene, start, settings.dt)
-    trace = world.trace
-    last = math.inf if settings.max_time is None else math.ceil(settings.max_time / settings.dt)
-    most = settings.most
-    while world.moving:
-        if trace.steps >= last or len(trace.events) >= most:
-            trace.status = "max_time" if trace.steps >= last else "max_events"
-            trace.duration = world.time
-            break
-        world.step()
-        if settings.on_time is not None:
-            settings.on_time(world.time)
-        if not world.is_finite:
-            trace.status, trace.duration = "non_finite", world.time
-            break
-    return trace
+    return Builtin(scene, start, settings.dt).play(settings)
 
 
-class Builtin:
+class Builtin(Stepping):
     """This is a stock pymunk space with a scene's balls and cushions."""
 
-    def __init__(self, scene: Scene, start: State, dt: float) -> None:
-        self.scene, self.dt = scene, dt
-        self.trace = Trace(start)
-        self.time = 0.0
-        self.is_finite = True
+    moving: set[int]
+
+    def __init__(self, scene: Scene, start: State, dt: float | None) -> None:
+        super().__init__(scene, start, dt)
         self.space = pymunk.Space()
         self.space.collision_slop = 1e-3 * min(ball.radius for ball in scene.balls)
         self.bodies: list[pymunk.Body] = []
@@ -73,7 +53,7 @@ class Builtin:
                 self._add_cushion(number, edge, kind)
         self.space.on_collision(BALL, BALL, post_solve=self._met)
         self.space.on_collision(BALL, CUSHION, post_solve=self._met)
-        self.steps_a_look = max(1, round(1.0 / (LOOKS * dt)))
+        self.steps_a_look = max(1, round(1.0 / (LOOKS * self.dt)))
         self.moving = {i for i, v in enumerate(start.velocity) if v != (0.0, 0.0)}
 
     def _elasticity(self, cue: bool) -> float:
@@ -105,12 +85,10 @@ class Builtin:
     def _add_cushion(self, number: int, edge: Edge, kind: int) -> None:
         cushion = pymunk.Segment(self.space.static_body, edge.start, edge.end, 0.0)
         cushion.collision_type = CUSHION
-        ball_elasticity = self._elasticity(kind == CUE)
-        e = self.scene.restitution.cushion or 0.0
-        cushion.elasticity = e / ball_elasticity if ball_elasticity > 0.0 else 0.0
-        ball_friction = math.sqrt(self.scene.friction.ball_ball)
-        mu = self.scene.friction.cushion
-        cushion.friction = mu / ball_friction if ball_friction > 0.0 else 0.0
+        e, of_ball = self.scene.restitution.cushion or 0.0, self._elasticity(kind == CUE)
+        cushion.elasticity = e / of_ball if of_ball > 0.0 else 0.0
+        mu, of_ball = self.scene.friction.cushion, math.sqrt(self.scene.friction.ball_ball)
+        cushion.friction = mu / of_ball if of_ball > 0.0 else 0.0
         cushion.filter = pymunk.ShapeFilter(categories=0b100, mask=kind)
         self.space.add(cushion)
         self.number[cushion] = number
@@ -125,27 +103,18 @@ class Builtin:
         else:
             self.trace.ball_ball(self.time, min(i, j), max(i, j))
 
-    def step(self) -> None:
+    def advance(self, most: float) -> None:
         """Make one step of the space, and now and then note who moves and who has stopped."""
         self.trace.steps += 1
-        self.time = self.trace.steps * self.dt
         self.space.step(self.dt)
-        for number, pocket in enumerate(self.scene.pockets):
-            self._pocket(number, pocket)
-        if self.trace.steps % self.steps_a_look == 0:
-            self._look()
-
-    def _pocket(self, number: int, pocket: Pocket) -> None:
-        """Take the balls whose centres are within a pocket out of the space."""
-        for i in sorted(self.moving - self.gone):
+        for i in sorted(self.moving) if self.scene.pockets else ():
             body = self.bodies[i]
-            x, y = body.position
-            if math.dist((x, y), pocket.position) <= pocket.radius:
-                motion = (x, y, *body.velocity)
-                self.trace.pocketed(i, self.time, number, motion, pocket.position)
+            if self.pocketed(i, *body.position, *body.velocity) is not None:
                 self.space.remove(body, *body.shapes, *body.constraints)
                 self.gone.add(i)
                 self.moving.discard(i)
+        if self.trace.steps % self.steps_a_look == 0:
+            self._look()
 
     def _look(self) -> None:
         for i, body in enumerate(self.bodies):

@@ -1,9 +1,7 @@
 """This solver puts the scene into a pymunk space.
 
-Cushions are static segments, and balls are circles. The contact law and surface friction come from
-:class:`pool_pymunk.world.Billiards`. What the scene leaves out is not installed: without a table
-there are no segments, and without surface friction there is no damping. A ball at rest costs no
-callback.
+Cushions are static segments, and balls are circles of a :class:`pool_pymunk.world.Billiards`. What
+the scene leaves out is not installed, and a ball at rest costs no callback.
 """
 
 from __future__ import annotations
@@ -15,9 +13,8 @@ import pymunk
 
 from pool_pymunk.model import Scene, State
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, begin, bound, cut_off, walls
-from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.settings import Settings
+from pool_pymunk.solvers.exact import TraceRecorder, begin, cut_off, walls
+from pool_pymunk.solvers.record import Settings, Solver
 from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
 
 
@@ -31,15 +28,13 @@ def solve(
 ) -> Trace:
     """Simulate with steps of ``settings.dt`` s.
 
-    With ``contacts="swept"`` every contact is found at its true time inside the step. With
-    ``contacts="discrete"`` overlaps are answered at the end of the step, an error of first order in
-    dt.
+    Swept contacts are found at their true times inside the step; discrete ones are overlaps, which
+    are answered at the end of the step, an error of first order in dt.
     """
     trace = Trace(start)
     table = set_up(scene, start, settings, contacts, friction)
     table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
-    begin(trace, table.engine)
-    bound(table.engine, settings)
+    begin(trace, table.engine, settings)
     table.play(settings.on_time, math.inf if settings.max_time is None else settings.max_time)
     trace.steps = table.steps
     trace.status = _status(table)
@@ -54,9 +49,6 @@ def _status(table: Billiards) -> str:
     if table.engine.is_over and (table.moving or table.engine.upcoming() < math.inf):
         return "max_events"
     return "max_time" if table.moving else "settled"
-
-
-discrete = partial(solve, contacts="discrete")
 
 
 def set_up(
@@ -100,9 +92,9 @@ SWEPT = Solver(
     color="#009e73", marker="o",
 )  # fmt: skip
 DISCRETE = Solver(
-    name="pymunk-discrete", solve=discrete, about="the same, contacts at a step's end", dt=1e-4,
-    options=FRICTION, late=True, engine=True, finest=1e-6,
-    ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5),
+    name="pymunk-discrete", solve=partial(solve, contacts="discrete"), dt=1e-4,
+    about="the same, contacts at a step's end", options=FRICTION, late=True, engine=True,
+    finest=1e-6, ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5),
     quick_stability_steps=(1e-3,), color="#56b4e9", marker="s",
     limits="answers overlaps at the end of a step: it misses grazes and what tunnels, and every "
     "contact comes up to a step late",

@@ -1,25 +1,62 @@
-"""The record of a solver says all that the studies and the command line know of it."""
+"""This module has what solvers share: settings, the record of what one can do, and steps."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from pool_pymunk.solvers.settings import Solve
+from pool_pymunk.engine.policies import AS_IT_IS, Variant
+from pool_pymunk.model import Point, Scene, State
+from pool_pymunk.physics.laws import LAWS, Law
+from pool_pymunk.results.trace import Trace
 
+# After this many events a run is given up, unless the user says otherwise. After this many
+# instants of micro-collisions, which are no events, it is given up as well.
+NEVER_SETTLES = 1_000_000
+
+OnTime = Callable[[float], object]
 Steps = tuple[float, ...]  # s, from coarse to fine
+
+
+class Settings(NamedTuple):
+    """The settings hold the time step, the bounds of a run, and its law.
+
+    The step ``dt`` is in s, and None for solvers without one. By default the scene's law answers
+    the contacts. A solver with steps calls ``on_time`` now and then with the time (s) that it has
+    come to. Solvers with the contact engine play a ``variant``, which shows what depends on
+    policies, and ``measures_policies`` so. ``touch`` is False if nothing touches at the start.
+    """
+
+    dt: float | None
+    max_time: float | None = None
+    max_events: int | None = None
+    law: Law | None = None
+    on_time: OnTime | None = None
+    variant: Variant = AS_IT_IS
+    measures_policies: bool = True
+    touch: bool = True
+
+    def law_of(self, scene: Scene) -> Law:
+        """Return the law that answers every contact of the run."""
+        return self.law or LAWS[scene.physics.law]
+
+    @property
+    def most(self) -> int:
+        """Return the number of events after which the run is given up."""
+        return NEVER_SETTLES if self.max_events is None else self.max_events
 
 
 @dataclass(frozen=True, kw_only=True)
 class Solver:
     """A solver's record says what the solver can do with its default options.
 
-    A fact that a record leaves out does not hold. Raises ValueError for a record that contradicts
-    itself.
+    What a record leaves out does not hold. Raises ValueError for one that contradicts itself.
     """
 
     name: str
-    solve: Solve  # It is the solver's function.
+    solve: Callable[..., Trace]  # of a Scene, the State to start from, Settings and the options
     about: str  # It says in a few words what the solver is.
     dt: float | None  # s; the default step. None: the solver has no step.
     options: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # The default comes first.
@@ -58,3 +95,53 @@ class Solver:
     def is_yardstick(self) -> bool:
         """Tell whether it is exact and has no step, so that the others can be measured by it."""
         return self.exact and self.dt is None
+
+
+class Stepping:
+    """This is a run in steps of ``dt`` (s); ``moving`` are the numbers of the balls that move."""
+
+    moving: Collection[int]
+
+    def __init__(self, scene: Scene, start: State, dt: float | None) -> None:
+        assert dt is not None, "the solver's record has a step"
+        self.scene, self.dt = scene, dt
+        self.trace = Trace(start)
+        self.is_finite = True  # whether what moves is still at finite places
+
+    @property
+    def time(self) -> float:
+        """The time (s) after the steps that were made."""
+        return self.trace.steps * self.dt
+
+    def advance(self, most: float) -> None:
+        """Make at least one step, and at most this many; count them in the trace."""
+        raise NotImplementedError
+
+    def cut_off(self) -> None:
+        """Write down where the balls are that still move when the run ends."""
+
+    def pocketed(self, i: int, x: float, y: float, vx: float, vy: float) -> Point | None:
+        """List that a pocket takes ball ``i`` in, and return the pocket's centre, if one does."""
+        for number, pocket in enumerate(self.scene.pockets):
+            if math.dist((x, y), pocket.position) <= pocket.radius:
+                self.trace.pocketed(i, self.time, number, (x, y, vx, vy), pocket.position)
+                return pocket.position
+        return None
+
+    def play(self, settings: Settings) -> Trace:
+        """Make steps until every ball rests, or up to the bounds that the settings have."""
+        trace, longest = self.trace, settings.max_time
+        last = math.inf if longest is None else math.ceil(longest / self.dt)
+        while self.moving:
+            if trace.steps >= last or len(trace.events) >= settings.most:
+                trace.status = "max_time" if trace.steps >= last else "max_events"
+                trace.duration = self.time
+                self.cut_off()
+                break
+            self.advance(last - trace.steps)
+            if settings.on_time is not None:
+                settings.on_time(self.time)
+            if not self.is_finite:
+                trace.status, trace.duration = "non_finite", self.time
+                break
+        return trace

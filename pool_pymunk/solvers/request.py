@@ -1,38 +1,60 @@
-"""This module checks the arguments of a run, once for all solvers, and plays the run.
-
-Whatever is wrong is one line that names the argument and shows its value.
-"""
+"""This module knows the solvers by name, checks what a run is asked for, and plays it."""
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from itertools import groupby, pairwise
 from numbers import Integral
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pool_pymunk.engine.policies import AS_IT_IS, Variant
 from pool_pymunk.model import Scene, Shot, State
-from pool_pymunk.model.plain import argument, size, whole
-from pool_pymunk.model.problems import (
-    listed,
-    setting_error,
-    shown,
-    suggestion,
-)
-from pool_pymunk.physics.laws import LAWS, Law
+from pool_pymunk.model.plain import Reader, Value, argument, size, whole
+from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import kinetic_energy
+from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import SURE, Event, Run, read_times
 from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Trace
-from pool_pymunk.solvers.doubts import farthest, warn_of_gained_energy
+from pool_pymunk.results.words import counted
+from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
 from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
-from pool_pymunk.solvers.record import Solver
-from pool_pymunk.solvers.registry import SOLVERS, find_solver
-from pool_pymunk.solvers.settings import NEVER_SETTLES, OnTime, Settings
+from pool_pymunk.solvers.record import NEVER_SETTLES, OnTime, Settings, Solver
+from pool_pymunk.world.checks import check_choice, read_law
 
+GAINED = 1e-9  # A contact that gains a smaller share of the kinetic energy gained none.
 PATIENCE = 2.0  # s; a run that took longer is not played again to measure its policies
+
+SOLVERS: dict[str, Solver] = {
+    solver.name: solver
+    for solver in (
+        pymunk_space.SWEPT,
+        pymunk_space.DISCRETE,
+        pymunk_builtin.SOLVER,
+        event_driven.SOLVER,
+        time_slice.SOLVER,
+    )
+}
+
+
+def find_solver(name: str) -> Solver:
+    """Return the solver of that name."""
+    if not isinstance(name, str) or name not in SOLVERS:
+        known = f"({', '.join(SOLVERS)}){suggestion(name, SOLVERS)}"
+        raise setting_error("solver", name, f"there is no such solver {known}")
+    return SOLVERS[name]
+
+
+def yardstick() -> Solver:
+    """Return the exact solver without a step, by which the others are measured."""
+    return next(solver for solver in SOLVERS.values() if solver.is_yardstick)
 
 
 class Request(NamedTuple):
@@ -53,21 +75,26 @@ class Request(NamedTuple):
 
     def play(self, shot: Shot | None, start: State | None = None) -> Run:
         """Simulate a shot from ``start``; by default from the scene's own, or as the shot says."""
+        scene, settings = self.scene, self.settings
         if start is None and shot is not None and shot.from_previous:
-            bounds = self.settings._replace(max_time=self.scene.physics.max_time)
+            bounds = settings._replace(max_time=scene.physics.max_time)
             alone = self._replace(settings=bounds, times=None)
-            start = alone.play(shot_before(self.scene, shot)).end
-        state = self.scene.start(shot, start)
-        self._check_that_it_ends(state)
-        measures = self.settings.measures_policies and self.solver.engine
-        touch = measures and len(touching(self.scene, state)) > 0
+            start = alone.play(shot_before(scene, shot)).end
+        state = scene.start(shot, start)
+        moves = any(v != (0.0, 0.0) for v in (*state.velocity, *(state.roll or ())))
+        if moves and not scene.always_rests and settings.max_time is None:
+            friction = "rolling" if scene.surface.rolls else "surface"
+            never = f"without {friction} friction the balls of this start never come to rest"
+            raise setting_error("max_time", None, f"is missing: {never}")
+        measures = settings.measures_policies and self.solver.engine
+        touch = measures and len(touching(scene, state)) > 0
         began = time.perf_counter()
         trace = self._solve(state, touch=touch)
         wall_time = time.perf_counter() - began
         trace.touch = touch and wall_time <= PATIENCE
         shift = self._policy_shift(state, trace, wall_time)
-        if not self.solver.own_law and not self.settings.law_of(self.scene).hits_are_coulombs:
-            warn_of_gained_energy(trace, self.scene)
+        if not self.solver.own_law and not settings.law_of(scene).hits_are_coulombs:
+            warn_of_gained_energy(trace, scene)
         return self._run(shot, state, trace, wall_time, shift)
 
     def _solve(self, state: State, variant: Variant = AS_IT_IS, touch: bool = True) -> Trace:
@@ -87,10 +114,15 @@ class Request(NamedTuple):
         A run that took long is not played again for it; then the answer is None. Nor is a run that
         only met zero slips, because their warning says what they do.
         """
-        is_measured = self.settings.measures_policies and wall_time <= PATIENCE
-        self._look_at_frozen(state, trace)
+        if trace.touch and ONE_INSTANT not in trace.policies:
+            tries = (self._solve(state, Variant(opened=k)) for k in TRIED)
+            if any(farthest(trace, other) > DECIDED for other in tries):
+                trace.policies.add(FROZEN)
+                text = "balls touch at the start, and gaps of 1e-13 m would decide the ends"
+                trace.warn(text, 0.0)
         if not trace.policies:
             return 0.0
+        is_measured = self.settings.measures_policies and wall_time <= PATIENCE
         if trace.policies == {ZERO_SLIP} or not is_measured:
             return None
         others = [self._solve(state, variant) for variant in trace.variants]
@@ -105,33 +137,10 @@ class Request(NamedTuple):
         )
         return shift
 
-    def _look_at_frozen(self, state: State, trace: Trace) -> None:
-        """Warn if gaps that nobody can measure, between balls that touch, decide the ends."""
-        if not trace.touch or ONE_INSTANT in trace.policies:
-            return
-        others = (self._solve(state, Variant(opened=k)) for k in TRIED)
-        if any(farthest(trace, other) > DECIDED for other in others):
-            trace.policies.add(FROZEN)
-            trace.warn("balls touch at the start, and gaps of 1e-13 m would decide the ends", 0.0)
-
-    def _check_that_it_ends(self, state: State) -> None:
-        moves = any(v != (0.0, 0.0) for v in (*state.velocity, *(state.roll or ())))
-        if moves and not self.scene.always_rests and self.settings.max_time is None:
-            friction = "rolling" if self.scene.surface.rolls else "surface"
-            never = "the balls of this start never come to rest"
-            message = f"is missing: without {friction} friction {never}"
-            raise setting_error("max_time", None, message)
-
     def _run(
-        self,
-        shot: Shot | None,
-        start: State,
-        trace: Trace,
-        wall_time: float,
-        shift: float | None = None,
+        self, shot: Shot | None, start: State, trace: Trace, wall_time: float, shift: float | None
     ) -> Run:
-        ids = [ball.id for ball in self.scene.balls]
-        events = tuple([self._event(ids, *event) for event in trace.events])
+        events = tuple([self._event(*event) for event in trace.events])
         taken = {event.balls[0] for event in events if event.pocket is not None}
         return Run(
             scene=self.scene,
@@ -155,11 +164,9 @@ class Request(NamedTuple):
             law_used=None if self.solver.own_law else self.settings.law_of(self.scene),
         )
 
-    def _event(
-        self, ids: Sequence[str], t: float, kind: str, balls: tuple[int, ...], where: int | None
-    ) -> Event:
+    def _event(self, t: float, kind: str, balls: tuple[int, ...], where: int | None) -> Event:
         """Return the event with the balls' ids, and with the pocket's."""
-        names = tuple([ids[i] for i in balls])
+        names = tuple([self.scene.balls[i].id for i in balls])
         if kind == POCKET and where is not None:
             return Event(t, kind, names, pocket=self.scene.pockets[where].id)
         return Event(t, kind, names, where)
@@ -170,7 +177,7 @@ class Request(NamedTuple):
         """Play a variant of the run, of at most this many events."""
         bounds = self.settings._replace(max_events=min(most or NEVER_SETTLES, self.settings.most))
         trace = self._replace(settings=bounds)._solve(start, variant)
-        return self._run(shot, start, trace, 0.0)
+        return self._run(shot, start, trace, 0.0, None)
 
 
 def request(
@@ -191,25 +198,32 @@ def request(
     """
     _check_scene(scene)
     method = find_solver(solver)
-    _check_options(method, options)
-    _check_law(method, law)
+    for key, value in options.items():
+        if key not in method.options:
+            known = ", ".join(method.options) or "it has none"
+            raise setting_error(key, value, f"{method.name} has no such option ({known})")
+        check_choice(key, value, method.options[key])
+    if law is not None and read_law(law) and method.own_law:
+        message = f"{method.name} has a law of its own and cannot take another"
+        raise setting_error("law", read_law(law).name, message)
     if scene.surface.rolls and not method.rolls:
         others = ", ".join(name for name, other in SOLVERS.items() if other.rolls)
-        message = (
-            f"balls do not roll by it, and the scene has friction.rolling (by these: {others})"
-        )
+        message = f"does not roll balls, and the scene has friction.rolling (these do: {others})"
         raise setting_error("solver", solver, message)
     if isinstance(law, str):
         scene = replace(scene, physics=replace(scene.physics, law=law))
-    step, latest = _positive("dt", dt), _positive("max_time", max_time)
+    step, latest = _given("dt", dt, size), _given("max_time", max_time, size)
     settings = Settings(
         dt=None if method.dt is None else step or method.dt,
         max_time=latest or scene.physics.max_time,
-        max_events=None if max_events is None else argument("max_events", max_events, whole(1)),
+        max_events=_given("max_events", max_events, whole(1)),
         law=law if isinstance(law, Law) else None,
         on_time=on_time,
     )
-    return Request(scene, method, options, settings, None if times is None else sample_times(times))
+    at = None if times is None else read_times(times)
+    if at is not None and at.ndim != 1:
+        raise setting_error("times", shown(times), "must be a sequence of numbers")
+    return Request(scene, method, options, settings, None if at is None else tuple(at.tolist()))
 
 
 def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
@@ -217,14 +231,13 @@ def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
     _check_scene(scene)
     if shot is None:
         return scene.shots[0] if scene.shots else None
-    number = shot if isinstance(shot, Integral) and not isinstance(shot, bool) else None
-    if number is None and not isinstance(shot, Shot | str):
+    if isinstance(shot, bool) or not isinstance(shot, Shot | str | Integral):
         raise setting_error("shot", shot, "must be a Shot, a name or a number from 1")
-    if number is not None and number < 1:
-        raise setting_error("shot", shot, "shots count from 1")
     for k, each in enumerate(scene.shots, start=1):
-        if shot in (each, each.name) or number == k:
+        if shot in (each, each.name, k):
             return each
+    if isinstance(shot, Integral) and shot < 1:
+        raise setting_error("shot", shot, "shots count from 1")
     meant = suggestion(shot, [each.name for each in scene.shots])
     known = listed([f"{k} ({each.name})" for k, each in enumerate(scene.shots, start=1)]) or "none"
     raise setting_error("shot", shot, f"there is no such shot (there are: {known}){meant}")
@@ -235,42 +248,49 @@ def shot_before(scene: Scene, shot: Shot) -> Shot | None:
     return scene.shots[scene.shots.index(shot) - 1] if shot.from_previous else None
 
 
-def sample_times(times: object) -> tuple[float, ...]:
-    """Read the times (s) at which a run is to be sampled."""
-    found = read_times(times)
-    if found.ndim != 1:
-        raise setting_error("times", shown(times), "must be a sequence of numbers")
-    return tuple(found.tolist())
-
-
 def _check_scene(scene: Scene) -> None:
     if not isinstance(scene, Scene):
         raise setting_error("scene", scene, "must be a Scene, such as load() gives")
 
 
-def _check_options(method: Solver, options: Mapping[str, object]) -> None:
-    for name, value in options.items():
-        if name not in method.options:
-            known = ", ".join(method.options) or "it has none"
-            raise setting_error(name, value, f"{method.name} has no such option ({known})")
-        if not isinstance(value, str) or value not in method.options[name]:
-            raise setting_error(name, value, f"must be one of {', '.join(method.options[name])}")
+def _given(key: str, value: object, read: Reader[Value]) -> Value | None:
+    """Read an argument, if it is given."""
+    return None if value is None else argument(key, value, read)
 
 
-def _check_law(method: Solver, law: str | Law | None) -> None:
-    if law is None:
-        return
-    if isinstance(law, type) and issubclass(law, Law):
-        raise setting_error("law", law.__name__, f"is a class; an object is {law.__name__}()")
-    if not isinstance(law, Law) and not (isinstance(law, str) and law in LAWS):
-        message = f"must be one of {', '.join(LAWS)}, or an object of the class Law"
-        raise setting_error("law", law, message + suggestion(law, LAWS))
-    if method.own_law:
-        name = law.name if isinstance(law, Law) else law
-        message = f"{method.name} has a law of its own and cannot take another"
-        raise setting_error("law", name, message)
+def farthest(one: Trace, other: Trace) -> float:
+    """Return how far (m) the balls of two traces lie apart at most when both have ended.
+
+    Where one of them is cut off, they are looked at before.
+    """
+    is_cut = "max_events" in (one.status, other.status)
+    at = (min if is_cut else max)(one.duration, other.duration)
+    last = [[next(k for k in knots[::-1] if k[0] <= at) for knots in t.knots] for t in (one, other)]
+    ends = [[motion_at(from_breakpoint(*knot[:7]), at)[:2] for knot in knots] for knots in last]
+    return max(map(math.dist, *ends))
 
 
-def _positive(key: str, value: object) -> float | None:
-    """Read a positive number of seconds."""
-    return None if value is None else argument(key, value, size)
+def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
+    """Warn if contacts gained kinetic energy: how much, how often, and which was the first."""
+    masses, knots = [ball.mass for ball in scene.balls], trace.knots
+    initial = sum(kinetic_energy(m, *k[0][3:5]) for m, k in zip(masses, knots, strict=True))
+    steps = sorted((new[0], i, old, new) for i, k in enumerate(knots) for old, new in pairwise(k))
+    gains: list[tuple[float, float, list[int]]] = []
+    for t, changes in groupby(steps, key=itemgetter(0)):
+        before = after = 0.0
+        balls = []
+        for _, i, old, new in changes:
+            before += kinetic_energy(masses[i], *motion_at(from_breakpoint(*old[:7]), t)[2:])
+            after += kinetic_energy(masses[i], *new[3:5])
+            balls.append(i)
+        if after - before > GAINED * initial:
+            gains.append((after - before, t, balls))
+    if gains:
+        gained, (_, t, balls) = sum(gain for gain, _, _ in gains), gains[0]
+        ids = ", ".join(scene.balls[i].id for i in balls)
+        trace.warn(
+            f"{counted(len(gains), 'contact')} gained energy, as the law may: in all "
+            f"{gained / initial:.3g} times the kinetic energy of the start; the first is that of "
+            f"{ids}",
+            t,
+        )

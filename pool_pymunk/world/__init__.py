@@ -3,9 +3,8 @@
 Balls are circles there, and walls are static shapes.
 """
 
-from pool_pymunk.world.ball import Ball, ContactEvent, TableState
+from pool_pymunk.world.ball import Ball, ContactEvent, TableState, same_balls
 from pool_pymunk.world.billiards import Billiards
 from pool_pymunk.world.outlook import Prediction
-from pool_pymunk.world.pairs import same_balls
 
 __all__ = ["Ball", "Billiards", "ContactEvent", "Prediction", "TableState", "same_balls"]

@@ -1,7 +1,10 @@
-"""This module has what users of a table hold in hand: balls, contacts, and a table's state."""
+"""This module has what users of a table hold in hand: balls, pairs, contacts, and its state."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import pymunk
@@ -9,8 +12,11 @@ import pymunk
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.persistent import History
 from pool_pymunk.engine.recorder import Motion
-from pool_pymunk.physics.contact import Vector
+from pool_pymunk.model.plain import argument, between, size
+from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.path import Path
+
+SHARE, FROM_ZERO = between(0.0, 1.0), between(0.0)
 
 
 class Ball:
@@ -26,12 +32,9 @@ class Ball:
         self, number: int, circle: pymunk.Circle, sensor: pymunk.Circle, engine: ContactEngine
     ) -> None:
         assert circle.body is not None
-        self.number = number
-        self.radius = circle.radius
-        self.circle = circle
-        self.sensor = sensor
-        self.body = circle.body
-        self.id = circle.body.id
+        self.number, self.radius = number, circle.radius
+        self.circle, self.sensor = circle, sensor
+        self.body, self.id = circle.body, circle.body.id
         self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
         self.is_on_table = True
         self.type = circle.collision_type
@@ -65,6 +68,25 @@ class ContactEvent(NamedTuple):
     point: Vector
     normal: Vector
     closing: float
+
+
+def same_balls(
+    restitution: float, friction: float, mass: float | None = None
+) -> Callable[[int, int], Pair]:
+    """Return the ``pair`` of a table whose balls are all alike.
+
+    Without a ``mass`` (kg) it is that of the bodies.
+
+    >>> same_balls(0.9, 0.05, mass=0.2)(0, 1)
+    Pair(m_a=0.2, m_b=0.2, restitution=0.9, friction=0.05)
+    """
+    m = math.nan if mass is None else argument("mass", mass, size)
+    e = argument("restitution", restitution, SHARE)
+    return partial(_of_any_two, Pair(m, m, e, argument("friction", friction, FROM_ZERO)))
+
+
+def _of_any_two(pair: Pair, i: int, j: int) -> Pair:
+    return pair
 
 
 class TableState(NamedTuple):

@@ -16,47 +16,34 @@ from pool_pymunk.physics.path import Path, motion_at
 
 Key = tuple[int, int]  # two balls, the lower number first; or a ball and -1 - a wall
 
-EVERYTHING = pymunk.ShapeFilter()
 # Up to this number of changed balls, meeting all of them costs no more than boxes around their
 # paths: of 4, 8, 16 and 32, it was the fastest or nearly so for 16 to 1,000 moving balls.
 FEW = 8
 
 
-def rejects(a: pymunk.ShapeFilter, b: pymunk.ShapeFilter) -> bool:
-    """Tell whether two shapes with these filters pass through each other."""
-    same_group = a.group != 0 and a.group == b.group
-    return same_group or not a.categories & b.mask or not b.categories & a.mask
-
-
 class BroadPhase:
-    """A broad phase knows the pairs that touched during a step, and what is near a ball.
-
-    ``until`` (s) is the end of the present step. ``changed`` are the balls that have begun a new
-    path in it, so their bodies are no longer where their paths are.
-    """
+    """A broad phase knows the pairs that touched during a step, and what is near a ball."""
 
     def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
-        self.space = space
-        self.engine = engine
-        self.until = 0.0
+        self.space, self.engine = space, engine
+        self.until = 0.0  # s; the end of the present step
         self.sensors: list[pymunk.Circle] = []
         # the number of a sensor's ball, or -1 - the number of a wall
         self.numbers: dict[pymunk.Shape, int] = {}
         self.pairs: dict[Key, None] = {}  # the pairs that touched during this step
-        self.changed: dict[int, None] = {}
-        self.filters = False  # Some ball or wall has a filter of its own.
+        self.changed: dict[int, None] = {}  # the balls that have begun a new path in it
         self.gone: list[int] = []  # the balls that have left the table in this step
         self._around: dict[int, list[int]] = {}
         # around the rest of this step on the paths of the changed balls, if they are many
         self._boxes = ManyBoxes(0, 0)
         self._unboxed: dict[int, None] = {}
 
-    def touched(self, a: pymunk.Shape, b: pymunk.Shape) -> None:
-        """Note that two shapes came so near that their balls may have met during this step."""
-        i, j = self.numbers.get(a), self.numbers.get(b)
-        if i is None or j is None:  # A handler has removed a ball or wall in this very step.
-            return
-        self.pairs[(i, j) if j < 0 or i < j else (j, i)] = None
+    def touched(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
+        """Handle a collision: note that these two shapes may have met during this step."""
+        arbiter.process_collision = False
+        i, j = map(self.numbers.get, arbiter.shapes)
+        if i is not None and j is not None:  # A handler may have removed one in this very step.
+            self.pairs[(i, j) if j < 0 or i < j else (j, i)] = None
 
     def foresee(self) -> None:
         """Predict the contacts of the pairs whose sensors have begun to touch."""
@@ -120,10 +107,7 @@ class BroadPhase:
         """Forget what this ball or wall has touched; only the end of a step asks for it."""
 
     def _changed_near(self, i: int) -> Iterable[int]:
-        """Return the changed balls that may come to ball ``i`` in the rest of the step.
-
-        Of a few it returns all.
-        """
+        """Return the changed balls that may come to ball ``i`` in this step; of a few, all."""
         if len(self.changed) <= FEW:
             return self.changed
         paths, radii, now = self.engine.paths, self.engine.radii, self.engine.now
@@ -136,10 +120,7 @@ class BroadPhase:
         return [j for j in self._boxes.balls(i, now) if j in self.changed]
 
     def _look_around(self, i: int) -> list[int]:
-        """Return what is near ball ``i`` in the rest of the step, or near its sensor.
-
-        pymunk does not report again what the sensor touches now, until the two part.
-        """
+        """Return what is near ball ``i`` in the rest of the step, or touches its sensor already."""
         path, r = self.engine.paths[i], self.engine.radii[i]
         x, y, _, _ = motion_at(path, max(self.until, path.t))
         x0, x1 = (x, path.x) if x < path.x else (path.x, x)
@@ -149,55 +130,41 @@ class BroadPhase:
         box = pymunk.BB(
             min(x0 - r, left), min(y0 - r, bottom), max(x1 + r, right), max(y1 + r, top)
         )
-        numbers = self.numbers
-        found = [s for s in self.space.bb_query(box, EVERYTHING) if s in numbers]
-        if self.filters:
-            mine = self.sensors[i].filter
-            found = [s for s in found if not rejects(mine, s.filter)]
-        return [numbers[s] for s in found]
+        numbers, found = self.numbers, self.space.bb_query(box, self.sensors[i].filter)
+        return [numbers[shape] for shape in found if shape in numbers]
 
 
 class EndOfStep(BroadPhase):
-    """This broad phase finds contacts at the end of a step, as a plain handler does.
+    """This broad phase finds contacts late: sides meet if they overlap at a step's end and close.
 
-    Two sides meet at the end of the step if they overlap there and close. Such a contact comes up
-    to a step late, and it never comes where a ball only grazed or tunnelled.
+    It never finds those where a ball only grazed or tunnelled.
     """
 
     def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
         super().__init__(space, engine)
-        self._touching: dict[int, list[Key]] = {}  # the pairs that touched, of each ball and wall
+        self._touching: dict[Key, None] = {}  # the pairs that touched in this step
 
     def foresee(self) -> None:
         """Put into the queue the pairs that touched, if they overlap and close."""
-        self._touching.clear()
-        for pair in self.pairs:
-            for i in pair:
-                self._touching.setdefault(i, []).append(pair)
-        self._queue_if_closing(self.pairs)
-        self.pairs.clear()
+        self._touching, self.pairs = self.pairs, {}
+        self._queue_if_closing(self._touching)
 
     def walls(self, i: int) -> Iterable[int]:
         """Return nothing: a new path meets no wall before the step is over."""
         return ()
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """Return nothing: a new path meets no ball, either.
-
-        But what the ball touches already may close now, and is put into the queue.
-        """
-        self._queue_if_closing(self._touching.get(i, ()))
+        """Return nothing, either, but put into the queue what the ball touches already."""
+        self._queue_if_closing([pair for pair in self._touching if i in pair])
         return ()
 
     def touching(self, i: int, now: float) -> Iterable[int]:
         """Return what the ball touched in this step."""
-        return [j for pair in self._touching.get(i, ()) for j in pair if j != i]
+        return [j for pair in self._touching if i in pair for j in pair if j != i]
 
     def leave_out(self, number: int) -> None:
         """Forget what this ball or wall has touched."""
-        for pair in self._touching.pop(number, ()):
-            other = pair[0] + pair[1] - number
-            self._touching[other].remove(pair)
+        self._touching = {pair: None for pair in self._touching if number not in pair}
 
     def _queue_if_closing(self, pairs: Iterable[Key]) -> None:
         engine = self.engine

@@ -3,60 +3,59 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import pymunk
 
-from pool_pymunk.model.places import TOUCHING, lies_in, overlap, room_beside_ball, said
-from pool_pymunk.model.plain import Unfit, argument, between, pair, size
-from pool_pymunk.model.problems import (
-    setting_error,
-    shown,
-    suggestion,
-)
-from pool_pymunk.physics.contact import Vector
+from pool_pymunk.model import places
+from pool_pymunk.model.plain import argument, point, size
+from pool_pymunk.model.problems import setting_error, shown, suggestion
+from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law, find_law
+from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall
 from pool_pymunk.world.ball import Ball
-from pool_pymunk.world.outlook import room
 
 LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step so much longer
 
 
-def check_space(space: Any) -> None:
-    """Refuse what is no space, and a space of threads."""
+class Obstacle(NamedTuple):
+    """An obstacle is a wall or a pocket, with its ``shape`` if the sides are those of the shape."""
+
+    shape: pymunk.Shape | None
+    wall: Wall
+
+    def room(self, center: Vector, radius: float) -> float:
+        """Return how much room (m) a ball has; it is negative if the ball lies in the obstacle.
+
+        For a pocket it is the room between the ball's centre and the rim.
+        """
+        if self.shape is None:
+            return places.room_beside(self.wall.sides, *center, radius)
+        return self.shape.point_query(center).distance - radius
+
+    def holds(self, center: Vector, radius: float) -> bool:
+        """Tell whether a ball lies in the obstacle."""
+        return places.lies_in(self.wall, self.room(center, radius), *center, radius)
+
+    def lies_across(self, way: Path) -> bool:
+        """Tell whether a wall lies between where a path begins and where it is after 1 s."""
+        if self.wall.is_pocket or self.room((way.x, way.y), 0.0) <= 0.0:
+            return False
+        return self.wall.time_of_contact(way, 0.0, 0.0) <= 1.0
+
+
+def check_settings(space: Any, pair: Any, contacts: Any, friction: Any) -> None:
+    """Refuse settings of a table that cannot be."""
     if not isinstance(space, pymunk.Space):
         raise setting_error("space", shown(space), "must be a pymunk.Space")
     if space.threaded:
         raise setting_error("space", "threaded", "Billiards needs a space without threads")
-
-
-def read_size(key: str, value: Any) -> float:
-    """Read a number greater than 0."""
-    return argument(key, value, size)
-
-
-def read_share(key: str, value: Any) -> float:
-    """Read a number between 0 and 1."""
-    return argument(key, value, between(0.0, 1.0))
-
-
-def read_from_zero(key: str, value: Any) -> float:
-    """Read a number from 0 on."""
-    return argument(key, value, between(0.0))
-
-
-def read_vector(key: str, value: Any) -> Vector:
-    """Read two finite numbers."""
-    try:
-        x, y = pair(tuple(value) if isinstance(value, pymunk.Vec2d) else value)
-    except Unfit as unfit:
-        raise setting_error(key, shown(value), str(unfit)) from None
-    if not math.isfinite(x + y):
-        raise setting_error(key, shown(value), "must be two finite numbers")
-    return x, y
+    check_choice("contacts", contacts, ("swept", "discrete"))
+    check_choice("friction", friction, ("joint", "callback"))
+    if not callable(pair):
+        raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
 
 
 def check_choice(key: str, value: Any, choices: Sequence[str]) -> None:
@@ -68,12 +67,21 @@ def check_choice(key: str, value: Any, choices: Sequence[str]) -> None:
 
 def read_law(law: Any) -> Law:
     """Return the law of that name, or the law itself."""
-    if isinstance(law, Law):
-        return law
-    if not isinstance(law, str) or law not in LAWS:
+    if isinstance(law, type) and issubclass(law, Law):
+        raise setting_error("law", law.__name__, f"is a class; an object is {law.__name__}()")
+    if not isinstance(law, Law) and not (isinstance(law, str) and law in LAWS):
         message = f"must be one of {', '.join(LAWS)}, or an object of the class Law"
-        raise setting_error("law", shown(law), message + suggestion(law, LAWS))
+        raise setting_error("law", law, message + suggestion(law, LAWS))
     return find_law(law)
+
+
+def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]) -> Pair:
+    """Return the pair with the masses of the bodies; refuse a pair that says otherwise."""
+    for mass, own, i in zip((pair.m_a, pair.m_b), masses, numbers, strict=True):
+        if not math.isnan(mass) and mass != own:
+            message = f"the body of ball {i} has a mass of {own:g} kg"
+            raise setting_error("pair", f"a mass of {mass:g} kg", message)
+    return pair._replace(m_a=masses[0], m_b=masses[1])
 
 
 def check_circle(circle: Any) -> None:
@@ -88,43 +96,35 @@ def check_circle(circle: Any) -> None:
     if tuple(circle.offset) != (0.0, 0.0):
         message = "a ball's circle must lie in the middle of its body"
         raise setting_error("circle.offset", list(circle.offset), message)
-    read_size("circle.radius", circle.radius)
+    argument("circle.radius", circle.radius, size)
     if body.mass == 0.0 and circle.mass > 0.0:
         message = "must be greater than 0: the circle's own mass counts once it is in a space"
         raise setting_error("circle.body.mass", 0.0, message)
-    read_size("circle.body.mass", body.mass)
-    read_vector("circle.body.position", body.position)
-    read_vector("circle.body.velocity", body.velocity)
+    argument("circle.body.mass", body.mass, size)
+    argument("circle.body.position", body.position, point)
+    argument("circle.body.velocity", body.velocity, point)
     _check_type("circle", circle)
 
 
 def check_unchanged(ball: Ball, mass: float) -> None:
     """Refuse a ball of which something is not what it was when it came to the table."""
     circle, body = ball.circle, ball.body
-    said: list[tuple[str, Any, Any]] = [
+    values: list[tuple[str, Any, Any]] = [
         ("body_type", body.body_type, pymunk.Body.DYNAMIC),
         ("mass", body.mass, mass),
         ("collision_type", circle.collision_type, ball.type),
         ("offset", tuple(circle.offset), (0.0, 0.0)),
+        ("filter", circle.filter, ball.sensor.filter),
     ]
     if circle is not ball.sensor:
-        said.append(("radius", circle.radius, ball.radius))
-        said.append(("filter", circle.filter, ball.sensor.filter))
-    for key, now, was in said:
+        values.append(("radius", circle.radius, ball.radius))
+    for key, now, was in values:
         if now != was:
             message = (
                 f"it was {was} when the ball came to the table; to change it, remove the ball "
                 "and add its circle again"
             )
             raise setting_error(f"ball {ball.number}: {key}", now, message)
-
-
-def warn_of_lengths(sides: Iterable[object]) -> None:
-    """Warn of sides of one's own that answer after which length of a straight path, not when."""
-    for side in sides:
-        if not hasattr(side, "time_of_contact"):
-            text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
-            warnings.warn(text, DeprecationWarning, stacklevel=3)
 
 
 def check_wall(shape: Any) -> None:
@@ -150,19 +150,19 @@ def check_place(
     center: Vector,
     radius: float,
     discs: Mapping[int, tuple[Vector, float]],
-    obstacles: Sequence[tuple[pymunk.Shape | None, Wall]],
+    obstacles: Iterable[Obstacle],
 ) -> None:
     """Refuse a ball that lies in another ball, a wall or a pocket."""
-    for shape, wall in obstacles:
-        left = room(center, radius, shape, wall)
-        if lies_in(wall, left, *center, radius):
+    for obstacle in obstacles:
+        if obstacle.holds(center, radius):
+            wall, left = obstacle.wall, obstacle.room(center, radius)
             how, what = ("is within", "pocket") if wall.is_pocket else ("overlaps", "wall")
-            message = said("the ball", f"{what} {wall.number}", left, radius, how=how)
+            message = places.said("the ball", f"{what} {wall.number}", left, radius, how=how)
             raise setting_error("position", list(center), message)
     for number, (place, other) in discs.items():
-        if overlap(*center, radius, *place, other, TOUCHING):
-            left = room_beside_ball(*center, radius, *place, other)
-            message = said("the ball", f"ball {number}", left, min(radius, other))
+        if places.overlap(*center, radius, *place, other, places.TOUCHING):
+            left = places.room_beside_ball(*center, radius, *place, other)
+            message = places.said("the ball", f"ball {number}", left, min(radius, other))
             raise setting_error("position", list(center), message)
 
 

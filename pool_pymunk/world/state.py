@@ -7,25 +7,61 @@ carries the mean velocity of its path over the coming step, which makes position
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from enum import Enum, auto
+from struct import iter_unpack
+from typing import Any, NamedTuple
 
 import pymunk
+from pymunk.batch import BodyFields, Buffer, get_space_bodies
 
 from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.engine.recorder import Motion
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.world.ball import Ball, TableState
-from pool_pymunk.world.broad_phase import EVERYTHING, BroadPhase
+from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_unchanged
 
 BALL, SENSOR = 0x42616C6C, 0x53656E73  # These are our own collision types.
 NOTHING = (0.0, 0.0)
-HAIR = 1e-9  # radii; the sensor of a ball that moves is larger by this
-# With discrete contacts, the sensor of a resting ball is smaller by this: then balls that rest in
-# touch do not call in every step.
+# radii; the sensor of a ball that moves is larger by this. With discrete contacts, that of a
+# resting ball is smaller: then balls that rest in touch do not call in every step.
+HAIR = 1e-9
+
+
+# This is how a body moves: its position (m), velocity (m/s) and force (N).
+Moves = tuple[float, float, float, float, float, float]
+FIELDS = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY | BodyFields.FORCE
+
+
+_buffer = Buffer()
+
+
+class Snapshot(NamedTuple):
+    """A snapshot has the bodies of a space, how they move, and the shapes, in pymunk's order."""
+
+    ids: bytes = b""
+    numbers: bytes = b""
+    shapes: tuple[pymunk.Shape, ...] = ()
+
+    def rows(self) -> list[Moves]:
+        """Return how the bodies move, in their order."""
+        rows: list[Any] = list(iter_unpack("6d", self.numbers))
+        return rows
+
+    def moves(self) -> dict[int, Moves]:
+        """Return how each body moves, by its id."""
+        return dict(zip(memoryview(self.ids).cast("P").tolist(), self.rows(), strict=True))
+
+
+def read_bodies(space: pymunk.Space) -> Snapshot:
+    """Return how the bodies move now; three calls a body would cost more than a step of pymunk."""
+    _buffer.clear()
+    get_space_bodies(space, FIELDS, _buffer)
+    return Snapshot(bytes(_buffer.int_buf()), bytes(_buffer.float_buf()), tuple(space.shapes))
 
 
 class Phase(Enum):
@@ -38,23 +74,17 @@ class Phase(Enum):
 
 
 class State:
-    """The state of a table has one owner: this. All others read it, and change it by its methods.
-
-    Positions are in m, velocities in m/s, times in s.
-    """
+    """The state of a table is changed by these methods alone (m, m/s, s)."""
 
     def __init__(
-        self, space: pymunk.Space, engine: ContactEngine, near: BroadPhase, max_dt: float,
+        self, engine: ContactEngine, near: BroadPhase, max_dt: float,
         *, alone: bool, has_joints: bool, is_swept: bool,
     ) -> None:  # fmt: skip
-        self.space = space
-        self.engine = engine
-        self.near = near
+        self.space, self.engine, self.near = near.space, engine, near
         self.surface = engine.surface
         self.max_dt = self.dt = max_dt
-        self.alone = alone
+        self.alone, self.is_swept = alone, is_swept
         self.has_joints = has_joints  # friction by joints, not by callbacks
-        self.is_swept = is_swept
         self.phase = Phase.BETWEEN
         self.time = 0.0
         self.latest = math.inf  # the time to stop at, in the middle of a step if need be
@@ -82,24 +112,10 @@ class State:
         is_inside = self.phase in (Phase.ANSWERING, Phase.TELLING)
         return self.engine.now if is_inside else self.time
 
-    def set_time(self, t: float) -> None:
-        """Set the clock."""
+    def set_clock(self, t: float, dt: float) -> None:
+        """Set the clock, and how long steps are from now on."""
         self.time = self.since = t
-        self.count = 0
-
-    def take_steps_of(self, dt: float) -> None:
-        """Make steps of this length from now on, and put all moving bodies on their paths.
-
-        pymunk's joints keep impulses from step to step, and take it that steps are equally long.
-        """
-        self.since, self.count, self.dt = self.time, 0, dt
-        self.carry_all()
-
-    @property
-    def end_of_step(self) -> float:
-        """The time at the end of the present step."""
-        t = self.since + (self.count + 1) * self.dt
-        return t if t < self.latest else self.latest
+        self.count, self.dt = 0, dt
 
     def tick(self, steps: int = 1) -> None:
         """Count steps that pymunk has made."""
@@ -131,7 +147,6 @@ class State:
         """Make a circle and its body a ball, unchecked."""
         body, radius = circle.body, circle.radius
         assert body is not None
-        self.near.filters = self.near.filters or circle.filter != EVERYTHING
         self.join(body, circle)
         sensor = circle
         if not self.alone:
@@ -196,22 +211,16 @@ class State:
             ball.circle.collision_type = 0
             del self.ball_of[ball.body]
             there = [each for each in ball.body.shapes if each.space is not None]
-            things: list[pymunk.Body | pymunk.Shape] = [ball.body, *there]
-            self.space.remove(*[thing for thing in things if thing.space is not None])
-            if not self.alone:
-                there = [each for each in there if each is not ball.sensor]
-                if ball.sensor.space is None:
-                    ball.sensor.body = None  # Its body may come back as another ball.
-            ball.shapes = tuple(there)
+            self.space.remove(*there, *[each for each in (ball.body,) if each.space is not None])
+            if not self.alone and ball.sensor.space is None:
+                ball.sensor.body = None  # Its body may come back as another ball.
+            ball.shapes = tuple([each for each in there if self.alone or each is not ball.sensor])
 
     def discs(self, without: Ball | None = None) -> dict[int, tuple[Vector, float]]:
         """Return position and radius of each ball by its number, perhaps ``without`` one."""
-        now, balls, paths = self.now, self.ball_of.values(), self.engine.paths
-        return {
-            ball.number: (motion_at(paths[ball.number], now)[:2], ball.radius)
-            for ball in balls
-            if ball is not without
-        }
+        now, paths = self.now, self.engine.paths
+        others = [ball for ball in self.ball_of.values() if ball is not without]
+        return {b.number: (motion_at(paths[b.number], now)[:2], b.radius) for b in others}
 
     # -- balls on new paths ----------------------------------------------------------------------
 
@@ -244,26 +253,25 @@ class State:
             self.engine.predict(numbers)
         self.wake = -math.inf
 
-    def predict_anew(self) -> None:
-        """Put all balls on their paths, and predict again what they meet."""
+    def predict_anew(self, motions: Mapping[int, Motion] | None = None) -> None:
+        """Put all balls on their paths, or let them move so, and predict again what they meet."""
         if self.phase is Phase.BETWEEN:
             self.near.until = self.engine.now = self.time
-        now = self.now
-        for ball in self.ball_of.values():
-            x, y, vx, vy = motion_at(self.engine.paths[ball.number], now)
+        now, engine = self.now, self.engine
+        for i in (numbers := [ball.number for ball in self.ball_of.values()]):
+            x, y, vx, vy = motions[i] if motions else motion_at(engine.paths[i], now)
             path = self.surface.path(now, (x, y), (vx, vy))
-            if path.moves:
-                self.engine.set_off(ball.number, path)
-            self.carry(ball)
-            self._move_sensor(ball)
-        self.engine.predict([ball.number for ball in self.ball_of.values()])
+            if motions:
+                engine.rested[i] = -math.inf
+            if motions or path.moves:
+                engine.set_off(i, path)
+            self.carry(self.balls[i])
+            self._move_sensor(self.balls[i])
+        engine.predict(numbers)
         self.wake = -math.inf
 
     def _move_sensor(self, ball: Ball) -> None:
-        """Let pymunk find anew what a ball's sensor touches, because the ball was put elsewhere.
-
-        pymunk reports a touch only once until the two part.
-        """
+        """Let pymunk report anew what a ball's sensor touches, because the ball lies elsewhere."""
         self.space.remove(ball.sensor)
         self.space.add(ball.sensor)
         self.space.reindex_shapes_for_body(ball.body)
@@ -284,31 +292,21 @@ class State:
                     x, y = x - gap * nx, y - gap * ny
         return x, y
 
-    def saved(self) -> TableState:
-        """Return where the balls are and how they move."""
-        now, paths = self.now, self.engine.paths
-        motions = {i: motion_at(paths[i], now) for i in (b.number for b in self.ball_of.values())}
-        return TableState(now, motions, dict(self.engine.resolver.history))
-
     def restore(self, saved: TableState) -> None:
         """Put the balls back to where they were, and the clock."""
         for ball in self.on_table():
             if ball.number not in saved.motions:
                 self.drop(ball)
-        self.set_time(saved.time)
+        self.set_clock(saved.time, self.dt)
         self.engine.turn_back(self.time)
         self.sent.clear()
-        for number, (x, y, vx, vy) in saved.motions.items():
-            ball = self.balls[number]
+        for ball in (self.balls[number] for number in saved.motions):
             if not ball.is_on_table:
                 self.join(ball.body, *ball.shapes)
                 self._enter(ball)
-            path = self.surface.path(self.time, (x, y), (vx, vy))
-            self.engine.set_off(number, path)
-            self.engine.rested[number] = math.inf if path.moves else -math.inf
         self.engine.resolver.history.clear()
         self.engine.resolver.history.update(saved.history)
-        self.predict_anew()
+        self.predict_anew(saved.motions)
 
     # -- bodies on their paths -------------------------------------------------------------------
 
@@ -318,10 +316,7 @@ class State:
         return self.mean_of(path, path.end - t, vx, vy)
 
     def mean_of(self, path: Path, left: float, vx: float, vy: float) -> Vector:
-        """Return the mean velocity over a step of a ball that moves so, and rests in ``left`` s.
-
-        A difference of two places would know it to rounding of a place over ``dt`` only.
-        """
+        """Return the mean velocity over a step of a ball that moves so, and rests in ``left`` s."""
         dt = self.dt
         if left > dt:
             return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
@@ -353,34 +348,29 @@ class State:
             self.carry(ball)
 
     def _slow_down(self, ball: Ball) -> None:
-        """Install surface friction on a ball that begins to move.
-
-        A joint pulls back with the force m a inside the C step, and holds the body at no place.
-        """
+        """Install friction on a ball that begins to move: a callback, or a joint that pulls m a."""
         if self.surface.pull > 0.0 and self.has_joints:
             if ball.joint is None:
-                ground, origin = self.space.static_body, (0.0, 0.0)
-                ball.joint = pymunk.PivotJoint(ground, ball.body, origin, origin)
+                ground = self.space.static_body
+                ball.joint = pymunk.PivotJoint(ground, ball.body, NOTHING, NOTHING)
                 ball.joint.max_bias = 0.0
                 ball.joint.max_force = ball.body.mass * self.surface.pull
             self.space.add(ball.joint)
         elif self.surface.pull > 0.0:
             ball.body.velocity_func = self._damp
 
-    def _damp(
-        self, body: pymunk.Body, _gravity: Vector, _damping: float, _dt: float
-    ) -> None:  # fmt: skip
-        """Damp a body: it carries its path's mean velocity over the coming step.
-
-        What springs and joints have given it before in this step is added.
-        """
+    def _damp(self, body: pymunk.Body, *_: object) -> None:
+        """Give a body its path's mean velocity over the coming step, and what pushed it before."""
         try:
-            ball, end = self.ball_of[body], self.since + (self.count + 1) * self.dt
-            velocity = self.mean_velocity(self.engine.paths[ball.number], end)
+            path = self.engine.paths[self.ball_of[body].number]
+            velocity = self.mean_velocity(path, self.since + (self.count + 1) * self.dt)
             body.force = NOTHING
             if not self.alone:
-                (vx, vy), (x, y) = velocity, body.velocity
-                began = self.mean_velocity(self.engine.paths[ball.number], self.time)
+                (vx, vy), (x, y), began = (
+                    velocity,
+                    body.velocity,
+                    self.mean_velocity(path, self.time),
+                )
                 velocity = vx + x - began[0], vy + y - began[1]
             body.velocity = velocity
         except Exception as error:

@@ -1,28 +1,117 @@
-"""This module makes steps of a space, and answers what happens to the balls in them."""
+"""This module makes steps of a space, answers what happens to the balls, and tells of it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.problems import setting_error
+from pool_pymunk.physics.contact import Contact, Vector, closing_speed
+from pool_pymunk.physics.path import Path
+from pool_pymunk.world.ball import Ball, ContactEvent
+from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_step
-from pool_pymunk.world.state import HAIR, Phase, State
-from pool_pymunk.world.telling import Callbacks
+from pool_pymunk.world.state import HAIR, Phase, Snapshot, State, read_bodies
 from pool_pymunk.world.walls import Walls
 
 MOST_QUIET = 1000.0  # steps between two looks at the clock
 
+# These are the callbacks by their names; and a callback's name, what it is called with, and balls'
+# paths before it.
+Of = Callable[[str], Callable[..., object] | None]
+Told = tuple[str, tuple[object, ...], dict[Ball, Path]]
 
-class Steps:
-    """These are the steps of a space that holds a table alone."""
 
-    def __init__(self, state: State, walls: Walls, callbacks: Callbacks) -> None:
+class Callbacks(Recorder):
+    """This recorder passes on to callbacks what happens, as soon as its instant is over.
+
+    ``of(name)`` is the callback of this name, or None.
+    """
+
+    def __init__(self, state: State, of: Of) -> None:
         self.state = state
-        self.walls = walls
-        self.callbacks = callbacks
-        self._pymunk_step = state.space.step
-        vars(state.space)["step"] = self.step_of_space
+        self.of = of
+        self.told: list[Told] = []  # what has happened in the present instant
+        self._before = Snapshot()  # how the bodies moved when the present callback was called
+
+    # -- what happens ----------------------------------------------------------------------------
+
+    def contact(self, contact: Contact, t: float) -> None:
+        """Tell ``on_contact``."""
+        if self.of("on_contact") is not None:
+            balls = tuple(self.state.balls[i] for i in contact.balls)
+            closing = closing_speed(contact, {ball.number: ball.path.at(t)[1] for ball in balls})
+            event = ContactEvent(t, balls, contact.cushion, contact.point, contact.normal, closing)
+            self._tell("on_contact", event, balls=balls)
+
+    def stop(self, i: int, t: float, position: Vector) -> None:
+        """Tell ``on_stop``."""
+        self._tell("on_stop", self.state.balls[i], t)
+
+    def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
+        """Tell ``on_pocket`` the ball, the number of the pocket, and the time (s)."""
+        self._tell("on_pocket", self.state.balls[i], pocket, t)
+
+    def stop_revoked(self, i: int, t: float) -> None:
+        """Tell ``on_stop_revoked``, because the ball had not come to rest."""
+        self._tell("on_stop_revoked", self.state.balls[i], t)
+
+    def _tell(self, name: str, *said: object, balls: Sequence[Ball] = ()) -> None:
+        """Call a callback later; the ``path`` of these balls is for it what it is now."""
+        if self.of(name) is not None:
+            self.told.append((name, said, {ball: ball.path for ball in balls}))
+
+    # -- the instant is over ---------------------------------------------------------------------
+
+    def tell_all(self) -> None:
+        """Call the callbacks of this instant; errors of theirs are kept to the step's end."""
+        state, told, self.told = self.state, self.told, []
+        for name, said, paths in told:
+            callback = self.of(name)
+            if callback is None:
+                continue
+            for ball, path in paths.items():
+                ball.before = path
+            state.phase, self._before = Phase.TELLING, read_bodies(state.space)
+            try:
+                callback(*said)
+                self.follow()
+            except Exception as error:
+                state.note(error)
+            finally:
+                state.phase = Phase.ANSWERING
+                for ball in paths:
+                    ball.before = None
+
+    def follow(self) -> None:
+        """Follow what the present callback has done to bodies itself."""
+        state, now = self.state, read_bodies(self.state.space)
+        if now == self._before:
+            return
+        state.drop_lost()
+        before, moves = self._before.moves(), now.moves()
+        for ball in state.on_table():
+            x, y, vx, vy = moves[ball.id][:4]
+            left = state.carried.get(ball) or before.get(ball.id, moves[ball.id])
+            there = None if (x, y) == left[:2] else state.beside(ball, x, y)
+            goes = None if (vx, vy) == left[2:4] else (vx, vy)
+            if there is not None or goes is not None:
+                state.send(ball, there, goes)
+
+
+class Steps(State):
+    """These are the steps of a table that has its space alone, and the state that they change."""
+
+    def __init__(
+        self, engine: ContactEngine, near: BroadPhase, max_dt: float, of: Of, **how: bool
+    ) -> None:
+        super().__init__(engine, near, max_dt, **how)
+        self.walls = Walls(self)
+        self.callbacks = engine.recorder = Callbacks(self, of)
+        self._pymunk_step = self.space.step
+        vars(self.space)["step"] = self.step_of_space
 
     def step_of_space(self, dt: float) -> None:
         """Do what ``space.step(dt)`` does from now on."""
@@ -33,125 +122,91 @@ class Steps:
 
     def refuse_in_step(self, call: str, value: object = "in a step") -> None:
         """Refuse a call that is for the time between two steps."""
-        if self.state.phase is not Phase.BETWEEN:
+        if self.phase is not Phase.BETWEEN:
             raise setting_error(call, value, "wait until the present step is over")
 
     def step(self, dt: float | None) -> None:
         """Make one step (s), by default as long as the last one."""
-        state = self.state
-        if state.phase is not Phase.BETWEEN:
+        if self.phase is not Phase.BETWEEN:
             self.refuse_in_step("step")
-        is_other = dt is not None and dt != state.dt
+        is_other = dt is not None and dt != self.dt
         if dt is not None and is_other:
-            check_step(dt, state.max_dt)
-            state.take_steps_of(float(dt))
-        state.begin_step()
-        try:
-            self._pymunk_step(state.dt)
-            self.answer()
-        finally:
-            state.phase = Phase.BETWEEN
+            check_step(dt, self.max_dt)
+            self.set_clock(self.time, float(dt))
+            self.carry_all()
+        self._make_steps(1)
         if is_other:
-            state.carry_all()
-        if state.error is not None:
-            state.raise_noted()
+            self.carry_all()
+        if self.error is not None:
+            self.raise_noted()
 
     def play(self, on_time: Callable[[float], object] | None, latest: float) -> None:
         """Step until everything rests, until ``latest``, or until nothing more may happen."""
-        state, engine = self.state, self.state.engine
         self.refuse_in_step("play")
-        state.latest, state.wake = latest, -math.inf  # Balls may have been struck since.
-        while state.moving and state.time < latest:
-            self._make_steps(self._steps_until_due())
-            state.raise_noted()
+        engine, self.latest, self.wake = self.engine, latest, -math.inf  # Balls may be struck.
+        while self.moving and self.time < latest:
+            # Unless sensors touch, nothing is due in at least this many steps.
+            bare = (min(self.wake, latest) - self.time) / self.dt if self.has_joints else 0.0
+            self._make_steps(1 + int(max(0.0, min(bare * (1.0 - HAIR), MOST_QUIET))))
+            self.raise_noted()
             if on_time is not None:
-                on_time(state.time)
+                on_time(self.time)
             if engine.is_over or not engine.is_finite:
-                state.time = engine.now
-                state.stop_balls()
+                self.time = engine.now
+                self.stop_balls()
                 break
-        state.latest = math.inf
+        self.latest = math.inf
 
     def _make_steps(self, count: int) -> None:
         """Step the space until two sensors touch, but at most ``count`` times."""
-        state, step, pairs = self.state, self._pymunk_step, self.state.near.pairs
-        dt, quiet = state.dt, 0
-        state.begin_step()
+        dt, quiet = self.dt, 0
+        self.begin_step()
         try:
-            step(dt)
-            while quiet < count - 1 and not pairs and state.error is None:
-                step(dt)
+            self._pymunk_step(dt)
+            while quiet < count - 1 and not self.near.pairs and self.error is None:
+                self._pymunk_step(dt)
                 quiet += 1
             if quiet:
-                state.tick(quiet)
-            self.answer()
+                self.tick(quiet)
+            began = self.time
+            self.tick()
+            if self.time >= self.wake or self.near.pairs or self.sent:
+                self.answer(began)
         finally:
-            state.phase = Phase.BETWEEN
+            self.phase = Phase.BETWEEN
 
-    def _steps_until_due(self) -> int:
-        """Return in how many steps something is due, if no two sensors touch until then."""
-        state = self.state
-        if not state.has_joints or state.wake == -math.inf:
-            return 1
-        steps = (min(state.wake, state.latest) - state.time) / state.dt
-        return int(max(0.0, min(steps * (1.0 - HAIR), MOST_QUIET))) + 1  # rather too early
-
-    def answer(self) -> None:
-        """Answer what happened in the step that pymunk has just made; mostly it is nothing."""
-        state, end = self.state, self.state.end_of_step
-        if end >= state.wake or state.near.pairs or state.sent:
-            self._answer_due(end)
-        else:
-            state.tick()
-
-    def is_bare(self) -> bool:
-        """Tell whether nothing is to be done for the step that pymunk has just made."""
-        state = self.state
-        return state.end_of_step < state.wake and not state.near.pairs and not state.sent
-
-    def _answer_due(self, end: float) -> None:
-        state, engine, since = self.state, self.state.engine, self.state.time
-        is_due = state.near.pairs or state.sent or engine.upcoming() <= end
-        if is_due:
-            self._check_walls()
-        state.tick()
-        if is_due:
-            self._answer_contacts(since)
-        ahead = 0.0 if state.alone else state.max_dt  # Others see how a ball stops.
-        if state.time + ahead >= state.next_stop:
-            state.stop_balls()
-        state.wake = min(engine.upcoming(), state.next_stop - (1.0 + HAIR) * ahead)
-
-    def _check_walls(self) -> None:
-        """Refuse this step if a wall has moved; nobody else is here who could move one."""
-
-    def _answer_contacts(self, since: float) -> None:
-        """Answer the contacts of the step that began at ``since`` (s), in their order."""
-        state, engine, near = self.state, self.state.engine, self.state.near
-        engine.now, near.until = since, state.time
-        near.foresee()
-        sent, state.sent = dict.fromkeys(state.sent), []
-        engine.predict([i for i in sent if state.balls[i].is_on_table])
-        self._play_instants()
-        for i in near.changed:
-            state.carry(state.balls[i])
-        near.settle()
+    def answer(self, began: float) -> None:
+        """Answer the contacts and stops of the step that ``began`` then (s)."""
+        engine, near = self.engine, self.near
+        if near.pairs or self.sent or engine.upcoming() <= self.time:
+            self.walls.refuse_moved()
+            engine.now, near.until = began, self.time
+            near.foresee()
+            sent, self.sent = dict.fromkeys(self.sent), []
+            engine.predict([i for i in sent if self.balls[i].is_on_table])
+            self._play_instants()
+            for i in near.changed:
+                self.carry(self.balls[i])
+            near.settle()
+        ahead = 0.0 if self.alone else self.max_dt  # Others see how a ball stops.
+        if self.time + ahead >= self.next_stop:
+            self.stop_balls()
+        self.wake = min(engine.upcoming(), self.next_stop - (1.0 + HAIR) * ahead)
 
     def _play_instants(self) -> None:
         """Play the instants of this step, and call the callbacks after each."""
-        state, engine, callbacks = self.state, self.state.engine, self.callbacks
-        state.phase = Phase.ANSWERING
+        engine, callbacks, self.phase = self.engine, self.callbacks, Phase.ANSWERING
         try:
-            while engine.is_finite and not engine.is_over and engine.upcoming() <= state.time:
+            while engine.is_finite and not engine.is_over and engine.upcoming() <= self.time:
                 engine.next()
-                if state.near.gone:
-                    state.take_out_gone()
+                if self.near.gone:
+                    self.take_out_gone()
                 if callbacks.told:
                     callbacks.tell_all()
         except Exception:  # A law or pair of the user's has failed: its contact is still due.
-            engine.predict(list(state.moving))
-            state.wake = -math.inf
+            engine.predict(list(self.moving))
+            self.wake = -math.inf
             raise
         finally:
-            state.phase = Phase.STEPPING
+            self.phase = Phase.STEPPING
             callbacks.told.clear()
