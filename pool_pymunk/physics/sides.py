@@ -121,7 +121,7 @@ class Face(NamedTuple):
                 return math.inf
             gap, closing = (0.0 if gap > -OVERLAP * r else gap), min(closing, 0.0)
         time = time_to_close(gap, closing, pull)
-        if time > (math.inf if path.slows else path.end - path.t):
+        if time == math.inf or (time > path.end - path.t and not path.slows):
             return math.inf
         along = path.vx * tx + path.vy * ty + time * (path.ax * tx + path.ay * ty) / 2.0
         foot = x * tx + y * ty + time * along
