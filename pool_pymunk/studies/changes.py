@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -270,8 +271,9 @@ class Changes:
         law, answer, told = self._asked(balls, before_nt, moves, fastest)
         if law is None:
             raise Lost(f"law {self.law.name} jumps or has a kink")
-        after = [split(rate[:2], normal) for rate in rates]
-        if not np.abs(np.subtract(after, answer)).max() <= AGREE * fastest:
+        after = (part for vx, vy, _, _ in rates for part in split((vx, vy), normal))
+        said = chain.from_iterable(answer)
+        if not all(abs(a - b) <= AGREE * fastest for a, b in zip(after, said, strict=True)):
             raise Lost("a contact is answered by a policy")
         answered = self._answered(law, parts, told, event.t)
         self.times.append(times)

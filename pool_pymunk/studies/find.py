@@ -11,7 +11,7 @@ import numpy as np
 
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Point, Scene, Shot
-from pool_pymunk.model.inputs import SHOT, input_value, row_of
+from pool_pymunk.model.inputs import SHOT, input_value, row_of, struck
 from pool_pymunk.model.plain import argument, read_pair, size, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
@@ -129,18 +129,14 @@ class _Search:
     ) -> None:  # fmt: skip
         self.scene, self.shot, self.wanted, self.seed, self.law = scene, shot, wanted, seed, law
         self.errors = argument("angle_error", angle, size), argument("speed_error", speed, size)
-        self.ball = scene.index[shot.ball]
-        self.position = np.array(scene.start(shot).position)
-        self.low, self.high = np.array([-math.inf, 0.0]), np.array([math.inf, math.inf])
+        self.ball, start = scene.index[shot.ball], scene.start(shot)
+        self.position, self.usual = np.array(start.position), math.hypot(*start.velocity[self.ball])
         self.others: dict[str, float] = {}
-        self.balls: list[int] = []
-        self.goals = np.zeros((0, 2))
 
     def read_ranges(self, angle: Range, speed: Range | None) -> tuple[Range, Range]:
         """Read the ranges within which shots are looked for; the speed's has a default."""
-        vx, vy = self.scene.start(self.shot).velocity[self.ball]
-        usual = math.hypot(vx, vy)
-        ranges = read_pair("angle", angle), read_pair("speed", speed or (0.25 * usual, 1.5 * usual))
+        speed = speed or (0.25 * self.usual, 1.5 * self.usual)
+        ranges = read_pair("angle", angle), read_pair("speed", speed)
         for key, (low, high) in zip(("angle", "speed"), ranges, strict=True):
             if not low < high:
                 raise setting_error(key, [low, high], "must be (low, high)")
@@ -177,9 +173,7 @@ class _Search:
     def play(self, angle: Array, speed: Array, others: Array | None = None) -> Batch:
         """Play the shot at angles (degrees) and speeds (m/s), with errors (S, P) of others."""
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(angle), 1, 1))
-        turned = np.radians(angle)
-        velocity[:, self.ball, 0] = speed * np.cos(turned)
-        velocity[:, self.ball, 1] = speed * np.sin(turned)
+        velocity[:, self.ball] = struck(velocity[:, self.ball], {"speed": speed, "angle": angle})
         vary = {}
         for name, errors in zip(self.others, () if others is None else others.T, strict=False):
             row, _ = row_of("errors", name, self.scene)

@@ -15,8 +15,9 @@ The bounds come from three sources:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from typing import Concatenate, ParamSpec
 
 import numpy as np
 
@@ -40,8 +41,8 @@ def measures(trial: Trial) -> Iterator[Measure]:
     yield broken
     if not broken.holds:
         return  # All further measures would be nonsense.
-    for claim in (*ALWAYS, *trial.case.claims):
-        if (measure := claim(trial)) is not None:
+    for each in (*ALWAYS, *trial.case.claims):
+        if (measure := each(trial)) is not None:
             yield measure
 
 
@@ -214,78 +215,72 @@ ALWAYS = (
 # -- of single extremes: a closed form, a symmetry, or a likeness ----------------------------------
 
 
-def contacts_are(expected: int) -> Claim:
-    """Claim that the run has this number of contacts."""
-    return lambda trial: wrong(
-        "contacts", f"{trial.contacts} contacts, not {expected}", trial.contacts != expected
-    )
+P = ParamSpec("P")
 
 
-def pocket(*ids: str) -> Claim:
-    """Claim that just these balls are pocketed; an empty id is none."""
-    expected = {id_ for id_ in ids if id_}
+def claim(measure: Callable[Concatenate[Trial, P], Measure | None]) -> Callable[P, Claim]:
+    """Return a maker of claims: it takes the arguments of a measure that follow the trial."""
 
-    def pocketed(trial: Trial) -> Measure:
-        found = set(trial.run.pocketed)
-        words = f"{sorted(found) or 'nothing'} pocketed, not {sorted(expected) or 'nothing'}"
-        return wrong("pocketed", words, found != expected)
+    def made(*about: P.args, **named: P.kwargs) -> Claim:
+        return lambda trial: measure(trial, *about, **named)
 
-    return pocketed
+    return made
 
 
-def leave_with(velocities: Mapping[str, Point]) -> Claim:
-    """Claim that balls end with these velocities (m/s)."""
-
-    def velocity(trial: Trial) -> Measure:
-        ends = dict(zip(trial.scene.index, trial.run.end.velocity, strict=True))
-        return _velocity(trial, max(math.dist(ends[id_], v) for id_, v in velocities.items()))
-
-    return velocity
+@claim
+def contacts_are(trial: Trial, expected: int) -> Measure:
+    """Measure that the run has this number of contacts."""
+    words = f"{trial.contacts} contacts, not {expected}"
+    return wrong("contacts", words, trial.contacts != expected)
 
 
-def leaves_at(id_: str, speed: float) -> Claim:
-    """Claim that a ball ends with this speed (m/s)."""
-
-    def leaves(trial: Trial) -> Measure:
-        end = math.hypot(*trial.run.end.velocity[trial.scene.index[id_]])
-        return _velocity(trial, abs(end - speed))
-
-    return leaves
+@claim
+def pocket(trial: Trial, *ids: str) -> Measure:
+    """Measure that just these balls are pocketed; an empty id is none."""
+    found, expected = set(trial.run.pocketed), {id_ for id_ in ids if id_}
+    words = f"{sorted(found) or 'nothing'} pocketed, not {sorted(expected) or 'nothing'}"
+    return wrong("pocketed", words, found != expected)
 
 
-def end_at(places: Mapping[str, Point]) -> Claim:
-    """Claim that balls come to rest at these places (m), by Coulomb's law."""
-
-    def limit(trial: Trial) -> Measure:
-        off = max(end_distances(trial.run, places).values())
-        bound = min(_displaced(trial), trial.smallest)
-        return Measure("limit", off, bound, trial.smallest, "m", "{} from the limit of the hits")
-
-    return by_coulomb(limit)
+@claim
+def leave_with(trial: Trial, velocities: Mapping[str, Point]) -> Measure:
+    """Measure that balls end with these velocities (m/s)."""
+    ends = dict(zip(trial.scene.index, trial.run.end.velocity, strict=True))
+    return _velocity(trial, max(math.dist(ends[id_], v) for id_, v in velocities.items()))
 
 
-def know_of_ends(places: Mapping[str, Point]) -> Claim:
-    """Claim that an exact solver's figure covers these ends (m), those of one order of hits."""
-
-    def order(trial: Trial) -> Measure | None:
-        if not trial.method.exact:
-            return None
-        off = max(end_distances(trial.run, places).values())
-        words = "{} off what an order gives, and the run does not say so"
-        return Measure("order", off, trial.run.policy_shift, trial.smallest, "m", words)
-
-    return order
+@claim
+def leaves_at(trial: Trial, id_: str, speed: float) -> Measure:
+    """Measure that a ball ends with this speed (m/s)."""
+    end = math.hypot(*trial.run.end.velocity[trial.scene.index[id_]])
+    return _velocity(trial, abs(end - speed))
 
 
-def as_in(base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Claim:
-    """Claim that everything happens as in another scene, scaled and then shifted (m)."""
+@claim
+def end_at(trial: Trial, places: Mapping[str, Point]) -> Measure | None:
+    """Measure that balls come to rest at these places (m), by Coulomb's law."""
+    off = max(end_distances(trial.run, places).values())
+    bound = min(_displaced(trial), trial.smallest)
+    found = Measure("limit", off, bound, trial.smallest, "m", "{} from the limit of the hits")
+    return found if trial.law == "coulomb" else None
 
-    def likeness(trial: Trial) -> Measure:
-        like, times = trial.of(base), trial.reference.times
-        apart = longest(trial.run.at(times)[0] - (like.run.at(times)[0] * scale + shift))
-        return farthest("likeness", apart, trial, "{} off the scene that it must be like", care=2.0)
 
-    return likeness
+@claim
+def know_of_ends(trial: Trial, places: Mapping[str, Point]) -> Measure | None:
+    """Measure that an exact solver's figure covers these ends (m), those of one order of hits."""
+    if not trial.method.exact:
+        return None
+    off = max(end_distances(trial.run, places).values())
+    words = "{} off what an order gives, and the run does not say so"
+    return Measure("order", off, trial.run.policy_shift, trial.smallest, "m", words)
+
+
+@claim
+def as_in(trial: Trial, base: Scene, scale: float = 1.0, shift: Point = (0.0, 0.0)) -> Measure:
+    """Measure that everything happens as in another scene, scaled and then shifted (m)."""
+    like, times = trial.of(base), trial.reference.times
+    apart = longest(trial.run.at(times)[0] - (like.run.at(times)[0] * scale + shift))
+    return farthest("likeness", apart, trial, "{} off the scene that it must be like", care=2.0)
 
 
 @by_coulomb
