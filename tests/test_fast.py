@@ -324,8 +324,9 @@ def test_a_shot_ends_at_its_latest_time() -> None:
          "vary['mass'] = shape (1, 2): must have the shape (S,) or (S, 11)"),
         ({"vary": {"friction.surfase": [1.0]}}, "vary = friction.surfase: there is no such key "
          "(there are: mass, x.ID, y.ID, vx.ID, vy.ID, mass.ID, radius.ID, restitution.ball_ball, "
-         "restitution.cue_ball, restitution.cushion, friction.surface, friction.ball_ball, "
-         'friction.cushion, speed, angle, turn); did you mean "friction.surface"?'),
+         "restitution.cue_ball, restitution.cushion, friction.surface, friction.rolling, "
+         'friction.ball_ball, friction.cushion, speed, angle, turn, roll); did you mean '
+         '"friction.surface"?'),
         ({"vary": {"mass": [1.0, 2.0]}, "velocity": np.zeros((3, 11, 2))},
          "vary['mass'] = 2 shots: must be for 1 shot or for 3"),
         ({"position": np.zeros((2, 11, 2)), "velocity": np.zeros((3, 11, 2))},
