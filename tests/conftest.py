@@ -48,7 +48,6 @@ NEEDED = {
 # These cannot even be imported without one.
 NEEDING = {
     "env": "gymnasium",
-    "page/live/guard.py": "starlette",
     "page/live/server.py": "uvicorn",
 }
 

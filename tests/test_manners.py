@@ -406,7 +406,7 @@ def test_plots_are_figures_and_files(tmp_path: Path) -> None:
 
 
 def test_the_energy_drawn_is_that_of_the_run() -> None:
-    from pool_pymunk.render.energy import energy_and_momentum
+    from pool_pymunk.render.plots import energy_and_momentum
 
     run = simulate(load("two-balls"))
     t, energy, momentum = energy_and_momentum(run)

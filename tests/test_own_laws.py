@@ -45,7 +45,7 @@ from pool_pymunk.fast import compiled
 from pool_pymunk.page.content import content
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.physics.laws import COMPILED, LAWS, Coulomb, Published
-from pool_pymunk.render.sheet import Show
+from pool_pymunk.render.view import settings
 from pool_pymunk.studies.sensitivity import linear
 from pool_pymunk.studies.sweep.job import begin, play_part
 from pool_pymunk.studies.sweep.plan import make_plan
@@ -254,7 +254,7 @@ def test_pictures_and_pages_name_the_law_of_the_run() -> None:
     runs = [simulate(laid_out(), 1, solver="event-driven", law=law) for law in ("coulomb", DAMPED)]
     labels = [run["label"] for run in content([runs])["shots"][0]["runs"]]
     assert labels == ["event-driven, coulomb law", "event-driven, damped law"]
-    assert Show((runs[0], runs[1])).settings() == labels
+    assert settings(runs[:2]) == labels
 
 
 def test_one_collision_has_the_law(asked: str | Law) -> None:

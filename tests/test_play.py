@@ -32,7 +32,7 @@ from pool_pymunk.model.scenario import bundled, loads
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
 
-from pool_pymunk.page.live import answers, guard, server, worker
+from pool_pymunk.page.live import answers, server, worker
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.page.live.server import LiveServer
 from pool_pymunk.page.live.worker import Worker
@@ -511,8 +511,8 @@ def test_bytes_that_are_no_request_harm_nobody(table: Table, bytes_: bytes) -> N
 
 
 def test_a_flood_is_slowed_down_and_goes_by(table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guard, "RATE", 10.0)
-    monkeypatch.setattr(guard, "BURST", 20.0)
+    monkeypatch.setattr(server, "RATE", 10.0)
+    monkeypatch.setattr(server, "BURST", 20.0)
     answered = [table.ask(body="{}") for _ in range(60)]
     assert {status for status, _ in answered} == {400, 429}
     assert "too many requests at once" in answered[-1][1]

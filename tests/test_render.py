@@ -37,19 +37,16 @@ from pool_pymunk.render import (
     frame_count,
     join,
     picture,
-    sheet,
     style,
 )
-from pool_pymunk.render.balls import Disc, track_width, tracks, way
-from pool_pymunk.render.canvas import pixels
-from pool_pymunk.render.labels import Labels
+from pool_pymunk.render.balls import Disc, Labels, track_width, tracks, way
+from pool_pymunk.render.canvas import Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import picture_layout
-from pool_pymunk.render.sprites import Sprite
 from pool_pymunk.render.stage import Stage
 from pool_pymunk.render.style import LOOK, POOL, ball_colors, halo_color, striped
 from pool_pymunk.render.tracks import Ground, Track
-from pool_pymunk.render.view import contact_places, fit
+from pool_pymunk.render.view import contact_places, fit, setting, settings
 
 pytestmark = pytest.mark.heavy
 
@@ -484,7 +481,7 @@ def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
     assert frames[0][row - 1 : row + 2, column].max(axis=0).min() > 170  # It is white.
     (arrows,) = stage.arrows
     cloth = np.full_like(frames[0], 90)
-    arrows.appear(cloth, 0.0)
+    arrows.appear(cloth, LOOK.shot)
     assert (cloth == 90).all()
     later = replace(settings, start=0.1)
     assert not Stage(Show((run,)), later.size, later.timing(Show((run,))), later.style).arrows
@@ -566,13 +563,13 @@ def test_default_colors_differ_for_every_eye() -> None:
 
 def test_words() -> None:
     run = shoot()
-    assert sheet.setting(run) == "event-driven"
+    assert setting(run) == "event-driven"
     pymunk = replace(run, solver="pymunk", dt=1 / 240)
     assert Show((pymunk,)).caption("end").split("  \N{MIDDLE DOT}  ") == [
         "Three balls", "Shot 1", "pymunk, dt = 1/240 s", "end",
     ]  # fmt: skip
     published = replace(pymunk, law="published")
-    assert Show((run, published)).settings() == [
+    assert settings((run, published)) == [
         "event-driven, coulomb law", "pymunk, dt = 1/240 s, published law",
     ]  # fmt: skip
 
@@ -775,7 +772,7 @@ def test_nothing_says_pocketed_before_a_ball_is() -> None:
     stage = Stage(show, SMALL.size, timing, SMALL.style)
     assert stage.tray is not None
     first, *_, last = stage.frames()
-    words = np.s_[stage.tray.words.rows, stage.tray.words.columns]
+    words = np.s_[stage.tray.rows]
     page = np.array([int(SMALL.style.page[k : k + 2], 16) for k in (1, 3, 5)])
     assert first[words].size and (first[words] == page).all()
     assert not (last[words] == page).all()
@@ -801,7 +798,7 @@ def test_tracks_end_at_the_rim_of_a_pocket(monkeypatch: pytest.MonkeyPatch) -> N
     stage = Stage(show, SMALL.size, timing, SMALL.style)
     *_, _last = stage.frames()
     (cast,) = stage.casts
-    assert cast.tracks[0].points[-1] == pytest.approx(cast.view.place((x, y)))
+    assert cast.tracks[0].end == pytest.approx(cast.view.place((x, y)))
 
 
 def test_a_label_beside_a_ball_in_a_film_makes_room_for_balls_that_come() -> None:

@@ -164,9 +164,9 @@ def test_the_diagram_cuts_empty_decades_and_its_labels_do_not_overlap() -> None:
 
 def test_a_cut_axis_keeps_the_order_of_values() -> None:
     values = [3e-13, 2e-12, 1e-11, 1e-6, 0.02, 0.5, 30.0]
-    cut = Cut.of([value for value in values if value != 1e-6])
+    cut = Cut(value for value in values if value != 1e-6)
     places = [cut.place(value) for value in values]
     assert places == sorted(places)
-    assert cut.runs == ((-13, -11), (-2, 2)) or cut.runs == ((-13, -10), (-2, 2))
+    assert cut.ticks in ([*range(-13, -10), *range(-2, 3)], [*range(-13, -9), *range(-2, 3)])
     assert len(cut.strips) == 1
     assert cut.place(0.5) - cut.place(0.05) == pytest.approx(1.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -12,9 +12,6 @@ from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.choices import SHOWS
 from pool_pymunk.cli.common import How, place
 from pool_pymunk.cli.read import InputError
-
-if TYPE_CHECKING:
-    from pool_pymunk.model import Scene
 
 
 def atlas(
@@ -61,7 +58,7 @@ def atlas(
     return 0
 
 
-def _axes(scene: Scene, across: str | None, up: str | None) -> dict[str, Any] | None:
+def _axes(scene: lib.Scene, across: str | None, up: str | None) -> dict[str, Any] | None:
     """Read two inputs with their ranges, named as in a sweep."""
     if across is None and up is None:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -14,23 +14,6 @@ from pool_pymunk.cli.choices import UNITS, law_names
 from pool_pymunk.cli.common import write_json
 from pool_pymunk.cli.read import InputError
 
-if TYPE_CHECKING:
-    from pool_pymunk.model import Point, SceneError, Units
-    from pool_pymunk.report.collide import Collision, Disc
-
-OPTIONS = {  # by what the library calls them
-    "a.mass": "--mass-a",
-    "b.mass": "--mass-b",
-    "a.radius": "--radius",
-    "b.radius": "--radius-b",
-    "a.velocity": "--velocity-a",
-    "b.velocity": "--velocity-b",
-    "offset": "--offset",
-    "angle": "--angle",
-    "restitution": "--restitution",
-    "friction": "--friction",
-    "law": "--law",
-}
 KNOWN = ", ".join("|".join(units) for units in UNITS.values())
 
 
@@ -72,27 +55,41 @@ def collide(
     except lib.problems.SceneError as error:
         raise InputError(_as_typed(error, typed)) from None
     _print(hit, unit)
-    write_json(json, {}, hit.as_dict())
+    write_json(json, hit.as_dict())
     if picture is not None:
         lib.collision.collision_picture(hit, picture, unit)
         typer.echo(f"Picture: {picture}")
     return 0
 
 
-def _as_typed(error: SceneError, typed: Mapping[str, object]) -> str:
+def _as_typed(error: lib.SceneError, typed: Mapping[str, object]) -> str:
     """Return the problems, with the options and values as they were typed."""
-    problems = {
-        str(lib.problems.Problem(OPTIONS.get(p.key, p.key), typed.get(p.key, p.value), p.message))
-        for p in error.problems
-    }
-    return "\n".join(sorted(problems))
+    lines = set()
+    for problem in error.problems:
+        key, value = problem.key, typed.get(problem.key, problem.value)
+        if key in typed:
+            ball, _, name = key.rpartition(".")
+            key = "--radius" if key == "a.radius" else f"--{name}-{ball}".rstrip("-")
+        lines.add(str(lib.problems.Problem(key, value, problem.message)))
+    return "\n".join(sorted(lines))
 
 
-def _collision(typed: Mapping[str, Any], units: str) -> tuple[Collision, Units]:
+def _collision(typed: Mapping[str, Any], units: str) -> tuple[lib.Collision, lib.Units]:
     unit = lib.quantities.read_units("--units", units)
-    a, b = (_disc(name, typed, unit) for name in "ab")
+
+    def number(key: str, kind: str) -> float:
+        return lib.quantities.quantity(key, typed[key], kind, unit)
+
+    a, b = (
+        lib.collide.Disc(
+            number(f"{ball}.mass", "mass"),
+            number(f"{ball}.radius", "length"),
+            lib.quantities.vector(f"{ball}.velocity", typed[f"{ball}.velocity"], "speed", unit),
+        )
+        for ball in "ab"
+    )
     material = lib.collide.Material(typed["restitution"], typed["friction"], typed["law"])
-    offset = lib.quantities.quantity("offset", typed["offset"], "length", unit)
+    offset = number("offset", "length")
     if typed["angle"] is None:
         return lib.collide.collide(a, b, offset, material), unit
     if offset != 0.0:
@@ -100,19 +97,10 @@ def _collision(typed: Mapping[str, Any], units: str) -> tuple[Collision, Units]:
     return lib.collide.collide_at(a, b, math.radians(typed["angle"]), material), unit
 
 
-def _disc(name: str, typed: Mapping[str, Any], units: Units) -> Disc:
-    mass, radius, velocity = (f"{name}.{key}" for key in ("mass", "radius", "velocity"))
-    return lib.collide.Disc(
-        lib.quantities.quantity(mass, typed[mass], "mass", units),
-        lib.quantities.quantity(radius, typed[radius], "length", units),
-        lib.quantities.vector(velocity, typed[velocity], "speed", units),
-    )
-
-
 # -- the terminal ----------------------------------------------------------------------------------
 
 
-def _print(hit: Collision, units: Units) -> None:
+def _print(hit: lib.Collision, units: lib.Units) -> None:
     offset, reach = (units.from_si(x, "length") for x in (hit.offset, hit.reach))
     before, after = hit.energy
     typer.echo(
@@ -120,7 +108,7 @@ def _print(hit: Collision, units: Units) -> None:
         f"{_six(math.degrees(hit.angle))}° to x"
     )
     headings = ("", "unit", "x", "y", "n", "t")
-    lib.terminal.show(lib.terminal.table(headings, _rows(hit, units), left=("", "unit")))
+    lib.terminal.show(lib.terminal.Table(headings, _rows(hit, units), left=("", "unit")))
     change = f", {_change(1.0 - after / before)}" if before > 0.0 else ""
     typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{change}")
     for warning in hit.warnings:
@@ -137,7 +125,7 @@ def _change(lost: float) -> str:
     return f"{text} gained" if lost < 0.0 and text != "0.00%" else f"{text} lost"
 
 
-def _rows(hit: Collision, units: Units) -> Iterator[list[str]]:
+def _rows(hit: lib.Collision, units: lib.Units) -> Iterator[list[str]]:
     """Yield velocities, impulses and momentum along x and y, and along n and t."""
     mass, speed = units.to_si(1.0, "mass"), units.to_si(1.0, "speed")
     fastest = max(math.hypot(*ball.velocity) for ball in (hit.a, hit.b))
@@ -153,11 +141,11 @@ def _rows(hit: Collision, units: Units) -> Iterator[list[str]]:
         yield [name, f"{units.mass} {units.speed}", *cells]
 
 
-def _impulse(ball: Disc, after: Point) -> Point:
+def _impulse(ball: lib.collide.Disc, after: lib.Point) -> lib.Point:
     return ball.mass * (after[0] - ball.velocity[0]), ball.mass * (after[1] - ball.velocity[1])
 
 
-def _four(hit: Collision, v: Point, unit: float, largest: float) -> list[str]:
+def _four(hit: lib.Collision, v: lib.Point, unit: float, largest: float) -> list[str]:
     """Return a vector along x and y, and along n and t; what is only rounding is zero."""
     parts = (
         0.0 if abs(x) < 1e-14 * largest else x / unit

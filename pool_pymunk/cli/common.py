@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pool_pymunk.cli import lib, read
 from pool_pymunk.cli.read import InputError
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    from pool_pymunk.model import Scene, Shot
-    from pool_pymunk.results.run import Run
 
 
 class Setting(NamedTuple):
@@ -35,7 +31,7 @@ class How(NamedTuple):
     friction: str | None = None
     max_time: str | None = None
 
-    def scene(self, scenario: str) -> Scene:
+    def scene(self, scenario: str) -> lib.Scene:
         """Return the scene of a scenario with this law, and with this end of its shots."""
         scene = lib.scenario.load(scenario)
         latest = read.seconds("--max-time", self.max_time) or scene.physics.max_time
@@ -48,7 +44,7 @@ class How(NamedTuple):
         return {} if self.friction is None else {"friction": self.friction}
 
     def options_of(
-        self, scene: Scene, solvers: Iterable[str], named: bool
+        self, scene: lib.Scene, solvers: Iterable[str], named: bool
     ) -> dict[str, dict[str, Any]]:
         """Return each solver's options; solvers that were ``named`` must be able to take them."""
         found = {}
@@ -58,7 +54,7 @@ class How(NamedTuple):
             lib.solvers.request(scene, name, **found[name])
         return found
 
-    def setting(self, scene: Scene, solver: str, dt: str | None) -> Setting:
+    def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> Setting:
         """Return the solver at a step as typed; InputError names what it cannot take."""
         step = read.seconds("--dt", dt)
         lib.solvers.request(scene, solver, law=self.law, **self.options)
@@ -67,27 +63,31 @@ class How(NamedTuple):
         return Setting(solver, step, options=self.options)
 
 
-def read_setting(text: str) -> Setting:
+def read_setting(
+    text: str, key: str = "--overlay", dt: float | None = None, laws: Collection[str] = LAWS
+) -> Setting:
     """Return a solver, and in any order a step and a contact law, as typed.
+
+    A solver that has steps and is typed without one gets ``dt`` (s).
 
     >>> read_setting("pymunk:1/64:published")[:3]
     ('pymunk', 0.015625, 'published')
     """
     solver, *more = (part.strip() for part in text.split(":"))
-    method = lib.solvers.find_solver(solver)
-    laws = [part for part in more if part in LAWS]
-    steps = [part for part in more if part not in LAWS]
-    if len(laws) > 1 or len(steps) > 1:
-        raise InputError(f"--overlay = {text}: must be a solver, or with :DT and :LAW behind it")
-    if steps and method.dt is None:
-        raise InputError(f"--overlay = {text}: {solver} has no time step")
-    step = read.seconds("--dt", steps[0]) if steps else None
-    return Setting(solver, step, laws[0] if laws else None)
+    has_step = lib.solvers.find_solver(solver).dt is not None
+    law = [part for part in more if part in laws]
+    steps = [part for part in more if part not in laws]
+    if len(law) > 1 or len(steps) > 1:
+        raise InputError(f"{key} = {text}: must be a solver, or with :DT and :LAW behind it")
+    if steps and not has_step:
+        raise InputError(f"{key} = {text}: {solver} has no time step")
+    step = read.seconds("--dt", steps[0]) if steps else dt if has_step else None
+    return Setting(solver, step, law[0] if law else None)
 
 
 def simulate_beside(
-    scene: Scene, shots: Sequence[Shot | None], settings: Sequence[Setting]
-) -> list[tuple[Run, ...]]:
+    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setting]
+) -> list[tuple[lib.Run, ...]]:
     """Simulate every shot by each of the settings: a row a shot, a column a setting."""
     asked = [shot for shot in shots if shot is not None] or None
     columns = []
@@ -109,24 +109,25 @@ def place(out: Path | None, scenario: str, inside: str = "") -> Path:
     return out or Path("renders") / Path(scenario).stem / inside
 
 
-def stem(run: Run) -> str:
+def stem(run: lib.Run) -> str:
     """Return how the names of a shot's files begin: ``shot-3`` for the scene's third shot."""
     return f"shot-{run.scene.shots.index(run.shot) + 1 if run.shot else 1}"
 
 
-def about(scenario: str, scene: Scene) -> dict[str, object]:
-    """Return the first entries of the JSON: what was played."""
-    return {"scenario": lib.scenario.label(scenario), "title": scene.title}
-
-
 def write_json(
-    path: Path | None, what: Mapping[str, object], results: Mapping[str, object]
+    path: Path | None,
+    results: Mapping[str, object],
+    scenario: str | None = None,
+    scene: lib.Scene | None = None,
 ) -> None:
     """Write ``--json``, where it is asked for: what was played, the version, and the results."""
     from pool_pymunk import __version__
 
     if path is None:
         return
+    what: dict[str, object] = {}
+    if scenario is not None and scene is not None:
+        what = {"scenario": lib.scenario.label(scenario), "title": scene.title}
     content = {**what, "version": __version__, **results}
     with whole(path) as part:
         part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.choices import solver_lists
-from pool_pymunk.cli.common import How, about, place, stem, write_json
+from pool_pymunk.cli.common import (
+    How,
+    Setting,
+    place,
+    read_setting,
+    simulate_beside,
+    stem,
+    write_json,
+)
 from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from pool_pymunk.model import Scene, Shot
-    from pool_pymunk.results.run import Run
-    from pool_pymunk.studies.compare import Comparison
 
 COLUMNS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
 COSTS = ("solver", "contacts", "steps", "wall time", "energy left", "status")
@@ -47,13 +48,12 @@ def compare(
     """Run every shot through several solvers: ends, distances, and where they first part ways."""
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    settings = read_solvers(solvers, read.seconds("--dt", dt))
-    options = how.options_of(scene, (name for name, _ in settings), named=solvers is not None)
+    settings = _settings(how, scene, solvers, read.seconds("--dt", dt))
     folder = place(out, scenario, "compare")
-    found: list[Comparison] = []
+    found: list[lib.Comparison] = []
     try:
         for one in read.shots(scene, shot):
-            comparisons = _compared(scene, one, settings, options)
+            comparisons = _compared(scene, one, settings)
             _print(comparisons)
             found += comparisons
     finally:
@@ -61,75 +61,50 @@ def compare(
             with whole(folder / "ends.csv") as part:
                 lib.run.write_rows(part, COLUMNS, _ends(found))
             solver, records = found[0].reference.solver, [_record(one) for one in found]
-            write_json(json, about(scenario, scene), {"reference": solver, "comparisons": records})
+            write_json(json, {"reference": solver, "comparisons": records}, scenario, scene)
     if pictures:
         _draw(found, folder)
     typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
     return 0
 
 
-def read_solvers(text: str | None, dt: float | None) -> list[tuple[str, float | None]]:
-    """Return solvers and steps as typed, such as ``pymunk:1/60,time-slice``.
+def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) -> list[Setting]:
+    """Return the solver that others are compared with, then those, as typed or else all.
 
-    Solvers typed without a step get ``dt``, if they have steps at all; None is their own.
-
-    Where nothing is typed, these are all solvers but the one that the others are compared with.
-
-    >>> read_solvers("pymunk:1/64, time-slice", None)
-    [('pymunk', 0.015625), ('time-slice', None)]
+    Solvers typed without a step get ``dt``, if they have steps at all.
     """
-    if text is None:
-        exact = lib.solvers.yardstick().name
-        return [(name, dt) for name in lib.solvers.SOLVERS if name != exact]
-    if not text.strip():
+    exact = lib.solvers.yardstick().name
+    if text is not None and not text.strip():
         raise InputError("--solvers = : name one solver or more")
-    settings = []
-    for part in read.names(text):
-        name, _, step = part.partition(":")
-        has_step = lib.solvers.find_solver(name).dt is not None
-        if step and not has_step:
-            raise InputError(f"--solvers = {part}: {name} has no time step")
-        settings.append((name, read.seconds("--dt", step) if step else dt if has_step else None))
-    return settings
+    names = read.names(text) if text else [name for name in lib.solvers.SOLVERS if name != exact]
+    settings = [read_setting(name, "--solvers", dt, laws=()) for name in names]
+    options = how.options_of(scene, (one.solver for one in settings), named=text is not None)
+    return [Setting(exact), *(one._replace(options=options[one.solver]) for one in settings)]
 
 
 def _compared(
-    scene: Scene,
-    shot: Shot | None,
-    settings: list[tuple[str, float | None]],
-    options: Mapping[str, Mapping[str, Any]],
-) -> list[Comparison]:
-    found = []
-    with lib.terminal.progress("simulating", len(settings)) as bar:
-        reference = lib.solvers.simulate(scene, shot, solver=lib.solvers.yardstick().name)
-        for name, dt in settings:
-            run = lib.solvers.simulate(scene, shot, solver=name, dt=dt, **options[name])
-            found.append(lib.compare.Comparison(reference, run))
-            bar.step()
-    return found
+    scene: lib.Scene, shot: lib.Shot | None, settings: list[Setting]
+) -> list[lib.Comparison]:
+    ((reference, *runs),) = simulate_beside(scene, [shot], settings)
+    return [lib.compare.Comparison(reference, run) for run in runs]
 
 
 # -- the terminal ----------------------------------------------------------------------------------
 
 
-def _print(found: list[Comparison]) -> None:
+def _print(found: list[lib.Comparison]) -> None:
     reference = found[0].reference
     runs = (reference, *(one.run for one in found))
-    costs = lib.terminal.table(COSTS, map(_cost, runs), left=("solver", "status"))
+    costs = lib.terminal.Table(COSTS, map(_cost, runs), left=("solver", "status"))
     heading = f"\n[bold]{reference.name}[/bold]"
     lib.terminal.show(heading, _distances(found), costs, *sentences(found))
 
 
-def _distances(found: list[Comparison]) -> Table:
+def _distances(found: list[lib.Comparison]) -> lib.terminal.Table:
     """Return each ball's exact end, and how far from it the others end."""
     reference = found[0].reference
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
-    headings = [
-        "ball",
-        "exact",
-        *(_name(one.run) for one in found),
-        *["published"] * bool(published),
-    ]
+    headings = ["ball", "exact", *(_name(one.run) for one in found)]
     rows = []
     for id_, end in reference.final.items():
         x, y = (unit.from_si(v, "length") for v in end)
@@ -139,40 +114,37 @@ def _distances(found: list[Comparison]) -> Table:
             row.append(f"{unit.from_si(math.dist(end, published[id_]), 'length'):.3f}")
         rows.append(row)
     title = f"Exact ends, and how far from them the others end ({unit.length})"
-    return lib.terminal.table(headings, rows, title=title)
+    return lib.terminal.Table(headings + ["published"] * bool(published), rows, title=title)
 
 
-def _cost(run: Run) -> tuple[str, ...]:
+def _cost(run: lib.Run) -> tuple[str, ...]:
     left = run.energy["final"] / run.energy["initial"] if run.energy["initial"] else 0.0
     contacts = sum(event.is_contact for event in run.events)
     time = f"{run.wall_time * 1e3:.1f} ms"
     return _name(run), str(contacts), str(run.steps), time, f"{left:.1%}", run.status
 
 
-def sentences(found: list[Comparison]) -> list[str]:
+def sentences(found: list[lib.Comparison]) -> list[str]:
     """Say in words what the comparison of one shot tells."""
     reference, unit = found[0].reference, found[0].reference.scene.units
     lines = []
     for one in found:
         largest = _small(unit.from_si(one.largest, "length"))
         text = f"{_name(one.run)}: ends within {largest} {unit.length} of the exact ones"
-        if one.divergence is None:
-            text += ", with the same contacts."
-        else:
-            text += f"; they part at {one.divergence.t:.4f} s: {one.divergence.text}."
-        lines.append(text)
+        parted = one.divergence
+        text += f"; they part at {parted.t:.4f} s: {parted.text}" if parted else ""
+        lines.append(f"{text}." if parted else f"{text}, with the same contacts.")
     if reference.shot and reference.shot.published:
         lines.append(_published_sentence(reference, reference.shot))
     return lines + [f"Warning: {warning}." for warning in reference.warnings]
 
 
-def _published_sentence(reference: Run, shot: Shot) -> str:
+def _published_sentence(reference: lib.Run, shot: lib.Shot) -> str:
     off = {
         id_: max(abs(a - b) for a, b in zip(reference.final[id_], end, strict=True))
         for id_, end in shot.published.items()
     }
-    farthest = max(off, key=lambda id_: off[id_])
-    units = reference.scene.units
+    farthest, units = max(off, key=lambda id_: off[id_]), reference.scene.units
     text = (
         f"Published ends: off the exact ones by up to {units.from_si(off[farthest], 'length'):.3f} "
         f"{units.length} along x or y (ball {farthest})"
@@ -182,7 +154,7 @@ def _published_sentence(reference: Run, shot: Shot) -> str:
     return text + "."
 
 
-def _name(run: Run) -> str:
+def _name(run: lib.Run) -> str:
     return run.solver if run.dt is None else f"{run.solver} {lib.words.step_text(run.dt)}"
 
 
@@ -193,14 +165,14 @@ def _small(value: float) -> str:
 # -- files -----------------------------------------------------------------------------------------
 
 
-def _ends(found: list[Comparison]) -> Iterator[tuple[object, ...]]:
+def _ends(found: list[lib.Comparison]) -> Iterator[tuple[object, ...]]:
     for one in found:
         run = one.run
         for id_, (x, y) in run.final.items():
             yield run.name, run.solver, run.dt, id_, x, y, one.distances[id_]
 
 
-def _draw(found: list[Comparison], folder: Path) -> None:
+def _draw(found: list[lib.Comparison], folder: Path) -> None:
     with lib.terminal.progress("drawing", len(found)) as bar:
         for one in found:
             show = lib.render.Show((one.reference, one.run))
@@ -208,19 +180,15 @@ def _draw(found: list[Comparison], folder: Path) -> None:
             bar.step()
 
 
-def _record(one: Comparison) -> dict[str, object]:
-    run, parted = one.run, one.divergence
+def _record(one: lib.Comparison) -> dict[str, object]:
+    run, parted = one.run.as_dict(), one.divergence
+    kept = ("status", "final", "energy", "steps", "wall_time", "warnings")
     return {
-        "shot": run.name,
-        "solver": {"name": run.solver, "dt": run.dt},
-        "status": run.status,
-        "final": {id_: list(end) for id_, end in run.final.items()},
+        "shot": one.run.name,
+        "solver": {"name": one.run.solver, "dt": one.run.dt},
+        **{key: run[key] for key in kept},
         "distance": one.distances,
         "largest": one.largest,
         "rms": one.rms,
         "divergence": parted and {"t": parted.t, "kind": parted.kind, "text": parted.text},
-        "energy": run.energy,
-        "steps": run.steps,
-        "wall_time": run.wall_time,
-        "warnings": list(run.warnings),
     }

@@ -5,20 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import about, place, write_json
+from pool_pymunk.cli.common import place, write_json
 from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from pool_pymunk.model import Scene
-    from pool_pymunk.studies.fit import Fit
 
 
 def fit(
@@ -45,35 +39,25 @@ def fit(
     table of residuals and their picture are written.
     """
     scene = lib.scenario.load(scenario)
-    found = _fit(scene, measured, free, error, starts, seed)
-    table = [_table(found)] if found.values else []
-    lib.terminal.show(*table, *sentences(found))
-    folder = place(out, scenario, "fit")
-    _save(found, folder, pictures)
-    write_json(json, about(scenario, found.scene), found.as_dict())
-    typer.echo(f"Scenario, residuals{' and picture' if pictures else ''}: {folder}")
-    return 0
-
-
-def _fit(
-    scene: Scene, measured: str, free: str, error: str | None, starts: int, seed: int
-) -> Fit:  # fmt: skip
     names = list(filter(None, read.names(free)))
     sigma = None
     if error is not None:
         sigma = lib.quantities.positive("--error", error, "length", scene.units)
     try:
-        return lib.fit.fit(scene, measured, names, error=sigma, starts=starts, seed=seed)
+        found = lib.fit.fit(scene, measured, names, error=sigma, starts=starts, seed=seed)
     except ImportError as missing:
         raise InputError(str(missing)) from None
-
-
-def _table(found: Fit) -> Table:
     headings = ("number", "fitted", "standard error", "scenario's", "unit")
-    return lib.terminal.table(headings, _rows(found), left=("number", "unit"))
+    table = lib.terminal.Table(headings, _rows(found), left=("number", "unit"))
+    lib.terminal.show(*[table] * bool(found.values), *sentences(found))
+    folder = place(out, scenario, "fit")
+    _save(found, folder, pictures)
+    write_json(json, found.as_dict(), scenario, found.scene)
+    typer.echo(f"Scenario, residuals{' and picture' if pictures else ''}: {folder}")
+    return 0
 
 
-def _rows(found: Fit) -> Iterator[tuple[str, ...]]:
+def _rows(found: lib.Fit) -> Iterator[tuple[str, ...]]:
     units = found.scene.units
     for name in found.values:
         value, _, error = found.written(name).removesuffix(" (unknown)").partition(" ± ")
@@ -81,7 +65,7 @@ def _rows(found: Fit) -> Iterator[tuple[str, ...]]:
         yield name, value, error or "not known", f"{own:g}", lib.inputs.unit_of(units, name)
 
 
-def sentences(found: Fit) -> list[str]:
+def sentences(found: lib.Fit) -> list[str]:
     """Say in words how good a fit is."""
     units = found.scene.units
     sigma, now, before = (
@@ -98,7 +82,7 @@ def sentences(found: Fit) -> list[str]:
     ]
 
 
-def _save(found: Fit, folder: Path, pictures: bool) -> None:
+def _save(found: lib.Fit, folder: Path, pictures: bool) -> None:
     """Write the new scenario, the residuals and their picture."""
     found.scene.to_toml(folder / "fitted.toml")
     with whole(folder / "residuals.csv") as part:

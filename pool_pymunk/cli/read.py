@@ -6,12 +6,8 @@ import math
 from collections.abc import Collection, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pool_pymunk.cli import lib
-
-if TYPE_CHECKING:
-    from pool_pymunk.model import Scene, Shot, Units
 
 KINDS = {"start": "length", "noise.speed": "speed"}  # of a sweep's own keys
 PICTURES = (".png", ".svg", ".pdf")
@@ -38,7 +34,7 @@ def seconds(key: str, text: str | None) -> float | None:
     return value
 
 
-def shots(scene: Scene, name: str | None) -> list[Shot | None]:
+def shots(scene: lib.Scene, name: str | None) -> list[lib.Shot | None]:
     """Return the shots asked for: all of the scene's, or one by its number from 1 or its name."""
     if name is None:
         return list(scene.shots) or [None]
@@ -50,7 +46,7 @@ def shots(scene: Scene, name: str | None) -> list[Shot | None]:
     raise InputError(f"--shot = {name}: there is no such shot (there are: {known}){meant}")
 
 
-def shot_names(scene: Scene) -> str:
+def shot_names(scene: lib.Scene) -> str:
     """Return the shots' numbers and names, as a message lists them."""
     return ", ".join(f"{k} ({shot.name})" for k, shot in enumerate(scene.shots, start=1))
 
@@ -82,29 +78,27 @@ def size(text: str, said: str, smallest: int = 0) -> tuple[int, int]:
     >>> size("1280x720", "must be a size")
     (1280, 720)
     """
-    width, _, height = text.lower().partition("x")
-    if width.strip().isdecimal() and height.strip().isdecimal():
-        found = int(width), int(height)
-        if min(found) >= smallest:
-            return found
+    width, _, height = (part.strip() for part in text.lower().partition("x"))
+    if width.isdecimal() and height.isdecimal() and min(int(width), int(height)) >= smallest:
+        return int(width), int(height)
     raise InputError(f"--size = {text}: {said}")
 
 
-def numbers(key: str, text: str, units: Units, kind: str = "") -> tuple[float, ...]:
+def numbers(key: str, text: str, units: lib.Units, kind: str = "") -> tuple[float, ...]:
     """Return numbers with colons between them, in SI; those of a ``kind`` may have a unit.
 
     The kinds are those of :func:`~pool_pymunk.model.quantities.quantity`. Angles are in degrees.
     """
+    parts = text.split(":")
     if kind not in ("", "angle"):
-        found = (lib.quantities.quantity(key, part, kind, units) for part in text.split(":"))
-        return tuple(found)
+        return tuple(lib.quantities.quantity(key, part, kind, units) for part in parts)
     try:
-        return tuple(float(part) for part in text.split(":"))
+        return tuple(map(float, parts))
     except ValueError:
         raise InputError(f"{key} = {text}: must be numbers, LOW:HIGH") from None
 
 
-def interval(key: str, text: str, units: Units, kind: str) -> tuple[float, float]:
+def interval(key: str, text: str, units: lib.Units, kind: str) -> tuple[float, float]:
     """Return LOW:HIGH, as :func:`numbers` reads them."""
     try:
         low, high = numbers(key, text, units, kind)
@@ -130,12 +124,12 @@ def pairs(key: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]]:
         yield name.strip(), value
 
 
-def inputs(key: str, texts: Sequence[str] | None, units: Units) -> dict[str, tuple[float, ...]]:
+def inputs(key: str, texts: Sequence[str] | None, units: lib.Units) -> dict[str, tuple[float, ...]]:
     """Return inputs of a scenario with their numbers, in SI, from KEY=LOW:HIGH."""
     return {name: input_values(key, name, text, units) for name, text in pairs(key, texts)}
 
 
-def input_values(key: str, name: str, text: str, units: Units) -> tuple[float, ...]:
+def input_values(key: str, name: str, text: str, units: lib.Units) -> tuple[float, ...]:
     """Return the numbers of one input, in SI, as the table of inputs says what they are."""
     row = lib.inputs.TABLE.get(lib.inputs.parts(name)[0])
     kind = KINDS.get(name, "") if row is None else row.quantity or ""

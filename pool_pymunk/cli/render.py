@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How, place, read_setting, simulate_beside, stem
 from pool_pymunk.cli.read import InputError
-
-if TYPE_CHECKING:
-    from pool_pymunk.render import FilmSettings, Show
 
 FILM_FORMATS = ("mp4", "gif")
 PICTURE_FORMATS = ("png", "svg", "pdf")
@@ -57,7 +54,12 @@ def render(
     scene = how.scene(scenario)
     runs = [how.setting(scene, solver, dt)]
     shots = read.shots(scene, shot)
-    settings = film_settings(form, size, fps=fps, slow=slow, start=start, end=end)
+    read.one_of("--format", form, FILM_FORMATS)
+    typed: dict[str, Any] = {"fps": fps, "slow": slow, "start": start, "end": end}
+    if size is not None:
+        typed["size"] = read.size(size, "must be width and height in pixels, e.g. 1280x720")
+    given = {key: value for key, value in typed.items() if value is not None}
+    settings = lib.render.FilmSettings.of(f"film.{form}", **given)
     if side_by_side and overlay is None:
         raise InputError("--side-by-side: say with --overlay what to show on the second table")
     if not 10.0 <= dpi <= 2400.0:
@@ -70,7 +72,10 @@ def render(
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
     written: list[Path] = []
     if films:
-        check_start(shows, start)
+        for show in shows:
+            if start > 0.0 and show.duration <= start:
+                ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
+                raise InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
         written += save_films(shows, folder, f"{suffix}.{form}", settings)
     if pictures:
         written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
@@ -79,25 +84,8 @@ def render(
     return 0
 
 
-def film_settings(form: str, size: str | None, **typed: Any) -> FilmSettings:
-    """Return the films' settings as typed, or as the format has them by default."""
-    read.one_of("--format", form, FILM_FORMATS)
-    if size is not None:
-        typed["size"] = read.size(size, "must be width and height in pixels, e.g. 1280x720")
-    given = {key: value for key, value in typed.items() if value is not None}
-    return lib.render.FilmSettings.of(f"film.{form}", **given)
-
-
-def check_start(shows: Sequence[Show], start: float) -> None:
-    """Raise InputError where a film would begin after its shot has ended."""
-    for show in shows:
-        if start > 0.0 and start >= show.duration:
-            ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
-            raise InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
-
-
 def save_films(
-    shows: Sequence[Show], folder: Path, ending: str, settings: FilmSettings
+    shows: Sequence[lib.Show], folder: Path, ending: str, settings: lib.render.FilmSettings
 ) -> list[Path]:
     """Film every shot, and where there are several put them into one film, too."""
     paths = [folder / f"{stem(show.runs[0])}{ending}" for show in shows]
@@ -116,7 +104,7 @@ def save_films(
     return [*paths, together]
 
 
-def save_pictures(shows: Sequence[Show], folder: Path, ending: str, dpi: float) -> list[Path]:
+def save_pictures(shows: Sequence[lib.Show], folder: Path, ending: str, dpi: float) -> list[Path]:
     """Draw the start and the end of every shot."""
     paths = []
     with lib.terminal.progress("drawing", 2 * len(shows)) as bar:

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, Setting, about, place, stem, write_json
+from pool_pymunk.cli.common import How, Setting, place, stem, write_json
 from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    from pool_pymunk.cli.terminal import Bar
-    from pool_pymunk.model import Scene, Shot
-    from pool_pymunk.results.run import Run
-    from pool_pymunk.studies.tolerance import Choice
-    from pool_pymunk.studies.tradeoff import Estimate
 
 LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
@@ -64,7 +57,10 @@ def run(
     setting = how.setting(scene, solver, dt)
     shots = read.shots(scene, shot)
     limit = _read_tolerance(tolerance, scene, solver, dt)
-    drawn = _drawn(pictures, show)
+    if show not in (None, "energy"):
+        raise InputError(f"--show = {show}: must be energy")
+    drawn: list[What] = ["start", "end"] if pictures else []
+    drawn += ["energy"] if show else []
     folder = place(out, scenario)
     for line in lib.listing.opening(scene):
         typer.echo(line)
@@ -77,12 +73,14 @@ def run(
                 _save(one.run, folder, drawn)
     finally:
         if done:
-            write_json(json, about(scenario, scene), _results(done))
+            write_json(json, _results(done), scenario, scene)
     _close([one.run for one in done], folder, bool(drawn))
     return _verdict(done)
 
 
-def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None) -> float | None:
+def _read_tolerance(
+    text: str | None, scene: lib.Scene, solver: str, dt: str | None
+) -> float | None:
     """Return the tolerance in m; there must be a step to choose that is not chosen already."""
     if text is None:
         return None
@@ -92,23 +90,19 @@ def _read_tolerance(text: str | None, scene: Scene, solver: str, dt: str | None)
     return lib.quantities.positive("--tolerance", text, "length", scene.units)
 
 
-def _drawn(pictures: bool, show: str | None) -> tuple[What, ...]:
-    """Return the pictures that are asked for."""
-    if show not in (None, "energy"):
-        raise InputError(f"--show = {show}: must be energy")
-    both: tuple[What, ...] = ("start", "end") if pictures else ()
-    return (*both, "energy") if show else both
-
-
 class Played(NamedTuple):
     """A shot is finished; ``choice`` tells of its step, where that was chosen by a tolerance."""
 
-    run: Run
-    choice: Choice | None = None
+    run: lib.Run
+    choice: lib.tolerance.Choice | None = None
 
 
 def _played(
-    scene: Scene, shots: Sequence[Shot | None], setting: Setting, limit: float | None, bar: Bar
+    scene: lib.Scene,
+    shots: Sequence[lib.Shot | None],
+    setting: Setting,
+    limit: float | None,
+    bar: lib.terminal.Bar,
 ) -> Iterator[Played]:
     """Yield each shot as soon as it is there; a ``limit`` (m) of errors chooses its step."""
     solver, dt, _, options = setting
@@ -127,7 +121,7 @@ def _played(
         share.finish()
 
 
-def announcement(estimates: Sequence[Estimate], solver: str) -> str | None:
+def announcement(estimates: Sequence[lib.tradeoff.Estimate], solver: str) -> str | None:
     """Return the line that says how long the shots will take, if it is more than a minute.
 
     >>> from pool_pymunk.studies.tradeoff import Estimate
@@ -153,7 +147,7 @@ def _log(one: Played) -> None:
         typer.echo()
 
 
-def _save(run: Run, folder: Path, drawn: Sequence[What]) -> None:
+def _save(run: lib.Run, folder: Path, drawn: Sequence[What]) -> None:
     """Write the data and pictures of one shot."""
     for ending, write in lib.run.FILES:
         with whole(folder / f"{stem(run)}{ending}") as part:
@@ -162,48 +156,40 @@ def _save(run: Run, folder: Path, drawn: Sequence[What]) -> None:
         run.plot(what, folder / f"{stem(run)}-{what}.png")
 
 
-def _close(runs: Sequence[Run], folder: Path, pictures: bool) -> None:
+def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:
     """Print the last lines: agreement over all shots, and where the files are."""
     for line in lib.listing.closing(runs):
         typer.echo(line)
-    for run in filter(_differs_exactly, runs):
-        typer.echo(f"{run.name}: {REASONS[run.name]}.")
+    for run in filter(lib.listing.is_of_the_report, runs):
+        agreement, exact = lib.listing.Agreement.of(run), lib.solvers.find_solver(run.solver).exact
+        if exact and len(agreement.agreeing) < agreement.count:
+            typer.echo(f"{run.name}: {REASONS[run.name]}.")
     what = "Pictures and data" if pictures else "Data"
     typer.echo(f"{what} of {lib.words.counted(len(runs), 'shot')}: {folder}")
 
 
-def _differs_exactly(run: Run) -> bool:
-    """Tell whether a run is one of the report's own shots, exact, and ends elsewhere."""
-    agreement = lib.listing.Agreement.of(run)
-    differs = len(agreement.agreeing) < agreement.count
-    exact = lib.solvers.find_solver(run.solver).exact
-    return differs and exact and lib.listing.is_of_the_report(run)
-
-
 def _results(done: Sequence[Played]) -> dict[str, object]:
-    steps = {one.run.dt for one in done}
+    """Return the shots as they stand in the JSON."""
+    records = []
+    for run, choice in done:
+        records.append(run.as_dict())
+        if run.shot and run.shot.published:
+            records[-1]["published"] = lib.listing.Agreement.of(run).as_dict()
+        if choice is not None:
+            records[-1]["tolerance"] = choice.as_dict()
+    steps = {run.dt for run, _ in done}
     solver = {"name": done[0].run.solver, "dt": steps.pop() if len(steps) == 1 else None}
-    return {"solver": solver, "shots": [_record(one) for one in done]}
-
-
-def _record(one: Played) -> dict[str, object]:
-    """Return a shot as it stands in the JSON."""
-    record = one.run.as_dict()
-    if one.run.shot and one.run.shot.published:
-        record["published"] = lib.listing.Agreement.of(one.run).as_dict()
-    if one.choice is not None:
-        record["tolerance"] = one.choice.as_dict()
-    return record
+    return {"solver": solver, "shots": records}
 
 
 def _verdict(done: Sequence[Played]) -> int:
     """Name the shots that are no full results; return the exit code."""
-    said = [f"{run.name}: {lib.run.STATUSES[run.status]}" for run, _ in done if not run.success]
-    said += [
-        f"{run.name}: the tolerance is not reached"
-        for run, choice in done
-        if choice is not None and not choice.reached
-    ]
-    for line in said:
-        typer.echo(f"error: {line}", err=True)
-    return 1 if said else 0
+    code = 0
+    for run, choice in done:
+        failed = [] if run.success else [lib.run.STATUSES[run.status]]
+        if choice is not None and not choice.reached:
+            failed.append("the tolerance is not reached")
+        for why in failed:
+            typer.echo(f"error: {run.name}: {why}", err=True)
+            code = 1
+    return code

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import about, place, stem, write_json
+from pool_pymunk.cli.common import place, stem, write_json
 from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from pool_pymunk.model import Scene
-    from pool_pymunk.studies.sensitivity import Linear, Sensitivity, Spread
-    from pool_pymunk.studies.uncertainty import Uncertainty
 
 DERIVED = "std by derivatives"
 
@@ -59,35 +52,23 @@ def sensitivity(
     folder = place(out, scenario, "sensitivity")
     if samples == 0 and not by_derivatives:
         raise InputError("--samples = 0: must be 2 or more, or stand beside --linear")
-    found: list[Sensitivity] = []
+    found: list[lib.Sensitivity] = []
     records: list[dict[str, object]] = []
     for one in shots:
+        cloud = line = None
         if samples:
             with lib.terminal.progress("playing", samples) as bar:
                 how = (samples, seed, threads)
-                played = lib.sensitivity.sensitivity(
-                    scene, one, uncertainty, *how, on_done=bar.step
-                )
-            found.append(played)
+                cloud = lib.sensitivity.sensitivity(scene, one, uncertainty, *how, on_done=bar.step)
+            found.append(cloud)
             if len(found) == 1:
                 what = uncertainty.described(scene)
                 typer.echo(f"{samples:,} samples a shot with {what}; seed {seed}")
-        line = (
-            lib.sensitivity.linear(scene, one, uncertainty, seed=seed) if by_derivatives else None
-        )
-        if samples:
-            _print(found[-1], line)
-            _save(found, line, folder, pictures)
-            records.append(found[-1].as_dict())
-        elif line is not None:
-            _print_line(line)
-            records.append({"name": line.reference.name})
-            if pictures:
-                file = folder / f"{stem(line.reference)}-linear.png"
-                lib.clouds.linear_picture(line, file)
-        if line is not None:
-            records[-1]["linear"] = line.as_dict()
-        write_json(json, about(scenario, scene), {"shots": records})
+        if by_derivatives:
+            line = lib.sensitivity.linear(scene, one, uncertainty, seed=seed)
+        records.append(_print(cloud, line))
+        _save(found, line, folder, pictures)
+        write_json(json, {"shots": records}, scenario, scene)
     what = " and ".join(["pictures"] * pictures + ["data"] * bool(samples))
     if what:
         typer.echo(f"{what.capitalize()}: {folder}")
@@ -95,8 +76,8 @@ def sensitivity(
 
 
 def _uncertainty(
-    scenario: str, scene: Scene, position: str | None, speed: str, angle: float
-) -> Uncertainty:
+    scenario: str, scene: lib.Scene, position: str | None, speed: str, angle: float
+) -> lib.uncertainty.Uncertainty:
     """Return the errors as typed; those of positions as the scenario writes them, if not typed."""
     faster = lib.quantities.quantity("--speed-error", speed, "speed", scene.units)
     if position is not None:
@@ -113,36 +94,45 @@ def _uncertainty(
 # -- the terminal ----------------------------------------------------------------------------------
 
 
-def _print_line(line: Linear) -> None:
-    """Say at once, by derivatives alone, what the uncertainty does to the ends."""
+def _print(found: lib.Sensitivity | None, line: lib.Linear | None) -> dict[str, object]:
+    """Say what the samples, the derivatives or both tell of a shot; return what the JSON has."""
+    record: dict[str, object] = {}
+    tables: list[lib.terminal.Table] = []
+    said: list[str] = []
+    if found is not None:
+        record, name = found.as_dict(), found.reference.name
+        tables, said = [_table(found, line)], sentences(found)
+    if line is not None:
+        name = line.reference.name
+        record = {"name": name, **record, "linear": line.as_dict()}
+        tables = tables or [_line_table(line)]
+        said += linear_sentences(line)
+    lib.terminal.show(f"\n[bold]{name}[/bold]", *tables, *said)
+    return record
+
+
+def _line_table(line: lib.Linear) -> lib.terminal.Table:
     run = line.reference
-    headings = ("ball", f"end ({run.scene.units.length})", DERIVED)
     rows = []
     for i, (id_, end) in enumerate(run.final.items()):
         x, y = (run.scene.units.from_si(v, "length") for v in end)
         rows.append((id_, f"{x:.4f}, {y:.4f}", _both(line, i)))
-    table = lib.terminal.table(headings, rows)
-    lib.terminal.show(f"\n[bold]{run.name}[/bold]", table, *linear_sentences(line))
+    return lib.terminal.Table(("ball", f"end ({run.scene.units.length})", DERIVED), rows)
 
 
-def _print(found: Sensitivity, line: Linear | None) -> None:
-    more = [] if line is None else linear_sentences(line)
-    heading = f"\n[bold]{found.reference.name}[/bold]"
-    lib.terminal.show(heading, _table(found, line), *sentences(found), *more)
-
-
-def _table(found: Sensitivity, line: Linear | None) -> Table:
+def _table(found: lib.Sensitivity, line: lib.Linear | None) -> lib.terminal.Table:
     scene = found.reference.scene
     text = f"ball|end ({scene.units.length})|holds|std of x, y|95 % off x|95 % off y|amplified"
     headings = [*text.split("|"), "apart from"]
     headings += ["pocketed"] * bool(scene.pockets) + [DERIVED] * (line is not None)
-    rows = [_row(scene, ball) for ball in found.balls]
-    if line is not None:
-        rows = [[*row, _both(line, i)] for i, row in enumerate(rows)]
-    return lib.terminal.table(headings, rows, left=("pocketed",))
+    rows = [
+        _row(scene, ball) + ([] if line is None else [_both(line, i)])
+        for i, ball in enumerate(found.balls)
+    ]
+    return lib.terminal.Table(headings, rows, left=("pocketed",))
 
 
-def _row(scene: Scene, ball: Spread) -> list[str]:
+def _row(scene: lib.Scene, ball: lib.Spread) -> list[str]:
     low, high, end, std = (
         tuple(scene.units.from_si(v, "length") for v in point)
         for point in (ball.low, ball.high, ball.end, ball.std)
@@ -155,17 +145,17 @@ def _row(scene: Scene, ball: Spread) -> list[str]:
         *(f"{a - c:+.2g} {b - c:+.2g}" for a, b, c in zip(low, high, end, strict=True)),
         _times(ball.amplification),
         f"{ball.horizon:.2f} s" if math.isfinite(ball.horizon) else "never",
-        *([_chances(ball)] if scene.pockets else []),
+        *[_chances(ball)] * bool(scene.pockets),
     ]
 
 
-def _both(line: Linear, i: int) -> str:
+def _both(line: lib.Linear, i: int) -> str:
     """Return the standard deviations along x and y by derivatives, where they are known."""
     x, y = (line.reference.scene.units.from_si(float(v), "length") for v in line.std[i])
     return f"{x:.2g}, {y:.2g}" if math.isfinite(x) else "not known"
 
 
-def linear_sentences(line: Linear) -> list[str]:
+def linear_sentences(line: lib.Linear) -> list[str]:
     """Say in words how far the derivatives can be believed."""
     warnings = [f"Warning: {warning}." for warning in line.warnings]
     if not math.isfinite(line.holds):
@@ -177,41 +167,38 @@ def linear_sentences(line: Linear) -> list[str]:
     return [f"The derivatives hold to a tenth {holds}.", *warnings]
 
 
-def _chances(ball: Spread) -> str:
+def _chances(ball: lib.Spread) -> str:
     """Return how often the ball is pocketed, and where."""
     found = sorted(ball.pocketed.items(), key=lambda item: -item[1])
     return ", ".join(f"{id_} {share:.1%}" for id_, share in found) or "never"
 
 
-def sentences(found: Sensitivity) -> list[str]:
+def sentences(found: lib.Sensitivity) -> list[str]:
     """Say in words what the spread of one shot tells."""
     scene = found.reference.scene
-    unit = scene.units.length
-    agree = scene.units.from_si(found.agree, "length")
     kept, printed = found.kept_digits
     lines = [_worst_sentence(found)]
     lines.append(f"Of the {printed} digits of the printed ends, {kept} mean anything.")
+    off = f"{scene.units.from_si(found.agree, 'length'):.2g} {scene.units.length}"
     if math.isfinite(found.horizon):
         first = min(found.balls, key=lambda ball: ball.horizon).ball
         lines.append(
-            f"From {found.horizon:.2f} s on, half of the runs are more than {agree:.2g} {unit} off "
-            f"the unperturbed one (ball {first} first)."
+            f"From {found.horizon:.2f} s on, half of the runs are more than {off} off the "
+            f"unperturbed one (ball {first} first)."
         )
     else:
-        lines.append(f"Half of the runs stay within {agree:.2g} {unit} of the unperturbed one.")
+        lines.append(f"Half of the runs stay within {off} of the unperturbed one.")
     lines.append(f"In {found.same:.0%} of the runs every ball has the same contacts in its order.")
     if found.rejected:
-        lines.append(
-            f"{found.rejected:,} balls overlapped something as drawn, and were moved apart."
-        )
+        moved = f"{found.rejected:,} balls overlapped something as drawn"
+        lines.append(f"{moved}, and were moved apart.")
     if found.unfinished:
-        lines.append(
-            f"{lib.words.counted(found.unfinished, 'run')} could not be finished and are left out."
-        )
+        runs = lib.words.counted(found.unfinished, "run")
+        lines.append(f"{runs} could not be finished and are left out.")
     return lines + [f"Warning: {warning}." for warning in found.reference.warnings]
 
 
-def _worst_sentence(found: Sensitivity) -> str:
+def _worst_sentence(found: lib.Sensitivity) -> str:
     scene, worst = found.reference.scene, found.worst
     unit = scene.units.length
     std = scene.units.from_si(worst.deviation, "length")
@@ -234,12 +221,17 @@ def _times(factor: float | None) -> str:
 # -- files -----------------------------------------------------------------------------------------
 
 
-def _save(found: list[Sensitivity], line: Linear | None, folder: Path, pictures: bool) -> None:
+def _save(
+    found: list[lib.Sensitivity], line: lib.Linear | None, folder: Path, pictures: bool
+) -> None:
     """Write one row a shot and ball, and the last shot's samples and picture."""
-    with whole(folder / "spread.csv") as part:
-        lib.sensitivity.write_csv(found, part)
-    name = stem(found[-1].reference)
-    with whole(folder / f"{name}.npz") as part:
-        found[-1].write_npz(part)
-    if pictures:
-        lib.clouds.cloud_picture(found[-1], folder / f"{name}.png", line)
+    if not found and line is not None and pictures:
+        lib.clouds.cloud_picture(None, folder / f"{stem(line.reference)}-linear.png", line)
+    if found:
+        name = stem(found[-1].reference)
+        with whole(folder / "spread.csv") as part:
+            lib.sensitivity.write_csv(found, part)
+        with whole(folder / f"{name}.npz") as part:
+            found[-1].write_npz(part)
+        if pictures:
+            lib.clouds.cloud_picture(found[-1], folder / f"{name}.png", line)

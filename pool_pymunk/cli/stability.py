@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,9 +11,6 @@ from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import place
 from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    from pool_pymunk.studies.stability import Cell
 
 
 def stability(
@@ -29,7 +26,7 @@ def stability(
     chosen, extremes = _solvers(solvers), lib.stability.EXTREMES
     if processes < 1:
         raise InputError(f"--processes = {processes}: must be 1 or more")
-    cells: list[Cell] = []
+    cells: list[lib.stability.Cell] = []
     try:
         with lib.terminal.progress("measuring", len(extremes) * len(chosen)) as bar:
             for cell in lib.stability.check_all(extremes, chosen, quick, processes):
@@ -52,15 +49,13 @@ def _solvers(names: str | None) -> list[str]:
     return chosen
 
 
-def _report(cells: list[Cell], folder: Path) -> None:
+def _report(cells: list[lib.stability.Cell], folder: Path) -> None:
     """Print the table and write the files."""
-    table = lib.table
-    cells = table.in_order(cells)
-    lib.terminal.show(table.rich_table(cells))
-    for line in table.notes(cells):
+    cells = lib.table.in_order(cells)
+    lib.terminal.show(lib.table.rich_table(cells))
+    for line in lib.table.notes(cells):
         typer.echo(line)
     with whole(folder / "stability.csv") as part:
-        table.write_csv(cells, part)
-    with whole(folder / "stability.png") as part:
-        lib.heatmap.draw(cells, part)
+        lib.table.write_csv(cells, part)
+    lib.heatmap.draw(cells, folder / "stability.png")
     typer.echo(f"Data and picture: {folder}")

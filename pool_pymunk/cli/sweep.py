@@ -9,16 +9,13 @@ from contextlib import contextmanager
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How
 from pool_pymunk.cli.read import InputError
-
-if TYPE_CHECKING:
-    from pool_pymunk.model import Units
 
 
 def sweep(
@@ -74,7 +71,7 @@ def sweep(
     return 0
 
 
-def _steps(key: str, text: str, units: Units) -> tuple[Any, ...]:
+def _steps(key: str, text: str, units: lib.Units) -> tuple[Any, ...]:
     """Read LOW:HIGH:COUNT, in SI."""
     rest, _, count = text.rpartition(":")
     if not count.isdecimal() or ":" not in rest:
@@ -84,7 +81,7 @@ def _steps(key: str, text: str, units: Units) -> tuple[Any, ...]:
 
 @contextmanager
 def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | None]:
-    """Yield what plays the parts: processes, a cluster, or None for threads here."""
+    """Yield what plays the parts: processes, a Dask cluster, or None for threads here."""
     if workers is not None and cluster is not None:
         raise InputError("--workers: stands beside --cluster, which has workers of its own")
     if workers is not None and workers < 1:
@@ -92,20 +89,15 @@ def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | N
     if workers is not None:
         with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
             yield pool
-    elif cluster is not None:
-        with _cluster(cluster) as client:
-            yield client.get_executor(retries=3)
-    else:
+    elif cluster is None:
         yield None
-
-
-def _cluster(address: str) -> Any:
-    """Connect to a Dask scheduler."""
-    if find_spec("distributed") is None:
+    elif find_spec("distributed") is None:
         raise InputError("--cluster: needs Dask: pip install 'pool-pymunk[cluster]'")
-    client: Any = import_module("distributed").Client
-    try:
-        return client(address, timeout=10)
-    except (OSError, ValueError) as error:
-        said = str(error).splitlines()[0]
-        raise InputError(f"--cluster = {address}: no scheduler answers ({said})") from None
+    else:
+        try:
+            client: Any = import_module("distributed").Client(cluster, timeout=10)
+        except (OSError, ValueError) as error:
+            said = str(error).splitlines()[0]
+            raise InputError(f"--cluster = {cluster}: no scheduler answers ({said})") from None
+        with client:
+            yield client.get_executor(retries=3)

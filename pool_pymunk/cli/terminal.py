@@ -7,6 +7,7 @@ import time
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
+import rich.table
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -16,7 +17,6 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
-from rich.table import Table
 
 if TYPE_CHECKING:
     from pool_pymunk.studies.sweep.job import Done
@@ -26,29 +26,31 @@ WIDTH = 160  # characters of a line in a pipe
 PACE = 0.1  # s between two moves of the progress bar
 
 
-def show(*parts: str | Table) -> None:
+def show(*parts: str | rich.table.Table) -> None:
     """Print lines and tables."""
     console = Console(width=None if Console().is_terminal else WIDTH, highlight=False)
     for part in parts:
         console.print(part, soft_wrap=isinstance(part, str))
 
 
-def table(
-    headings: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    left: Collection[str] = (),
-    title: str | None = None,
-) -> Table:
-    """Return a table whose columns but ``left`` are right-aligned; a line follows an empty row."""
-    made = Table(title=title)
-    for heading in headings:
-        made.add_column(heading, justify="left" if heading in left else "right")
-    for row in rows:
-        if row:
-            made.add_row(*row)
-        else:
-            made.add_section()
-    return made
+class Table(rich.table.Table):
+    """A table has columns that are right-aligned, except ``left``; a line follows an empty row."""
+
+    def __init__(
+        self,
+        headings: Sequence[str],
+        rows: Iterable[Sequence[str]],
+        left: Collection[str] = (),
+        title: str | None = None,
+    ) -> None:
+        super().__init__(title=title)
+        for heading in headings:
+            self.add_column(heading, justify="left" if heading in left else "right")
+        for row in rows:
+            if row:
+                self.add_row(*row)
+            else:
+                self.add_section()
 
 
 class Bar(Progress):

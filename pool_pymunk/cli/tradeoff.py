@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -13,9 +13,6 @@ from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How, place
 from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    from pool_pymunk.studies.tradeoff import Tradeoff
 
 HEADINGS = ("solver", "dt", "largest error", "rms error", "contacts shared", "time")
 
@@ -50,7 +47,7 @@ def tradeoff(
     ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names(solvers))
     how.options_of(scene, ladders, named=solvers is not None)
     shots = read.shots(scene, shot)
-    so_far: list[Tradeoff] = []
+    so_far: list[lib.tradeoff.Tradeoff] = []
     try:
         with lib.terminal.progress("measuring", 1 + sum(map(len, ladders.values()))) as bar:
             # how far (m) half of the last digit of the start positions moves the worst end
@@ -60,7 +57,7 @@ def tradeoff(
                 for one in lib.tradeoff.sound_shots(scene, shots)
             )
 
-            def note(result: Tradeoff) -> None:
+            def note(result: lib.tradeoff.Tradeoff) -> None:
                 so_far.append(result)
                 bar.update(bar.task, completed=1 + len(result.settings))
 
@@ -74,10 +71,10 @@ def tradeoff(
     return 0
 
 
-def _report(result: Tradeoff, folder: Path) -> None:
+def _report(result: lib.tradeoff.Tradeoff, folder: Path) -> None:
     """Print the table and what it says, and write the files."""
     title = f"Errors at the end ({result.scene.units.length}) and time for all shots"
-    lib.terminal.show(lib.terminal.table(HEADINGS, _rows(result), left=("solver",), title=title))
+    lib.terminal.show(lib.terminal.Table(HEADINGS, _rows(result), left=("solver",), title=title))
     for line in lib.tradeoff.sentences(result):
         typer.echo(line)
     machine = lib.tradeoff.machine()
@@ -87,13 +84,11 @@ def _report(result: Tradeoff, folder: Path) -> None:
     ]
     with whole(folder / "tradeoff.csv") as part:
         lib.run.write_rows(part, rows[0], (row.values() for row in rows))
-    for suffix in (".png", ".svg"):
-        with whole(folder / f"tradeoff{suffix}") as part:
-            lib.diagram.draw(result, [part])
+    lib.diagram.draw(result, [folder / f"tradeoff{suffix}" for suffix in (".png", ".svg")])
     typer.echo(f"Diagram and data: {folder}")
 
 
-def _rows(result: Tradeoff) -> Iterator[tuple[str, ...]]:
+def _rows(result: lib.tradeoff.Tradeoff) -> Iterator[tuple[str, ...]]:
     units = result.scene.units
     for s in result.settings:
         dt = "" if s.dt is None else lib.words.step_text(s.dt)

@@ -5,7 +5,12 @@
 controls) and ``main.js`` (what it offers to other code). They are put into the file as they are.
 """
 
-from pool_pymunk.page.document import page, write_page
-from pool_pymunk.page.notebook import batch_in_notebook, run_in_notebook, scene_in_notebook
+from pool_pymunk.page.document import (
+    batch_in_notebook,
+    page,
+    run_in_notebook,
+    scene_in_notebook,
+    write_page,
+)
 
 __all__ = ["batch_in_notebook", "page", "run_in_notebook", "scene_in_notebook", "write_page"]

@@ -14,10 +14,9 @@ from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.units import UNITS
 from pool_pymunk.render import PRINT, SCREEN
-from pool_pymunk.render.sheet import setting
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
 from pool_pymunk.render.table import plane, woodwork
-from pool_pymunk.render.view import contact_places, extent
+from pool_pymunk.render.view import contact_places, extent, settings
 from pool_pymunk.results.run import Run
 
 
@@ -55,18 +54,14 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
             {"id": b.id, "radius": b.radius, "color": c, "halo": halo_color(c), "striped": s}
             for b, c, s in zip(scene.balls, ball_colors(scene), striped(scene), strict=True)
         ],
-        "shots": [{"name": shot[0].name, "runs": _runs(shot)} for shot in shots],
+        "shots": [
+            {"name": shot[0].name, "runs": list(map(_run, shot, settings(shot)))} for shot in shots
+        ],
     }
 
 
 def _on_the_table(scene: Scene) -> tuple[object, ...]:
     return scene.table, scene.pockets, tuple((b.id, b.radius, b.color) for b in scene.balls)
-
-
-def _runs(shot: Sequence[Run]) -> list[dict[str, Any]]:
-    """Return the runs of one shot; their labels say the laws where they differ in them."""
-    laws = {run.law for run in shot} - {run.solver for run in shot}
-    return [_run(run, setting(run, with_law=len(laws) > 1)) for run in shot]
 
 
 def _run(run: Run, label: str) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """This module puts content, styles and scripts into one HTML file that needs nothing else.
 
+Notebooks show it in a frame.
+
 Nothing of a scenario can become markup or script: the content is JSON without a "<", the page's
 scripts show it as text, and the file's content security policy allows the page's own scripts
 alone, by their hashes, and no requests. The page of a live table may ask its own server.
@@ -10,6 +12,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import io
 import json
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -18,11 +21,16 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from pool_pymunk.fast import Batch
+from pool_pymunk.model import Scene
 from pool_pymunk.page.content import content
+from pool_pymunk.render import Figure, figure_of
+from pool_pymunk.render.clouds import batch_figure
 from pool_pymunk.results.run import Run
 from pool_pymunk.safety.files import whole
 
 SCRIPTS = ("motion.js", "table.js", "plot.js", "player.js", "main.js")
+HEIGHT, DPI = 640, 100  # pixels, and pixels an inch, in notebooks
 
 
 def page(shots: Sequence[Sequence[Run]]) -> str:
@@ -82,3 +90,32 @@ def _json(value: object) -> str:
     """Return JSON that stays JSON within HTML: it has no "<"."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c")
+
+
+# -- notebooks -------------------------------------------------------------------------------------
+
+
+def run_in_notebook(run: Run) -> str:
+    """Return a run's page in a frame, which may run its own scripts and nothing else."""
+    document = html.escape(page([[run]]))
+    look = f"width: 100%; height: {HEIGHT}px; border: 0"
+    return f'<iframe srcdoc="{document}" sandbox="allow-scripts" style="{look}"></iframe>'
+
+
+def scene_in_notebook(scene: Scene) -> str:
+    """Return a picture of the table as it is set up, and the scene in words."""
+    return _picture(figure_of(scene), repr(scene))
+
+
+def batch_in_notebook(batch: Batch) -> str:
+    """Return the clouds of ends, and the batch in words."""
+    return _picture(batch_figure(batch), repr(batch))
+
+
+def _picture(figure: Figure, words: str) -> str:
+    """Return a figure as an image of its own in HTML, with words below it."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png", dpi=DPI)
+    image = base64.b64encode(file.getvalue()).decode()
+    look = "max-width: 100%"
+    return f'<img src="data:image/png;base64,{image}" style="{look}"><p>{html.escape(words)}</p>'

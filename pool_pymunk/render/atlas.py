@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.model.inputs import in_units, unit_of
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.canvas import dress
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.render.style import SCREEN, Style, default_color
 from pool_pymunk.studies.atlas import Atlas
@@ -29,8 +30,9 @@ Image = NDArray[np.uint8]  # (H, W, 3)
 Pieces = Iterator[Image]  # of a map, from its lowest row on
 
 DPI = 100.0
-SMALL, LARGE = 13.0, 17.0  # points, for a map of 800 rows
-MARGIN = (1.0, 2.5, 0.9, 0.65)  # inches left, right, bottom and top of a map of 800 rows
+ROWS = 800  # Letters and margins are these for a map of this many rows, and in scale for others.
+LETTER = 16.0  # points
+LEFT, RIGHT, BOTTOM, TOP, GAP = 95.0, 345.0, 85.0, 60.0, 50.0  # pixels
 COLD, WARM = "#1f5fd0", "#ff9d1e"
 NEVER = "#3a4148"  # the colour of what did not happen
 MOST_HITS = 0.995  # of the shots have no more hits than the scale
@@ -39,57 +41,29 @@ MOST_HITS = 0.995  # of the shots have no more hits than the scale
 AT_ONCE = 100
 
 
-class _Legend(NamedTuple):
-    """A legend says on the ``side`` of a map, with letters of its ``size``, what colours mean."""
-
-    side: Axes
-    size: float
-    style: Style
-
-    def inset(self, *box: float) -> Axes:
-        """Return axes in a part of the side."""
-        inset = self.side.inset_axes(box)  # type: ignore[arg-type]
-        inset.spines[:].set_visible(False)
-        inset.tick_params(labelsize=SMALL * self.size, colors=self.style.ink)
-        return inset
-
-    @property
-    def words(self) -> dict[str, Any]:
-        """Return how words look."""
-        return {"fontsize": SMALL * self.size, "color": self.style.ink}
-
-
 def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) -> None:
     """Draw an atlas; ``show`` is one of ``SHOWS``. The suffix of ``path`` gives the format."""
     height, width = len(found.speed), len(found.angle)
-    size = height / 800.0
-    left, right, bottom, top = (size * inches for inches in MARGIN)
-    inches = (width / DPI + left + right, height / DPI + bottom + top)
-    figure = Figure(inches, dpi=DPI, facecolor=style.page)
-    box = (left / inches[0], bottom / inches[1], width / DPI / inches[0], height / DPI / inches[1])
-    axes = figure.add_axes(box)
-    beside = (box[0] + box[2] + 0.55 * size / inches[0], box[1], 1.75 * size / inches[0], box[3])
-    side = figure.add_axes(beside)
-    side.axis("off")
-    _draw_map(axes, found, SHOWS[show](found, _Legend(side, size, style)), size, style)
-    axes.set_title(_title(found, show), fontsize=LARGE * size, color=style.ink, loc="left")
+    size = height / ROWS
+    wide, high = width + size * (LEFT + RIGHT), height + size * (BOTTOM + TOP)
+    figure = Figure((wide / DPI, high / DPI), dpi=DPI, facecolor=style.page)
+    foot, right = size * BOTTOM / high, size * (LEFT + GAP) + width
+    axes = figure.add_axes((size * LEFT / wide, foot, width / wide, height / high))
+    key = figure.add_axes((right / wide, foot, (wide - right) / wide, height / high))
+    key.axis("off")
+    what, draw = SHOWS[show]
+    _draw_map(axes, found, draw(found, key, size * LETTER), size)
+    scene, shot = found.scene, found.plan.shot
+    name = f"{scene.title or 'Scene'}, {shot.name if shot else 'shot'}"
+    title = f"{name}: {what.format(scene.balls[found.ball].id)}"
+    axes.set_title(title, loc="left", fontsize=size * LETTER, color=style.ink, parse_math=False)
+    for part in figure.findobj(Axes):
+        dress(part, style, size * LETTER)
+        part.spines[:].set_visible(False)
     save_figure(figure, path, DPI)
 
 
-def _title(found: Atlas, show: str) -> str:
-    scene, shot = found.scene, found.plan.shot
-    ball = scene.balls[found.ball].id
-    what = {
-        "end": f"where ball {ball} ends",
-        "pocket": f"which pocket takes ball {ball}",
-        "first-hit": "which ball is met first",
-        "hits": "how many hits there are",
-        "duration": "when all balls rest",
-    }[show]
-    return f"{scene.title or 'Scene'}, {shot.name if shot else 'shot'}: {what}"
-
-
-def _draw_map(axes: Axes, found: Atlas, pieces: Pieces, size: float, style: Style) -> None:
+def _draw_map(axes: Axes, found: Atlas, pieces: Pieces, size: float) -> None:
     """Draw the map with its axes, and mark the shot itself."""
     both = zip(found.axes, (found.angle, found.speed), strict=True)
     (left, right), (low, high) = (_edges(found, name, values) for name, values in both)
@@ -99,16 +73,12 @@ def _draw_map(axes: Axes, found: Atlas, pieces: Pieces, size: float, style: Styl
         extent = (left, right, foot, head)
         axes.imshow(piece, origin="lower", extent=extent, aspect="auto", interpolation="none")
         foot = head
-    axes.set(xlim=(left, right), ylim=(low, high))
-    axes.set_xlabel(_label(found, found.axes[0]), fontsize=LARGE * size, color=style.ink)
-    axes.set_ylabel(_label(found, found.axes[1]), fontsize=LARGE * size, color=style.ink)
-    axes.tick_params(labelsize=SMALL * size, colors=style.ink)
-    axes.spines[:].set_visible(False)
+    across, up = (_label(found, name) for name in found.axes)
+    axes.set(xlim=(left, right), ylim=(low, high), xlabel=across, ylabel=up)
     x, y = (_in_units(found, name, found.plan.own(name)) for name in found.axes)
     if left <= x <= right and low <= y <= high:
         for color, width in (("#000000", 4.5), ("#ffffff", 2.0)):
-            ring = {"mfc": "none", "mec": color, "mew": width * size}
-            axes.plot(x, y, "o", ms=15 * size, **ring)  # type: ignore[arg-type]
+            axes.plot(x, y, "o", ms=15 * size, mfc="none", mec=color, mew=width * size)
 
 
 def _in_units(found: Atlas, name: str, value: float) -> float:
@@ -132,8 +102,8 @@ def _label(found: Atlas, name: str) -> str:
 # -- what is shown ---------------------------------------------------------------------------------
 
 
-def _ends(found: Atlas, legend: _Legend) -> Pieces:
-    """Colour where the ball ends; the legend is the table in these colours."""
+def _ends(found: Atlas, key: Axes, letter: float) -> Pieces:
+    """Colour where the ball ends; the key is the table in these colours."""
     x, y = found.end[..., 0], found.end[..., 1]
     table = found.scene.table
     if table is not None:
@@ -141,13 +111,12 @@ def _ends(found: Atlas, legend: _Legend) -> Pieces:
     else:
         (x0, x1), (y0, y1) = (np.nanquantile(v, (0.01, 0.99)) for v in (x, y))
     wide, high = max(x1 - x0, 1e-9), max(y1 - y0, 1e-9)
-    u, v = np.meshgrid(np.linspace(0, 1, 120), np.linspace(0, 1, 60))
+    u, v = np.meshgrid(np.linspace(0, 1, 240), np.linspace(0, 1, 240))
     units = found.scene.units
     extent = tuple(units.from_si(float(each), "length") for each in (x0, x1, y0, y1))
-    axes = legend.inset(0.0, 0.78, 1.0, 0.2)
+    axes = key.inset_axes((0.2, 0.5, 0.75, 0.5), anchor="NW")
     axes.imshow(_two_ways(u, v), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
-    axes.set_xlabel(f"x of the end ({units.length})", **legend.words)
-    axes.set_ylabel("y", rotation=0.0, **legend.words)
+    axes.set(xlabel=f"x of the end ({units.length})", ylabel="y")
     return _in_pieces(
         lambda end: _two_ways((end[..., 0] - x0) / wide, (end[..., 1] - y0) / high), found.end
     )
@@ -174,59 +143,56 @@ def _bytes(colors: Array) -> Image:
     return np.rint(255.0 * colors).astype(np.uint8)
 
 
-def _names(numbers: NDArray[np.int32], names: list[str], never: str, legend: _Legend) -> Pieces:
+def _names(
+    numbers: NDArray[np.int32], names: list[str], never: str, key: Axes, letter: float
+) -> Pieces:
     """Colour numbers that stand for names; -1 is what never happened."""
     colors = [NEVER, *(default_color(k + (k >= 7)) for k in range(len(names)))]
+    labels = [never, *names]
     patches = [
-        Patch(facecolor=colors[number + 1], label=never if number < 0 else names[number])
+        Patch(facecolor=colors[number + 1], label=labels[number + 1])
         for number in np.unique(numbers).tolist()
     ]
-    legend.side.legend(
-        handles=patches, loc="upper left", frameon=False, fontsize=LARGE * legend.size * 0.85,
-        labelcolor=legend.style.ink, borderaxespad=0.0, handlelength=1.2, handleheight=1.2,
+    key.legend(
+        handles=patches, loc="upper left", frameon=False, fontsize=letter, borderaxespad=0.0,
+        handlelength=1.2, handleheight=1.2,
     )  # fmt: skip
     palette = _bytes(np.array([to_rgb(color) for color in colors]))
     return _in_pieces(lambda some: palette[some + 1], numbers)
 
 
-def _first_hits(found: Atlas, legend: _Legend) -> Pieces:
-    return _names(found.first_hit, [f"ball {b.id}" for b in found.scene.balls], "none", legend)
+def _first_hits(found: Atlas, *key: Any) -> Pieces:
+    return _names(found.first_hit, [f"ball {b.id}" for b in found.scene.balls], "none", *key)
 
 
-def _pockets(found: Atlas, legend: _Legend) -> Pieces:
-    return _names(found.pocketed, [hole.id for hole in found.scene.pockets], "stays", legend)
+def _pockets(found: Atlas, *key: Any) -> Pieces:
+    return _names(found.pocketed, [hole.id for hole in found.scene.pockets], "stays", *key)
 
 
-def _hits(found: Atlas, legend: _Legend) -> Pieces:
+def _hits(found: Atlas, key: Axes, letter: float) -> Pieces:
     most = max(int(np.quantile(found.hits, MOST_HITS)), 1)
-    return _scaled(found.hits, (0.0, float(most)), "viridis", "hits", legend)
+    return _scaled(found.hits, 0.0, most, "viridis", "number of hits", key)
 
 
-def _durations(found: Atlas, legend: _Legend) -> Pieces:
+def _durations(found: Atlas, key: Axes, letter: float) -> Pieces:
     low, high = np.nanquantile(found.duration, (0.005, 0.995)).tolist()
-    return _scaled(found.duration, (low, high), "cividis", "rest (s)", legend)
+    return _scaled(found.duration, low, high, "cividis", "time until rest (s)", key)
 
 
 def _scaled(
-    values: NDArray[Any], limits: tuple[float, float], name: str, label: str, legend: _Legend
+    values: NDArray[Any], low: float, high: float, name: str, label: str, key: Axes
 ) -> Pieces:
-    """Colour numbers on a scale."""
-    low, high = limits
+    """Colour numbers on a scale, which stands beside the map and is as high."""
     colors = ScalarMappable(Normalize(low, max(high, low + 1e-9), clip=True), name)
-    axes = legend.inset(0.0, 0.45, 0.22, 0.5)
-    bar = legend.side.figure.colorbar(colors, cax=axes)
+    bar = key.figure.colorbar(colors, cax=key.inset_axes((0.0, 0.0, 0.12, 1.0)), label=label)
     bar.outline.set_visible(False)
-    axes.set_title(label, loc="left", **legend.words)
-    return _in_pieces(
-        lambda some: colors.to_rgba(np.nan_to_num(some), bytes=True)[..., :3],
-        values,
-    )
+    return _in_pieces(lambda some: colors.to_rgba(np.nan_to_num(some), bytes=True)[..., :3], values)
 
 
-SHOWS: dict[str, Callable[[Atlas, _Legend], Pieces]] = {
-    "end": _ends,
-    "first-hit": _first_hits,
-    "hits": _hits,
-    "pocket": _pockets,
-    "duration": _durations,
+SHOWS: dict[str, tuple[str, Callable[[Atlas, Axes, float], Pieces]]] = {
+    "end": ("where ball {} ends", _ends),
+    "first-hit": ("which ball is met first", _first_hits),
+    "hits": ("how many hits there are", _hits),
+    "pocket": ("which pocket takes ball {}", _pockets),
+    "duration": ("when all balls rest", _durations),
 }

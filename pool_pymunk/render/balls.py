@@ -9,34 +9,32 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PatchCollection
+from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Circle, FancyArrowPatch, PathPatch
 from matplotlib.path import Path as Outline
+from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 
 from pool_pymunk.model import Point, Scene
-from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.labels import CAPITAL, Labels, draw_label
-from pool_pymunk.render.style import (
-    IVORY,
-    LOOK,
-    Style,
-    ball_colors,
-    halo_color,
-    striped,
-)
+from pool_pymunk.physics.motion import Array, free_motions
+from pool_pymunk.render.style import IVORY, LOOK, Style, ball_colors, halo_color, striped
 from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Run
 
 Color = tuple[float, float, float, float]
+CAPITAL = 0.73  # height of the font's capitals and digits, in its size
+CORNERS = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])  # the first is preferred
+CLEARLY = 0.3  # in half the height of a label
 BOLD = FontProperties(family="DejaVu Sans", weight="bold")
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
 SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
-HALO = 0.45  # the strength of the halo around tracks, rings and balls
+STRAIGHT = 1e-9  # A track bends if its acceleration is farther off its velocity than this share.
+CHORDS = 16  # A parabola is drawn as this number of straight lines.
+HALO = 0.6  # the strength of the halo around tracks, rings and balls
 
 
 class Disc(NamedTuple):
@@ -63,11 +61,6 @@ class Disc(NamedTuple):
         """Tell whether the label can be read in the spot."""
         height: float = _lettering(self.label).get_extents().height
         return self.spot * height > LEGIBLE * self.letter
-
-    @property
-    def reach(self) -> float:
-        """Return how far from the centre anything of the ball is drawn, except a label beside."""
-        return 1.35 * self.radius + 2.0
 
 
 def discs(scene: Scene, position: Array, view: View) -> list[Disc]:
@@ -104,7 +97,10 @@ def draw_bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
         _circles(axes, balls, offset, 0.90 - 0.04 * k, (1.0, 1.0, 1.0, 0.024), 2.2)
     for ball in balls:
         if ball.is_labelled_inside:
-            _name(axes, ball, style)
+            spot = Circle((ball.x, ball.y), ball.spot, facecolor="#ffffff", zorder=2.3)
+            spot.set(edgecolor=style.outline, linewidth=min(0.025 * ball.radius, 0.6))
+            axes.add_artist(spot)
+            axes.add_artist(_label(ball, style.outline, zorder=2.4))
 
 
 def draw_ghosts(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
@@ -129,34 +125,25 @@ def _circles(
 
     They are ``size`` radii large, and ``offset`` radii beside the centres.
     """
-    circle = Outline.unit_circle()
-    corners = size * np.asarray(circle.vertices, dtype=float) + np.array(offset)
-    middles = np.array([(ball.x, ball.y) for ball in balls])[:, None]
-    radii = np.array([ball.radius for ball in balls])[:, None, None]
-    placed = (middles + radii * corners).reshape(-1, 2)
-    outline = Outline(placed, np.tile(np.asarray(circle.codes), len(balls)))
+    circles = [
+        Outline.circle((b.x + offset[0] * b.radius, b.y + offset[1] * b.radius), size * b.radius)
+        for b in balls
+    ]
+    outline = Outline.make_compound_path(*circles)
     axes.add_artist(PathPatch(outline, facecolor=color, edgecolor="none", zorder=zorder))
 
 
 def _bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
     """Draw the discs; outlines lie inside the radius, so that balls that touch are seen to."""
     lines = [min(0.07 * ball.radius, 1.6) for ball in balls]
-    patches = [
-        Circle((ball.x, ball.y), ball.radius - line / 2)
-        for ball, line in zip(balls, lines, strict=True)
-    ]
-    bodies = PatchCollection(
-        patches, facecolors=[IVORY if ball.striped else ball.color for ball in balls],
-        edgecolors=style.outline,
-        linewidths=lines, zorder=2.1,
-    )  # fmt: skip
-    axes.add_collection(bodies, autolim=False)
     for ball, line in zip(balls, lines, strict=True):
+        body = Circle((ball.x, ball.y), ball.radius - line / 2, linewidth=line, zorder=2.1)
+        body.set(facecolor=IVORY if ball.striped else ball.color, edgecolor=style.outline)
+        axes.add_artist(body)
         if ball.striped:
-            band = _band().transformed(
-                Affine2D().scale(ball.radius - line).translate(ball.x, ball.y)
-            )
-            axes.add_artist(PathPatch(band, facecolor=ball.color, edgecolor="none", zorder=2.15))
+            shape = Affine2D().scale(ball.radius - line).translate(ball.x, ball.y)
+            band = PathPatch(_band().transformed(shape), facecolor=ball.color, lw=0, zorder=2.15)
+            axes.add_artist(band)
 
 
 @lru_cache(maxsize=1)
@@ -167,14 +154,6 @@ def _band() -> Outline:
         [np.linspace(-turn, turn, 24), np.linspace(math.pi - turn, math.pi + turn, 24)]
     )
     return Outline(np.stack([np.cos(angles), np.sin(angles)], axis=1), closed=False)
-
-
-def _name(axes: Axes, ball: Disc, style: Style) -> None:
-    """Draw the white spot with the label in it."""
-    spot = Circle((ball.x, ball.y), ball.spot, facecolor="#ffffff", zorder=2.3)
-    spot.set(edgecolor=style.outline, linewidth=min(0.025 * ball.radius, 0.6))
-    axes.add_artist(spot)
-    axes.add_artist(_label(ball, style.outline, zorder=2.4))
 
 
 def _label(ball: Disc, color: str, **looks: Any) -> PathPatch:
@@ -197,13 +176,85 @@ def _lettering(text: str) -> Outline:
     return path.transformed(middle.scale(size))
 
 
+# -- labels beside balls ------------------------------------------------------------------------
+
+
+class Labels:
+    """Labels stand beside their balls, each at a corner where it covers no other ball.
+
+    ``balls`` are those that have one. A label leaves its corner only for one with clearly more
+    room, so that it stands still when balls move.
+    """
+
+    def __init__(self, discs: Sequence[Disc]) -> None:
+        beside = [k for k, disc in enumerate(discs) if not disc.is_labelled_inside]
+        self.of = np.array(beside, dtype=int)
+        self.balls = [discs[k] for k in beside]
+        self.radii = np.array([disc.radius for disc in discs])
+        self.halves = np.array([half_size(ball.label, ball.letter) for ball in self.balls]).reshape(
+            -1, 2
+        )
+        self.corners = np.tile(CORNERS[0], (len(self.balls), 1))
+
+    def place(self, places: Array) -> Array:
+        """Return the middles (L, 2) of the labels when the balls are at ``places`` (N, 2)."""
+        if self.balls:
+            room = self._room(places, self.corners)
+            if room.min() < 0.0:
+                others = np.array([self._room(places, corner) for corner in CORNERS])
+                better = others.max(axis=0) > room + CLEARLY * self.halves[:, 1]
+                self.corners[better] = CORNERS[others.argmax(axis=0)][better]
+        return self._middles(places, self.corners)
+
+    def _middles(self, places: Array, corners: Array) -> Array:
+        """Return where the middles of the labels are at these corners."""
+        middles: Array = places[self.of] + corners * (0.8 * self.radii[self.of, None] + self.halves)
+        return middles
+
+    def _room(self, places: Array, corners: Array) -> Array:
+        """Return 0 for a label that covers no other ball, and less the more it covers one."""
+        middles = self._middles(places, corners)
+        out = np.maximum(np.abs(places - middles[:, None]) - self.halves[:, None], 0.0)
+        gaps = np.hypot(out[..., 0], out[..., 1]) - self.radii
+        gaps[np.arange(len(self.of)), self.of] = 0.0
+        nearest: Array = np.nan_to_num(gaps, nan=0.0).min(axis=1)
+        return np.minimum(nearest, 0.0)
+
+
+@lru_cache(maxsize=1024)
+def half_size(label: str, letter: float) -> Point:
+    """Return half the width and height (points) of a label in letters of a size."""
+    box = TextPath((0.0, 0.0), label.replace("$", r"\$"), size=letter).get_extents()
+    return max(float(box.width), 1.0) / 2, CAPITAL * letter / 2
+
+
+def draw_label(axes: Axes, ball: Disc, middle: Point, style: Style) -> None:
+    """Draw the label of a ball, light with a dark rim, around its middle."""
+    x, y = middle
+    text = axes.text(x, y - CAPITAL * ball.letter / 2, ball.label, parse_math=False, zorder=2.4)
+    text.set(color="#ffffff", fontsize=ball.letter, ha="center", va="baseline")
+    text.set_path_effects([withStroke(linewidth=0.3 * ball.letter, foreground=style.outline)])
+
+
 # -- where balls come from and go to -----------------------------------------------------------
 
 
 def way(run: Run, i: int) -> Array:
-    """Return the knots of ball ``i`` on the table: the last is on the rim if a pocket takes it."""
+    """Return times and places (K, 3) on the track of ball ``i``, as far as it is on the table.
+
+    These are its breakpoints, and on a parabola some places between two. The last is on the rim if
+    a pocket takes the ball.
+    """
     knots = run.knots[i]
-    return knots[:-1] if run.scene.balls[i].id in run.pocketed else knots
+    if run.scene.balls[i].id in run.pocketed:
+        knots = knots[:-1]
+    vx, vy, ax, ay = knots[:-1, 3:7].T
+    bends = np.abs(vx * ay - vy * ax) > STRAIGHT * np.abs(vx * ay)
+    times = np.linspace(knots[:-1, 0], knots[1:, 0], CHORDS, endpoint=False, axis=1)
+    kept = bends[:, None] | (np.arange(CHORDS) == 0)
+    rows = np.repeat(knots[:-1], CHORDS, axis=0)[kept.ravel()]
+    places, _ = free_motions(rows, times[kept])
+    return np.vstack((np.column_stack((times[kept], places)), knots[-1:, :3]))
 
 
 def track_width(count: int) -> float:
@@ -255,9 +306,8 @@ def _pieces(path: Array) -> tuple[list[Array], Array]:
     at = np.union1d(gone, np.linspace(0.0, gone[-1], LOOK.pieces))
     points = np.stack([np.interp(at, gone, part) for part in path.T], axis=1)
     age = (at[:-1] + at[1:]) / (2.0 * gone[-1])
-    return list(np.stack([points[:-1], points[1:]], axis=1)), LOOK.oldest + (
-        1.0 - LOOK.oldest
-    ) * age
+    strength = LOOK.oldest + (1.0 - LOOK.oldest) * age
+    return list(np.stack([points[:-1], points[1:]], axis=1)), strength
 
 
 def draw_rings(axes: Axes, balls: Sequence[Disc]) -> None:

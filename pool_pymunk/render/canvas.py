@@ -1,10 +1,15 @@
 """This module makes an empty canvas measured in points, text on it, its pixels, and plots.
 
-It needs no window and no display.
+It needs no window and no display. It also draws into pixels, fast: sprites, which are placed to a
+quarter of a pixel, and soft rings. A frame is an array (height, width, 3) of uint8, with row 0 on
+top. Positions are in pixels from the lower left corner, as on the canvas (one point is one pixel in
+a film).
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,10 +20,12 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.style import Style
 
 Pixels = NDArray[np.uint8]
 POINTS_PER_INCH = 72.0
+FINE = 4  # Sprites are drawn this many times finer than the frame, and placed as finely.
 
 
 def canvas(width: float, height: float, color: str = "none") -> tuple[Figure, Axes]:
@@ -52,11 +59,128 @@ def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **look
     return drawn
 
 
-def dress(axes: Axes, style: Style) -> None:
-    """Give a plot the page's colours, and axes at the left and below alone."""
+def dress(axes: Axes, style: Style, letter: float | None = None) -> None:
+    """Give a plot the page's colours, axes at the left and below alone, and letters of a size."""
     axes.set_facecolor("none")
     axes.tick_params(colors=style.ink, which="both")
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(style.faint)
-    for words in (axes.xaxis.label, axes.yaxis.label, axes.title, *axes.texts):
+    legend = axes.get_legend()
+    labels = (axes.xaxis.label, axes.yaxis.label, axes.title)
+    for words in (*labels, *axes.texts, *(legend.get_texts() if legend else ())):
         words.set_color(style.ink)
+    if letter is not None:
+        axes.tick_params(labelsize=0.85 * letter, length=0.25 * letter, pad=0.25 * letter)
+        for words in labels:
+            words.set_fontsize(letter)
+
+
+# -- drawing into pixels ----------------------------------------------------------------------
+
+
+class Sprite:
+    """A sprite is a small picture with soft edges that can be put anywhere on a frame.
+
+    ``fine`` (side, side, 4) has FINE times the frame's pixels, and its alpha darkens its colours.
+    """
+
+    def __init__(self, fine: Pixels) -> None:
+        self.half = len(fine) // FINE // 2
+        self._fine = np.pad(fine, ((FINE, 2 * FINE), (FINE, 2 * FINE), (0, 0)))
+        self._shifted: dict[tuple[int, int], tuple[NDArray[np.uint16], NDArray[np.uint16]]] = {}
+
+    def stamp(self, frame: Pixels, x: float, y: float, strength: float = 1.0) -> None:
+        """Put the sprite's middle at (x, y); a ball without a position (NaN) is not drawn.
+
+        With a ``strength`` below 1 the frame shows through, and at 0 nothing is drawn.
+        """
+        if strength <= 0.0 or not math.isfinite(x + y):
+            return
+        column, across = divmod(round(x * FINE), FINE)
+        row, down = divmod(round((frame.shape[0] - y) * FINE), FINE)
+        light, clear = self._at(across, down)
+        top, left = row - self.half, column - self.half
+        r0, r1 = max(top, 0), min(top + len(light), frame.shape[0])
+        c0, c1 = max(left, 0), min(left + len(light), frame.shape[1])
+        if r0 < r1 and c0 < c1:
+            part = np.s_[r0 - top : r1 - top, c0 - left : c1 - left]
+            under = frame[r0:r1, c0:c1]
+            drawn = (light[part] + under * clear[part] + 127) // 255
+            if strength < 1.0:
+                drawn = np.rint(under + strength * (drawn.astype(np.float32) - under))
+            frame[r0:r1, c0:c1] = drawn
+
+    def _at(self, across: int, down: int) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+        """Return the sprite moved right and down by quarters of a pixel.
+
+        The first array is 255 x its light, the second 255 - alpha.
+        """
+        if (across, down) not in self._shifted:
+            n = 2 * self.half + 1
+            total = np.zeros((n, n, 4), dtype=np.float32)
+            for i in range(FINE - down, 2 * FINE - down):
+                for j in range(FINE - across, 2 * FINE - across):
+                    total += self._fine[i::FINE, j::FINE][:n, :n]
+            light = np.rint(total[..., :3] * (255.0 / FINE**2)).astype(np.uint16)
+            clear = np.rint(255.0 - total[..., 3:] / FINE**2).astype(np.uint16)
+            self._shifted[across, down] = np.minimum(light, 255 * (255 - clear)), clear
+        return self._shifted[across, down]
+
+
+def sprites(
+    count: int, reach: float, draw: Callable[[Axes, list[Point]], None]
+) -> tuple[Sprite, ...]:
+    """Return this many sprites that reach so far (pixels) from their middles, drawn all at once.
+
+    ``draw`` gets axes and the points around which it must draw each sprite.
+    """
+    half = math.ceil(reach) + 1
+    columns = math.ceil(math.sqrt(count))
+    rows = math.ceil(count / columns)
+    figure, axes = canvas(2 * half * columns, 2 * half * rows)
+    cells = [divmod(k, columns) for k in range(count)]
+    draw(axes, [(half * (2.0 * c + 1.0), half * (2.0 * (rows - r) - 1.0)) for r, c in cells])
+    fine = pixels(figure, FINE)
+    light = (fine[..., :3].astype(np.uint16) * fine[..., 3:] + 127) // 255
+    fine[..., :3] = light
+    side = 2 * half * FINE
+    return tuple(
+        Sprite(fine[r * side : (r + 1) * side, c * side : (c + 1) * side]) for r, c in cells
+    )
+
+
+def window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | None:
+    """Return the rows and columns of a box (x0, y0, x1, y1), and the middles of its pixels.
+
+    The middles are x (1, c) and y (r, 1).
+    """
+    if not np.isfinite(box).all():
+        return None
+    height, width = frame.shape[:2]
+    c0, c1 = max(int(box[0]), 0), min(int(box[2]) + 1, width)
+    r0, r1 = max(int(height - box[3]), 0), min(int(height - box[1]) + 1, height)
+    if c0 >= c1 or r0 >= r1:
+        return None
+    x = np.arange(c0, c1, dtype=np.float32)[None, :] + 0.5
+    y = height - np.arange(r0, r1, dtype=np.float32)[:, None] - 0.5
+    return slice(r0, r1), slice(c0, c1), x, y
+
+
+def mix(frame: Pixels, rows: slice, columns: slice, share: Array, color: Array) -> None:
+    """Mix ``color`` into the frame, by ``share`` (r, c) in [0, 1]."""
+    under = frame[rows, columns]
+    frame[rows, columns] = np.rint(under + share[..., None] * (color - under)).astype(np.uint8)
+
+
+def glow(
+    frame: Pixels, at: Point, radius: float, soft: float, color: Array, strength: float
+) -> None:
+    """Draw a ring of light around ``at``, which fades over ``soft`` pixels on both sides."""
+    reach = radius + 2.2 * soft
+    seen = window(frame, np.array([at[0] - reach, at[1] - reach, at[0] + reach, at[1] + reach]))
+    if seen is None:
+        return
+    rows, columns, x, y = seen
+    distance = np.sqrt((x - at[0]) ** 2 + (y - at[1]) ** 2)
+    share = strength * np.exp(-(((distance - radius) / soft) ** 2))
+    mix(frame, rows, columns, share, color)

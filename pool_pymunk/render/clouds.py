@@ -14,8 +14,9 @@ from matplotlib.path import Path as Outline
 
 from pool_pymunk.render.balls import HALO, Disc, discs, draw_balls, draw_rings
 from pool_pymunk.render.pictures import as_set_up, save_figure
-from pool_pymunk.render.sheet import DOT, Sheet, Show, draw_caption, draw_sheet, picture_layout
-from pool_pymunk.render.style import PRINT, Style, ball_colors, halo_color
+from pool_pymunk.render.sheet import Sheet, draw_caption, draw_sheet, picture_layout
+from pool_pymunk.render.style import PRINT, Style, halo_color
+from pool_pymunk.render.view import DOT, Show
 from pool_pymunk.studies.sensitivity import ellipse
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ SHOWN = 0.03  # of a radius; a cloud is drawn if its standard deviation is at le
 
 
 def cloud_picture(
-    found: Sensitivity,
+    found: Sensitivity | None,
     path: Path,
     linear: Linear | None = None,
     *,
@@ -45,34 +46,27 @@ def cloud_picture(
 ) -> None:
     """Draw the clouds of ends: starts as rings, unperturbed ends as discs, samples as points.
 
-    A ball whose ends hardly spread is drawn without a cloud. With a ``linear`` sensitivity, too,
-    ellipses have 95 % of the ends within them as the derivatives say. The suffix of ``path`` gives
-    the format (png, svg, pdf).
+    A ball whose ends hardly spread is drawn without a cloud. With a ``linear`` sensitivity, beside
+    samples or alone, ellipses have 95 % of the ends within them as the derivatives say. The suffix
+    of ``path`` gives the format (png, svg, pdf).
     """
-    run = found.reference
+    study = found or linear
+    assert study is not None
+    run, errors = study.reference, study.uncertainty.described(study.reference.scene)
     key = "rings: starts; discs: the ends if nothing is moved"
+    key += "; ellipses: 95 % of the ends by derivatives" * (linear is not None)
+    said = errors if found is None else f"{found.samples:,} ends with {errors}"
+    sheet = _sheet(run, style, run.name, said, key)
+    start, end = (discs(run.scene, run.at(t)[0], sheet.views[0]) for t in (0.0, run.duration))
+    draw_rings(sheet.axes, [a for a, b in zip(start, end, strict=True) if (a.x, a.y) != (b.x, b.y)])
+    if found is not None:
+        deviation = np.array([ball.deviation for ball in found.balls])
+        _draw_ends(sheet, run.scene, end, found.ends, deviation, style)
+    else:
+        for ball in end:
+            _faded(sheet.axes, ball, np.array([(ball.x, ball.y)]), [], style)
     if linear is not None:
-        key += "; ellipses: 95 % of the ends by derivatives"
-    spread = f"{found.samples:,} ends with {found.uncertainty.described(run.scene)}"
-    sheet = _sheet(run, style, run.name, spread, key)
-    end = _starts_and_ends(sheet, run)
-    deviation = np.array([ball.deviation for ball in found.balls])
-    _draw_ends(sheet, run.scene, end, found.ends, deviation, style)
-    if linear is not None:
-        _draw_ellipses(sheet, linear, style)
-    save_figure(sheet.figure, path, dpi)
-
-
-def linear_picture(linear: Linear, path: Path, *, dpi: float = 200.0, style: Style = PRINT) -> None:
-    """Draw the ends, each in an ellipse that has 95 % of the ends in it, by derivatives."""
-    run = linear.reference
-    errors = linear.uncertainty.described(run.scene)
-    words = f"ellipses: 95 % of the ends by derivatives, with {errors}; rings: starts"
-    sheet = _sheet(run, style, run.name, words)
-    for ball in _starts_and_ends(sheet, run):
-        _faded(sheet.axes, ball, style)
-        _tag(sheet.axes, ball, np.array([(ball.x, ball.y)]), [], style)
-    _draw_ellipses(sheet, linear, style)
+        _draw_ellipses(sheet, linear, end)
     save_figure(sheet.figure, path, dpi)
 
 
@@ -103,13 +97,6 @@ def _sheet(run: Run, style: Style, *words: str) -> Sheet:
     return sheet
 
 
-def _starts_and_ends(sheet: Sheet, run: Run) -> list[Disc]:
-    """Draw rings where balls set off, and return the balls where they end."""
-    start, end = (discs(run.scene, run.at(t)[0], sheet.views[0]) for t in (0.0, run.duration))
-    draw_rings(sheet.axes, [a for a, b in zip(start, end, strict=True) if (a.x, a.y) != (b.x, b.y)])
-    return end
-
-
 def _draw_ends(
     sheet: Sheet, scene: Scene, balls: list[Disc], ends: Array, spread: Array, style: Style
 ) -> None:
@@ -124,32 +111,20 @@ def _draw_ends(
         draw_balls(sheet.axes, still, style)
     for i in np.flatnonzero(clouds):
         points = np.array([sheet.views[0].place((x, y)) for x, y in ends[:, i].tolist()])
-        _faded(sheet.axes, balls[i], style)
         _cloud(sheet.axes, balls[i], points)
-        _tag(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
+        _faded(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
 
 
-def _draw_ellipses(sheet: Sheet, linear: Linear, style: Style) -> None:
+def _draw_ellipses(sheet: Sheet, linear: Linear, balls: list[Disc]) -> None:
     """Draw an ellipse around the end of every ball whose ends spread so that it shows."""
-    run, view = linear.reference, sheet.views[0]
-    colors = ball_colors(run.scene)
-    for i, ball in enumerate(run.scene.balls):
-        if not linear.std[i].max() >= SHOWN * ball.radius:
+    view = sheet.views[0]
+    for i, ball in enumerate(balls):
+        if not view.scale * linear.std[i].max() >= SHOWN * ball.radius:
             continue
-        outline = np.array(run.end.position[i]) + ellipse(linear.covariance[i])
-        corners = [view.place((x, y)) for x, y in outline.tolist()]
-        for color, width in ((halo_color(colors[i]), 2.6), (colors[i], 1.3)):
+        corners = view.scale * ellipse(linear.covariance[i]) + (ball.x, ball.y)
+        for color, width in ((halo_color(ball.color), 2.6), (ball.color, 1.3)):
             line = Polygon(corners, facecolor="none", edgecolor=color, linewidth=width, zorder=2.7)
-            line.set_clip_box(sheet.axes.bbox)
-            sheet.axes.add_artist(line)
-
-
-def _faded(axes: Axes, ball: Disc, style: Style) -> None:
-    """Draw the unperturbed end of a ball that may as well end elsewhere."""
-    line = 0.07 * ball.radius
-    disc = Circle((ball.x, ball.y), ball.radius - line / 2, zorder=2.05)
-    disc.set(facecolor=(*to_rgb(ball.color), 0.45), edgecolor=style.outline, linewidth=line)
-    axes.add_patch(disc)
+            sheet.axes.add_patch(line)
 
 
 def _cloud(axes: Axes, ball: Disc, points: Array) -> None:
@@ -166,8 +141,15 @@ def _cloud(axes: Axes, ball: Disc, points: Array) -> None:
     axes.add_collection(dots, autolim=False)
 
 
-def _tag(axes: Axes, ball: Disc, points: Array, others: list[Disc], style: Style) -> None:
-    """Write the label on the disc's rim, where it is farthest from the cloud and other balls."""
+def _faded(axes: Axes, ball: Disc, points: Array, others: list[Disc], style: Style) -> None:
+    """Draw the unperturbed end of a ball that may as well end elsewhere.
+
+    Its label is on the rim, where it is farthest from the cloud and other balls.
+    """
+    line = 0.07 * ball.radius
+    disc = Circle((ball.x, ball.y), ball.radius - line / 2, zorder=2.05)
+    disc.set(facecolor=(*to_rgb(ball.color), 0.45), edgecolor=style.outline, linewidth=line)
+    axes.add_patch(disc)
     angles = np.arange(8) * np.pi / 4 + np.pi / 8
     rim = ball.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1) + (ball.x, ball.y)
     free = np.array([np.hypot(*(points - at).T).min() for at in rim])

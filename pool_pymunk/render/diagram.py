@@ -6,8 +6,7 @@ Each solver has a line.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
@@ -16,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from pool_pymunk.model import Point
+from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
 from pool_pymunk.studies.tradeoff import SHARED_ENGINE, Setting, Tradeoff, order
@@ -31,7 +31,7 @@ def draw(result: Tradeoff, paths: Sequence[Path]) -> None:
     """Draw the diagram into each of ``paths``; the suffix (.png, .svg, .pdf) gives the format."""
     figure = figure_of(result)
     for path in paths:
-        figure.savefig(path, dpi=200)
+        save_figure(figure, path)
 
 
 def figure_of(result: Tradeoff) -> Figure:
@@ -41,14 +41,10 @@ def figure_of(result: Tradeoff) -> Figure:
     units = result.scene.units
     measured = [(s, result.of(s.name)) for s in SOLVERS.values() if result.of(s.name)]
     errors = [s.largest for _, settings in measured for s in settings]
-    cut = Cut.of([units.from_si(error, "length") for error in errors if error > 0.0])
+    cut = Cut(units.from_si(error, "length") for error in errors if error > 0.0)
     axes.set_yscale("log")
     _dress(axes, cut, result)
-    labels = [
-        label
-        for solver, settings in measured
-        for label in _line(axes, cut, result, solver, settings)
-    ]
+    labels = [label for each in measured for label in _line(axes, cut, result, *each)]
     if result.spread is not None:
         _band(axes, cut.place(units.from_si(result.spread, "length")), result.spread, result)
     if len(result.exact) > 1:
@@ -60,58 +56,35 @@ def figure_of(result: Tradeoff) -> Figure:
     return figure
 
 
-@dataclass(frozen=True)
 class Cut:
-    """A cut axis shows decades, but of a wide range in which nothing lies only a strip.
+    """A cut axis shows the decades of values (above 0), but of a wide empty range only a strip.
 
-    ``runs`` are the first and last decade of every range that is shown, from low to high.
+    ``ticks`` are the decades that are shown, and ``strips`` the middles of the strips.
+
+    >>> Cut([2e-12, 0.03, 5.0]).ticks
+    [-12, -11, -2, -1, 0, 1]
     """
-
-    runs: tuple[tuple[int, int], ...]
 
     STRIP: ClassVar[float] = 1.6  # decades; the width of what stands for an empty range
     WIDE: ClassVar[int] = 3  # Only an empty range of this many decades is cut out.
 
-    @staticmethod
-    def of(values: Sequence[float]) -> Cut:
-        """Return the axis that shows these values (above 0), with a decade or so around them.
-
-        >>> Cut.of([2e-12, 0.03, 5.0]).runs
-        ((-12, -11), (-2, 1))
-        """
-        runs: list[tuple[int, int]] = []
-        for low in sorted({math.floor(math.log10(value)) for value in values} or {0}):
-            if runs and low - runs[-1][1] < Cut.WIDE:
-                runs[-1] = (runs[-1][0], low + 1)
-            else:
-                runs.append((low, low + 1))
-        return Cut(tuple(runs))
-
-    @property
-    def ticks(self) -> list[int]:
-        """Return the decades that are shown."""
-        return [decade for low, high in self.runs for decade in range(low, high + 1)]
-
-    @property
-    def strips(self) -> list[float]:
-        """Return the middles of the strips that stand for empty ranges."""
-        return [self.place(10.0**high) + self.STRIP / 2 for _, high in self.runs[:-1]]
+    def __init__(self, values: Iterable[float]) -> None:
+        lows = {math.floor(math.log10(value)) for value in values} or {0}
+        self.ticks = sorted({tick for low in lows for tick in (low, low + 1)})
+        gaps = np.diff(self.ticks)
+        self.places = np.append(0.0, np.cumsum(np.where(gaps < self.WIDE, gaps, self.STRIP)))
+        self.strips = (self.places[:-1][gaps >= self.WIDE] + self.STRIP / 2).tolist()
 
     def place(self, value: float) -> float:
         """Return where a value lies, in decades from the left end; values beyond lie there."""
-        decade, left = math.log10(value) if value > 0.0 else -math.inf, 0.0
-        for low, high in self.runs:
-            if decade <= high:
-                return left + max(decade - low, 0.0)
-            left += high - low + self.STRIP
-        return left - self.STRIP
+        decade = math.log10(value) if value > 0.0 else -math.inf
+        return float(np.interp(decade, self.ticks, self.places))
 
 
 def _dress(axes: Axes, cut: Cut, result: Tradeoff) -> None:
     """Give the diagram its axes, with marks where empty decades are cut out, and its words."""
-    places = [cut.place(10.0**decade) for decade in cut.ticks]
-    axes.set_xticks(places, [f"$10^{{{decade}}}$" for decade in cut.ticks])
-    axes.set_xlim(places[0] - 0.4, places[-1] + 0.4)
+    axes.set_xticks(cut.places, [f"$10^{{{decade}}}$" for decade in cut.ticks])
+    axes.set_xlim(-0.4, cut.places[-1] + 0.4)
     for x in cut.strips:
         axes.axvspan(x - 0.05, x + 0.05, color="#ffffff", linewidth=0, zorder=1.9)
         axes.text(
@@ -135,15 +108,16 @@ def _line(
     units = result.scene.units
     points = [(cut.place(units.from_si(s.largest, "length")), s.time * 1e3) for s in settings]
     size = 14 if solver.marker == "*" else 7
-    xs, ys = zip(*points, strict=True)
-    axes.plot(xs, ys, color=solver.color, marker=solver.marker, markersize=size, zorder=3)
+    axes.plot(
+        *zip(*points, strict=True), color=solver.color, marker=solver.marker, ms=size, zorder=3
+    )
     first, last = settings[0].dt, settings[-1].dt
     name = solver.name if last is None else f"{solver.name}, {step_text(last)}"
     about = _about(result, solver, settings)
-    end = Label(f"{name}\n{about}" if about else name, points[-1], solver.color)
-    if first is None or len(settings) == 1:
-        return [end]
-    return [end, Label(step_text(first), points[0], solver.color)]
+    labels = [Label(f"{name}\n{about}".rstrip(), points[-1], solver.color)]
+    if first is not None and len(settings) > 1:
+        labels.append(Label(step_text(first), points[0], solver.color))
+    return labels
 
 
 class Label(NamedTuple):
@@ -194,21 +168,18 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
 
 def _about(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
     """Say how the solver's error shrinks with the step, or nothing where that is not known."""
-    slope = order(settings, result.rounding, 0.5 * _size(result))
     if solver.is_yardstick:
         return "exact to rounding, no step"
     if max(s.largest for s in settings) < 100 * result.rounding:
         return "exact to rounding at every step"
-    if slope is not None and slope < NO_ORDER:
-        return "does not converge to this contact law"
-    return "" if slope is None else f"order {slope:.1f}"
-
-
-def _size(result: Tradeoff) -> float:
-    """Return the size of the scene (m): an error of that size says only that all is lost."""
     table, places = result.scene.table, [ball.position for ball in result.scene.balls]
-    size = np.ptp(places if table is None else table.outline, axis=0)
-    return float(size.min() if table is not None else max(size.max(), 1e-9))
+    sides = np.ptp(places if table is None else table.outline, axis=0)
+    # An error of the size (m) of the scene says only that all is lost.
+    size = float(sides.min() if table is not None else max(sides.max(), 1e-9))
+    slope = order(settings, result.rounding, 0.5 * size)
+    if slope is None:
+        return ""
+    return f"order {slope:.1f}" if slope >= NO_ORDER else "does not converge to this contact law"
 
 
 def _band(axes: Axes, edge: float, spread: float, result: Tradeoff) -> None:

@@ -1,20 +1,28 @@
-"""This module turns frames into films: mp4 by imageio's plugin for PyAV, gif by Pillow."""
+"""This module turns frames into films: mp4 by imageio's plugin for PyAV, gif by Pillow.
+
+It also joins films, and writes them whole or not at all.
+"""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable, Iterator
+import os
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from fractions import Fraction
+from itertools import chain, islice
 from pathlib import Path
 
+import av
 import imageio.v3 as iio
 import numpy as np
+from av.codec.codec import UnknownCodecError
 from PIL import Image, ImageChops
 from PIL.GifImagePlugin import getdata, getheader
 
 from pool_pymunk.render.canvas import Pixels
-from pool_pymunk.render.output import RenderError
+from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, whole
 
 SLOWEST, FASTEST = 2e-3, 65535.0  # frames a second: a gif's longest delay, imageio's finest time
 CODEC = "libx264"  # H.264, which browsers and slides play
@@ -29,6 +37,27 @@ CLEAR = 255  # a gif's index for pixels that stay as they are; those below it ar
 SAME = [255] + 255 * [0]  # a mask of the pixels whose index has changed by 0
 
 Shown = tuple[Pixels, int]  # a picture (height, width, 3), and for how many 1/100 s it is shown
+
+
+@contextmanager
+def written(path: Path) -> Iterator[Path]:
+    """Give a temporary name for a film, which becomes ``path`` when the block succeeds.
+
+    Raises OSError, with the path as its file name, for a folder or disk that cannot be written to,
+    and RenderError, with the path in front, for all else that ffmpeg or the block cannot do.
+    """
+    try:
+        with whole(path) as part:
+            try:
+                yield part
+            except UnknownCodecError as error:
+                raise RenderError(f"ffmpeg: there is no codec {error}") from error
+            except av.FFmpegError as error:
+                if error.errno in DEVICE_ERRORS:
+                    raise OSError(error.errno, os.strerror(error.errno)) from error
+                raise RenderError(f"{error.filename or 'ffmpeg'}: {error.strerror}") from error
+    except RenderError as error:
+        raise RenderError(f"{path}: {error}") from error
 
 
 def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
@@ -95,3 +124,42 @@ def _pace(fps: float) -> Fraction:
     if not SLOWEST <= fps <= FASTEST:
         raise RenderError(f"fps = {fps:g}: must be from {SLOWEST:g} to {FASTEST:g}")
     return Fraction(fps).limit_denominator(1001)
+
+
+def join(films: Sequence[Path], path: Path) -> None:
+    """Write films one after another to ``path``; mp4 films as they are, nothing is encoded again.
+
+    They must be of one size and pace (see :func:`film`, which takes several shots). Raises
+    RenderError if they cannot be joined, and OSError if the disk fails.
+    """
+    if not films:
+        raise RenderError(f"{path}: there is no film to join")
+    with written(path) as part:
+        if path.suffix.lower() == ".gif":
+            samples = chain.from_iterable(islice(_pictures(film), 0, None, 50) for film in films)
+            pictures = chain.from_iterable(map(_pictures, films))
+            write_gif(part, pictures, (pixels for pixels, _ in samples))
+        else:
+            _join_mp4s(films, part)
+
+
+def _join_mp4s(films: Sequence[Path], path: Path) -> None:
+    start, stream = 0, None
+    with av.open(str(path), "w", container_options=FASTSTART) as whole:
+        for film in films:
+            with av.open(str(film)) as part:
+                source = part.streams.video[0]
+                stream = stream or whole.add_stream_from_template(source)
+                for packet in part.demux(source):
+                    if packet.pts is not None and packet.dts is not None:  # The last one is empty.
+                        packet.pts, packet.dts = packet.pts + start, packet.dts + start
+                        packet.stream = stream
+                        whole.mux(packet)
+                start += source.duration or 0
+
+
+def _pictures(gif: Path) -> Iterator[Shown]:
+    with av.open(str(gif)) as film:
+        for frame in film.decode(video=0):
+            pixels = frame.reformat(format="rgb24", threads=1).to_ndarray()
+            yield pixels.astype(np.uint8, copy=False), frame.duration

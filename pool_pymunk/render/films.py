@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from pool_pymunk.render.canvas import Pixels
-from pool_pymunk.render.encode import timed, write_gif, write_mp4
-from pool_pymunk.render.output import RenderError, written
-from pool_pymunk.render.sheet import Show
+from pool_pymunk.render.encode import timed, write_gif, write_mp4, written
 from pool_pymunk.render.stage import Stage, Timing
 from pool_pymunk.render.style import LOOK, SCREEN, Style
+from pool_pymunk.render.view import Show
 from pool_pymunk.results.run import Run
+from pool_pymunk.safety.files import RenderError
 
 Progress = Callable[[int], None]
 FORMATS = (".mp4", ".gif")
@@ -68,6 +68,10 @@ class FilmSettings:
         end = whole if self.end is None else min(self.end, whole)
         return Timing(min(self.start, end), end, self.fps, self.slow)
 
+    def stage(self, show: Show) -> Stage:
+        """Return the stage from which the frames of a show are drawn."""
+        return Stage(show, self.size, self.timing(show), self.style)
+
     @property
     def held(self) -> int:
         """Return how many times more the last frame is shown."""
@@ -97,7 +101,7 @@ def film(
     frames = (frame for show in shows for frame in _frames(show, settings, progress))
     with written(path) as part:
         if path.suffix.lower() == ".gif":
-            samples = (frame for show in shows for frame in _stage(show, settings).samples())
+            samples = (frame for show in shows for frame in settings.stage(show).samples())
             write_gif(part, timed(frames, settings.fps), samples)
         else:
             write_mp4(part, frames, settings.fps)
@@ -110,15 +114,11 @@ def frame_count(what: Run | Show, settings: FilmSettings) -> int:
 
 def _frames(show: Show, settings: FilmSettings, progress: Progress | None) -> Iterator[Pixels]:
     """Draw the frames of one shot; the last one stays."""
-    for frame in _stage(show, settings).frames():
+    for frame in settings.stage(show).frames():
         if progress is not None:
             progress(1)
         yield frame
     yield from repeat(frame, settings.held)
-
-
-def _stage(show: Show, settings: FilmSettings) -> Stage:
-    return Stage(show, settings.size, settings.timing(show), settings.style)
 
 
 def _show(what: Run | Show) -> Show:

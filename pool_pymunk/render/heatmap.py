@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.studies.stability.extremes import EXTREMES
@@ -48,7 +49,8 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
     found = {(cell.extreme, cell.solver): cell for cell in cells}
     rows = [e for e in EXTREMES if any(name == e.name for name, _ in found)]
     used = {solver.name: _steps_used(cells, solver.name) for solver in columns()}
-    in_steps = _exact_in_steps()
+    # How far off the solver is that must be exact at every step is shown at each step.
+    in_steps = next((solver.name for solver in columns() if solver.exact and solver.dt), "")
     steps, beside = used.get(in_steps, []), LABEL + WIDE * len(used) + GAP
     width = beside + NARROW * max(len(steps), 3)
     reasons = [line for note in notes(cells) for line in textwrap.wrap(note, 170)]
@@ -57,7 +59,7 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
     figure = Figure(figsize=(width, height))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(height, 0.0))
     axes.axis("off")
-    _headings(axes, used)
+    _headings(axes, used, in_steps)
     for k, extreme in enumerate(rows):
         top = HEAD + HEIGHT * k
         axes.text(0.15, top + 0.21, extreme.name, fontsize=10.5, weight="bold", va="center")
@@ -72,15 +74,7 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
             _box(axes, (beside + NARROW * column, top), NARROW, color, text, ha="center")
     _legend(axes, foot)
     axes.text(LABEL, foot + 0.55, "\n".join(reasons), fontsize=9, color=FAINT, va="top")
-    figure.savefig(path, dpi=120)
-
-
-def _exact_in_steps() -> str:
-    """Return the solver that must be exact at every step.
-
-    The picture shows how far off it is at each step.
-    """
-    return next((solver.name for solver in columns() if solver.exact and solver.dt), "")
+    save_figure(figure, path, 120)
 
 
 def _steps_used(cells: Sequence[Cell], solver: str) -> list[float]:
@@ -90,7 +84,7 @@ def _steps_used(cells: Sequence[Cell], solver: str) -> list[float]:
     return sorted({outcome.dt for outcome in outcomes if outcome.dt}, reverse=True)
 
 
-def _headings(axes: Axes, used: Mapping[str, Sequence[float]]) -> None:
+def _headings(axes: Axes, used: Mapping[str, Sequence[float]], in_steps: str) -> None:
     axes.text(0.15, 0.3, TITLE, fontsize=16, weight="bold", va="center")
     axes.text(0.15, 0.72, HOLDING, fontsize=9, color=FAINT, va="center", linespacing=1.4)
     axes.text(0.15, HEAD - 0.12, "extreme", fontsize=10, color=FAINT, va="bottom")
@@ -100,29 +94,23 @@ def _headings(axes: Axes, used: Mapping[str, Sequence[float]]) -> None:
         about = "exact, no step" if find_solver(solver).is_yardstick else about
         axes.text(left, HEAD - 0.34, solver, fontsize=11, weight="bold", va="bottom")
         axes.text(left, HEAD - 0.12, about, fontsize=9, color=FAINT, va="bottom")
-    in_steps = _exact_in_steps()
-    left, steps = LABEL + WIDE * len(used) + GAP, used.get(in_steps, [])
-    if steps:
+    left = LABEL + WIDE * len(used) + GAP + 0.05
+    if in_steps in used:
         text = f"{in_steps}: largest distance from\nthe exact run (m), before chaos"
-        axes.text(left + 0.05, HEAD - 0.38, text, fontsize=9, color=FAINT, va="bottom")
-    for column, dt in enumerate(steps):
-        at = left + 0.05 + NARROW * column
-        axes.text(at, HEAD - 0.12, step_text(dt), fontsize=10, va="bottom")
+        axes.text(left, HEAD - 0.38, text, fontsize=9, color=FAINT, va="bottom")
+    for column, dt in enumerate(used.get(in_steps, [])):
+        axes.text(left + NARROW * column, HEAD - 0.12, step_text(dt), fontsize=10, va="bottom")
 
 
 def _verdict(axes: Axes, cell: Cell | None, left: float, top: float) -> None:
-    color, text = NOT_RUN, ""
+    color, text = NOT_RUN, cell.left_out if cell is not None else ""
     if cell is not None and cell.run:
-        text, worst = str(cell), cell.worst
-        degrees = (
-            color for most, color, _ in DEGREES if worst and min(worst.severity, 1.0) <= most
-        )
+        text, severity = str(cell), cell.worst.severity if cell.worst else -1.0
+        degrees = (color for most, color, _ in DEGREES if 0.0 <= min(severity, 1.0) <= most)
         color = next(degrees, HOLDS)
-    elif cell is not None:
-        text = cell.left_out
     lines = textwrap.wrap(text, 38)[:3]
-    large = text.startswith("holds") and len(lines) == 1
-    _box(axes, (left, top), WIDE, color, "\n".join(lines), fontsize=10 if large else 8)
+    size = 10 if text.startswith("holds") and len(lines) == 1 else 8
+    _box(axes, (left, top), WIDE, color, "\n".join(lines), fontsize=size)
 
 
 def _box(

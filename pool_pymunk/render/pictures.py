@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import (
-    Disc,
     discs,
     draw_arrows,
     draw_balls,
@@ -21,19 +20,12 @@ from pool_pymunk.render.balls import (
     tracks,
     way,
 )
-from pool_pymunk.render.output import RenderError, written
-from pool_pymunk.render.sheet import (
-    Show,
-    draw_caption,
-    draw_sheet,
-    draw_tray,
-    in_tray,
-    picture_layout,
-)
+from pool_pymunk.render.sheet import draw_caption, draw_sheet, draw_tray, picture_layout
 from pool_pymunk.render.style import PRINT, Style
-from pool_pymunk.render.view import View
+from pool_pymunk.render.view import Show, View
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import seconds
+from pool_pymunk.safety.files import RenderError, whole
 
 When = Literal["start", "end"]
 FORMATS = (".png", ".svg", ".pdf")
@@ -70,7 +62,7 @@ def check_name(path: Path | str) -> None:
 def save_figure(figure: Figure, path: Path | str, dpi: float = 200.0) -> None:
     """Write a figure to a file, whole or not at all; the suffix says the format."""
     check_name(path)
-    with written(Path(path)) as part:
+    with whole(Path(path)) as part:
         figure.savefig(part, dpi=dpi)
 
 
@@ -82,26 +74,23 @@ def figure_of(
     style: Style = PRINT,
 ) -> Figure:
     """Draw what :func:`picture` saves."""
-    show = _show(what)
+    runs = (
+        (what,) if isinstance(what, Run) else (as_set_up(what),) if isinstance(what, Scene) else ()
+    )
+    show = what if isinstance(what, Show) else Show(runs)
     out = show.tray if when == "end" else show.before
     layout = picture_layout(show, tray=bool(out))
     sheet = draw_sheet(show, layout, style, (0.0, show.duration))
-    for runs, view in zip(show.panels, sheet.views, strict=True):
-        for shown in reversed(runs):
-            _draw_run(sheet.axes, shown, when, view, style, solid=shown is runs[0])
+    for panel, view in zip(show.panels, sheet.views, strict=True):
+        for shown in reversed(panel):
+            _draw_run(sheet.axes, shown, when, view, style, solid=shown is panel[0])
     if out:
-        draw_tray(sheet.axes, layout, style)
-        draw_balls(sheet.axes, in_tray(show.runs[0], out, layout, sheet.views[0]), style)
+        draw_tray(sheet, show.runs[0], out, layout, style)
     if caption is None:
-        caption = show.caption("" if isinstance(what, Scene) else _moment(show, when))
+        moment = when if when == "start" else f"end after {seconds(show.duration)}"
+        caption = show.caption("" if isinstance(what, Scene) else moment)
     draw_caption(sheet, layout, caption, style)
     return sheet.figure
-
-
-def _show(what: Run | Scene | Show) -> Show:
-    if isinstance(what, Show):
-        return what
-    return Show((what if isinstance(what, Run) else as_set_up(what),))
 
 
 def as_set_up(scene: Scene) -> Run:
@@ -117,13 +106,14 @@ def as_set_up(scene: Scene) -> Run:
 
 def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, solid: bool) -> None:
     """Draw the balls of one run: solid, with tracks or arrows, or as ghosts."""
-    position, velocity = run.at([0.0 if when == "start" else run.duration])
-    balls = discs(run.scene, position[0], view)
+    (before, now), (velocity, _) = run.at([0.0, 0.0 if when == "start" else run.duration])
+    balls = discs(run.scene, now, view)
     gone = run.off if when == "end" else run.off - run.pocketed.keys()
     there = [ball for ball in balls if ball.label not in gone]
     if when == "end":
         if solid:
-            draw_rings(axes, _started(run, view))
+            starts = zip(discs(run.scene, before, view), run.knots, strict=True)
+            draw_rings(axes, [ball for ball, knots in starts if knots[:, 3:5].any()])
         ground = style.plane if run.scene.table is None else style.cloth
         paths = [_path(run, i, view) for i in range(len(balls))]
         axes.add_collection(tracks(paths, balls, ground, solid=solid), autolim=False)
@@ -133,18 +123,7 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
     if there:
         draw_balls(axes, there, style)
     if when == "start":
-        draw_arrows(axes, balls, velocity[0], view.scale, style)
-
-
-def _started(run: Run, view: View) -> list[Disc]:
-    """Return the balls that moved, where they started."""
-    balls = discs(run.scene, run.at([0.0])[0][0], view)
-    return [b for b, knots in zip(balls, run.knots, strict=True) if knots[:, 3:5].any()]
-
-
-def _moment(show: Show, when: When) -> str:
-    """Return "start", or "end after 2.57 s" with the duration of the longest run."""
-    return when if when == "start" else f"end after {seconds(show.duration)}"
+        draw_arrows(axes, balls, velocity, view.scale, style)
 
 
 def _path(run: Run, i: int, view: View) -> Array:

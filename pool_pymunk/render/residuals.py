@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,27 +33,21 @@ FRAME = 4.0  # sigma; half the width of the frame of the second plot
 NARROW = 20  # dots on a line, from which on they are faint
 
 
-def residuals_picture(
-    found: Fit, path: Path, *, dpi: float = 150.0, style: Style = PRINT
-) -> None:  # fmt: skip
-    """Draw the residuals of a fit; the suffix of ``path`` gives the format (png, svg, pdf)."""
-    save_figure(residuals_figure(found, style), path, dpi)
-
-
-def residuals_figure(found: Fit, style: Style = PRINT) -> Figure:
+def residuals_picture(found: Fit, path: Path, *, dpi: float = 150.0, style: Style = PRINT) -> None:
     """Draw the distances of all places, before and after the fit, and where they lie off after it.
 
-    Places that the fit did not touch and that are where they should be are not drawn.
+    Places that the fit did not touch and that are where they should be are not drawn. The suffix of
+    ``path`` gives the format (png, svg, pdf).
     """
     shown = np.maximum(_length(found.residuals), _length(found.residuals_before)) > SHARP
     lines = _lines(found, np.flatnonzero(shown).tolist())
-    height = max(4.6, 1.6 + 0.24 * len(lines))
-    figure = Figure(figsize=(12.0, height), layout="constrained", facecolor=style.page)
+    figure = Figure((12.0, max(4.6, 1.6 + 0.24 * len(lines))), facecolor=style.page)
+    figure.set_layout_engine("constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     _draw_distances(left, found, lines, style)
     _draw_frame(right, found, shown & found.used, style)
     numbers = ", ".join(
-        f"{name} = {found.written(name)}" for name in islice(found.values, MOST_NUMBERS)
+        f"{name} = {found.written(name)}" for name in [*found.values][:MOST_NUMBERS]
     )
     if len(found.values) > MOST_NUMBERS:
         numbers += f" and {len(found.values) - MOST_NUMBERS} more"
@@ -64,7 +57,7 @@ def residuals_figure(found: Fit, style: Style = PRINT) -> Figure:
         f"{found.scene.title or 'Fit'}: {len(found.measured)} places{beside}\n{numbers}",
         x=0.01, ha="left", fontsize=11, color=style.ink, parse_math=False, wrap=True,
     )  # fmt: skip
-    return figure
+    save_figure(figure, path, dpi)
 
 
 def _lines(found: Fit, places: list[int]) -> dict[str, list[int]]:
@@ -74,8 +67,9 @@ def _lines(found: Fit, places: list[int]) -> dict[str, list[int]]:
     by_shot: dict[str, list[int]] = {}
     for m in places:
         one = found.measured[m]
-        by_ball.setdefault(f"{shots[one.shot - 1]}, {one.ball}", []).append(m)
-        by_shot.setdefault(shots[one.shot - 1], []).append(m)
+        shot = shots[one.shot - 1]
+        by_ball.setdefault(f"{shot}, {one.ball}", []).append(m)
+        by_shot.setdefault(shot, []).append(m)
     return by_ball if len(by_ball) <= MOST_LINES else by_shot
 
 
@@ -94,27 +88,28 @@ def _draw_distances(axes: Axes, found: Fit, lines: dict[str, list[int]], style: 
         for each in (found.residuals_before, found.residuals)
     )
     line_of = {m: y for y, places in enumerate(lines.values()) for m in places}
-    ring: dict[str, Any] = {"mfc": "none", "mec": BEFORE, "ms": 5.5}
     every = np.array(list(line_of), dtype=int)
-    dot: dict[str, Any] = {"ms": 4.0, "mew": 0}
-    for values, chosen, looks, label in (
-        (before, every, ring, "the scenario's own numbers"),
-        (after, every[found.used[every]], dot | {"color": AFTER}, "fitted"),
-        (after, every[~found.used[every]], dot | {"color": OUT}, "left out"),
+    used = found.used[every]
+    strength = 0.35 if len(every) > NARROW * len(lines) else 1.0
+    for values, chosen, color, label in (
+        (before, every, BEFORE, "the scenario's own numbers"),
+        (after, every[used], AFTER, "fitted"),
+        (after, every[~used], OUT, "left out"),
     ):
-        if len(chosen) or label != "left out":
-            ys = [line_of[m] for m in chosen]
-            strength = 0.35 if len(every) > NARROW * len(lines) else 1.0
-            axes.plot(values[chosen], ys, "o", label=label, alpha=strength, **looks)
+        ys = [line_of[m] for m in chosen]
+        is_ring = color == BEFORE
+        axes.plot(
+            values[chosen], ys, "o", alpha=strength, mec=color, mfc="none" if is_ring else color,
+            ms=5.5 if is_ring else 4.0, mew=float(is_ring),
+            label=label if len(chosen) or color != OUT else None,
+        )  # fmt: skip
     axes.axvspan(0.0, 2.0 * sigma * unit, color="#f0e442", alpha=0.25, linewidth=0)
     axes.set_xscale("log")
     axes.set_yticks(range(len(lines)), list(lines), parse_math=False)
     axes.set_ylim(len(lines) - 0.4, -0.6)
     length = found.scene.units.length
     axes.set_xlabel(f"distance of measured and fitted place ({length}); shaded: within 2 sigma")
-    axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=9
-    )  # fmt: skip
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False, fontsize=9)
     axes.grid(axis="y", color=style.faint, alpha=0.25, linewidth=0.6)
     dress(axes, style)
 
@@ -144,8 +139,8 @@ def _draw_frame(axes: Axes, found: Fit, drawn: Mask, style: Style) -> None:
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     axes.set_xlabel(f"measured less fitted x ({length}){words}")
     axes.set_ylabel(f"measured less fitted y ({length})")
-    axes.axhline(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
-    axes.axvline(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
+    for line in (axes.axhline, axes.axvline):
+        line(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
     dress(axes, style)
 
 

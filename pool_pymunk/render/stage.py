@@ -6,40 +6,35 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont
+from PIL import Image, ImageDraw, ImageFont
 
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import (
     Disc,
+    Labels,
     discs,
     draw_arrows,
-    draw_balls,
     draw_bodies,
     draw_ghosts,
+    draw_label,
+    half_size,
     track_width,
     way,
 )
-from pool_pymunk.render.canvas import Pixels, canvas, draw_text, pixels
-from pool_pymunk.render.labels import Labels, draw_label, half_size
-from pool_pymunk.render.sheet import (
-    Layout,
-    Sheet,
-    Show,
-    draw_caption,
-    draw_sheet,
-    draw_tray,
-    film_layout,
-    in_tray,
-)
-from pool_pymunk.render.sprites import Sprite, glow, mix, sprites
+from pool_pymunk.render.canvas import Pixels, Sprite, canvas, glow, mix, pixels, sprites
+from pool_pymunk.render.sheet import Layout, draw_caption, draw_sheet, draw_tray, film_layout
 from pool_pymunk.render.style import LOOK, Style, halo_color
 from pool_pymunk.render.tracks import LIFE, Ground, Track
-from pool_pymunk.render.view import View, contact_places
+from pool_pymunk.render.view import Box, Show, View, contact_places
 from pool_pymunk.results.run import Run
 
 Draw = Callable[[Axes, Sequence[Disc], Style], None]
@@ -48,10 +43,7 @@ CLEAR = 2.0  # A ball that travels this many radii in a second of film has its f
 
 
 class Cast:
-    """A cast is the balls of one run in one view, solid or as ghosts.
-
-    It also has their tracks, halos and flashes.
-    """
+    """A cast is the balls of one run in one view, solid or as ghosts, with tracks and flashes."""
 
     def __init__(self, run: Run, view: View, style: Style, slow: float, *, solid: bool) -> None:
         self.run, self.view, self.solid, self.slow = run, view, solid, slow
@@ -116,30 +108,27 @@ class Cast:
             glow(frame, at, radius, 0.16 * radius, self.light, 0.5 * float(strength))
 
 
-class Print:
-    """A print is a drawing of one colour that stands still and can be put on any frame."""
+class Arrows:
+    """These are the arrows of a shot, one at every ball that moves as it begins; they fade."""
 
-    def __init__(self, figure: Figure, color: str) -> None:
-        self.color = _rgb(color)
+    def __init__(self, cast: Cast, size: tuple[int, int], style: Style, life: float) -> None:
+        figure, axes = canvas(*size)
+        draw_arrows(axes, cast.discs, cast.run.at([0.0])[1][0], cast.view.scale, style)
         cover = pixels(figure)[..., 3] / 255.0
-        rows, columns = (np.flatnonzero(cover.any(axis=k)) for k in (1, 0))
-        self.rows, self.columns = (
-            slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0) for at in (rows, columns)
-        )
-        self.cover = cover[self.rows, self.columns]
+        self.rows, self.columns = (_extent(cover.max(axis=axis)) for axis in (1, 0))
+        self.cover, self.color = cover[self.rows, self.columns], _rgb(style.arrow)
+        self.life = life
 
-    def appear(self, frame: Pixels, strength: float) -> None:
-        """Put the drawing on the frame; it is not seen unless the ``strength`` is above 0."""
-        if strength > 0.0 and self.cover.size:
-            mix(frame, self.rows, self.columns, strength * self.cover, self.color)
+    def appear(self, frame: Pixels, t: float) -> None:
+        """Put the arrows on the frame, unless they have faded by the time ``t`` (s)."""
+        if t < self.life and self.cover.size:
+            mix(frame, self.rows, self.columns, (1.0 - t / self.life) * self.cover, self.color)
 
 
-def _arrows(run: Run, balls: list[Disc], size: tuple[int, int], style: Style) -> Print:
-    """Return the arrows of the shot, one at every ball that moves as it begins."""
-    figure, axes = canvas(*size)
-    scale = balls[0].radius / run.scene.balls[0].radius
-    draw_arrows(axes, balls, run.at([0.0])[1][0], scale, style)
-    return Print(figure, style.arrow)
+def _extent(drawn: Array) -> slice:
+    """Return from where to where anything is drawn."""
+    at = np.flatnonzero(drawn)
+    return slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0)
 
 
 class Flashes:
@@ -162,80 +151,60 @@ class Flashes:
             glow(frame, at, (0.3 + 1.2 * age) * radius, 0.14 * radius, light, 0.8 * fade)
 
 
-class Tray:
-    """The tray shows the balls that pockets have taken, and those that were off before.
+class Strip:
+    """A strip of the frame is uncovered from left to right, up to ``columns`` at ``times`` (s).
 
-    As long as there are none it is not seen.
+    It is the tray, or the plot in full; an upright line in ``ink`` may show where it has come to.
     """
 
-    def __init__(self, show: Show, layout: Layout, view: View, style: Style, slow: float) -> None:
-        run = show.runs[0]
-        at = {event.balls[0]: event.t + LOOK.drop / slow for event in run.events if event.pocket}
-        balls = in_tray(run, show.tray, layout, view)
-        anywhere = tuple(ball._replace(x=0.0, y=0.0) for ball in balls)
-        beside = max(2.0 * half_size(ball)[0] for ball in balls)
-        drawn = _balls(anywhere, style, draw_balls, beside)
-        self.balls = [
-            (at.get(ball.label, 0.0), sprite, (ball.x, ball.y))
-            for ball, sprite in zip(balls, drawn, strict=True)
-        ]
-        figure, axes = canvas(layout.width, layout.height)
-        draw_tray(axes, layout, style)
-        self.words = Print(figure, style.faint)
+    def __init__(
+        self,
+        full: Pixels,
+        box: Box,
+        times: Sequence[float],
+        columns: Sequence[float],
+        ink: str | None = None,
+    ) -> None:
+        self.rows = slice(max(round(len(full) - box.y1), 0), round(len(full) - box.y0))
+        self.full, self.left = full[self.rows], round(box.x0)
+        self.times, self.columns, self.ink = times, columns, ink and _rgb(ink)
 
     def appear(self, frame: Pixels, t: float) -> None:
-        """Show the balls that have fallen by the time ``t`` (s)."""
-        if any(t >= since for since, *_ in self.balls):
-            self.words.appear(frame, 1.0)
-        for since, sprite, place in self.balls:
-            if t >= since:
-                sprite.stamp(frame, *place)
+        """Show the strip as far as it is uncovered at ``t`` (s)."""
+        now = round(float(np.interp(t, self.times, self.columns)))
+        frame[self.rows, self.left : now] = self.full[:, self.left : now]
+        if self.ink is not None:
+            frame[self.rows, now : now + 2] = self.ink
+
+
+def _tray(full: Pixels, show: Show, layout: Layout, slow: float) -> Strip:
+    """Return the tray, which shows balls as they have fallen, and those that were off before."""
+    assert layout.tray is not None
+    at = {e.balls[0]: e.t + LOOK.drop / slow for e in show.runs[0].events if e.pocket}
+    places = [x for x, _ in layout.places(len(show.tray))[1]]
+    ends = [0.0, *((a + b) / 2 for a, b in pairwise(places)), layout.width]
+    times = np.repeat([at.get(id_, 0.0) for id_ in show.tray], 2).tolist()
+    return Strip(full, layout.tray, times, np.repeat(ends, 2)[1:-1].tolist())
 
 
 class Clock:
-    """The clock shows the time, in figures of one width that stand still."""
+    """The clock shows the time at the right of the caption, in figures that stand still."""
 
     def __init__(self, layout: Layout, style: Style, decimals: int) -> None:
-        size = 1.15 * layout.letter
-        self.decimals = decimals
-        self.right, self.y = layout.caption.x1, layout.caption.y0 + 0.36 * size
-        self.letters = _letters("0123456789.s", size, style.ink)
-        self.width = dict.fromkeys("0123456789", 0.65 * size)
-        self.width |= {".": 0.36 * size, " ": 0.3 * size, "s": 0.5 * size}
+        size, room = 1.15 * layout.letter, layout.caption
+        self.font = ImageFont.truetype(findfont(FontProperties("DejaVu Sans")), size)
+        self.decimals, self.ink = decimals, style.ink
+        self.foot = round(layout.height - room.y0)
+        self.rows = slice(self.foot - round(size), self.foot + round(0.3 * size))
+        self.columns = slice(round(room.x1 - 0.16 * room.width), round(room.x1))
 
     def appear(self, frame: Pixels, t: float) -> None:
-        """Write ``t`` (s) at the right."""
-        x = self.right
-        for letter in reversed(f"{t:.{self.decimals}f} s"):
-            x -= self.width[letter]
-            if letter != " ":
-                self.letters[letter].stamp(frame, round(x + self.width[letter] / 2), self.y)
-
-
-class Curves:
-    """Curves are the plot of the distances.
-
-    They are faint at first, and drawn in full up to the time of the frame.
-    """
-
-    def __init__(self, sheet: Sheet, layout: Layout, style: Style) -> None:
-        assert sheet.plot is not None and layout.plot is not None
-        box = layout.plot
-        self.rows = slice(round(layout.height - box.y1), round(layout.height - box.y0))
-        self.start, self.end = sheet.plot.get_xlim()
-        self.left, self.right = round(box.x0), round(box.x1)
-        self.full = pixels(sheet.figure)[self.rows, :, :3]
-        self.ink = _rgb(style.ink).astype(np.uint8)
-        for line in sheet.plot.lines:
-            line.set(alpha=0.3, path_effects=[])
-
-    def appear(self, frame: Pixels, t: float) -> None:
-        """Show the curves up to ``t`` (s), with an upright line there."""
-        share = min(max((t - self.start) / (self.end - self.start), 0.0), 1.0)
-        now = self.left + round(share * (self.right - self.left))
-        columns = slice(self.left, now)
-        frame[self.rows, columns] = self.full[:, columns]
-        frame[self.rows, now : now + 2] = self.ink
+        """Write ``t`` (s)."""
+        image = Image.fromarray(frame[self.rows, self.columns])
+        at = (image.width, self.foot - self.rows.start)
+        text = f"{t:.{self.decimals}f} s"
+        ImageDraw.Draw(image).text(at, text, self.ink, self.font, anchor="rs")
+        frame[self.rows, self.columns] = np.asarray(image)
 
 
 @dataclass(frozen=True)
@@ -265,24 +234,32 @@ class Stage:
 
     def __init__(self, show: Show, size: tuple[int, int], timing: Timing, style: Style) -> None:
         self.timing = timing
-        layout = film_layout(show, size)
+        layout, slow = film_layout(show, size), timing.slow
         sheet = draw_sheet(show, layout, style, (timing.start, timing.end))
-        pace = "" if timing.slow == 1.0 else _pace(timing.slow)
-        draw_caption(sheet, layout, show.caption(pace), style, share=0.84)
-        self.curves = Curves(sheet, layout, style) if sheet.plot is not None else None
+        pace = f"{slow:g} times slower" if slow > 1.0 else f"{1.0 / slow:g} times faster"
+        caption = show.caption("" if slow == 1.0 else pace)
+        draw_caption(sheet, layout, caption, style, share=0.84)
+        lines: Any = [] if sheet.plot is None else sheet.plot.lines
+        setp(lines, alpha=0.3)
         bare = np.ascontiguousarray(pixels(sheet.figure)[..., :3])
-        self.ground = Ground(bare, life=LIFE / timing.slow)
-        self.clock = Clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(timing.slow))))
-        self.tray = Tray(show, layout, sheet.views[0], style, timing.slow) if show.tray else None
+        setp(lines, alpha=None)
+        if show.tray:
+            draw_tray(sheet, show.runs[0], show.tray, layout, style)
+        full = pixels(sheet.figure)[..., :3] if show.tray or sheet.plot else bare
+        self.ground = Ground(bare, life=LIFE / slow)
+        self.clock = Clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(slow))))
+        self.tray = _tray(full, show, layout, slow) if show.tray else None
+        self.curves = None
+        if sheet.plot is not None and layout.plot is not None:
+            times, box = sheet.plot.get_xlim(), layout.plot
+            self.curves = Strip(full, box, times, (box.x0, box.x1), style.ink)
         self.casts = [
-            Cast(run, view, style, timing.slow, solid=run is runs[0])
+            Cast(run, view, style, slow, solid=run is runs[0])
             for runs, view in zip(show.panels, sheet.views, strict=True)
             for run in reversed(runs)
         ]
-        at_start = timing.start == 0.0
-        self.arrows = [
-            _arrows(c.run, c.discs, size, style) for c in self.casts if at_start and c.solid
-        ]
+        solid = [cast for cast in self.casts if cast.solid and timing.start == 0.0]
+        self.arrows = [Arrows(cast, size, style, LOOK.shot / slow) for cast in solid]
 
     def frames(self) -> Iterator[Pixels]:
         """Yield the frames in order, (height, width, 3) of uint8 each; ask for them once only."""
@@ -305,28 +282,25 @@ class Stage:
             cast.leave_tracks(self.ground, t, position)
         frame = self.ground.seen.copy()
         for arrows in self.arrows:
-            arrows.appear(frame, 1.0 - t * self.timing.slow / LOOK.shot)
+            arrows.appear(frame, t)
         for cast, (position, velocity) in zip(self.casts, states, strict=True):
             cast.appear(frame, t, position, velocity)
-        if self.curves is not None:
-            self.curves.appear(frame, t)
-        if self.tray is not None:
-            self.tray.appear(frame, t)
-        self.clock.appear(frame, t)
+        for part in (self.curves, self.tray, self.clock):
+            if part is not None:
+                part.appear(frame, t)
         return frame
 
 
 @lru_cache(maxsize=8)
-def _balls(
-    discs: tuple[Disc, ...], style: Style, draw_them: Draw, beside: float = 0.0
-) -> tuple[Sprite, ...]:
-    """Return the sprites of balls, wherever they are, with so much room ``beside`` for labels."""
+def _balls(discs: tuple[Disc, ...], style: Style, draw_them: Draw) -> tuple[Sprite, ...]:
+    """Return the sprites of balls, wherever they are."""
 
     def draw(axes: Axes, middles: list[Point]) -> None:
         placed = [d._replace(x=x, y=y) for d, (x, y) in zip(discs, middles, strict=True)]
         draw_them(axes, placed, style)
 
-    return sprites(len(discs), max(disc.reach for disc in discs) + beside, draw)
+    # This is how far from its centre anything of a ball is drawn, except a label beside.
+    return sprites(len(discs), max(1.35 * disc.radius + 2.0 for disc in discs), draw)
 
 
 @lru_cache(maxsize=8)
@@ -337,25 +311,9 @@ def _names(balls: tuple[Disc, ...], style: Style) -> tuple[Sprite, ...]:
         for ball, middle in zip(balls, middles, strict=True):
             draw_label(axes, ball, middle, style)
 
-    reach = max((half_size(ball)[0] + 0.5 * ball.letter for ball in balls), default=0.0)
+    reach = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in balls), default=0.0)
     return sprites(len(balls), reach, draw) if balls else ()
-
-
-@lru_cache(maxsize=8)
-def _letters(text: str, size: float, color: str) -> dict[str, Sprite]:
-    """Return a sprite for each letter; they stand 0.36 sizes below their middles."""
-
-    def draw(axes: Axes, middles: list[Point]) -> None:
-        for letter, (x, y) in zip(text, middles, strict=True):
-            at = (x, y - 0.36 * size)
-            draw_text(axes, letter, at, size, 4.0 * size, ha="center", color=color)
-
-    return dict(zip(text, sprites(len(text), size, draw), strict=True))
 
 
 def _rgb(color: str) -> Array:
     return 255.0 * np.array(to_rgb(color))
-
-
-def _pace(slow: float) -> str:
-    return f"{slow:g} times slower" if slow > 1.0 else f"{1.0 / slow:g} times faster"

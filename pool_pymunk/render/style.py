@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+from matplotlib.colors import to_hex, to_rgb
+
 from pool_pymunk.model import Ball, Scene
 
 # This is Okabe and Ito's palette, which can be told apart with any kind of colour vision.
@@ -31,7 +34,7 @@ class Look(NamedTuple):
     track: float = 0.24  # half the width of a ball's track, in the ball's radius
     few: int = 8  # More balls than these have thinner tracks, and thinner lines in plots.
     pieces: int = 40  # A track that fades consists of about this number of pieces.
-    oldest: float = 0.3  # The oldest end of a track is as strong as this, the newest end 1.
+    oldest: float = 0.42  # The oldest end of a track is as strong as this, the newest end 1.
     arrow: float = 0.08  # An arrow is as long as the path of a ball in this time, if that shows.
     shot: float = 0.5  # The arrow of the shot fades in this time.
     flash: float = 0.22  # A contact lights up for this time.
@@ -105,7 +108,9 @@ def default_color(place: int) -> str:
     if place < len(PALETTE):
         return PALETTE[place]
     again, hue = divmod(place - len(PALETTE), len(PALETTE) - 1)  # Black has no shades.
-    return blend(PALETTE[hue], *SHADES[again % len(SHADES)])
+    other, share = SHADES[again % len(SHADES)]
+    own, more = (np.array(to_rgb(color)) for color in (PALETTE[hue], other))
+    return to_hex(own + share * (more - own))
 
 
 def halo_color(color: str) -> str:
@@ -114,20 +119,5 @@ def halo_color(color: str) -> str:
     >>> halo_color("#000080"), halo_color("#ff0000"), halo_color("#ffffff")
     ('#ffffff', '#ffffff', '#000000')
     """
-    red, green, blue = ((part / 255) ** 2.2 for part in _parts(color))
+    red, green, blue = np.array(to_rgb(color)) ** 2.2
     return "#ffffff" if 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.4 else "#000000"
-
-
-def blend(color: str, other: str, share: float) -> str:
-    """Return a colour with a ``share`` of another in it.
-
-    >>> blend("#000000", "#ffffff", 0.5)
-    '#808080'
-    """
-    pairs = zip(_parts(color), _parts(other), strict=True)
-    return "#" + "".join(f"{round(a + (b - a) * share):02x}" for a, b in pairs)
-
-
-def _parts(color: str) -> tuple[int, int, int]:
-    red, green, blue = (int(color[k : k + 2], 16) for k in (1, 3, 5))
-    return red, green, blue

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.patches import Circle, Polygon
+from matplotlib.patches import Circle, Polygon, Rectangle
 
 from pool_pymunk.model import Pocket, Point, Table, Units
 from pool_pymunk.render.style import Style
@@ -38,7 +38,10 @@ def woodwork(table: Table, pockets: Sequence[Pocket]) -> Woodwork:
     x0, y0, x1, y1 = table.bounds
     short = min(x1 - x0, y1 - y0)
     cushion, rail, thin = CUSHION * short, (CUSHION + RAIL) * short, 0.006 * short
-    join = "round" if is_sharp(table) else "miter"
+    headings = [math.atan2(edge.tangent[1], edge.tangent[0]) for edge in table.edges]
+    turns = [b - a for a, b in zip(headings, headings[1:] + headings[:1], strict=True)]
+    sharpest = min(math.pi - math.remainder(turn, math.tau) for turn in turns)
+    join = "round" if sharpest <= SHARPEST_MITRE else "miter"
     layers = (
         ("rail_edge", rail, "round"), ("rail", rail - thin, "round"),
         ("inlay", cushion + thin, join), ("cushion", cushion, join), ("nose", thin / 2, join),
@@ -77,13 +80,6 @@ def draw_pockets(axes: Axes, pockets: Sequence[Pocket], view: View, style: Style
         place, radius = view.place(hole.position), view.scale * hole.radius
         for size, color in ((1.0, style.lip), (0.9, style.hole)):
             axes.add_artist(Circle(place, size * radius, facecolor=color, linewidth=0, zorder=1.4))
-
-
-def is_sharp(table: Table) -> bool:
-    """Tell whether the table has a corner that is too sharp for a mitre."""
-    headings = [math.atan2(edge.tangent[1], edge.tangent[0]) for edge in table.edges]
-    turns = [b - a for a, b in zip(headings, headings[1:] + headings[:1], strict=True)]
-    return min(math.pi - math.remainder(turn, math.tau) for turn in turns) <= SHARPEST_MITRE
 
 
 def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
@@ -126,13 +122,13 @@ def plane(seen: Box, units: Units) -> Plane:
     unit = units.to_si(1.0, "length")
     count = round_number(PITCH * seen.width / unit)
     pitch, size = count * unit, 0.015 * (seen.width + seen.height)
-    xs, ys = (
-        [pitch * k for k in range(math.ceil(low / pitch), math.floor(high / pitch) + 1)]
-        for low, high in ((seen.x0, seen.x1), (seen.y0, seen.y1))
+    x0, y0, x1, y1 = seen
+    (left, right), (low, high) = (
+        (math.ceil(a / pitch), math.floor(b / pitch) + 1) for a, b in ((x0, x1), (y0, y1))
     )
-    lines = [((x, seen.y0), (x, seen.y1)) for x in xs]
-    lines += [((seen.x0, y), (seen.x1, y)) for y in ys]
-    x, y, top = seen.x0 + size, seen.y0 + size, seen.y0 + 1.3 * size
+    lines = [((pitch * k, y0), (pitch * k, y1)) for k in range(left, right)]
+    lines += [((x0, pitch * k), (x1, pitch * k)) for k in range(low, high)]
+    x, y, top = x0 + size, y0 + size, y0 + 1.3 * size
     bar = ((x, top), (x, y), (x + pitch, y), (x + pitch, top))
     return Plane(lines, bar, f"{count:g} {units.length}")
 
@@ -140,8 +136,7 @@ def plane(seen: Box, units: Units) -> Plane:
 def draw_plane(axes: Axes, room: Box, view: View, units: Units, style: Style) -> None:
     """Draw an open plane: a calm sheet with a faint grid, and a bar that shows its pitch."""
     lines, bar, text = plane(view.seen(room), units)
-    corners = [(room.x0, room.y0), (room.x1, room.y0), (room.x1, room.y1), (room.x0, room.y1)]
-    axes.add_artist(Polygon(corners, facecolor=style.plane, edgecolor="none", zorder=1.0))
+    axes.add_artist(Rectangle(room[:2], room.width, room.height, color=style.plane, lw=0, zorder=1))
     for paths, color, width, zorder in (
         (lines, style.grid, 0.8, 1.1),
         ([bar], style.ink, 0.2 * view.letter, 1.3),

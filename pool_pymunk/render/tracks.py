@@ -1,6 +1,6 @@
 """This module draws the tracks that balls leave in films: soft lines that fade with their age.
 
-Positions are in pixels from the lower left corner, as in :mod:`pool_pymunk.render.sprites`.
+Positions are in pixels from the lower left corner, as in :mod:`pool_pymunk.render.canvas`.
 """
 
 from __future__ import annotations
@@ -11,26 +11,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.canvas import Pixels
-from pool_pymunk.render.sprites import window
+from pool_pymunk.render.canvas import Pixels, window
 from pool_pymunk.render.style import LOOK
 
 HALO = 0.2  # the strength of the halo around a track
 LIFE = 1.0  # s of film; in this time what a track will lose of its strength shrinks to 1/e
 TICK = 0.16  # s of film; tracks are faded as often
+EQUAL = 0.01  # Covers that differ less than this are equal; a byte has steps of 0.004.
 FADED = LOOK.oldest + 0.05  # A track that is no stronger than this fades no more.
+
+Floats = NDArray[np.float32]
 
 
 class Ground:
     """The ground is what lies under the balls of a film: the table, and tracks as old as they are.
 
     ``new`` has all tracks as strong as when they were new, and ``seen`` as strong as they are now.
-    ``life`` (s) is the time in which they fade.
+    ``life`` (s) is the time in which they fade. A pixel shows the track that has most ``cover``
+    there, the last of equals, and by the ``strength`` of its age.
     """
 
     def __init__(self, bare: Pixels, life: float) -> None:
         self.bare, self.new, self.seen = bare, bare.copy(), bare.copy()
-        self.strength: NDArray[np.float32] = np.zeros(bare.shape[:2], dtype=np.float32)
+        self.cover: Floats = np.zeros(bare.shape[:2], dtype=np.float32)
+        self.strength: Floats = np.zeros(bare.shape[:2], dtype=np.float32)
         self.life, self.now = life, -math.inf
 
     def fade(self, t: float) -> None:
@@ -42,26 +46,30 @@ class Ground:
         fading = np.flatnonzero(strength > FADED)
         strength[fading] = LOOK.oldest + left * (strength[fading] - LOOK.oldest)
         bare, new, seen = (each.reshape(-1, 3) for each in (self.bare, self.new, self.seen))
-        seen[fading] = _between(bare[fading], new[fading], strength[fading])
+        seen[fading] = _mixed(bare[fading], new[fading], strength[fading])
 
-    def renew(self, rows: slice, columns: slice, is_new: NDArray[np.bool_], t: float) -> None:
-        """Show pixels whose track was drawn at the time ``t`` (s) by the strength of its age."""
-        now = max(self.now, t)
-        age = LOOK.oldest + (1.0 - LOOK.oldest) * math.exp((t - now) / self.life)
-        strength = self.strength[rows, columns]
-        np.maximum(strength, np.float32(age) * is_new, out=strength)
-        part = np.s_[rows, columns]
-        self.seen[part] = _between(self.bare[part], self.new[part], strength)
+    def lay(self, part: tuple[slice, slice], cover: Floats, color: Array, t: float) -> None:
+        """Lay a track of the time ``t`` (s) on a part of the ground, where no other covers more.
+
+        ``cover`` (r, c) is its strength when new, and ``color`` (r, c, 3) its colour.
+        """
+        age = max(self.now - t, 0.0)
+        fresh = np.float32(LOOK.oldest + (1.0 - LOOK.oldest) * math.exp(-age / self.life))
+        on = (cover > 0.0) & (cover >= self.cover[part] - EQUAL)
+        bare = self.bare[part][on]
+        self.cover[part][on], self.strength[part][on] = cover[on], fresh
+        self.new[part][on] = _mixed(bare, color[on], cover[on])
+        self.seen[part][on] = _mixed(bare, color[on], fresh * cover[on])
 
 
-def _between(bare: Pixels, new: Pixels, strength: NDArray[np.float32]) -> Pixels:
-    """Return pixels on the way from the ``bare`` ground to that with ``new`` tracks."""
-    change = np.subtract(new, bare, dtype=np.float32)
-    return (bare + strength[..., None] * change + np.float32(0.5)).astype(np.uint8)
+def _mixed(under: Pixels, over: Pixels | Array, share: Floats) -> Pixels:
+    """Return pixels with a ``share`` of others over them."""
+    change = np.subtract(over, under, dtype=np.float32)
+    return (under + share[..., None] * change + np.float32(0.5)).astype(np.uint8)
 
 
 class Track:
-    """A track is the soft line a ball leaves behind, drawn piece by piece, nowhere twice.
+    """A track is the soft line a ball leaves behind, drawn piece by piece.
 
     ``corners`` (K, 3) are the times and places (pixels) where its straight path bends. A ``halo``
     is a colour that shines out under the line.
@@ -74,7 +82,7 @@ class Track:
         self.halo = color if halo is None else halo
         self.glow = 0.0 if halo is None else HALO
         self.outer = width if halo is None else 1.35 * width + 0.5
-        self.points = [corners[0, 1:]]
+        self.end = corners[0, 1:]
         self.passed = 1
 
     def reach(self, ground: Ground, t: float, at: Array | None) -> None:
@@ -85,57 +93,24 @@ class Track:
         while self.passed < len(self.corners) and self.corners[self.passed, 0] <= t:
             self._piece(ground, self.corners[self.passed, 1:], self.corners[self.passed, 0])
             self.passed += 1
-        if at is not None and np.hypot(*(at - self.points[-1])) > max(4.0, self.width):
+        if at is not None and np.hypot(*(at - self.end)) > max(4.0, self.width):
             self._piece(ground, at, t)
 
     def _piece(self, ground: Ground, end: Array, t: float) -> None:
-        """Raise the line's cover from that of the pieces so far to that with one more."""
-        start = self.points[-1]
-        if (start == end).all():
-            return
+        """Draw the piece that goes straight on to the ``end``."""
+        start, self.end = self.end, end
         box = np.concatenate([np.minimum(start, end), np.maximum(start, end)])
-        box += np.array([-1.0, -1.0, 1.0, 1.0]) * self.outer
-        here = window(ground.new, box)
-        if here is not None:
-            rows, columns, x, y = here
-            old = np.full((y.size, x.size), np.inf)
-            for a, b in self._near(box):
-                old = np.minimum(old, _distance(x, y, a, b))
-            piece = _distance(x, y, start, end)
-            self._raise(ground.new[rows, columns], old, np.minimum(old, piece))
-            ground.renew(rows, columns, piece < self.outer, t)
-        self._append(start, end)
-
-    def _append(self, start: Array, end: Array) -> None:
-        """Remember the new end; a piece that goes straight on makes the last one longer."""
-        if len(self.points) > 1:
-            before, after = start - self.points[-2], end - start
-            cross = before[0] * after[1] - before[1] * after[0]
-            if abs(cross) < 0.1 * np.hypot(*before) and before @ after > 0.0:
-                self.points[-1] = end
-                return
-        self.points.append(end)
-
-    def _near(self, box: Array) -> list[tuple[Array, Array]]:
-        """Return the pieces drawn so far that may show in the box."""
-        points = np.array(self.points)
-        low = np.minimum(points[:-1], points[1:]) - self.outer
-        high = np.maximum(points[:-1], points[1:]) + self.outer
-        meets = (low <= box[2:]).all(axis=1) & (high >= box[:2]).all(axis=1)
-        return [(points[k], points[k + 1]) for k in np.flatnonzero(meets)]
-
-    def _raise(self, part: Pixels, old: Array, new: Array) -> None:
-        """Draw the line as far as pixels have come nearer to it: from ``old`` to ``new`` away."""
-        clear_before, light_before = self._look(old)
-        clear, light = self._look(new)
-        under = (part - light_before) / clear_before
-        part[:] = np.rint(np.clip(under * clear + light, 0.0, 255.0))
-
-    def _look(self, distance: Array) -> tuple[Array, Array]:
-        """Return how much shows through at a distance (r, c) from the line, and its own light."""
-        core = self.strength * _soft(distance / self.width)[..., None]
-        halo = self.glow * _soft(distance / self.outer)[..., None] * (1.0 - core)
-        return 1.0 - core - halo, core * self.color + halo * self.halo
+        here = window(ground.new, box + self.outer * np.array([-1.0, -1.0, 1.0, 1.0]))
+        if here is None or (start == end).all():
+            return
+        rows, columns, x, y = here
+        distance = _distance(x, y, start, end)
+        core = self.strength * _soft(distance / self.width)
+        halo = self.glow * _soft(distance / self.outer) * (1.0 - core)
+        cover = core + halo
+        share = (core / np.maximum(cover, 1e-9))[..., None]
+        color = share * self.color + (1.0 - share) * self.halo
+        ground.lay((rows, columns), cover.astype(np.float32), color, t)
 
 
 def _distance(x: Array, y: Array, a: Array, b: Array) -> Array:

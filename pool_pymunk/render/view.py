@@ -1,16 +1,21 @@
-"""This module maps metres on the plane to points on the canvas, y upwards."""
+"""This module says what is shown, and maps metres on the plane to points on the canvas."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.results.run import Run
+from pool_pymunk.safety.files import RenderError
 
 CUSHION = 0.035  # the width of the cushions and of the wooden rail, in the table's shorter side
 RAIL = 0.075
+MOST_LONG = 2.4  # A side of what is seen of a plane is at most this many times the other.
+DOT = "  \N{MIDDLE DOT}  "
 
 
 class Box(NamedTuple):
@@ -51,11 +56,8 @@ class View(NamedTuple):
 
     def seen(self, room: Box) -> Box:
         """Return the part of the plane (m) that lies in a room of the canvas (points)."""
-        (x0, x1), (y0, y1) = (
-            ((low - origin) / self.scale, (high - origin) / self.scale)
-            for low, high, origin in ((room.x0, room.x1, self.x), (room.y0, room.y1, self.y))
-        )
-        return Box(x0, y0, x1, y1)
+        origin = (self.x, self.y, self.x, self.y)
+        return Box(*((at - zero) / self.scale for at, zero in zip(room, origin, strict=True)))
 
 
 def fit(extent: Box, room: Box, letter: float) -> View:
@@ -77,19 +79,16 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Box:
         return Box(x0, y0, x1, y1).grown((CUSHION + RAIL) * short)
     reach = max(ball.radius for ball in scene.balls)
     points = [ball.position for ball in scene.balls]
-    points += [(knot[1], knot[2]) for run in runs for knots in run.knots for knot in knots.tolist()]
-    points += [point for run in runs for point in run.end.position]
+    for run in runs:
+        points += [(knot[1], knot[2]) for knots in run.knots for knot in knots.tolist()]
+        points += run.end.position
     for hole in scene.pockets:
         (x, y), r = hole.position, hole.radius
         points += [(x - r, y - r), (x + r, y + r)]
     xs, ys = zip(*(point for point in points if all(map(math.isfinite, point))), strict=True)
-    return _widened(Box(min(xs), min(ys), max(xs), max(ys)).grown(2.5 * reach))
-
-
-def _widened(box: Box, most: float = 2.4) -> Box:
-    """Return the box made less long and thin: a side is at most ``most`` times the other."""
-    dx = max(0.0, box.height / most - box.width) / 2
-    dy = max(0.0, box.width / most - box.height) / 2
+    box = Box(min(xs), min(ys), max(xs), max(ys)).grown(2.5 * reach)
+    dx = max(0.0, box.height / MOST_LONG - box.width) / 2
+    dy = max(0.0, box.width / MOST_LONG - box.height) / 2
     return Box(box.x0 - dx, box.y0 - dy, box.x1 + dx, box.y1 + dy)
 
 
@@ -115,3 +114,93 @@ def contact_places(run: Run) -> list[tuple[float, Point, float]]:
             radius /= 2.0
         found.append((event.t, (x, y), radius))
     return found
+
+
+# -- runs that are shown together ---------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Show:
+    """A show is one run, or two of the same shot to compare.
+
+    Two runs are on one table, one of them as a ghost, or side by side.
+    """
+
+    runs: tuple[Run, ...]
+    side_by_side: bool = False
+
+    def __post_init__(self) -> None:
+        """Raise RenderError for runs that cannot be shown together."""
+        if not 1 <= len(self.runs) <= 2:
+            raise RenderError(f"runs = {len(self.runs)}: one can be shown, or two to compare")
+        if len({tuple(ball.id for ball in run.scene.balls) for run in self.runs}) > 1:
+            raise RenderError("runs of other balls cannot be compared")
+
+    @property
+    def panels(self) -> tuple[tuple[Run, ...], ...]:
+        """Return the runs shown on each table; the first of them is solid, the other a ghost."""
+        return tuple((run,) for run in self.runs) if self.side_by_side else (self.runs,)
+
+    @cached_property
+    def seen(self) -> Box:
+        """Return the part of the plane (m) that shows all that happens."""
+        return extent(self.runs[0].scene, self.runs)
+
+    @cached_property
+    def tray(self) -> tuple[str, ...]:
+        """Return the balls that are beside the table at the end, in the order in which they left.
+
+        Those that were off the table before the shot come first.
+        """
+        return (*self.before, *self.runs[0].pocketed)
+
+    @property
+    def before(self) -> tuple[str, ...]:
+        """Return the balls that were off the table before the shot."""
+        run = self.runs[0]
+        gone = run.off - run.pocketed.keys()
+        return tuple(ball.id for ball in run.scene.balls if ball.id in gone)
+
+    @property
+    def duration(self) -> float:
+        """Return the time at which the last ball of any run stops (s)."""
+        return max(run.duration for run in self.runs)
+
+    def caption(self, *more: str) -> str:
+        """Return scenario, shot, solver and time step in one line."""
+        run, names = self.runs[0], settings(self.runs)
+        if self.side_by_side:
+            names = []
+        elif len(names) > 1:
+            names = [f"{names[0]} (ghost: {names[1]})"]
+        return DOT.join(text for text in (run.scene.title, run.name, *names, *more) if text)
+
+
+def settings(runs: Sequence[Run]) -> list[str]:
+    """Return the setting of each run, with the contact law if they differ in it."""
+    laws = {run.law for run in runs} - {run.solver for run in runs}
+    return [setting(run, with_law=len(laws) > 1) for run in runs]
+
+
+def setting(run: Run, with_law: bool = False) -> str:
+    """Return solver and time step as "pymunk, dt = 1/240 s", with the law if it is asked for.
+
+    A solver's own law goes without saying.
+    """
+    parts = [run.solver] if run.solver else []
+    if run.dt is not None:
+        parts.append(f"dt = {step(run.dt)} s")
+    if with_law and run.law != run.solver:
+        parts.append(f"{run.law} law")
+    return ", ".join(parts)
+
+
+def step(dt: float) -> str:
+    """Return a time step as a number, or as a fraction if the number would be rounded.
+
+    >>> step(0.0001), step(1 / 240), step(1e-6), step(0.0123)
+    ('0.0001', '1/240', '1e-06', '0.0123')
+    """
+    number, per_second = f"{dt:g}", round(1.0 / dt)
+    is_fraction = per_second > 0 and abs(per_second * dt - 1.0) < 1e-9
+    return f"1/{per_second}" if is_fraction and float(number) != dt else number

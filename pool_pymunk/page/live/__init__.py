@@ -4,6 +4,6 @@ The page keeps where the balls lie, and sends it with every shot; the server kee
 second tab, a lost connection or a new start of the server harm nobody.
 
 ``answers.py`` has what the page can ask for; ``worker.py`` runs it in a process that can be cut;
-``guard.py`` turns away whom the table is not for; ``server.py`` puts them together. The last two
-need ``pip install 'pool-pymunk[play]'``.
+``server.py`` turns away whom the table is not for, and puts them together. It needs
+``pip install 'pool-pymunk[play]'``.
 """

@@ -30,7 +30,7 @@ from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.table import round_number
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import SOLVERS, find_solver, request, yardstick
+from pool_pymunk.solvers import SOLVERS, Solver, find_solver, request, yardstick
 
 LONGEST = 60.0  # s; a run is ended at this time at the latest,
 MOST_EVENTS = 5_000  # and after this many events.
@@ -69,6 +69,11 @@ class Start(_Question):
     position: list[list[float]]
     velocity: list[list[float]]
     off: list[str] = []
+
+    @property
+    def state(self) -> State:
+        """The state as it was sent: nobody has checked it yet."""
+        return State(self.position, self.velocity, self.off)  # type: ignore[arg-type]
 
 
 class Place(Start):
@@ -141,20 +146,19 @@ class Answers:
 
     def place(self, asked: Place) -> Answer:
         """Tell what is wrong with the place of a ball, if anything is."""
-        state = read_state(asked_state(asked), self.scene.index)
+        state = read_state(asked.state, self.scene.index)
         if asked.ball not in self.scene.index:
             known = listed(self.scene.index)
             return refusal(400, f"ball = {shown(asked.ball)}: there is no such ball ({known})")
         number = self.scene.index[asked.ball]
         balls = placed(self.scene.balls, state)
         others = {i: ball for i, ball in balls.items() if i != number}
-        table, pockets, units = self.scene.table, self.scene.pockets, self.scene.units
-        before = list(place_problems(others, table, pockets, units=units))
-        found = place_problems(balls, table, pockets, units=units)
-        new = [one for one in found if one not in before]
-        if new:
-            return refusal(400, *(one.message for one in new[:MOST_LINES]))
-        return _json({})
+        before, found = (
+            list(place_problems(some, self.scene.table, self.scene.pockets, units=self.scene.units))
+            for some in (others, balls)
+        )
+        new = [one.message for one in found if one not in before]
+        return refusal(400, *new[:MOST_LINES]) if new else _json({})
 
     def scenario(self, asked: Ask) -> Answer:
         """Return the shot as lines of a scenario file.
@@ -163,7 +167,7 @@ class Answers:
         the whole scenario.
         """
         scene, shot = self.scene, self._shot(asked)
-        state = scene.state(asked_state(asked))
+        state = scene.state(asked.state)
         motions = zip(scene.balls, state.position, state.velocity, strict=True)
         balls = tuple(
             replace(ball, position=position, velocity=velocity)
@@ -174,15 +178,14 @@ class Answers:
         changed = replace(scene, balls=balls, physics=physics, shots=(shot,))
         changed.start(shot)
         text = changed.to_toml()
-        same = changed == replace(scene, shots=(shot,)) and 'numbers = "SI"' not in text
-        if same:
+        if changed == replace(scene, shots=(shot,)) and 'numbers = "SI"' not in text:
             text = "".join(text.rpartition("[[shots]]\n")[1:])
         step = "" if asked.dt is None else f" --dt {step_text(asked.dt).removesuffix(' s')}"
         return _json({"text": f"# played by --solver {asked.solver}{step}\n{text}"})
 
     def cloud(self, asked: AskCloud) -> Answer:
         """Return where the balls end if a player errs: for each ball its ends, if they differ."""
-        state = self.scene.start(self._shot(asked), self.scene.state(asked_state(asked)))
+        state = self.scene.start(self._shot(asked), self.scene.state(asked.state))
         places, speeds = np.array(state.position), np.array(state.velocity)
         places[[self.scene.index[id_] for id_ in state.off]] = np.nan
         struck = self.scene.index[asked.ball]
@@ -200,28 +203,20 @@ class Answers:
                 )
             spent += batch.wall_time
             ends = np.concatenate([ends, batch.final])
-        return _json(
-            {
-                "ends": [_spread(ends[:, i]) for i in range(len(places))],
-                "samples": len(ends),
-                "compiled": compiled.is_there(),
-            }
-        )
+        spread = [_spread(ends[:, i]) for i in range(len(places))]
+        return _json({"ends": spread, "samples": len(ends), "compiled": compiled.is_there()})
 
     # -- runs ------------------------------------------------------------------------------------
 
     def _beside(self, asked: Ask) -> list[Run]:
         """Return the run, and the exact run where that is another one."""
-        exact = yardstick().name
-        names = [asked.solver] if asked.solver == exact else [asked.solver, exact]
-        return [self._play(asked, name) for name in names]
+        return [self._play(asked, name) for name in dict.fromkeys((asked.solver, yardstick().name))]
 
     def _play(self, asked: Ask, solver: str) -> Run:
         law = None if find_solver(solver).own_law else asked.law
-        wanted = request(
-            self.scene, solver, dt=asked.dt, law=law, max_time=self.latest, max_events=MOST_EVENTS
-        )
-        return wanted.play(self._shot(asked), self.scene.state(asked_state(asked)))
+        limits: dict[str, Any] = {"max_time": self.latest, "max_events": MOST_EVENTS}
+        wanted = request(self.scene, solver, dt=asked.dt, law=law, **limits)
+        return wanted.play(self._shot(asked), self.scene.state(asked.state))
 
     def _shot(self, asked: Ask) -> Shot:
         units = self.scene.units
@@ -240,11 +235,6 @@ _KINDS: dict[str, tuple[type[Any], Any]] = {
 QUESTIONS = tuple(_KINDS)
 
 
-def asked_state(asked: Start) -> State:
-    """Return the state that a question begins from, as it was sent: nobody has checked it yet."""
-    return State(asked.position, asked.velocity, asked.off)  # type: ignore[arg-type]
-
-
 def _strikes(asked: AskCloud) -> Array:
     """Draw velocities (S, 2) of the struck ball (m/s); they are the same errors every time."""
     errors = np.random.default_rng(0).standard_normal((SAMPLES, 2))
@@ -256,7 +246,7 @@ def _strikes(asked: AskCloud) -> Array:
 def _spread(ends: Array) -> list[list[float]]:
     """Return ends (S, 2) to a hundredth of a millimetre, or none if they are all the same."""
     there = ends[np.isfinite(ends).all(axis=1)]
-    moves = len(there) > 0 and bool((there != there[0]).any())
+    moves = (there != there[:1]).any()
     found: list[list[float]] = there.round(5).tolist() if moves else []
     return found
 
@@ -285,7 +275,9 @@ def live_content(scene: Scene) -> dict[str, Any]:
     vx, vy = scene.start(shot).velocity[struck]
     shown = content([[as_set_up(scene)]])
     x0, _, x1, _ = shown["seen"]
-    fastest = max([math.hypot(*_launch(scene, one)) for one in scene.shots], default=0.0)
+    # Only the size of a launch counts where a shot goes on from another.
+    launches = (one.launch or (one.speed or 0.0, 0.0) for one in scene.shots)
+    fastest = max((math.hypot(*launch) for launch in launches), default=0.0)
     top = HARD_HIT * fastest or math.sqrt(2.0 * scene.deceleration * FULL_WAY * (x1 - x0)) or 2.0
     unit = shown["units"]["speed"][1]
     top = round_number(top / unit) * unit
@@ -296,7 +288,7 @@ def live_content(scene: Scene) -> dict[str, Any]:
             "angle": math.degrees(math.atan2(vy, vx)),
             "top": top,
             "solvers": [
-                {"name": one.name, "about": one.about, "dt": one.dt, "steps": _steps(one.name)}
+                {"name": one.name, "about": one.about, "dt": one.dt, "steps": _steps(one)}
                 for one in SOLVERS.values()
             ],
             "laws": list(LAWS),
@@ -306,13 +298,7 @@ def live_content(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _launch(scene: Scene, shot: Shot) -> tuple[float, float]:
-    """Return the velocity (m/s) of a shot; only its size counts where it goes on from another."""
-    return shot.launch or (shot.speed or 0.0, 0.0)
-
-
-def _steps(name: str) -> list[tuple[float, str]]:
+def _steps(solver: Solver) -> list[tuple[float, str]]:
     """Return the steps that are offered for a solver, from long to short, with their names."""
-    solver = SOLVERS[name]
     known = {*solver.ladder, *solver.stability_steps, *([solver.dt] if solver.dt else [])}
     return [(dt, step_text(dt)) for dt in sorted(known, reverse=True) if dt >= FINEST]

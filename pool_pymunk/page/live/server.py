@@ -2,14 +2,21 @@
 
 It reads and guards; two processes answer (:mod:`pool_pymunk.page.live.worker`): one plays shots,
 the other plays clouds, so that a cloud never keeps a shot waiting.
+
+Any page in this machine's browser can send requests here, under any name that leads to this
+machine. So the host must be this machine's own name, the origin the table's own page, and every
+request must know the token that was printed.
 """
 
 from __future__ import annotations
 
 import asyncio
+import hmac
 import secrets
 import signal
 import socket
+import time
+from collections.abc import Awaitable, Callable
 from types import FrameType
 
 import uvicorn
@@ -25,7 +32,6 @@ from starlette.routing import Route
 from pool_pymunk.model import Scene
 from pool_pymunk.page.document import document
 from pool_pymunk.page.live.answers import QUESTIONS, Answer, live_content, refusal
-from pool_pymunk.page.live.guard import Guard, respond
 from pool_pymunk.page.live.worker import Worker
 from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
 
@@ -34,6 +40,18 @@ PATIENCE = 5.0  # s; an answer that takes longer is cut off, and so is a questio
 MOST_CONNECTIONS = 64
 # bytes of a question: for every question, and more for each ball
 BYTES, BYTES_A_BALL = 65_536, 256
+TOKEN = "x-pool-token"  # the header that has the token; the page's own address has it, too
+NAMES = ("127.0.0.1", "localhost")
+RATE, BURST = 120.0, 240.0  # requests a second in the long run, and at once
+
+HEADERS = {
+    "cache-control": "no-store",
+    "referrer-policy": "no-referrer",
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+}
 
 
 class LiveServer:
@@ -143,3 +161,50 @@ class _Server(uvicorn.Server):
         except KeyboardInterrupt:
             self.handle_exit(signal.SIGINT, None)
         return bool(await super().on_tick(counter))
+
+
+# -- who may ask -----------------------------------------------------------------------------------
+
+
+class Guard:
+    """A guard knows the port and the token, and counts requests."""
+
+    def __init__(self, port: int, token: str) -> None:
+        self.hosts = {f"{name}:{port}" for name in NAMES}
+        self.origins = {f"http://{host}" for host in self.hosts}
+        self.token = token.encode()
+        self.left, self.counted = BURST, time.monotonic()
+
+    async def __call__(
+        self, request: Request, go_on: Callable[[Request], Awaitable[Response]]
+    ) -> Response:
+        """Answer a request, or say why it is turned away."""
+        refused = self.refuses(request)
+        response = respond(refused) if refused else await go_on(request)
+        response.headers.update(HEADERS)
+        return response
+
+    def refuses(self, request: Request) -> Answer | None:
+        """Return why a request is turned away; None if it may pass."""
+        host, origin = request.headers.get("host"), request.headers.get("origin")
+        if host not in self.hosts:
+            return refusal(403, "this host is not the table's: use the address that was printed")
+        if origin is not None and origin not in self.origins:
+            return refusal(403, "this page is not the table's: use the address that was printed")
+        is_page = request.method in ("GET", "HEAD")  # The page has the token in its address.
+        token = request.query_params.get("token") if is_page else request.headers.get(TOKEN)
+        if not hmac.compare_digest((token or "").encode(errors="replace"), self.token):
+            why = "the token is wrong or missing"
+            return refusal(403, f"{why}: use the address that the program printed")
+        now = time.monotonic()
+        self.left = min(self.left + RATE * (now - self.counted), BURST)
+        self.counted = now
+        if self.left < 1.0:
+            return refusal(429, "too many requests at once: wait a second")
+        self.left -= 1.0
+        return None
+
+
+def respond(answer: Answer) -> Response:
+    """Return an answer as a response of HTTP."""
+    return Response(answer.text, answer.status, media_type=answer.type)

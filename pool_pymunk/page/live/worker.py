@@ -9,7 +9,7 @@ import threading
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 
-from pool_pymunk.model import Scene
+from pool_pymunk.model import Ball, Friction, Scene
 from pool_pymunk.page.live.answers import Answer, Answers, refusal
 from pool_pymunk.safety.interrupts import block_sigint
 
@@ -78,19 +78,18 @@ class Worker:
 
     def _begin_anew(self) -> None:
         self._kill()
+        self.pipe.close()
         if not self.is_over:
             self._begin()
 
     def _kill(self) -> None:
         self.process.kill()
         self.process.join()
-        self.pipe.close()
 
     def end(self) -> None:
         """End the process, whatever it does."""
         self.is_over = True
-        self.process.kill()
-        self.process.join()
+        self._kill()
 
 
 def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
@@ -98,8 +97,9 @@ def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     answers = Answers(scene)
-    if compiles:
-        _warm_up()
+    if compiles:  # Play a cloud of one ball, so that numba compiles or loads what is compiled.
+        one = Scene((Ball("1", (0.0, 0.0), 0.1, 1.0),), friction=Friction(surface=0.1))
+        Answers(one).to("cloud", WARM_UP)
     pipe.send(READY)
     while True:
         try:
@@ -115,11 +115,3 @@ def _leave_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(0)
-
-
-def _warm_up() -> None:
-    """Play a cloud of one ball, so that numba compiles or loads what is compiled."""
-    from pool_pymunk.model import Ball, Friction
-
-    one = Scene((Ball("1", (0.0, 0.0), 0.1, 1.0),), friction=Friction(surface=0.1))
-    Answers(one).to("cloud", WARM_UP)
