@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-import math
 import random
 from dataclasses import replace
 
 from hard_scenes import exact
+from scenes import largest_distance
 
-from pool_pymunk import Run, Scene
+from pool_pymunk import Run, Scene, SceneError
 
 NUDGE = 1e-10  # m; it is small beside all else, and large beside rounding
 
 
-def amplification(scene: Scene, run: Run) -> float:
-    """Return how much farther ends move than starts, from one nudge of every start."""
+def amplification(scene: Scene, run: Run, nudges: int = 1) -> tuple[float, float]:
+    """Return how much ends (m/m) and events (s/m) move when all starts are nudged."""
     rnd = random.Random(0)
-
-    def nudge(x: float) -> float:
-        return x + NUDGE * rnd.choice((-1, 1))
-
-    balls = tuple(
-        replace(b, position=(nudge(b.position[0]), nudge(b.position[1]))) for b in scene.balls
-    )
-    nudged = exact(replace(scene, balls=balls))
-    return max(1.0, max(math.dist(nudged.final[i], run.final[i]) for i in run.final) / NUDGE)
+    ends, times = 1.0, 1.0
+    for _ in range(nudges):
+        balls = []
+        for ball in scene.balls:
+            x, y = (value + NUDGE * rnd.choice((-1, 1)) for value in ball.position)
+            balls.append(replace(ball, position=(x, y)))
+        try:
+            nudged = exact(replace(scene, balls=tuple(balls)))
+        except SceneError:  # The balls overlap.
+            continue
+        ends = max(ends, largest_distance(nudged, run) / NUDGE)
+        later = (abs(a.t - b.t) for a, b in zip(nudged.events, run.events, strict=False))
+        times = max(times, max(later, default=0.0) / NUDGE)
+    return ends, times

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from hard_scenes import exact
 
 from pool_pymunk import (
     Ball,
@@ -31,7 +32,6 @@ from pool_pymunk import (
     Scene,
     SceneError,
     Table,
-    simulate,
 )
 from pool_pymunk.engine import orders
 from pool_pymunk.results.trace import FROZEN, ONE_INSTANT
@@ -52,10 +52,6 @@ class Touch(NamedTuple):
     """
 
     rows: dict[int, Point]
-
-
-def exact(scene: Scene) -> Run:
-    return simulate(scene, solver="event-driven")
 
 
 def alone(scene: Scene) -> Run:

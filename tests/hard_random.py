@@ -10,7 +10,6 @@ what tiny gaps make of the scene.
 
 from __future__ import annotations
 
-import math
 import random
 import re
 import signal
@@ -18,17 +17,18 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from amplified import amplification
 from frozen import FORMS, count_verdicts
-from hard_reference import KINDS, Refused, hard_run, random_hard_scene
+from hard_kinds import KINDS, random_hard_scene
+from hard_reference import hard_run
+from hard_scenes import exact
+from reference import Refused
 
-from pool_pymunk import Run, Scene, simulate
-
-NUDGE, NUDGES = 1e-10, 8  # m, and how often
+NUDGES = 8  # of all starts
 PATIENCE = 20  # s
 
 
@@ -51,28 +51,6 @@ def patience(seconds: int = PATIENCE) -> Iterator[None]:
         signal.alarm(0)
 
 
-def exact(scene: Scene) -> Run:
-    return simulate(scene, solver="event-driven")
-
-
-def amplification(scene: Scene, run: Run) -> float:
-    """Return how much farther ends move than starts, from a few nudges of every start."""
-    rnd = random.Random(1)
-    largest = 1.0
-    for _ in range(NUDGES):
-        balls = []
-        for ball in scene.balls:
-            x, y = (value + NUDGE * rnd.choice((-1, 1)) for value in ball.position)
-            balls.append(replace(ball, position=(x, y)))
-        try:
-            nudged = exact(replace(scene, balls=tuple(balls)))
-        except ValueError:  # The balls overlap.
-            continue
-        ends = zip(nudged.end.position, run.end.position, strict=True)
-        largest = max(largest, max(math.dist(p, q) for p, q in ends) / NUDGE)
-    return largest
-
-
 def verdict(kind: str, k: int) -> str:
     """Compare one scene, and say what came of it in a word; print what is off by too much."""
     scene = random_hard_scene(kind, random.Random(f"check {kind} {k}"))
@@ -83,8 +61,8 @@ def verdict(kind: str, k: int) -> str:
         return "refused"
     run = exact(scene)
     ends = zip(run.end.position, answer.final, strict=True)
-    off = max(math.dist(p, (float(x), float(y))) for p, (x, y) in ends)
-    if off <= 1e-12 * amplification(scene, run):
+    off = max(abs(complex(*p) - complex(q)) for p, q in ends)
+    if off <= 1e-12 * amplification(scene, run, NUDGES)[0]:
         return "agrees"
     said = [float(m) for w in run.warnings for m in re.findall(r"up to ([-\d.e+]+) m elsewhere", w)]
     if said and off <= max(said):

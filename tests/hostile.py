@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pool_pymunk import (
-    Scene,
-    load,
-)
+from pool_pymunk import Scene, load
 
 HOSTILE = "</script><script>parent.hacked = 1</script><img src=x onerror='parent.hacked = 1'>"
 

@@ -48,3 +48,12 @@ def interrupt(process: subprocess.Popen[str]) -> str:
     _, stderr = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, stderr
     return stderr
+
+
+def is_alive(group: int) -> bool:
+    """Tell whether the group has a process left."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True

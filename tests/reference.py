@@ -1,10 +1,11 @@
 """This is an independent exact solver in 40 digits, for tests: it is slow and plain.
 
-It shares nothing with ``event-driven`` except the scene's numbers. Gaps are polynomials in time
-(degree 4 between discs, 2 to a cushion). Their roots are isolated between the roots of their
-derivatives, and closed in by bisection and Newton. The contact laws are written anew from Eqs. 1-10
-and Listing 3. Contacts are answered one at a time. So a scene is refused if several contacts happen
-at one instant in it, or if balls come together at next to no speed.
+It shares nothing with ``event-driven`` except the scene's numbers. Vectors are complex numbers.
+Gaps are polynomials in time (degree 4 between discs, 2 to a cushion). Their roots are isolated
+between the roots of their derivatives, and closed in by mpmath's findroot. The contact laws are
+written anew from Eqs. 1-10 and Listing 3. Contacts are answered one at a time. So a scene is
+refused if several contacts happen at one instant in it, or if balls come together at next to no
+speed.
 
 ``python -m tests.reference`` makes ``tests/data/reference_runs.json``, ``pocket_runs.json`` and
 ``rolling_runs.json`` anew from their seeds; a name makes one of them.
@@ -16,13 +17,14 @@ import json
 import math
 import random
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from functools import partial
+from itertools import combinations, pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from mpmath import mp, mpf
+from mpmath import mp, mpc, mpf
 
 from pool_pymunk import Ball, Friction, Physics, Pocket, Restitution, Scene, State, Table
 
@@ -32,17 +34,20 @@ ROUNDING = mpf(10) ** -30  # m, m/s; 40 digits leave so much of zero
 GENTLE = mpf(10) ** -6  # m/s; contacts that close more slowly are refused
 APART = mpf(10) ** -8  # s; contacts of neighbours that are closer in time are refused
 MOST_EVENTS = 400
+FAR = mp.inf
 
 Number = Any  # mpmath has no types
-Poly = list[Number]  # coefficients, lowest first
-Vec = tuple[Number, Number]
+Vec = Any  # a complex number, x + iy
+Poly = list[Any]  # coefficients, lowest first
+# This is a kind, a ball, and the other ball, cushion or pocket (-1: stop).
+Contact = tuple[str, int, int]
 
 
 class Refused(Exception):
-    """This error says that the scene has contacts which this reference does not decide."""
+    """This error says that the scene has contacts which a reference does not decide."""
 
 
-# -- polynomials -----------------------------------------------------------------------------------
+# -- polynomials and vectors -----------------------------------------------------------------------
 
 
 def value(poly: Poly, t: Number) -> Number:
@@ -74,54 +79,184 @@ def real_roots(poly: Poly, low: Number, high: Number) -> list[Number]:
     if len(poly) < 2:
         return []
     turns = [low, *real_roots(derivative(poly), low, high), high]
+    signs = [mp.sign(value(poly, t)) for t in turns]
     return [
-        _root_between(poly, a, b) for a, b in pairwise(turns) if value(poly, a) * value(poly, b) < 0
+        mp.findroot(partial(value, poly), between, solver="anderson", maxsteps=2000, verify=False)
+        for between, (a, b) in zip(pairwise(turns), pairwise(signs), strict=True)
+        if a * b < 0
     ]
 
 
-def _root_between(poly: Poly, low: Number, high: Number) -> Number:
-    """Find the root by Newton's iteration, kept inside a shrinking bracket."""
-    slope = derivative(poly)
-    rises = value(poly, high) > 0
-    t = (low + high) / 2
-    for _ in range(4 * mp.prec):
-        height, steepness = value(poly, t), value(slope, t)
-        low, high = (low, t) if (height > 0) == rises else (t, high)
-        newton = t - height / steepness if steepness != 0 else low
-        if abs(newton - t) <= mp.eps * (1 + abs(t)) or high - low <= mp.eps * (1 + abs(t)):
-            return t
-        t = newton if low < newton < high else (low + high) / 2
-    raise ArithmeticError("no root where the sign changes")
+def beyond_all_roots(poly: Poly) -> Number:
+    """Return Cauchy's bound on the size of a polynomial's roots."""
+    while poly and poly[-1] == 0:
+        poly = poly[:-1]
+    return 1 + max((abs(c / poly[-1]) for c in poly[:-1]), default=mpf(0)) if poly else mpf(1)
 
 
-# -- the balls and what they meet ------------------------------------------------------------------
+def dot(a: Vec, b: Vec) -> Number:
+    """Return the scalar product."""
+    return a.real * b.real + a.imag * b.imag
 
 
-@dataclass
-class Disc:
-    """This is a disc of the scene, at the present time."""
+def across(a: Vec) -> Vec:
+    """Return the vector turned by a quarter, counter-clockwise."""
+    return mpc(-a.imag, a.real)
 
-    place: Vec
-    velocity: Vec
-    radius: Number
-    mass: Number
-    cue: bool
-    roll: Vec | None = None  # m/s; the velocity at which it would roll, where balls roll
-    gone: bool = False  # A pocket has it.
 
-    @property
-    def speed(self) -> Number:
-        return mp.hypot(*self.velocity)
+def vector(point: Sequence[float]) -> Vec:
+    """Return the point as a vector."""
+    return mpc(*point)
 
-    @property
-    def slip(self) -> Vec:
-        """The velocity less the roll (m/s), without what rounding leaves; 0 where none rolls."""
-        u = (mpf(0), mpf(0)) if self.roll is None else _minus(self.velocity, self.roll)
-        return u if mp.hypot(*u) > ROUNDING else (mpf(0), mpf(0))
 
-    @property
-    def moves(self) -> bool:
-        return bool(self.velocity != (0, 0) or self.slip != (0, 0))
+# -- free flight -----------------------------------------------------------------------------------
+
+
+def balls_of(contact: Contact) -> tuple[int, ...]:
+    """Return the numbers of the balls that meet."""
+    return contact[1:] if contact[0] == "ball" else contact[1:2]
+
+
+class Side(NamedTuple):
+    """This is a side of the outline."""
+
+    start: Vec
+    along: Vec
+    length: Number
+
+
+class Flight:
+    """Balls fly by Eq. 10 until they meet each other, a face, a corner or the rim of a pocket.
+
+    Where balls roll, ``roll`` is the velocity (m/s) at which they would; else it is the velocity.
+
+    ``no_gap`` (m) and ``still`` (m/s) are what rounding leaves of a gap and of its closing.
+    """
+
+    def __init__(self, scene: Scene, start: State, no_gap: Number, still: Number) -> None:
+        self.scene, self.no_gap, self.still = scene, no_gap, still
+        self.loss = mpf(scene.friction.surface) * mpf(scene.physics.gravity)
+        self.place = [vector(p) for p in start.position]
+        self.velocity = [vector(v) for v in start.velocity]
+        rolling = scene.friction.rolling
+        self.rolls = rolling is not None
+        self.drag = mpf(rolling) * mpf(scene.physics.gravity) if self.rolls else self.loss
+        self.roll = [vector(w) for w in start.roll or start.velocity]
+        self.radius = [mpf(ball.radius) for ball in scene.balls]
+        self.mass = [mpf(ball.mass) for ball in scene.balls]
+        corners = [vector(c) for c in scene.table.outline] if scene.table else []
+        self.sides = [
+            Side(a, (b - a) / abs(b - a), abs(b - a))
+            for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
+        ]
+        self.holes = [(vector(hole.position), mpf(hole.radius)) for hole in scene.pockets]
+        self.now = mpf(0)
+        limit = scene.physics.max_time
+        self.last = FAR if limit is None else mpf(limit)
+        self.due: dict[Contact, Number] = {}
+        self.everybody = range(len(self.place))
+        self.contacts: list[Contact] = [("ball", i, j) for i, j in combinations(self.everybody, 2)]
+        for k, side in enumerate(self.sides):
+            reflex = dot(across(self.sides[k - 1].along), side.along) < 0
+            for i in self.everybody:
+                self.contacts += [("face", i, k)] + ([("corner", i, k)] if reflex else [])
+        self.contacts += [("pocket", i, k) for i in self.everybody for k in range(len(self.holes))]
+        self.known = {c: self._coefficients(c) for c in self.contacts}
+
+    def _coefficients(self, contact: Contact) -> tuple[Number, Number, Number]:
+        """Return restitution, friction and the effective mass of a contact."""
+        given, mu = self.scene.restitution, self.scene.friction
+        effective = 1 / sum(1 / self.mass[i] for i in balls_of(contact))
+        if contact[0] != "ball":
+            return mpf(given.cushion or 0), mpf(mu.cushion), effective
+        has_cue = any(self.scene.balls[i].cue for i in balls_of(contact))
+        e = given.cue_ball if has_cue and given.cue_ball is not None else given.ball_ball
+        return mpf(e or 0), mpf(mu.ball_ball), effective
+
+    def _normal(self, contact: Contact) -> Vec:
+        """Return the unit vector from the ball to what it meets."""
+        kind, i, j = contact
+        if kind == "face":
+            return -across(self.sides[j].along)
+        to = (self.place[j] if kind == "ball" else self.sides[j].start) - self.place[i]
+        return to / abs(to)
+
+    def _reach(self, contact: Contact) -> Number:
+        """Return how far apart centres, or a centre and what is met, are at contact."""
+        if contact[0] == "pocket":
+            return self.holes[contact[2]][1]
+        return sum(self.radius[i] for i in balls_of(contact))
+
+    def _cloth_slip(self, i: int) -> Vec:
+        """Return the velocity less the roll, without what rounding leaves of it."""
+        slip = self.velocity[i] - self.roll[i] if self.rolls else mpc(0)
+        return slip if abs(slip) > self.still else mpc(0)
+
+    def _pull(self, i: int) -> Vec:
+        """Return the acceleration: against the slip where there is some, else the velocity."""
+        slip, v = self._cloth_slip(i), self.velocity[i]
+        if slip:
+            return -self.loss / abs(slip) * slip
+        return -self.drag / abs(v) * v if v else mpc(0)
+
+    def _path(self, i: int) -> Poly:
+        return [self.place[i], self.velocity[i], self._pull(i) / 2]
+
+    def _ends_in(self, i: int) -> Number:
+        """Return in how many seconds the ball rests, or rolls if it slips."""
+        slip, v = self._cloth_slip(i), self.velocity[i]
+        if slip:
+            return 2 * abs(slip) / (7 * self.loss) if self.loss else FAR
+        return abs(v) / self.drag if v and self.drag else FAR
+
+    def _fly(self, balls: Iterable[int], dt: Number) -> None:
+        """Let balls fly; a sphere that slips gains roll at 5/2 of what its velocity loses."""
+        for i in balls:
+            pull, slips = self._pull(i), bool(self._cloth_slip(i))
+            self.place[i] = value(self._path(i), dt)
+            self.velocity[i] += dt * pull
+            self.roll[i] = self.roll[i] - dt * pull * 5 / 2 if slips else self.velocity[i]
+
+    def _meeting(self, contact: Contact) -> Number | None:
+        """Return in how many seconds the gap closes, None if it never does."""
+        kind, i, j = contact
+        balls, reach = balls_of(contact), self._reach(contact)
+        if not any(self.velocity[k] or self._cloth_slip(k) for k in balls):
+            return None
+        until = min(self.last - self.now, *(self._ends_in(k) for k in balls))
+        path = self._path(i)
+        if kind == "ball":
+            path = [b - a for a, b in zip(path, self._path(j), strict=True)]
+        else:
+            path[0] -= self.holes[j][0] if kind == "pocket" else self.sides[j].start
+        if kind == "face":
+            return self._meets_face(path, self.sides[j], reach, until)
+        x, y = [c.real for c in path], [c.imag for c in path]
+        gap = [a + b for a, b in zip(product(x, x), product(y, y), strict=True)]
+        gap[0] -= reach * reach
+        return next(self._closings(gap, until, 2 * reach), None)
+
+    def _meets_face(self, path: Poly, side: Side, reach: Number, until: Number) -> Number | None:
+        turned = [c * side.along.conjugate() for c in path]
+        foot, height = [c.real for c in turned], [c.imag for c in turned]
+        if height[0] <= 0:
+            return None  # The ball is behind the line of a cushion that is elsewhere.
+        height[0] -= reach
+        times = self._closings(height, until, 1)
+        return next((t for t in times if 0 <= value(foot, t) <= side.length), None)
+
+    def _closings(self, gap: Poly, until: Number, scale: Number) -> Iterator[Number]:
+        """Yield the times from now at which a gap closes, whose unit is ``scale`` metres."""
+        slope, slow = derivative(gap), -scale * self.still
+        if gap[0] <= scale * self.no_gap and gap[1] < slow:
+            yield mpf(0)
+            return
+        for t in real_roots(gap, mpf(0), until if until < FAR else beyond_all_roots(gap)):
+            if value(slope, t) < slow:
+                yield t
+
+
+# -- contacts one at a time ------------------------------------------------------------------------
 
 
 @dataclass
@@ -132,253 +267,124 @@ class ReferenceRun:
     """
 
     events: list[tuple[Number, str, tuple[int, ...], int | None]] = field(default_factory=list)
-    final: list[Vec] = field(default_factory=list)
-    velocity: list[Vec] = field(default_factory=list)
+    final: list[tuple[Number, Number]] = field(default_factory=list)
     duration: Number = 0
-    gentlest: Number = mp.inf
 
 
-# This is a kind, a ball, and the other ball, cushion, corner or pocket (-1: stop).
-Key = tuple[str, int, int]
-
-
-class Reference:
+class Reference(Flight):
     """This is the scene in 40 digits; ``run`` plays it."""
 
     def __init__(self, scene: Scene, start: State) -> None:
-        self.scene = scene
-        gravity, rolling = mpf(scene.physics.gravity), scene.friction.rolling
-        self.loss = mpf(scene.friction.surface) * gravity
-        self.drag = self.loss if rolling is None else mpf(rolling) * gravity
-        rolls = [None] * len(scene.balls) if start.roll is None else [_vec(w) for w in start.roll]
-        self.discs = [
-            Disc(_vec(p), _vec(v), mpf(ball.radius), mpf(ball.mass), ball.cue, w)
-            for ball, p, v, w in zip(
-                scene.balls, start.position, start.velocity, rolls, strict=True
-            )
-        ]
-        outline = [_vec(corner) for corner in scene.table.outline] if scene.table else []
-        self.sides = list(zip(outline, outline[1:] + outline[:1], strict=True))
-        self.pockets = [(_vec(hole.position), mpf(hole.radius)) for hole in scene.pockets]
-        self.now = mpf(0)
-        self.due: dict[Key, Number] = {}
+        super().__init__(scene, start, ROUNDING, ROUNDING)
+        self.gone: set[int] = set()  # Pockets have them.
         self.out = ReferenceRun()
 
-    def run(self, max_time: float | None) -> ReferenceRun:
-        """Play until everything rests or ``max_time`` (s)."""
-        self._foresee(set(range(len(self.discs))))
-        last = mp.inf if max_time is None else mpf(max_time)
-        while self.due:
-            key = min(self.due, key=lambda one: self.due[one])
-            t = self.due[key]
-            if t > last or len(self.out.events) >= MOST_EVENTS:
+    def run(self) -> ReferenceRun:
+        """Play until everything rests, or until the scene's ``max_time``."""
+        self._foresee(set(self.everybody))
+        while self.due and len(self.out.events) < MOST_EVENTS:
+            key, t = min(self.due.items(), key=lambda one: one[1])
+            if t > self.last:
                 break
             self._refuse_what_is_near(key, t)
-            self._advance(t)
+            self._fly(self.everybody, t - self.now)
+            self.now = t
             self._foresee(self._happen(key))
-        if any(disc.moves for disc in self.discs):
-            if last == mp.inf or len(self.out.events) >= MOST_EVENTS:
+        if any(self.velocity[i] or self._cloth_slip(i) for i in self.everybody):
+            if self.last == FAR or len(self.out.events) >= MOST_EVENTS:
                 raise Refused("too many events")
-            self._advance(last)
-            self.out.duration = last
-        self.out.final = [disc.place for disc in self.discs]
-        self.out.velocity = [disc.velocity for disc in self.discs]
+            self._fly(self.everybody, self.last - self.now)
+            self.out.duration = self.last
+        self.out.final = [(place.real, place.imag) for place in self.place]
         return self.out
 
-    def _refuse_what_is_near(self, key: Key, t: Number) -> None:
-        mine = _balls(key)
+    def _refuse_what_is_near(self, key: Contact, t: Number) -> None:
+        mine = set(balls_of(key))
         for other, due in self.due.items():
-            if other != key and due - t < APART and mine & _balls(other):
+            if other != key and due - t < APART and not mine.isdisjoint(balls_of(other)):
                 raise Refused(f"{key} and {other} within {due - t} s")
-
-    # -- motion, Eq. 10; a sphere that slips gains roll at 5/2 of what its velocity loses ----------
-
-    def _acceleration(self, disc: Disc) -> Vec:
-        """Return the acceleration: against the slip where there is some, else the velocity."""
-        slips = disc.slip != (0, 0)
-        along, size = (disc.slip, self.loss) if slips else (disc.velocity, self.drag)
-        length = mp.hypot(*along)
-        return (mpf(0), mpf(0)) if length == 0 else _scaled(-size / length, along)
-
-    def _path(self, disc: Disc) -> tuple[Poly, Poly]:
-        """Return x and y as polynomials in the time from now, until the phase ends."""
-        ax, ay = self._acceleration(disc)
-        return [disc.place[0], disc.velocity[0], ax / 2], [disc.place[1], disc.velocity[1], ay / 2]
-
-    def _ends_in(self, disc: Disc) -> Number:
-        """Return in how long the disc stops, or rolls if it slips."""
-        if disc.slip != (0, 0):
-            return 2 * mp.hypot(*disc.slip) / (7 * self.loss) if self.loss > 0 else mp.inf
-        return disc.speed / self.drag if disc.moves and self.drag > 0 else mp.inf
-
-    def _advance(self, t: Number) -> None:
-        for disc in self.discs:
-            if disc.moves:
-                x, y = self._path(disc)
-                dt, slips = t - self.now, disc.slip != (0, 0)
-                if disc.roll is not None and slips:
-                    gain = _scaled(-dt * 5 / 2, self._acceleration(disc))
-                    disc.roll = (disc.roll[0] + gain[0], disc.roll[1] + gain[1])
-                disc.place = (value(x, dt), value(y, dt))
-                disc.velocity = (value(derivative(x), dt), value(derivative(y), dt))
-                if disc.roll is not None and not slips:
-                    disc.roll = disc.velocity
-        self.now = t
-
-    # -- what comes ------------------------------------------------------------------------------
 
     def _foresee(self, changed: set[int]) -> None:
         """Work out anew what may happen to the discs that changed."""
-        self.due = {key: t for key, t in self.due.items() if not _balls(key) & changed}
-        for i in sorted(changed):
-            if self.discs[i].moves:
-                self.due.update({k: self.now + t for k, t in self._alone(i) if t is not None})
-            for j in range(len(self.discs)):
-                if j != i and (j not in changed or j > i) and not self._are_gone(i, j):
-                    t = self._meeting(min(i, j), max(i, j))
-                    if t is not None:
-                        self.due["ball-ball", min(i, j), max(i, j)] = self.now + t
+        self.due = {c: t for c, t in self.due.items() if changed.isdisjoint(balls_of(c))}
+        for i in changed:
+            if self._ends_in(i) < FAR:
+                kind = "roll" if self._cloth_slip(i) else "stop"
+                self.due[kind, i, -1] = self.now + self._ends_in(i)
+        for contact in self.contacts:
+            balls = balls_of(contact)
+            if not changed.isdisjoint(balls) and self.gone.isdisjoint(balls):
+                t = self._meeting(contact)
+                if t is not None:
+                    self.due[contact] = self.now + t
 
-    def _are_gone(self, i: int, j: int) -> bool:
-        return self.discs[i].gone or self.discs[j].gone
-
-    def _alone(self, i: int) -> Iterator[tuple[Key, Number | None]]:
-        """Yield the end of the disc's phase, its falls into pockets, and contacts with sides."""
-        disc = self.discs[i]
-        until = self._ends_in(disc)
-        if until < mp.inf:
-            yield ("stop" if disc.slip == (0, 0) else "roll", i, -1), until
-        x, y = self._path(disc)
-        for k, (center, radius) in enumerate(self.pockets):
-            yield ("pocket", i, k), self._first_touch(x, y, center, radius, until)
-        for k, (start, end) in enumerate(self.sides):
-            (tx, ty), length = _unit(_minus(end, start))
-            height = [-ty * px + tx * py for px, py in zip(x, y, strict=True)]
-            height[0] -= -ty * start[0] + tx * start[1] + disc.radius
-            for t in _entries(height, until):
-                foot = (value(x, t) - start[0]) * tx + (value(y, t) - start[1]) * ty
-                if 0 <= foot <= length:
-                    yield ("face", i, k), t
-                    break
-            if self._is_reflex(k):
-                yield ("corner", i, k), self._first_touch(x, y, start, disc.radius, until)
-
-    def _is_reflex(self, k: int) -> bool:
-        (a, b), (_, c) = self.sides[k - 1], self.sides[k]
-        u, v = _minus(b, a), _minus(c, b)
-        return bool(u[0] * v[1] - u[1] * v[0] < 0)
-
-    def _first_touch(
-        self, x: Poly, y: Poly, point: Vec, reach: Number, until: Number
-    ) -> Number | None:
-        """Return when a moving point first comes within ``reach`` of a fixed one."""
-        dx, dy = [x[0] - point[0], *x[1:]], [y[0] - point[1], *y[1:]]
-        gap = [a + b for a, b in zip(product(dx, dx), product(dy, dy), strict=True)]
-        gap[0] -= reach**2
-        return next(iter(_entries(gap, until)), None)
-
-    def _meeting(self, i: int, j: int) -> Number | None:
-        a, b = self.discs[i], self.discs[j]
-        if not (a.moves or b.moves):
-            return None
-        (ax, ay), (bx, by) = self._path(a), self._path(b)
-        x = [p - q for p, q in zip(bx, ax, strict=True)]
-        y = [p - q for p, q in zip(by, ay, strict=True)]
-        until = min(self._ends_in(a), self._ends_in(b))
-        return self._first_touch(x, y, (mpf(0), mpf(0)), a.radius + b.radius, until)
-
-    # -- what happens ----------------------------------------------------------------------------
-
-    def _happen(self, key: Key) -> set[int]:
+    def _happen(self, key: Contact) -> set[int]:
         """Let it happen, and return the discs whose motion changed."""
         kind, i, j = key
-        if kind == "stop" or (kind == "roll" and self.discs[i].speed < ROUNDING):
+        balls = balls_of(key)
+        if kind == "stop" or (kind == "roll" and abs(self.velocity[i]) < ROUNDING):
             self._stop(i)
-            return {i}
-        if kind == "roll":
-            self.discs[i].roll = self.discs[i].velocity
-            self.out.events.append((self.now, "roll", (i,), None))
-            return {i}
-        if kind == "pocket":
-            disc = self.discs[i]
-            disc.place, disc.velocity, disc.gone = self.pockets[j][0], (mpf(0), mpf(0)), True
-            disc.roll = None if disc.roll is None else disc.velocity
-            self.out.events.append((self.now, kind, (i,), j))
+        elif kind == "roll":
+            self.roll[i] = self.velocity[i]
+            self.out.events.append((self.now, kind, balls, None))
+        elif kind == "pocket":
+            self.place[i], self.velocity[i], self.roll[i] = self.holes[j][0], mpc(0), mpc(0)
+            self.gone.add(i)
+            self.out.events.append((self.now, kind, balls, j))
             self.out.duration = self.now
-            return {i}
-        if kind == "ball-ball":
-            self.out.events.append((self.now, kind, (i, j), None))
-            self._collide(self.discs[i], self.discs[j])
         else:
-            self.out.events.append((self.now, "ball-cushion", (i,), j))
-            self._bounce(self.discs[i], self._cushion_normal(kind, i, j))
-        for k in _balls(key):
-            disc = self.discs[k]
-            if disc.slip == (0, 0) and (not disc.moves or disc.speed < ROUNDING):
-                self._stop(k)
-        return _balls(key)
+            name, number = ("ball-ball", None) if kind == "ball" else ("ball-cushion", j)
+            self.out.events.append((self.now, name, balls, number))
+            (self._collide if kind == "ball" else self._bounce)(key)
+            for k in balls:
+                if abs(self.velocity[k]) < ROUNDING and not self._cloth_slip(k):
+                    self._stop(k)
+        return set(balls)
 
     def _stop(self, i: int) -> None:
-        disc = self.discs[i]
-        disc.velocity = (mpf(0), mpf(0))
-        disc.roll = None if disc.roll is None else disc.velocity
+        self.velocity[i] = self.roll[i] = mpc(0)
         self.out.events.append((self.now, "stop", (i,), None))
         self.out.duration = self.now
 
-    def _cushion_normal(self, kind: str, i: int, k: int) -> Vec:
-        start, end = self.sides[k]
-        if kind == "corner":
-            return _unit(_minus(self.discs[i].place, start))[0]
-        (tx, ty), _ = _unit(_minus(end, start))
-        return (-ty, tx)
-
-    def _note_closing(self, speed: Number) -> None:
+    def _refuse_gentle(self, speed: Number) -> None:
         if speed < GENTLE:
             raise Refused(f"a contact closes at {mp.nstr(speed, 3)} m/s")
-        self.out.gentlest = min(self.out.gentlest, speed)
 
-    def _bounce(self, disc: Disc, n: Vec) -> None:
+    def _bounce(self, contact: Contact) -> None:
         """Answer by Eq. 9: v_n' = -e v_n, and the tangential speed loses mu |v_n' - v_n|.
 
         It does not pass zero.
         """
-        e, mu = mpf(self.scene.restitution.cushion or 0), mpf(self.scene.friction.cushion)
-        t = (-n[1], n[0])
-        v_n, v_t = _dot(disc.velocity, n), _dot(disc.velocity, t)
-        self._note_closing(-v_n)
+        i, (e, mu, _), n = contact[1], self.known[contact], self._normal(contact)
+        v_n, v_t = dot(self.velocity[i], n), dot(self.velocity[i], across(n))
+        self._refuse_gentle(v_n)
         new_n = -e * v_n
         new_t = mp.sign(v_t) * max(mpf(0), abs(v_t) - mu * abs(new_n - v_n))
-        disc.velocity = _combine(new_n, n, new_t, t)
-        if disc.roll is not None:
-            w_n, w_t = _dot(disc.roll, n), _dot(disc.roll, t)
-            w_n = mp.sign(w_n) * max(mpf(0), abs(w_n) - mu * abs(new_n - v_n) * 5 / 2)
-            disc.roll = _combine(w_n, n, w_t, t)
+        self.velocity[i] = new_n * n + new_t * across(n)
+        w_n, w_t = dot(self.roll[i], n), dot(self.roll[i], across(n))
+        w_n = mp.sign(w_n) * max(mpf(0), abs(w_n) - mu * abs(new_n - v_n) * 5 / 2)
+        self.roll[i] = w_n * n + w_t * across(n)
 
-    def _collide(self, a: Disc, b: Disc) -> None:
+    def _collide(self, contact: Contact) -> None:
         """Answer by Eqs. 1-7: momentum and restitution along n, and the law's friction along t."""
-        r = self.scene.restitution
-        cue = (a.cue or b.cue) and r.cue_ball is not None
-        e, mu = mpf((r.cue_ball if cue else r.ball_ball) or 0), mpf(self.scene.friction.ball_ball)
-        n, _ = _unit(_minus(b.place, a.place))
-        t = (-n[1], n[0])
-        a_n, b_n, a_t, b_t = (_dot(d.velocity, w) for w in (n, t) for d in (a, b))
-        self._note_closing(a_n - b_n)
-        common = (a.mass * a_n + b.mass * b_n) / (a.mass + b.mass)
-        new_a_n = common - e * b.mass * (a_n - b_n) / (a.mass + b.mass)
+        (_, i, j), (e, mu, effective), n = contact, self.known[contact], self._normal(contact)
+        m_a, m_b, t = self.mass[i], self.mass[j], across(n)
+        a_n, b_n, a_t, b_t = (dot(self.velocity[k], w) for w in (n, t) for k in (i, j))
+        self._refuse_gentle(a_n - b_n)
+        common = (m_a * a_n + m_b * b_n) / (m_a + m_b)
+        new_a_n = common - e * m_b * (a_n - b_n) / (m_a + m_b)
         new_b_n = new_a_n + e * (a_n - b_n)
         slip = a_t - b_t
         if self.scene.physics.law == "coulomb":
-            m_eff = a.mass * b.mass / (a.mass + b.mass)
-            j_t = min(mu * a.mass * (a_n - new_a_n), m_eff * abs(slip))
-            new_a_t = a_t - mp.sign(slip) * j_t / a.mass
-            new_b_t = b_t + mp.sign(slip) * j_t / b.mass
+            j_t = mp.sign(slip) * min(mu * m_a * (a_n - new_a_n), effective * abs(slip))
+            new_a_t, new_b_t = a_t - j_t / m_a, b_t + j_t / m_b
         else:
             rubs = abs(slip) >= mpf("1e-9") * (a_n - b_n)
             drag = mu * mp.sign(slip) if rubs else mpf(0)
             new_a_t = _clamped(a_t, a_t - drag * (a_n - new_a_n))
             new_b_t = _clamped(b_t, b_t + drag * (b_n - new_b_n))
-        a.velocity = _combine(new_a_n, n, new_a_t, t)
-        b.velocity = _combine(new_b_n, n, new_b_t, t)
+        self.velocity[i] = new_a_n * n + new_a_t * t
+        self.velocity[j] = new_b_n * n + new_b_t * t
 
 
 def _clamped(before: Number, after: Number) -> Number:
@@ -386,57 +392,10 @@ def _clamped(before: Number, after: Number) -> Number:
     return mpf(0) if before != 0 and mp.sign(after) != mp.sign(before) else after
 
 
-def _entries(gap: Poly, until: Number) -> Iterator[Number]:
-    """Yield the times from now at which a gap closes: it goes from positive to negative."""
-    if abs(gap[0]) < ROUNDING and gap[1] < -ROUNDING:
-        yield mpf(0)
-        return
-    slope = derivative(gap)
-    for t in real_roots(gap, mpf(0), until if until < mp.inf else _beyond_all_roots(gap)):
-        if value(slope, t) < 0:
-            yield t
-
-
-def _beyond_all_roots(poly: Poly) -> Number:
-    """Return Cauchy's bound on the size of a polynomial's roots."""
-    while poly and poly[-1] == 0:
-        poly = poly[:-1]
-    return 1 + max((abs(c / poly[-1]) for c in poly[:-1]), default=mpf(0)) if poly else mpf(1)
-
-
-def _balls(key: Key) -> set[int]:
-    return {key[1], key[2]} if key[0] == "ball-ball" else {key[1]}
-
-
-def _vec(point: Sequence[float]) -> Vec:
-    return (mpf(point[0]), mpf(point[1]))
-
-
-def _minus(a: Vec, b: Vec) -> Vec:
-    return (a[0] - b[0], a[1] - b[1])
-
-
-def _scaled(factor: Number, v: Vec) -> Vec:
-    return (factor * v[0], factor * v[1])
-
-
-def _dot(a: Vec, b: Vec) -> Number:
-    return a[0] * b[0] + a[1] * b[1]
-
-
-def _unit(v: Vec) -> tuple[Vec, Number]:
-    length = mp.hypot(*v)
-    return (v[0] / length, v[1] / length), length
-
-
-def _combine(n_part: Number, n: Vec, t_part: Number, t: Vec) -> Vec:
-    return (n_part * n[0] + t_part * t[0], n_part * n[1] + t_part * t[1])
-
-
 def reference_run(scene: Scene, start: State | None = None) -> ReferenceRun:
     """Play the scene as its velocities have it (or from ``start``), in 40 digits."""
     with mp.workdps(DIGITS):
-        return Reference(scene, start or scene.start(None)).run(scene.physics.max_time)
+        return Reference(scene, start or scene.start(None)).run()
 
 
 # -- random scenes ---------------------------------------------------------------------------------
@@ -588,13 +547,13 @@ def run_to_dict(run: ReferenceRun) -> dict[str, Any]:
     }
 
 
-# By what a data file is called: its scenes, and the kind of event that each run must have.
-FILES: dict[str, tuple[Any, str]] = {
-    "reference": (random_scene, ""),
-    "pocket": (random_pocket_scene, "pocket"),
-    "rolling": (random_rolling_scene, "roll"),
+# By what a data file is called: its scenes, the kind of event that each run must have, and what
+# the names of its scenes end with.
+FILES: dict[str, tuple[Any, str, str]] = {
+    "reference": (random_scene, "", ""),
+    "pocket": (random_pocket_scene, "pocket", " pockets"),
+    "rolling": (random_rolling_scene, "roll", " rolling"),
 }
-SAID = {"reference": "", "pocket": " pockets", "rolling": " rolling"}
 
 
 def made(law: str, table: str, k: int, file: str = "reference") -> dict[str, Any]:
@@ -602,9 +561,9 @@ def made(law: str, table: str, k: int, file: str = "reference") -> dict[str, Any
 
     It is the first one from its seed that is not refused.
     """
-    name = f"{law} {table} {k}{SAID[file]}"
+    draw, has, ending = FILES[file]
+    name = f"{law} {table} {k}{ending}"
     rng = random.Random(name)
-    draw, has = FILES[file]
     while True:
         scene = draw(law, table, rng)
         try:

@@ -1,8 +1,9 @@
-"""These are random scenes, exact ends, a measure of work and Ctrl-C, which several tests share."""
+"""These are random scenes, exact ends, a measure of work, and programs, which tests share."""
 
 from __future__ import annotations
 
 import gc
+import importlib.util
 import io
 import json
 import math
@@ -218,3 +219,13 @@ def typed(*arguments: object, cwd: Path | None = None) -> Answer:
             code = ended.code
     assert isinstance(code, int), "the command line ends with an exit code"
     return Answer(code, out.getvalue(), err.getvalue())
+
+
+def example(name: str) -> Any:
+    """Import an example by its path."""
+    path = Path(__file__).parents[1] / "examples" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

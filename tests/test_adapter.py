@@ -20,13 +20,15 @@ from scenes import (
     off_exact,
     random_scene,
 )
+from worlds import ball as ball_at
+from worlds import hexagon
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import Settings, pymunk_space
 from pool_pymunk.world import Ball as TableBall
-from pool_pymunk.world import Billiards, ContactEvent, same_balls
+from pool_pymunk.world import Billiards, same_balls
 from pool_pymunk.world.billiards import FrictionBy
 
 REPORTS = [("report", "published"), ("report-corrected", "coulomb")]
@@ -250,72 +252,13 @@ def test_an_exception_in_a_callback_comes_out_of_the_step() -> None:
 # -- any pymunk world ------------------------------------------------------------------------------
 
 
-def _ball(table: Billiards, position: tuple[float, float], radius: float = 0.03) -> TableBall:
-    body = pymunk.Body(0.17, 0.17 * radius**2 / 2)
-    body.position = position
-    circle = pymunk.Circle(body, radius)
-    circle.elasticity = 0.9
-    return table.add_ball(circle)
-
-
-def _hexagon_world(dt: float) -> tuple[pymunk.Space, Billiards, list[ContactEvent]]:
-    space = pymunk.Space()
-    table = Billiards(space, dt, pair=same_balls(0.95, 0.05, mass=0.17), deceleration=0.3)
-    corners = [(math.cos(math.pi / 3 * k), math.sin(math.pi / 3 * k)) for k in range(6)]
-    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
-        table.add_wall(pymunk.Segment(space.static_body, a, b, 0.01), 0.8, 0.2)
-    table.add_wall(pymunk.Circle(space.static_body, 0.1, (0.3, 0.1)), 0.9, 0.1)
-    found: list[ContactEvent] = []
-    table.on_contact = found.append
-    return space, table, found
-
-
-def _play(dt: float, seconds: float) -> tuple[list[tuple[float, float]], list[ContactEvent]]:
-    space, table, found = _hexagon_world(dt)
-    balls = [_ball(table, (-0.5 + 0.2 * k, 0.5)) for k in range(5)]
-    table.balls[0].body.velocity = (2.0, -0.3)
-    table.balls[3].body.velocity = (-1.0, -3.0)
-    for _ in range(round(seconds / dt)):
-        space.step(dt)
-    assert len(balls) == 5
-    return [(ball.body.position.x, ball.body.position.y) for ball in table.balls], found
-
-
-def _numbers(contact: ContactEvent) -> list[int]:
-    return [ball.number for ball in contact.balls]
-
-
-def test_a_world_of_ones_own_gives_the_same_at_any_step() -> None:
-    """Segments and a round post, and velocities set from outside: no step error is left."""
-    coarse, fine = _play(1 / 60, 6.0), _play(1 / 480, 6.0)
-    assert [_numbers(c) for c in coarse[1]] == [_numbers(c) for c in fine[1]]
-    assert len(coarse[1]) > 5
-    for a, b in zip(coarse[0], fine[0], strict=True):
-        assert math.dist(a, b) < 1e-9
-        assert math.hypot(*a) < 1.0
-
-
-def test_a_moving_obstacle_keeps_its_built_in_response() -> None:
-    dt = 1 / 120
-    space, table, _ = _hexagon_world(dt)
-    space.collision_slop = 1e-4
-    _ball(table, (-0.5, -0.2))
-    paddle = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-    paddle.position = (0.0, -0.2)
-    paddle.velocity = (-1.0, 0.0)
-    blade = pymunk.Poly.create_box(paddle, (0.1, 0.4))
-    blade.elasticity = 1.0
-    space.add(paddle, blade)
-    for _ in range(70):
-        space.step(dt)
-    ball = table.balls[0]
-    assert ball.number in table.moving
-    assert ball.path.vx < -1.0  # pushed ahead of the blade
-    assert math.dist(ball.body.position, ball.path.at(table.time)[0]) < 1e-9
+def _ball(table: Billiards, position: tuple[float, float]) -> TableBall:
+    return ball_at(table, *position)
 
 
 def test_debug_draw_of_a_world() -> None:
-    space, table, _ = _hexagon_world(1 / 60)
+    space, table = hexagon(0.01)
+    table.add_wall(pymunk.Circle(space.static_body, 0.1, (0.3, 0.1)), 0.9, 0.1)
     _ball(table, (0.0, 0.0))
     drawn: list[str] = []
 
@@ -329,12 +272,6 @@ def test_debug_draw_of_a_world() -> None:
     space.debug_draw(Options())
     assert drawn.count("segment") == 6
     assert drawn.count("circle") >= 2
-
-
-def test_a_step_other_than_agreed_is_an_error() -> None:
-    space, _, _ = _hexagon_world(1 / 60)
-    with pytest.raises(ValueError, match=r"a step may be 0\.0166667 s long at most"):
-        space.step(1 / 30)
 
 
 # -- pockets ---------------------------------------------------------------------------------------

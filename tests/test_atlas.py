@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import exit_code, refusal
 from numpy.typing import NDArray
 
 from pool_pymunk import Batch, Scene, SettingError, Shot, atlas, find, load, simulate
-from pool_pymunk.cli import main
 from pool_pymunk.render.atlas import atlas_picture
 from pool_pymunk.studies.atlas import MAPS
 
@@ -56,9 +56,7 @@ def test_the_command_draws_it(
     path = tmp_path / "map.png"
     scenario = "eight-ball" if show == "pocket" else "report"
     line = f"atlas {scenario} --shot 1 --size 120x80 --angle -8:8 --show {show} --out {path}"
-    with pytest.raises(SystemExit) as caught:
-        main(line.split())
-    assert caught.value.code == 0
+    assert exit_code(*line.split()) == 0
     assert capsys.readouterr().out.startswith("9,600 shots in ")
     image = imread(path)[..., :3]
     assert image.shape[0] > 80
@@ -118,12 +116,7 @@ def test_a_map_is_drawn_in_little_memory(show: str, tmp_path: Path) -> None:
 def test_a_bad_command_is_one_line(
     line: str, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["atlas", "report", "--shot", "1", *line.split()])
-    assert caught.value.code == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert len(error.splitlines()) == 1
+    assert said in refusal(capsys, "atlas", "report", "--shot", 1, *line.split())
 
 
 @pytest.mark.parametrize(

@@ -14,12 +14,13 @@ from typing import Any
 
 import pymunk
 import pytest
+import worlds
 from scenes import lines_run
+from worlds import A, M, R
 
 from pool_pymunk import Billiards, same_balls
 from pool_pymunk.world import Ball
 
-R, M, A = 0.03, 0.17, 0.3
 STEP = 1 / 20  # s; in so long a step much happens after a callback
 LAST = 3.0  # s; until then a run is compared with another one
 PLACES = {"cue": (-0.4, 0.0), "hit": (0.0, 0.01), "still": (0.1, 0.4), "lazy": (-0.3, -0.4),
@@ -31,14 +32,9 @@ class World:
     """A table on which a ball hits another one into a pocket, one stops, and one runs on."""
 
     def __init__(self, alone: bool) -> None:
-        self.space = pymunk.Space()
-        pair = same_balls(0.95, 0.05)
-        self.table = Billiards(self.space, STEP, pair=pair, deceleration=A, alone=alone)
+        self.space, self.table = worlds.plane(max_dt=STEP, alone=alone)
         corners = [(-0.8, -0.8), (0.8, -0.8), (0.8, 0.8), (-0.8, 0.8)]
-        self.walls = [
-            self.table.add_wall(pymunk.Segment(self.space.static_body, a, b, 0.0), 0.8, 0.1)
-            for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
-        ]
+        self.walls = worlds.fence(self.table, corners, 0.0, 0.8, 0.1)
         self.balls = {name: self.new_ball(at) for name, at in PLACES.items()}
         self.table.add_pocket((0.3, 0.1), 0.05)
         self.heard: list[tuple[Any, ...]] = []
@@ -47,9 +43,7 @@ class World:
         self.listen({})
 
     def new_ball(self, at: tuple[float, float], velocity: tuple[float, float] = (0, 0)) -> Ball:
-        body = pymunk.Body(M, 1e-4)
-        body.position, body.velocity = at, velocity
-        return self.table.add_ball(pymunk.Circle(body, R))
+        return worlds.ball(self.table, *at, velocity)
 
     def listen(self, acts: dict[str, Callable[[], object]]) -> None:
         """Write down what is heard, and at the first event of a kind act on it."""

@@ -265,8 +265,8 @@ def test_compare_explains_the_published_ends(tmp_path: Path) -> None:
 
 
 def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
-    options = ("--shot", 3, "--solvers", "pymunk,pymunk-discrete,event-driven", "--budget", 1)
-    result = typed("tradeoff", "report", *options, "--samples", 20, "--out", tmp_path)
+    options = ("--shot", 3, "--solvers", "pymunk,pymunk-discrete,event-driven", "--budget", 0.2)
+    result = typed("tradeoff", "report", *options, "--samples", 8, "--out", tmp_path)
     assert result.returncode == 0, result.stderr
     assert "Within 0.001 in: pymunk at" in result.stdout
     assert (tmp_path / "tradeoff.png").stat().st_size > 20_000

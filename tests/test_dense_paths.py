@@ -26,11 +26,16 @@ def room(run: Run) -> float:
         for i, j in combinations(range(len(scene.balls)), 2)
     ]
     for k, ball in enumerate(scene.balls):
-        for edge in scene.table.edges if scene.table is not None else ():
+        for edge in scene.table.edges if scene.table else ():
             off = places[:, k] - np.array(edge.start)
             along = off @ np.array(edge.tangent)
             height = off @ np.array(edge.normal) - ball.radius
             rooms.append(height[(along >= 0.0) & (along <= edge.length) & (height > -ball.radius)])
+        if scene.table is None:
+            continue
+        for number in scene.table.reflex_corners:
+            off = places[:, k] - np.array(scene.table.outline[number])
+            rooms.append(np.hypot(*off.T) - ball.radius)
     return min(float(each.min()) for each in rooms if len(each))
 
 

@@ -14,11 +14,14 @@ from pathlib import Path
 import pytest
 
 import pool_pymunk
+from pool_pymunk import loads
 from pool_pymunk.cli import app
+from pool_pymunk.model.scenario import bundled
 
 HOME = Path(__file__).parent.parent
 DOCS = HOME / "docs"
-PAGES = [HOME / "README.md", *sorted(DOCS.glob("*.md"))]
+README, CONTRIBUTING = HOME / "README.md", HOME / "CONTRIBUTING.md"
+PAGES = [README, *sorted(DOCS.glob("*.md"))]
 NAMES = [page.name for page in PAGES]
 
 # This page plays a million shots into a folder that other blocks read.
@@ -123,6 +126,43 @@ def test_python_runs(page: Path, tmp_path: Path) -> None:
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, result.stderr
+
+
+# -- README and CONTRIBUTING -----------------------------------------------------------------------
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("code", python_blocks(README) + python_blocks(CONTRIBUTING))
+def test_the_code_of_readme_and_contributing_runs(code: str, tmp_path: Path) -> None:
+    if "simulate_many" in code:
+        pytest.importorskip("numba")
+    result = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stdout
+
+
+def test_the_scenario_is_sound() -> None:
+    text = text_of(DOCS / "scenario-files.md").partition("```toml\n")[2].partition("```")[0]
+    scene = loads(text)
+    assert scene.balls[0].radius == pytest.approx(2.25 * 0.0254)
+
+
+def test_every_bundled_scenario_is_named() -> None:
+    for name in bundled():
+        assert f"`{name}`" in text_of(README)
+
+
+def test_every_file_that_contributing_names_is_there() -> None:
+    named = set(re.findall(r"`((?:[a-z]+/)+[a-z_]*(?:\.py)?)`", text_of(CONTRIBUTING)))
+    assert len(named) > 20
+    for name in named:
+        assert (HOME / name).exists() or (HOME / "pool_pymunk" / name).exists(), name
 
 
 @pytest.mark.docs

@@ -1,8 +1,8 @@
 """The exact solver is right where it is hard: at one instant, in collapse, in lasting contact.
 
-It also keeps what must hold. The report's shots and random scenes against references are in
-test_exact.py, with the plain cases. Times of impact are in test_time_of_impact.py, and impacts of
-one instant in test_together.py.
+It also keeps what must hold, and agrees with random scenes in forty digits. The report's shots are
+in test_exact.py, with the plain cases. Times of impact are in test_time_of_impact.py, and impacts
+of one instant in test_together.py.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from amplified import amplification
+from hard_scenes import R, disc, exact, pressed
 from reference import made, reference_run, scene_from_dict
 from scenes import (
     BASE_SEED,
@@ -41,22 +43,10 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.engine import decisions
-from pool_pymunk.solvers import Settings, event_driven
+from pool_pymunk.solvers import event_driven
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
-R = 0.05
-NUDGE = 1e-10
 Point = tuple[float, float]
-
-
-def exact(scene: Scene, **options: Any) -> Run:
-    return simulate(scene, solver="event-driven", **options)
-
-
-def disc(
-    id_: str, position: Point, velocity: Point = (0.0, 0.0), mass: float = 1.0, r: float = R
-) -> Ball:
-    return Ball(id_, position, r, mass, velocity=velocity)
 
 
 def plane(*balls: Ball, e: float = 1.0, friction: tuple[float, float] = (0.0, 0.0)) -> Scene:
@@ -99,39 +89,23 @@ def kinetic(run: Run, times: Sequence[float]) -> list[float]:
     return energies
 
 
-def amplification(scene: Scene, run: Run) -> tuple[float, float]:
-    """Return how much ends (m/m) and events (s/m) move when the starts are nudged."""
-    ends, times = 1.0, 1.0
-    for seed in range(3):
-        rnd = random.Random(seed)
-        start = scene.start(None)
-        moved = tuple(
-            (x + rnd.choice((-NUDGE, NUDGE)), y + rnd.choice((-NUDGE, NUDGE)))
-            for x, y in start.position
-        )
-        nudged = exact(scene, start=State(moved, start.velocity))
-        ends = max(ends, largest_distance(nudged, run) / NUDGE)
-        later = (abs(a.t - b.t) for a, b in zip(nudged.events, run.events, strict=False))
-        times = max(times, max(later, default=0.0) / NUDGE)
-    return ends, times
-
-
 # -- references ------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 @pytest.mark.parametrize("record", REFERENCES, ids=lambda record: record["name"])
-def test_events_come_when_forty_digits_say(record: dict[str, Any]) -> None:
+def test_events_come_when_forty_digits_say(record: dict[str, Any], solver: str) -> None:
     """Ends agree to 1e-13 m and times to 1e-12 s, times the scene's amplification.
 
     Coordinates of some metres are good to 4e-16 m, and a scene has some dozen contacts.
     """
     scene = scene_from_dict(record["scene"])
-    run = exact(scene)
-    ends, times = amplification(scene, run)
+    run = simulate(scene, solver=solver, dt=1 / 60)
+    ends, times = amplification(scene, run, 3)
     finals = zip(run.final.values(), record["run"]["final"], strict=True)
     assert max(math.dist(p, (float(x), float(y))) for p, (x, y) in finals) < 1e-13 * ends
-    for event, (t, kind, _, cushion) in zip(run.events, record["run"]["events"], strict=True):
-        assert (event.kind, event.cushion) == (kind, cushion)
+    for event, (t, kind, balls, cushion) in zip(run.events, record["run"]["events"], strict=True):
+        assert (event.kind, event.balls, event.cushion) == (kind, tuple(map(str, balls)), cushion)
         assert abs(event.t - float(t)) < 1e-12 * times
     assert run.duration == pytest.approx(float(record["run"]["duration"]), abs=1e-12 * times)
 
@@ -201,7 +175,7 @@ def test_the_order_in_which_balls_are_listed_does_not_matter(seed: int) -> None:
     assert len(run.events) > 5
     shuffled = random.Random(seed).sample(scene.balls, len(scene.balls))
     other = exact(replace(scene, balls=tuple(shuffled)))
-    assert largest_distance(run, other) < 1e-14 * amplification(scene, run)[0]
+    assert largest_distance(run, other) < 1e-14 * amplification(scene, run, 3)[0]
 
 
 @pytest.mark.seeded
@@ -209,7 +183,7 @@ def test_the_order_in_which_balls_are_listed_does_not_matter(seed: int) -> None:
 def test_mirror_and_shift_of_the_table_mirror_and_shift_the_ends(seed: int) -> None:
     scene = crowd(seed)
     run = exact(scene)
-    allowed = 1e-13 * amplification(scene, run)[0]
+    allowed = 1e-13 * amplification(scene, run, 3)[0]
     mirrored = exact(changed(scene, lambda x, y: (2.0 - x, y), lambda vx, vy: (-vx, vy)))
     turned = exact(changed(scene, lambda x, y: (1.0 - y, x), lambda vx, vy: (-vy, vx)))
     far = exact(changed(scene, lambda x, y: (x + 64.0, y - 32.0), lambda vx, vy: (vx, vy)))
@@ -414,10 +388,9 @@ def test_a_plastic_cradle_goes_on_as_one(count: int) -> None:
 
 def pressed_pair(e: float, mu: float = 0.0, heavy: float = 1.0) -> Scene:
     """Return a slow ball that catches up with another at an angle, and pushes on."""
-    speed, angle = 0.1, 0.8
-    way = (speed * math.cos(angle), speed * math.sin(angle))
-    behind = disc("a", (0.0, 0.0), way, heavy)
-    return plane(behind, disc("b", (2 * R, 0.0), (way[0] / 2, 0.0)), e=e, friction=(0.1, mu))
+    scene = replace(pressed(e), friction=Friction(0.1, 0.0, mu), physics=Physics(max_time=5.0))
+    behind, ahead = scene.balls
+    return replace(scene, balls=(replace(behind, mass=heavy), ahead))
 
 
 def pushed(scene: Scene, until: float, steps: int = 2000) -> np.ndarray[Any, Any]:
@@ -479,18 +452,18 @@ def test_what_spreading_hits_costs_is_of_second_order(monkeypatch: pytest.Monkey
 
 
 def test_a_small_ball_that_is_pressed_sinks_by_a_share_of_its_own_radius() -> None:
-    """It sinks by less than 1e-4 of its radius, after thousands of hits.
+    """It sinks by less than 1e-4 of its radius, after a thousand hits.
 
-    With a contact time from the stopping time alone it would sink by 1e-2.
+    With a contact time from the stopping time alone it would sink by 1e-3.
     """
     behind, ahead = pressed_pair(0.0).balls
-    radius = 1e-5 * R
+    radius = 1e-4 * R
     small = replace(ahead, radius=radius, position=(R + radius, 0.0))
     run = exact(plane(behind, small, e=0.0, friction=(0.1, 0.0)))
     assert any("presses balls a, b together" in text for text in run.warnings)
     position, _ = run.at(np.linspace(0.0, run.duration, 50_001).tolist())
     gaps = np.hypot(*(position[:, 1] - position[:, 0]).T) - R - radius
-    assert -3e-3 * radius < gaps.min() < 0.0
+    assert -3e-4 * radius < gaps.min() < 0.0
 
 
 @pytest.mark.parametrize("e", [0.2, 0.5, 0.9])
@@ -561,7 +534,7 @@ def heap(seed: int) -> Scene:
 
 @pytest.mark.heavy
 @pytest.mark.seeded
-@pytest.mark.parametrize("seed", some_slow(60, quick=20))
+@pytest.mark.parametrize("seed", some_slow(60, quick=16))
 def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
     """Pressed balls sink by 1e-4 radii, and by four times that after a thousand hits."""
     scene = heap(seed)
@@ -611,36 +584,10 @@ def test_boxes_in_an_array_are_as_good_as_one_by_one(
 # -- limits ----------------------------------------------------------------------------------------
 
 
-def test_a_start_that_is_not_finite_is_said_to_be_so() -> None:
-    scene = plane(disc("a", (0, 0)), disc("b", (1, 0)))
-    for bad in (math.nan, math.inf):
-        start = State(((0.0, 0.0), (1.0, 0.0)), ((bad, 0.0), (0.0, 0.0)))
-        assert event_driven.solve(scene, start, Settings(dt=None)).status == "non_finite"
-
-
-def test_hits_that_feed_each_other_end_as_non_finite() -> None:
-    """Law published gains energy where a heavy ball rubs a light one (line 132), beyond 1e300."""
-    rnd = random.Random(4)
-    balls = tuple(
-        disc(str(k), (0.1 + 0.2 * (k % 5), 0.1 + 0.2 * (k // 5)), (rnd.gauss(0, 1), 0.3), mass)
-        for k, mass in enumerate([0.1, 1e3] * 10)
-    )
-    scene = Scene(
-        balls=balls,
-        table=Table.rectangle(1.1, 0.9),
-        restitution=Restitution(1.0, cushion=1.0),
-        friction=Friction(ball_ball=0.5),
-        physics=Physics(law="published", max_time=20.0),
-    )
-    run = exact(scene)
-    assert run.status == "non_finite"
-    assert run.duration < 20.0
-
-
 def test_balls_that_nothing_stops_or_meets_end_the_run() -> None:
     scene = plane(disc("a", (0, 0)))
     start = State(((0.0, 0.0),), ((1.0, 0.0),))
-    run = exact(scene, start=start)
+    run = simulate(scene, solver="event-driven", start=start)
     assert (run.status, run.duration, run.final["a"]) == ("max_time", 5.0, (5.0, 0.0))
 
 

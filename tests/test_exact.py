@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 import random
 from collections.abc import Sequence
-from itertools import pairwise, permutations
-from typing import Any
+from itertools import permutations
 
 import pytest
 from amplified import amplification
 from hard_scenes import exact
-from reference import scene_from_dict
-from scenes import (
-    DATA,
-    INCH,
-    asymmetry,
-    contact_list,
-    exact_run,
-    frozen_rack,
-    off_exact,
-    turned,
-)
+from scenes import INCH, asymmetry, contact_list, exact_run, frozen_rack, off_exact
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 
-REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
 R = 0.05
 
 
@@ -43,26 +30,6 @@ def test_the_reports_shots(name: str, law: str, shot: int) -> None:
     events = exact_run(law, shot)["events"]
     assert contact_list(run) == [(e["kind"], tuple(e["balls"]), e.get("cushion")) for e in events]
     assert max(abs(e.t - float(x["t"])) for e, x in zip(run.events, events, strict=True)) < 1e-11
-
-
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
-@pytest.mark.parametrize("record", REFERENCES, ids=lambda record: record["name"])
-def test_random_scenes_in_forty_digits(record: dict[str, Any], solver: str) -> None:  # fmt: skip
-    """Rounding is 1e-16 m at each contact, amplified by the scene: at most 1e-12 m times that."""
-    scene = scene_from_dict(record["scene"])
-    run = simulate(scene, solver=solver, dt=1 / 60)
-    ids = [ball.id for ball in scene.balls]
-    expected = [
-        (kind, tuple(str(i) if str(i) in ids else ids[int(i)] for i in balls), cushion)
-        for _, kind, balls, cushion in record["run"]["events"]
-    ]
-    assert contact_list(run) == expected
-    amplified = amplification(scene, run)
-    off = max(
-        math.dist(run.final[id_], (float(x), float(y)))
-        for id_, (x, y) in zip(ids, record["run"]["final"], strict=True)
-    )
-    assert off < 1e-12 * amplified
 
 
 # -- hard contacts ---------------------------------------------------------------------------------
@@ -135,26 +102,6 @@ def test_a_head_on_break_of_a_frozen_rack_stays_symmetric(solver: str, gap: floa
     assert asymmetry(run) < 1e-9
 
 
-@pytest.mark.parametrize("ratio", [10.0, 1e3, 1e6])
-@pytest.mark.parametrize("e", [0.0, 0.5, 0.9, 1.0])
-def test_a_ball_squeezed_between_a_heavy_one_and_a_cushion(e: float, ratio: float) -> None:
-    scene = Scene(
-        balls=(
-            Ball("light", (0.2, 0.5), R, 0.1),
-            Ball("heavy", (0.6, 0.5), R, 0.1 * ratio, velocity=(-1, 0)),
-        ),
-        table=Table.rectangle(2, 1),
-        restitution=Restitution(e, cushion=e),
-        friction=Friction(surface=0.05),
-    )
-    run = exact(scene)
-    assert run.status == "settled"
-    assert run.energy["final"] == 0.0
-    gap = math.dist(run.final["light"], run.final["heavy"]) - 2 * R
-    assert gap > -1e-9
-    assert run.final["light"][0] > R - 1e-9
-
-
 # -- invariants ------------------------------------------------------------------------------------
 
 
@@ -192,45 +139,12 @@ def test_forward_and_back_returns_to_the_start() -> None:
     assert len(there.events) > 30
     turned = there.end._replace(velocity=tuple((-vx, -vy) for vx, vy in there.end.velocity))
     back = simulate(scene, solver="event-driven", start=turned)
-    slack = 1e-15 * amplification(scene, there) * len(there.events)
+    slack = 1e-15 * amplification(scene, there)[0] * len(there.events)
     for ball in scene.balls:
         assert math.dist(back.final[ball.id], ball.position) < max(slack, 1e-12)
 
 
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
-def test_energy_never_grows_at_a_contact(solver: str) -> None:
-    for name in ("report-corrected", "hexagon", "l-shaped"):
-        run = simulate(load(name), 1, solver=solver)
-        times = sorted({e.t for e in run.events})
-        _, velocity = run.at(times)
-        mass = [b.mass for b in run.scene.balls]
-        energies = [
-            sum(m * (vx * vx + vy * vy) for m, (vx, vy) in zip(mass, v, strict=True))
-            for v in velocity
-        ]
-        assert all(b <= a * (1 + 1e-12) for a, b in pairwise(energies))
-
-
-@pytest.mark.parametrize("turn", [0.5, 2.0])
-def test_a_turned_scene_has_turned_ends(turn: float) -> None:
-    scene = load("hexagon")
-    run, other = (simulate(s, 1, solver="event-driven") for s in (scene, turned(scene, turn)))
-    c, s = math.cos(turn), math.sin(turn)
-    for id_, (x, y) in run.final.items():
-        assert math.dist(other.final[id_], (c * x - s * y, s * x + c * y)) < 1e-9
-
-
 # -- bounds ----------------------------------------------------------------------------------------
-
-
-def test_max_time_and_max_events() -> None:
-    scene = gas(4, 3, 0.5)
-    assert exact(scene).status == "max_time"
-    assert exact(scene).duration == 0.5
-    cut = exact(scene, max_events=3)
-    assert cut.status == "max_events"
-    assert cut.events == exact(scene).events[:3]
-    assert cut.duration == cut.events[-1].t
 
 
 def test_samples_are_exact_at_any_times() -> None:

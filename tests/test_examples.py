@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from pathlib import Path
 from typing import Any
@@ -10,21 +9,11 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
+from scenes import example
 
 from pool_pymunk.physics.path import set_off
 
 pytestmark = pytest.mark.heavy
-
-EXAMPLES = Path(__file__).parent.parent / "examples"
-
-
-def example(name: str) -> Any:
-    """Import an example by its path."""
-    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def shown(module: Any, folder: Path) -> Any:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import exit_code
 
 from pool_pymunk import (
     Ball,
@@ -29,7 +30,6 @@ from pool_pymunk import (
     load,
     simulate_all,
 )
-from pool_pymunk.cli import main
 from pool_pymunk.model.inputs import input_value, with_inputs
 from pool_pymunk.studies import fit_doubts as robust
 from pool_pymunk.studies.fit import input_names
@@ -155,7 +155,7 @@ def test_the_report_printed_070() -> None:
     report = load("report")
     stated = replace(report, restitution=replace(report.restitution, cue_ball=0.95))
     for scene in (report, stated):
-        found = fit(scene, "published", "restitution.cue_ball", starts=4)
+        found = fit(scene, "published", "restitution.cue_ball", starts=2)
         assert found.values["restitution.cue_ball"] == pytest.approx(0.7, abs=2e-4)
         assert found.errors_off("restitution.cue_ball", 0.7) < 2.0
         assert found.errors_off("restitution.cue_ball", 0.95) > 1000.0
@@ -561,13 +561,6 @@ def test_a_time_after_the_end_of_the_shot() -> None:
 
 
 # -- the command -----------------------------------------------------------------------------------
-
-
-def exit_code(*arguments: object) -> int:
-    """Run the command line in this process and return its exit code."""
-    with pytest.raises(SystemExit) as ended:
-        main([str(argument) for argument in arguments])
-    return int(ended.value.code or 0)
 
 
 @pytest.mark.heavy

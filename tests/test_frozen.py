@@ -11,13 +11,13 @@ from frozen import (
     FORMS,
     JUMP,
     count_verdicts,
-    exact,
     opened,
     random_frozen_scene,
     touches,
     truth,
     verdict,
 )
+from hard_scenes import exact
 from scenes import seeds
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate

@@ -8,26 +8,17 @@ from __future__ import annotations
 import json
 import math
 import random
+from collections.abc import Sequence
 from dataclasses import replace
-from decimal import Decimal
+from itertools import chain
 from typing import Any
 
 import pytest
+from hard_kinds import FOUND, KINDS, RECORDS, random_hard_scene
 from hard_random import TooLongError, patience
-from hard_reference import (
-    COARSE,
-    FINE,
-    FOUND,
-    KINDS,
-    RECORDS,
-    ZERO,
-    Refused,
-    Settings,
-    hard_run,
-    off,
-    random_hard_scene,
-)
-from reference import scene_from_dict
+from hard_reference import COARSE, FINE, Settings, hard_run, off
+from mpmath import mp, mpc, mpf
+from reference import Refused, scene_from_dict
 from scenes import DATA, seeds
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
@@ -37,7 +28,9 @@ EASY = json.loads((DATA / "reference_runs.json").read_text())
 BY_NAME = {record["name"]: record for record in ANSWERS}
 
 
-def ends_off(scene: Scene, solver: str, final: list[list[str]]) -> tuple[float, tuple[str, ...]]:
+def ends_off(
+    scene: Scene, solver: str, final: Sequence[Sequence[Any]]
+) -> tuple[float, tuple[str, ...]]:
     """Return how far (m) a solver ends from an answer, and its warnings."""
     run = simulate(scene, solver=solver, dt=1 / 60)
     ends = zip(scene.balls, final, strict=True)
@@ -55,6 +48,24 @@ def test_hard_contacts_in_many_digits(record: dict[str, Any], solver: str) -> No
 
 
 # -- the reference against itself ------------------------------------------------------------------
+
+QUICK = ("squeeze 0", "corner 0", "row 5", "packed 2", "moving 0", "struck 4", "found corner 113")
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        pytest.param(record, marks=[] if name in QUICK else pytest.mark.slow, id=name)
+        for name, record in BY_NAME.items()
+    ],
+)
+def test_the_reference_has_the_answers_on_file_to_their_last_digit(record: dict[str, Any]) -> None:
+    run = hard_run(scene_from_dict(record["scene"]))
+    assert (run.hits, run.most_at_once) == (record["hits"], record["most_at_once"])
+    ends = [x for place in run.final for x in (place.real, place.imag)]
+    with mp.workdps(40):
+        for x, digits in zip(ends, chain(*record["final"]), strict=True):
+            assert mp.almosteq(x, mpf(digits), 1e-19, 1e-19)
 
 
 def squeeze(ratio: float, gap: float = 0.1, aside: float = 0.0, mu: float = 0.0) -> Scene:
@@ -83,8 +94,8 @@ def test_easy_scenes_end_where_the_other_reference_has_them() -> None:
     for record in easy:
         run = hard_run(scene_from_dict(record["scene"]))
         for place, answer in zip(run.final, record["run"]["final"], strict=True):
-            gaps = (abs(x - Decimal(y)) for x, y in zip(place, answer, strict=True))
-            assert max(gaps) < Decimal("1e-18")
+            with mp.workdps(40):
+                assert abs(place - mpc(*map(mpf, answer))) < 1e-18
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.2])
@@ -100,33 +111,31 @@ def test_the_short_way_ends_where_hit_by_hit_does(gap: float, mu: float) -> None
 def test_tiny_gaps_have_the_answer_of_none(mu: float) -> None:
     scene = squeeze(1000, 0.0, 0.0, mu)
     base = hard_run(scene)
-    for far in ("1e-15", "1e-20"):
-        gap = Decimal(far)
-        tiny = hard_run(scene, FINE, [(gap, ZERO), (2 * gap, ZERO)])
-        assert off(tiny, base) < 20 * float(gap)
+    for gap in (1e-15, 1e-20):
+        tiny = hard_run(scene, FINE, [mpc(gap), mpc(2 * gap)])
+        assert off(tiny, base) < 20 * gap
 
 
 def test_normals_may_stand_still_in_the_last_moment() -> None:
     """With 180 digits, hits go on in time until they are 1e-60 s apart, and end nowhere else."""
     scene = squeeze(20, 0.1, 0.001, 0.1)
-    in_time = Settings(
-        digits=180, at_once=Decimal("1e-60"), near=Decimal("1e-55"), no_gap=Decimal("1e-90")
-    )
+    in_time = Settings(digits=180, at_once=1e-60, near=1e-55, no_gap=1e-90)
     run, base = hard_run(scene, in_time), hard_run(scene)
     assert run.hits == base.hits > run.most_at_once
     assert base.most_at_once > run.most_at_once
     assert off(run, base) < 1e-20
 
 
+@pytest.mark.parametrize("kick", [1e-4, pytest.param(1e-5, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["persistent 1", "persistent 3", "struck 3"])
-def test_contact_forces_are_the_limit_of_ever_smaller_hits(name: str) -> None:
+def test_contact_forces_are_the_limit_of_ever_smaller_hits(name: str, kick: float) -> None:
     scene = scene_from_dict(BY_NAME[name]["scene"])
     base = hard_run(scene)
-    far = []
-    for kick in ("1e-4", "1e-5"):
-        tiny_hits = Settings(digits=50, closed=ZERO, kick=Decimal(kick))
-        far.append(off(hard_run(scene, tiny_hits), base))
-    assert far[1] < min(1e-6, far[0] / 4)
+    more, less = (
+        off(hard_run(scene, Settings(digits=50, closed=0, kick=one)), base)
+        for one in (10 * kick, kick)
+    )
+    assert less < min(0.1 * kick, more / 4)
 
 
 @pytest.mark.slow
@@ -159,7 +168,7 @@ def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
 ) -> None:
     """Balls that touch and part may close again within one step under contact forces."""
     scene = checked(kind, k)
-    far, _ = ends_off(scene, "event-driven", [[str(x) for x in p] for p in hard_run(scene).final])
+    far, _ = ends_off(scene, "event-driven", [(p.real, p.imag) for p in hard_run(scene).final])
     assert far < 2e-6
 
 
@@ -175,7 +184,7 @@ def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> Non
     """A ball is hit that presses on another: their tiny gap decides the order of the hits."""
     scene = checked("packed", 168)
     run = simulate(scene, solver="event-driven")
-    far, _ = ends_off(scene, "event-driven", [[str(x) for x in p] for p in hard_run(scene).final])
+    far, _ = ends_off(scene, "event-driven", [(p.real, p.imag) for p in hard_run(scene).final])
     assert 1e-3 < far < run.policy_shift
 
 

@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from programs import PATIENCE, interrupt, start, wait_until
+from commands import exit_code
+from programs import PATIENCE, interrupt, is_alive, start, wait_until
 
 from pool_pymunk import SOLVERS
-from pool_pymunk.cli import main
 from pool_pymunk.results.run import FILES, Run
 from pool_pymunk.studies import stability
 
@@ -32,15 +32,6 @@ tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 # Slices of 1e-6 s take about a second for each of the report's shots, so there is time to
 # interrupt.
 SLOW_RUN = ("run", "report", "--solver", "time-slice", "--dt", "1e-6", "--no-pictures")
-
-
-def _is_alive(group: int) -> bool:
-    """Tell whether the group has a process left."""
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
 
 
 def rows(path: Path) -> list[list[str]]:
@@ -160,7 +151,7 @@ def test_ctrl_c_ends_stability_and_its_processes(tmp_path: Path) -> None:
     assert interrupt(process) == "error: interrupted\n"
     if (tmp_path / "out").exists():
         assert all_whole(tmp_path / "out") >= {"stability.csv"}
-    wait_until(lambda: not _is_alive(process.pid))
+    wait_until(lambda: not is_alive(process.pid))
 
 
 def test_ctrl_c_keeps_the_rows_of_stability(
@@ -180,13 +171,6 @@ def one_cell(then: BaseException | None = None) -> Iterator[stability.Cell]:
     yield stability.check(stability.EXTREMES[0], "event-driven", quick=True)
     if then is not None:
         raise then
-
-
-def exit_code(*arguments: str) -> object:
-    """Return the code with which the command line would exit."""
-    with pytest.raises(SystemExit) as exit_:
-        main(list(arguments))
-    return exit_.value.code
 
 
 # -- a full disk -----------------------------------------------------------------------------------

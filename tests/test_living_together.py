@@ -6,37 +6,21 @@ import copy
 import math
 import pickle
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pymunk
 import pytest
+import worlds
+from worlds import PAIR, A, M, R, ball, plane
 
-from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import Ball
+from pool_pymunk import Billiards
 
-R, M, A = 0.03, 0.2, 0.3
 STEP = 1 / 120
 MINE = 7
+steps = partial(worlds.steps, dt=STEP)
 PAGE = Path(__file__).parents[1] / "docs" / "in-pymunk.md"
-
-
-def plane(**settings: Any) -> tuple[pymunk.Space, Billiards]:
-    """Return an open plane with friction."""
-    space = pymunk.Space()
-    pair = same_balls(0.95, 0.05)
-    return space, Billiards(space, **{"max_dt": STEP, "pair": pair, "deceleration": A, **settings})
-
-
-def ball(table: Billiards, x: float, y: float = 0.0) -> Ball:
-    body = pymunk.Body(M, 1e-4)
-    body.position = x, y
-    return table.add_ball(pymunk.Circle(body, R))
-
-
-def steps(space: pymunk.Space, seconds: float, dt: float = STEP) -> None:
-    for _ in range(round(seconds / dt)):
-        space.step(dt)
 
 
 def box(space: pymunk.Space, x: float, y: float = 0.0, kind: int = pymunk.Body.DYNAMIC) -> Any:
@@ -165,7 +149,7 @@ def test_gravity_and_forces_act_once_a_step() -> None:
     space.gravity = (0.0, -1.0)
     pushed, falling = ball(table, 0.0), ball(table, 1.0)
     for _ in range(120):
-        pushed.body.apply_force_at_world_point((0.2, 0.2), pushed.body.position)
+        pushed.body.apply_force_at_world_point((M, M), pushed.body.position)
         space.step(STEP)
     assert falling.body.velocity.y == pytest.approx(-1.0 + A, abs=0.01)
     assert pushed.body.velocity.x == pytest.approx(1.0 - A, abs=0.01)
@@ -266,7 +250,8 @@ def test_a_ball_taken_out_behind_its_back_is_gone() -> None:
     table.strike(one, (1.0, 0.0))
     space.remove(other.circle, other.body)
     steps(space, 8.0)
-    assert not other.is_on_table
+    assert not other.is_on_table and other.sensor.space is None
+    assert table.moving == {}
     assert one.body.position.x == pytest.approx(1 / (2 * A), abs=1e-12)
 
 
@@ -288,7 +273,7 @@ def test_drawing_shows_balls_once() -> None:
 def test_a_second_billiards_is_refused() -> None:
     space, _ = plane()
     with pytest.raises(ValueError, match="space = taken"):
-        Billiards(space, STEP, pair=same_balls(0.9, 0.0))
+        Billiards(space, STEP, pair=PAIR)
 
 
 def test_two_spaces_have_a_billiards_each() -> None:
@@ -306,7 +291,7 @@ def test_a_space_with_threads_is_refused() -> None:
     space = pymunk.Space(threaded=True)
     if space.threaded:  # pymunk has no threads on Windows.
         with pytest.raises(ValueError, match="without threads"):
-            Billiards(space, STEP, pair=same_balls(0.9, 0.0))
+            Billiards(space, STEP, pair=PAIR)
 
 
 def test_a_copy_of_the_space_is_refused() -> None:

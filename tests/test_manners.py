@@ -43,6 +43,7 @@ from pool_pymunk import (
 )
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.model.scenario_out import in_units, scenario_text
+from pool_pymunk.solvers import Settings
 
 STEPS = {"time-slice": 1e-3, "pymunk-discrete": 1e-3}  # s; those that are too fine by default
 REPORT = load("report-corrected")
@@ -198,6 +199,16 @@ def test_a_start_that_nothing_would_stop_needs_max_time(solver: str) -> None:
     still, start = plane(disc("a", 0, 0), friction=0.0), ([(0, 0)], [(1, 0)])
     assert "max_time = None: is missing" in line_of(lambda: played(solver, still, start=start))
     assert played(solver, still, start=start, max_time=0.5).final["a"] == pytest.approx((0.5, 0))
+
+
+@pytest.mark.parametrize("bad", [INF, NAN])
+@pytest.mark.parametrize("solver", ["time-slice", "pymunk-builtin", "event-driven"])
+def test_numbers_out_of_range_end_a_run_as_non_finite(solver: str, bad: float) -> None:
+    """``simulate`` refuses such a start, so the solver is asked itself."""
+    start = State(((0.0, 0.0), (1.0, 0.0)), ((bad, 0.0), (0.0, 0.0)))
+    settings = Settings(SOLVERS[solver].dt, max_time=1.0)
+    scene = plane(disc("a", 0, 0), disc("b", 1, 0))
+    assert SOLVERS[solver].solve(scene, start, settings).status == "non_finite"
 
 
 def listening() -> tuple[Law, list[object]]:

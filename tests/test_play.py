@@ -6,7 +6,6 @@ import http.client
 import importlib
 import json
 import math
-import os
 import signal
 import socket
 import subprocess
@@ -23,7 +22,7 @@ import pytest
 from commands import exit_code, refusal
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from programs import PATIENCE, interrupt, start, wait_until
+from programs import PATIENCE, interrupt, is_alive, start, wait_until
 
 from pool_pymunk import SOLVERS, Run, Scene, Shot, State, load, simulate
 from pool_pymunk.fast import compiled
@@ -596,8 +595,8 @@ def test_a_process_that_has_not_begun_says_so(monkeypatch: pytest.MonkeyPatch) -
 
 
 @contextmanager
-def playing(busy: bool) -> Iterator[subprocess.Popen[str]]:
-    """Give the command as it runs, with a connection open, and perhaps a shot of some minutes."""
+def playing() -> Iterator[subprocess.Popen[str]]:
+    """Give the command as it runs, with a connection open on which it plays a shot of minutes."""
     process = start("play", "report", "--no-browser")
     assert process.stdout is not None
     address = process.stdout.readline().removeprefix("The table is at ").strip()
@@ -606,17 +605,15 @@ def playing(busy: bool) -> Iterator[subprocess.Popen[str]]:
     asked, aimed = question(load("report")), {"x-pool-token": token}
     connection.request("POST", "/api/aim", json.dumps(asked), aimed)
     assert json.loads(connection.getresponse().read())
-    if busy:
-        slow = asked | {"solver": "time-slice", "dt": 1e-9}
-        connection.request("POST", "/api/shot", json.dumps(slow), aimed)
-        time.sleep(0.3)
+    slow = asked | {"solver": "time-slice", "dt": 1e-9}
+    connection.request("POST", "/api/shot", json.dumps(slow), aimed)
+    time.sleep(0.3)
     yield process
     connection.close()
 
 
-@pytest.mark.parametrize("busy", [False, True])
-def test_ctrl_c_ends_it_and_its_processes(busy: bool) -> None:
-    with playing(busy) as process:
+def test_ctrl_c_ends_it_and_its_processes() -> None:
+    with playing() as process:
         assert interrupt(process) == "error: interrupted\n"
         wait_until(lambda: not is_alive(process.pid))
 
@@ -625,20 +622,12 @@ def test_a_ctrl_c_that_comes_as_it_begins_is_not_lost() -> None:
     process = start("play", "report", "--no-browser")
     assert process.stdout is not None and process.stdout.readline()
     assert interrupt(process) == "error: interrupted\n"
-
-
-def is_alive(group: int) -> bool:
-    """Tell whether the group has a process left."""
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
+    wait_until(lambda: not is_alive(process.pid))
 
 
 @pytest.mark.slow
 def test_its_processes_do_not_outlive_it() -> None:
-    with playing(busy=True) as process:
+    with playing() as process:
         process.send_signal(signal.SIGKILL)
         process.wait(PATIENCE)
         wait_until(lambda: not is_alive(process.pid))

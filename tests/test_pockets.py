@@ -49,7 +49,7 @@ EXACT = [("event-driven", None), ("pymunk", 1 / 30), ("pymunk", 1 / 60), ("pymun
 def agrees(scene: Scene, answer: dict[str, Any], solver: str, dt: float | None) -> None:
     """Check events, their times, who is pocketed where, and ends, against forty digits."""
     run = simulate(scene, solver=solver, dt=dt)
-    amplified = amplification(scene, run)
+    amplified, _ = amplification(scene, run)
     expected = [
         (kind, [str(i) for i in balls], None if kind == "pocket" else where)
         for _, kind, balls, where in answer["events"]

@@ -101,19 +101,6 @@ def test_what_rounding_leaves_of_a_hit_is_rest(fast: float) -> None:
     assert [event.kind for event in run.events] == ["ball-ball", "stop"]
 
 
-def test_cushions_that_run_on_straight_answer_once() -> None:
-    """At the seam of two collinear cushions the ball meets both: friction must not act twice."""
-    seam = Table(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)))
-    whole = Table(((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)))
-    balls = (disc("a", (0.75, 0.25 + R), (1.0, -1.0)),)
-    friction, e = Friction(cushion=0.2), Restitution(None, None, 0.7)
-    runs = [
-        exact(Scene(balls, table, e, friction, Physics(max_time=0.6))) for table in (seam, whole)
-    ]
-    assert len(runs[0].events) == len(runs[1].events) == 1
-    assert largest_distance(*runs) < 1e-15
-
-
 # -- hits without end ------------------------------------------------------------------------------
 
 

@@ -20,13 +20,11 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
-    State,
     Table,
     load,
     simulate,
 )
-from pool_pymunk.solvers import Settings
-from pool_pymunk.solvers.pymunk_builtin import LOOKS, Builtin, solve
+from pool_pymunk.solvers.pymunk_builtin import LOOKS, Builtin
 
 R = 0.05
 FINE = 1e-6  # s
@@ -252,22 +250,3 @@ def test_max_time_ends_a_run_with_the_step_that_reaches_it() -> None:
     assert part.events == tuple(event for event in whole.events if event.t <= 0.3)
     assert len(part.events) == 3
     assert (part.position[-1] == whole.at([0.3])[0][0]).all()
-
-
-@pytest.mark.parametrize("most", [1, 5])
-def test_max_events_ends_a_run_with_the_step_that_reaches_it(most: int) -> None:
-    scene = load("report-corrected")
-    whole, part = builtin(scene), builtin(scene, max_events=most)
-    assert part.status == "max_events"
-    assert part.events == whole.events[:most]
-    assert part.duration == whole.events[most - 1].t
-    assert part.steps == round(240 * part.duration)
-
-
-@pytest.mark.parametrize("bad", [math.inf, math.nan])
-def test_numbers_out_of_range_end_a_run_as_non_finite(bad: float) -> None:
-    """``simulate`` refuses such a start, so the solver is asked itself."""
-    scene = on_plane(Ball("a", (0.0, 0.0), R, 0.2), Ball("b", (1.0, 0.0), R, 0.2))
-    start = State(((0.0, 0.0), (1.0, 0.0)), ((bad, 0.0), (0.0, 0.0)))
-    trace = solve(scene, start, Settings(1 / 240, max_time=1.0))
-    assert (trace.status, trace.steps, trace.duration) == ("non_finite", 1, 1 / 240)

@@ -18,6 +18,7 @@ import av
 import imageio.v3 as iio
 import numpy as np
 import pytest
+from commands import refusal
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -25,7 +26,6 @@ from PIL import Image, ImageSequence
 from scenes import typed
 
 from pool_pymunk import Run, load, loads, simulate
-from pool_pymunk.cli import main
 from pool_pymunk.model import Ball, Scene
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render import (
@@ -104,6 +104,11 @@ def filmed(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("film") / "film.mp4"
     film(run, path, SMALL)
     return path
+
+
+def stage_of(show: Show, settings: FilmSettings = SMALL) -> Stage:
+    """Return what draws the frames of a film."""
+    return Stage(show, settings.size, settings.timing(show), settings.style)
 
 
 def has(frame: Frame, color: str) -> NDArray[np.bool_]:
@@ -213,7 +218,7 @@ def test_colors_in_films_are_those_drawn(suffix: str, tmp_path: Path) -> None:
     run = simulate(load("eight-ball"), "Break", solver="event-driven")
     show, settings = Show((run,)), FilmSettings(size=(640, 360), fps=2.0, pause=0.0)
     film(run, tmp_path / f"a{suffix}", settings)
-    stage = Stage(show, settings.size, settings.timing(show), settings.style)
+    stage = stage_of(show, settings)
     for drawn, shown in zip(stage.frames(), frames_of(tmp_path / f"a{suffix}"), strict=True):
         error = np.abs(drawn.astype(int) - shown).max(axis=-1)
         assert error.mean() < 4.0
@@ -263,7 +268,7 @@ def test_balls_in_film_are_where_the_solver_has_them(filmed: Path, run: Run) -> 
 
 def test_frames_are_exact_to_a_fraction_of_a_pixel(run: Run) -> None:
     """Without the codec the moving ball's middle is right to half a pixel in every frame."""
-    stage = Stage(Show((run,)), SMALL.size, SMALL.timing(Show((run,))), SMALL.style)
+    stage = stage_of(Show((run,)))
     gauge: Gauge | None = None
     for k, frame in enumerate(stage.frames()):
         gauge = gauge or Gauge(frame)
@@ -360,7 +365,7 @@ def test_joined_gifs_have_all_frames_in_the_colours_of_all(run: Run, tmp_path: P
 def test_memory_does_not_grow_with_the_film(run: Run) -> None:
     def peak(slow: float) -> float:
         settings = FilmSettings(size=(320, 180), slow=slow, end=0.4)
-        stage = Stage(Show((run,)), settings.size, settings.timing(Show((run,))), settings.style)
+        stage = stage_of(Show((run,)), settings)
         frames = stage.frames()
         for _ in range(20):  # The sprites are drawn at all their fractions of a pixel.
             next(frames)
@@ -384,8 +389,7 @@ def test_memory_does_not_grow_with_the_film(run: Run) -> None:
 
 def test_overlay_shows_both_runs_and_their_distance(run: Run) -> None:
     other = shoot(velocity="[0.5, -0.5]")
-    show = Show((run, other))
-    stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
+    stage = stage_of(Show((run, other)))
     frames = list(stage.frames())
     assert len(frames) == frame_count(run, SMALL)
     plot = stage.curves
@@ -401,7 +405,7 @@ def test_overlay_shows_both_runs_and_their_distance(run: Run) -> None:
 
 def test_side_by_side_shows_the_runs_apart(run: Run) -> None:
     show = Show((run, shoot(velocity="[0.5, -0.5]")), side_by_side=True)
-    stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
+    stage = stage_of(show)
     *_, last = stage.frames()
     assert stage.curves is not None
     # These are the tables only, because the curves have the balls' colours.
@@ -413,8 +417,7 @@ def test_side_by_side_shows_the_runs_apart(run: Run) -> None:
 
 
 def test_tracks_show_where_balls_came_from(run: Run) -> None:
-    show = Show((run,))
-    stage = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style)
+    stage = stage_of(Show((run,)))
     first, *_, last = stage.frames()
     gauge = Gauge(first)
     red = []
@@ -474,7 +477,7 @@ def test_tracks_in_films_fade_with_their_age_and_are_new_again_where_balls_retur
 
 def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
     settings = replace(SMALL, end=0.7)
-    stage = Stage(Show((run,)), settings.size, settings.timing(Show((run,))), settings.style)
+    stage = stage_of(Show((run,)), settings)
     frames = list(stage.frames())
     x, y = Gauge(frames[0]).place(np.array([0.5, 0.5]) + 0.1 * np.array([1.0, 0.35 / 1.8]))
     row, column = 360 - round(float(y)), round(float(x))
@@ -484,7 +487,7 @@ def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
     arrows.appear(cloth, LOOK.shot)
     assert (cloth == 90).all()
     later = replace(settings, start=0.1)
-    assert not Stage(Show((run,)), later.size, later.timing(Show((run,))), later.style).arrows
+    assert not stage_of(Show((run,)), later).arrows
 
 
 def test_flashes_at_cushions_are_smaller(run: Run) -> None:
@@ -496,9 +499,8 @@ def test_flashes_at_cushions_are_smaller(run: Run) -> None:
 
 def test_flash_lights_the_contact_and_hides_no_ball(run: Run) -> None:
     contact = next(event for event in run.events if event.kind == "ball-cushion")
-    show = Show((run,))
     settings = replace(SMALL, start=contact.t - 0.02, end=contact.t + 1.0)
-    stage = Stage(show, settings.size, settings.timing(show), settings.style)
+    stage = stage_of(Show((run,)), settings)
     before, *after = list(stage.frames())
     found, radius = centre(after[3], "#ff00ff")
     x, y = Gauge(before).place(run.at([contact.t])[0][0, 0])
@@ -753,10 +755,10 @@ position = [0.4, 0.3]
 
 def test_a_ball_drops_into_a_pocket_and_is_listed_beside_the_table() -> None:
     run = simulate(loads(POCKETS), solver="event-driven")
-    show, timing = Show((run,)), SMALL.timing(Show((run,)))
+    timing = SMALL.timing(Show((run,)))
     (falls,) = [event.t for event in run.events if event.pocket]
     assert timing.end == pytest.approx(falls + LOOK.drop)
-    frames = list(Stage(show, SMALL.size, timing, SMALL.style).frames())
+    frames = list(stage_of(Show((run,))).frames())
     seen = [np.flatnonzero(has(frame, "#ff00ff").any(axis=1)) for frame in frames]
     last = round(falls * 60)
     assert seen[0].mean() > seen[last - 1].mean() > 0  # It goes up, and rows count downwards.
@@ -768,8 +770,7 @@ def test_a_ball_drops_into_a_pocket_and_is_listed_beside_the_table() -> None:
 
 def test_nothing_says_pocketed_before_a_ball_is() -> None:
     run = simulate(loads(POCKETS), solver="event-driven")
-    show, timing = Show((run,)), SMALL.timing(Show((run,)))
-    stage = Stage(show, SMALL.size, timing, SMALL.style)
+    stage = stage_of(Show((run,)))
     assert stage.tray is not None
     first, *_, last = stage.frames()
     words = np.s_[stage.tray.rows]
@@ -794,8 +795,7 @@ def test_tracks_end_at_the_rim_of_a_pocket(monkeypatch: pytest.MonkeyPatch) -> N
     figure_of(run, "end")
     view = fit(Show((run,)).seen, picture_layout(Show((run,)), tray=True).rooms[0], 1.0)
     assert drawn[0][0][-1] == pytest.approx(view.place((x, y)))
-    show, timing = Show((run,)), SMALL.timing(Show((run,)))
-    stage = Stage(show, SMALL.size, timing, SMALL.style)
+    stage = stage_of(Show((run,)))
     *_, _last = stage.frames()
     (cast,) = stage.casts
     assert cast.tracks[0].end == pytest.approx(cast.view.place((x, y)))
@@ -810,8 +810,7 @@ def test_a_label_beside_a_ball_in_a_film_makes_room_for_balls_that_come() -> Non
         shots=(replace(run.scene.shots[0], ball=name.id),),
     )
     run = simulate(scene, solver="event-driven")
-    show = Show((run,))
-    (cast,) = Stage(show, SMALL.size, SMALL.timing(show), SMALL.style).casts
+    (cast,) = stage_of(Show((run,))).casts
     assert [ball.label for ball in cast.labels.balls] == ["a long name"]
     alone = np.array([[100.0, 100.0], [900.0, 100.0], [900.0, 200.0]])
     above = cast.labels.place(alone)[0]
@@ -1019,8 +1018,4 @@ def test_command_compares(tmp_path: Path) -> None:
 def test_command_answers_bad_input_in_one_line(
     capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: str
 ) -> None:
-    with pytest.raises(SystemExit) as end:
-        main(["render", "report", *arguments])
-    said = capsys.readouterr()
-    assert (end.value.code, said.out) == (2, "")
-    assert words in said.err and len(said.err.splitlines()) == 1
+    assert words in refusal(capsys, "render", "report", *arguments)

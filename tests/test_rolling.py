@@ -75,15 +75,15 @@ def kinds(run: Run) -> list[tuple[str, str]]:
 def agrees(what: Scene, answer: dict[str, Any], solver: str, dt: float | None) -> None:
     """Check events of each ball, their times, and ends, against forty digits."""
     run = simulate(what, solver=solver, dt=dt)
-    slack = 1e-12 * amplification(what, run)
+    ends, times = amplification(what, run)
     for i, one in enumerate(what.balls):
         mine = [event for event in run.events if one.id in event.balls]
         its = [event for event in answer["events"] if i in event[2]]
         assert [event.kind for event in mine] == [kind for _, kind, _, _ in its]
         for event, (t, *_) in zip(mine, its, strict=True):
-            assert abs(event.t - float(t)) < 1e3 * slack
+            assert abs(event.t - float(t)) < 1e-12 * times
         x, y = answer["final"][i]
-        assert math.dist(run.final[one.id], (float(x), float(y))) < slack
+        assert math.dist(run.final[one.id], (float(x), float(y))) < 1e-12 * ends
 
 
 @pytest.mark.parametrize(("solver", "dt"), EXACT)

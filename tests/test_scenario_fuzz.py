@@ -279,7 +279,7 @@ def many_balls(count: int, wrong: bool) -> str:
 @pytest.mark.parametrize("wrong", [False, True], ids=["sound", "each wrong"])
 def test_the_work_of_reading_is_in_proportion_to_the_file(wrong: bool) -> None:
     """Four times the balls take four times the work, which is mostly the TOML parser's."""
-    small, large = (many_balls(count, wrong) for count in (500, 2000))
+    small, large = (many_balls(count, wrong) for count in (250, 1000))
     few, many = lines_run(lambda: answer(small)), lines_run(lambda: answer(large))
     assert many < 5 * few
     assert isinstance(answer(large), Scene) != wrong

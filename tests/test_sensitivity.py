@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import exit_code, refusal
 
 from pool_pymunk import (
     Ball,
@@ -26,10 +27,10 @@ from pool_pymunk import (
     Table,
     Uncertainty,
     load,
+    rack,
     sensitivity,
     written_uncertainty,
 )
-from pool_pymunk.cli import main
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import Disc
@@ -243,35 +244,27 @@ def test_each_ball_has_its_own_digits() -> None:
 # -- starts that overlap ---------------------------------------------------------------------------
 
 
-def rack(rows: int = 4, gap: float = 0.0) -> Scene:
-    """Return a cue ball and a frozen triangle of touching balls."""
-    balls = [Ball("C", (0.3, 0.5), RADIUS, 0.2, cue=True)]
-    for row in range(rows):
-        for k in range(row + 1):
-            pitch = RADIUS + gap / 2.0
-            x, y = 1.0 + row * pitch * math.sqrt(3.0), 0.5 + (2 * k - row) * pitch
-            balls.append(Ball(str(len(balls)), (x, y), RADIUS, 0.2))
-    return Scene(
-        tuple(balls),
-        Table.rectangle(2.0, 1.0),
-        Restitution(0.95, None, 0.8),
-        Friction(0.2),
-        shots=(Shot("break", "C", (3.0, 0.0)),),
-    )
+def frozen(rows: int = 4, gap: float = 0.0) -> Scene:
+    """Return a cue ball and a triangle of balls that touch, or nearly."""
+    cue = Ball("C", (0.3, 0.5), RADIUS, 0.2, cue=True)
+    racked = rack((1.0, 0.5), radius=RADIUS, mass=0.2, rows=rows, gap=gap)
+    shots = (Shot("break", "C", (3.0, 0.0)),)
+    losses = Restitution(0.95, None, 0.8), Friction(0.2)
+    return Scene((cue, *racked), Table.rectangle(2.0, 1.0), *losses, shots=shots)
 
 
-def test_starts_that_overlap_areapart() -> None:
-    found = played(rack(), Uncertainty(HALF), samples=100)
+def test_starts_that_overlap_are_apart() -> None:
+    found = played(frozen(), Uncertainty(HALF), samples=100)
     assert found.rejected > 100
     gap = found.starts[:, :, None] - found.starts[:, None]
     distance = np.hypot(gap[..., 0], gap[..., 1]) + 10.0 * np.eye(11)
     assert distance.min() >= 2 * RADIUS * (1 - 1e-8)
-    base = np.array([ball.position for ball in rack().balls])
+    base = np.array([ball.position for ball in frozen().balls])
     assert np.abs(found.starts - base).max() <= 4.0 * HALF
     assert found.worst.deviation > 100 * HALF  # The spread of a break is shown.
 
 
-def test_balls_areapart_as_little_as_possible() -> None:
+def test_balls_are_apart_as_little_as_possible() -> None:
     """Each ball of an overlapping pair moves half of the overlap, and free balls do not move."""
     balls = [
         Ball(str(k), (0.1 + x, 0.1), RADIUS, 0.2) for k, x in enumerate((0.0, 2 * RADIUS, 1.0))
@@ -284,7 +277,7 @@ def test_balls_areapart_as_little_as_possible() -> None:
 
 @pytest.mark.parametrize("gap", [0.0, 1e-7])
 def test_a_frozen_rack_can_be_studied(gap: float) -> None:
-    found = played(rack(rows=5, gap=gap), Uncertainty(1e-5), samples=20)
+    found = played(frozen(rows=5, gap=gap), Uncertainty(1e-5), samples=20)
     assert found.samples == 20
     assert found.worst.deviation > 1e-3
 
@@ -381,13 +374,6 @@ def test_uncertainties_are_numbers_from_0(half: float) -> None:
 # -- the command line ------------------------------------------------------------------------------
 
 
-def exit_code(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as caught:
-        main([*map(str, arguments)])
-    assert isinstance(caught.value.code, int)
-    return caught.value.code
-
-
 def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data = tmp_path / "data.json"
     options = ["--shot", 1, "--samples", 100, "--seed", 3, "--out", tmp_path, "--json", data]
@@ -433,11 +419,7 @@ def test_errors_as_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 def test_bad_arguments_get_one_line(
     arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert exit_code("sensitivity", *arguments, "--out", tmp_path) == 2
-    answer = capsys.readouterr()
-    assert answer.out == ""
-    assert message in answer.err
-    assert len(answer.err.splitlines()) == 1
+    assert message in refusal(capsys, "sensitivity", *arguments, "--out", tmp_path)
 
 
 def test_a_scenario_that_can_be_read_but_once(capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import exit_code, refusal
 from rich.console import Console
 
 from pool_pymunk import (
@@ -26,7 +27,6 @@ from pool_pymunk import (
     sensitivity,
     simulate,
 )
-from pool_pymunk.cli import main
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.render import heatmap
@@ -112,13 +112,6 @@ def registry() -> Iterator[dict[str, Solver]]:
     yield SOLVERS
     SOLVERS.clear()
     SOLVERS.update(kept)
-
-
-def exit_code(*arguments: object) -> object:
-    """Return the code that the command line exits with."""
-    with pytest.raises(SystemExit) as exit_:
-        main([*map(str, arguments)])
-    return exit_.value.code
 
 
 # -- one record more -------------------------------------------------------------------------------
@@ -231,12 +224,8 @@ def test_the_command_line_runs_and_compares_it(added: Solver, tmp_path: Path) ->
 def test_an_unknown_name_answers_with_the_valid_ones(
     arguments: tuple[str, ...], added: Solver, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert exit_code(*arguments, "magic") == 2
-    answer = capsys.readouterr()
-    assert answer.out == ""
-    told = re.fullmatch(
-        r"error: (--)?solvers? = magic: there is no such solver \((.*)\)\n", answer.err
-    )
+    line = refusal(capsys, *arguments, "magic")
+    told = re.fullmatch(r"error: (--)?solvers? = magic: there is no such solver \((.*)\)", line)
     assert told is not None
     assert set(told[2].split(", ")) == {*SOLVERS} >= {added.name, yardstick().name}
 

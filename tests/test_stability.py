@@ -6,6 +6,7 @@ import csv
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -63,8 +64,10 @@ ROWS = [
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("key", ROWS)
-def test_every_row(key: Key) -> None:
+def test_every_row(key: Key, monkeypatch: pytest.MonkeyPatch) -> None:
     """A cell breaks where the table says and nowhere else, and whatever breaks has a reason."""
+    if key.row in LONG:  # No claim asks how far policies may have moved the ends.
+        monkeypatch.setattr(import_module("pool_pymunk.solvers.request"), "PATIENCE", -1.0)
     cell, listed = played(key), expected_breaks.table().get(key, Entry())
     assert all(outcome.measures or outcome.not_run for outcome in cell.outcomes)
     assert breaks(cell) - listed.undecided == listed.expected

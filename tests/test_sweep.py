@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import exit_code, refusal
 from scenes import AT_A_TERMINAL
 
 import pool_pymunk
 from pool_pymunk import Scene, SettingError, load, simulate, sweep
-from pool_pymunk.cli import main
 from pool_pymunk.studies.sweep import job
 from pool_pymunk.studies.sweep.job import Done
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
@@ -302,18 +302,14 @@ def test_a_full_disk_keeps_what_was_finished(
 
     monkeypatch.setattr(os, "fsync", full)
     line = f"sweep report --shot 1 --vary angle=-5:5 --samples 90 --chunk 20 --out {tmp_path}"
-    with pytest.raises(SystemExit) as caught:
-        main(line.split())
-    assert caught.value.code == 1
+    assert exit_code(*line.split()) == 1
     said = capsys.readouterr().err
     assert said.startswith("error: ")
     assert "No space left" in said
     assert len(said.splitlines()) == 1
     assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["_", "p", "p"]
     monkeypatch.undo()
-    with pytest.raises(SystemExit) as caught:
-        main(line.split())
-    assert caught.value.code == 0
+    assert exit_code(*line.split()) == 0
     assert "50 played" in capsys.readouterr().out
 
 
@@ -333,12 +329,7 @@ def test_a_full_disk_keeps_what_was_finished(
 def test_a_bad_command_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], line: str, said: str
 ) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["sweep", *line.split(), "--out", str(tmp_path / "new")])
-    assert caught.value.code == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert len(error.splitlines()) == 1
+    assert said in refusal(capsys, "sweep", *line.split(), "--out", tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
 
@@ -346,9 +337,7 @@ def test_the_command_plays_units_and_grids(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     line = "sweep report --shot 1 --vary start=0.005in --vary noise.speed=0.1 --grid angle=-1:1:5"
-    with pytest.raises(SystemExit) as caught:
-        main([*line.split(), "--out", str(tmp_path), "--workers", "1"])
-    assert caught.value.code == 0
+    assert exit_code(*line.split(), "--out", tmp_path, "--workers", 1) == 0
     assert capsys.readouterr().out.startswith(f"5 shots in {tmp_path}: 5 played in ")
     table = read(tmp_path)
     assert table["angle"].to_pylist() == [-1.0, -0.5, 0.0, 0.5, 1.0]

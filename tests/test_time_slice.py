@@ -7,14 +7,13 @@ import random
 from math import atan2, cos, hypot, pi, sin
 
 import pytest
-from scenes import seeds
+from scenes import frozen_rack, seeds
 
 from pool_pymunk import Run, Scene, State, load, simulate
 from pool_pymunk.model import Ball, Friction, Physics, Restitution, Shot, Table
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import LAWS, Law, cushion, published
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers import Settings, time_slice
 
 Point = tuple[float, float]
 
@@ -297,29 +296,9 @@ def test_skipping_changes_no_bit_of_head_on_scenes(law: str) -> None:
     assert hits > 0
 
 
-def frozen_rack(law: str) -> Scene:
-    """Return fifteen balls that touch, to rounding, and one that comes."""
-    r = 0.03
-    places = [
-        (1.3 + row * r * math.sqrt(3), 0.5 + (2 * k - row) * r)
-        for row in range(5)
-        for k in range(row + 1)
-    ]
-    racked = (Ball(str(n), place, r, 0.17) for n, place in enumerate(places))
-    cue = Ball("C", (0.4, 0.5), r, 0.17, cue=True, velocity=(3.0, 0.0))
-    losses = Friction(0.1, 0.2, 0.05)
-    return Scene(
-        (cue, *racked),
-        Table.rectangle(2.0, 1.0),
-        Restitution(0.95, None, 0.7),
-        losses,
-        Physics(law),
-    )
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_skipping_changes_no_bit_of_a_break(law: str) -> None:
-    run = assert_same_bits(frozen_rack(law), None, 1e-3, max_time=2.0)
+    run = assert_same_bits(frozen_rack(0.0, law=law), None, 1e-3, max_time=2.0)
     assert sum(event.kind == "ball-ball" for event in run.events) > 10
 
 
@@ -430,15 +409,6 @@ def test_max_time_beyond_the_end_changes_nothing() -> None:
     assert (bound.status, bound.final, bound.events) == ("settled", free.final, free.events)
 
 
-@pytest.mark.parametrize("most", [1, 4])
-def test_max_events_ends_a_run_after_the_slice_that_reaches_it(most: int) -> None:
-    whole = simulate(REPORT, 1, solver="time-slice", dt=1e-3)
-    part = simulate(REPORT, 1, solver="time-slice", dt=1e-3, max_events=most)
-    assert part.status == "max_events"
-    assert part.events == tuple(e for e in whole.events if e.t <= whole.events[most - 1].t)
-    assert part.duration == part.events[-1].t
-
-
 def test_without_losses_a_ball_goes_on_until_max_time_and_keeps_its_energy() -> None:
     table = Table.rectangle(2.0, 1.0)
     run = simulate(one_ball((1.0, 0.7), 0.0, table), solver="time-slice", dt=1e-3, max_time=30.0)
@@ -446,9 +416,3 @@ def test_without_losses_a_ball_goes_on_until_max_time_and_keeps_its_energy() -> 
     # Along x 30 m are 1.45 m, then 15 times 1.9 m; along y 21 m are 0.45 m, then 22 times 0.9 m.
     assert len(run.events) == 16 + 23
     assert run.energy["final"] == run.energy["initial"]  # Signs turn, and nothing is rounded.
-
-
-def test_a_start_that_is_not_finite_is_said_to_be_so() -> None:
-    scene, start = one_ball((1.0, 0.0), 0.0), State(((0.5, 0.5),), ((math.inf, 0.0),))
-    trace = time_slice.solve(scene, start, Settings(dt=1e-3, max_time=1.0))
-    assert trace.status == "non_finite"

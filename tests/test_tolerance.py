@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pymunk
 import pytest
+from commands import exit_code, refusal
+from hard_scenes import exact
 from scenes import largest_distance, random_scene, seeds
 
 from pool_pymunk import (
@@ -22,17 +24,16 @@ from pool_pymunk import (
     Outcome,
     Physics,
     Restitution,
-    Run,
     Scene,
     SettingError,
     Shot,
     Table,
     choose_step,
     load,
+    rack,
     simulate,
     simulate_within,
 )
-from pool_pymunk.cli import main
 from pool_pymunk.model import Point
 from pool_pymunk.world import Billiards, same_balls
 
@@ -207,10 +208,6 @@ def test_where_every_step_is_exact_no_step_is_searched_for() -> None:
 TABLES = ("rectangle", "hexagon", "L", "open plane")
 
 
-def exact(scene: Scene) -> Run:
-    return simulate(scene, solver="event-driven")
-
-
 @pytest.mark.heavy
 @pytest.mark.seeded
 @pytest.mark.parametrize("seed", seeds(20))
@@ -239,13 +236,10 @@ def test_discrete_contacts_keep_the_word_that_is_given() -> None:
 
 def test_a_frozen_rack_is_refused_with_discrete_contacts() -> None:
     """Its contacts follow each other without a pause, so no step tells their order."""
-    r, balls = 0.03, [Ball("C", (0.3, 0.5), 0.03, 0.2, cue=True)]
-    for row in range(3):
-        for k in range(row + 1):
-            x, y = 1.0 + row * r * math.sqrt(3.0), 0.5 + (2 * k - row) * r
-            balls.append(Ball(str(len(balls)), (x, y), r, 0.2))
+    cue = Ball("C", (0.3, 0.5), 0.03, 0.2, cue=True)
+    balls = (cue, *rack((1.0, 0.5), radius=0.03, mass=0.2, rows=3))
     scene = Scene(
-        tuple(balls),
+        balls,
         Table.rectangle(2.0, 1.0),
         Restitution(0.95, None, 0.8),
         Friction(0.2),
@@ -307,13 +301,6 @@ def test_a_world_of_other_shapes() -> None:
 # -- the command line ------------------------------------------------------------------------------
 
 
-def exit_code(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as caught:
-        main([*map(str, arguments)])
-    assert isinstance(caught.value.code, int)
-    return caught.value.code
-
-
 def test_run_says_which_step_it_chose(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data = tmp_path / "run.json"
     options = ["--shot", 3, "--out", tmp_path, "--no-pictures", "--json", data]
@@ -359,8 +346,5 @@ def test_run_ends_with_1_where_it_falls_short(
 def test_bad_tolerances_get_one_line(
     arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert exit_code("run", "report", "--out", tmp_path, "--tolerance", *arguments) == 2
-    answer = capsys.readouterr()
-    assert answer.out == ""
-    assert message in answer.err
-    assert len(answer.err.splitlines()) == 1
+    line = refusal(capsys, "run", "report", "--out", tmp_path, "--tolerance", *arguments)
+    assert message in line

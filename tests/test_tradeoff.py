@@ -77,17 +77,18 @@ def test_the_end_of_one_cushion_is_the_one_on_paper() -> None:
         assert simulate(scene, solver=solver).final["1"] == pytest.approx(end, abs=1e-14)
 
 
-def test_turning_a_scene_turns_its_ends() -> None:
-    """A turn by a right angle takes (x, y) to (-y, x), starts and ends alike."""
-    scene = load("report-corrected")
-    other_scene = turned(scene, math.pi / 2)
+@pytest.mark.parametrize("angle", [math.pi / 2, 0.5])
+def test_turning_a_scene_turns_its_ends(angle: float) -> None:
+    """A turn takes (x, y) to (c x - s y, s x + c y), starts and ends alike."""
+    scene, (c, s) = load("report-corrected"), (math.cos(angle), math.sin(angle))
+    other_scene = turned(scene, angle)
     ends = simulate(scene, 1, solver="event-driven").final
     others = simulate(other_scene, 1, solver="event-driven").final
     for ball, other in zip(scene.balls, other_scene.balls, strict=True):
         x, y = ball.position
-        assert other.position == pytest.approx((-y, x), abs=1e-15)
+        assert other.position == pytest.approx((c * x - s * y, s * x + c * y), abs=1e-14)
         x, y = ends[ball.id]
-        assert others[ball.id] == pytest.approx((-y, x), abs=1e-10)
+        assert others[ball.id] == pytest.approx((c * x - s * y, s * x + c * y), abs=1e-9)
 
 
 def test_the_cheapest_setting_within_a_tolerance() -> None:

@@ -7,7 +7,6 @@ Each benchmark's ``extra_info`` has the ratio within one run. The balls' set-up 
 from __future__ import annotations
 
 import math
-import random
 import time
 from collections.abc import Callable
 from functools import partial
@@ -15,16 +14,13 @@ from typing import Any
 
 import pymunk
 import pytest
+from crowds import crowded
 from scenes import gas
 
 from pool_pymunk import (
-    Ball,
     Billiards,
-    Friction,
-    Restitution,
     Scene,
     Shot,
-    Table,
     load,
     same_balls,
     simulate,
@@ -44,7 +40,7 @@ def least(work: Callable[[], Any]) -> float:
     return min(times)
 
 
-def bare(scene: Scene, shot: Shot, steps: int, dt: float) -> float:
+def bare(scene: Scene, shot: Shot | None, steps: int, dt: float) -> float:
     """Return the least time (s) of this many bare steps of a space with the scene's shapes."""
     times = []
     start = scene.start(shot)
@@ -93,34 +89,13 @@ def test_the_reports_four_shots(
     benchmark.extra_info["ratio to bare pymunk"] = round(least(four) / alone, 2)
 
 
-def many(count: int) -> Scene:
-    """Return this many balls at the report's density, all at rest except the one that is shot."""
-    rnd = random.Random(1)
-    r, columns = 0.05715, math.ceil(math.sqrt(2 * count))
-    rows = math.ceil(count / columns)
-    pitch = math.sqrt(88 * 44 * 0.0254**2 / 11)
-    balls = []
-    for k in range(count):
-        x, y = (k % columns + 0.5) * pitch, (k // columns + 0.5) * pitch
-        shake = 0.9 * (pitch / 2 - r)
-        position = (x + rnd.uniform(-shake, shake), y + rnd.uniform(-shake, shake))
-        balls.append(Ball(str(k), position, r, 0.16, cue=k == count // 2))
-    return Scene(
-        balls=tuple(balls),
-        table=Table.rectangle(columns * pitch, rows * pitch),
-        restitution=Restitution(0.9, 0.9, 0.7),
-        friction=Friction(0.1, 0.2, 0.05),
-        shots=(Shot("break", str(count // 2), velocity=(4.0, 0.3)),),
-    )
-
-
 @pytest.mark.parametrize("count", [11, 50, 200, 1000])
 def test_many_balls(benchmark: Any, count: int) -> None:
-    scene = many(count)
-    shot = scene.shots[0]
-    run = benchmark(partial(simulate, scene, shot, solver="pymunk", dt=1 / 240))
-    stepping = min(simulate(scene, shot, solver="pymunk", dt=1 / 240).wall_time for _ in range(3))
-    alone = bare(scene, shot, run.steps, 1 / 240)
+    """One ball moves, on a table as crowded as the report's."""
+    scene = crowded(count, all_move=False)
+    run = benchmark(partial(simulate, scene, solver="pymunk", dt=1 / 240))
+    stepping = min(simulate(scene, solver="pymunk", dt=1 / 240).wall_time for _ in range(3))
+    alone = bare(scene, None, run.steps, 1 / 240)
     benchmark.extra_info["us a step"] = round(stepping / run.steps * 1e6, 1)
     benchmark.extra_info["bare us a step"] = round(alone / run.steps * 1e6, 1)
     benchmark.extra_info["ratio to bare pymunk"] = round(stepping / alone, 2)
