@@ -251,7 +251,7 @@ CHANGED = [
         'line 16 = "mass = 100000000000000000000000000000000000000000000000..."',
     ),
     ("[ball]", "[bal]", "bal = {radius = 2.25, mass = 160}"),
-    ("surface = 0.1", "surface = 0.1\nrolling = 0.01", "friction.rolling = 0.01"),
+    ("surface = 0.1", "surface = 0.1\nspinning = 0.01", "friction.spinning = 0.01"),
     ('id = "1"', 'id = "1"\nspin = [0, 1]', "balls[1].spin = [0, 1]"),
     (LAUNCH, LAUNCH + '\nfrom_ = "start"', 'shots[0].from_ = "start"'),
     ("mass = 160", "mass = true", "ball.mass = true"),

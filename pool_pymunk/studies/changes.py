@@ -139,7 +139,8 @@ class Changes:
                 self._warn("a ball comes to rest just as the run ends", t)
                 change[2:, change.any(axis=0)] = math.nan  # The place alone is smooth.
             changes.append(change)
-        found = np.array(changes).reshape(len(self.knots), -1, self.inputs.count)
+        size = 6 if self.surface.rolls else 4
+        found = np.array(changes).reshape(len(self.knots), size, self.inputs.count)
         return found[:, :2], found[:, 2:4]
 
     def at_times(self, times: Sequence[float], i: int) -> Array:
