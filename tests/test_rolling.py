@@ -285,6 +285,43 @@ def test_a_parabola_that_grazes_a_rim_or_a_ball(deep: float) -> None:
     assert ("ball-ball", "C1") in kinds(run) or deep < 0.0
 
 
+# -- held to a cushion -----------------------------------------------------------------------------
+
+
+def held(mu: float, v: float, w_t: float, w_n: float, step: float = 1e-6) -> float:
+    """Return how far (m) a ball that its roll holds to a cushion goes on along it, by slices.
+
+    With p = mu_s g |u_n| / |u|: dv/dt = -mu_s g u_t / |u| - mu p sign(v), dw_t/dt = (5/2) mu_s g
+    u_t / |u|, and |w_n| falls at (5/2) (p + mu p). Then the ball rolls to rest.
+    """
+    x, pull = 0.0, SLIDING * G
+    while True:
+        u_t, u = v - w_t, math.hypot(v - w_t, w_n)
+        if u < 10.0 * pull * step:
+            return x + v * abs(v) / (2.0 * ROLLING * G)
+        press = pull * abs(w_n) / u
+        slows = pull * u_t / u
+        x += v * step
+        v -= (slows + math.copysign(mu * press, v)) * step
+        w_t += 2.5 * slows * step
+        w_n -= math.copysign(min(2.5 * (1.0 + mu) * press * step, abs(w_n)), w_n)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1])
+def test_a_figure_covers_a_ball_that_its_roll_holds_to_a_cushion(mu: float) -> None:
+    table = Table(((-5.0, -1.0), (25.0, -1.0), (25.0, 1.0), (-5.0, 1.0)))
+    run = struck(
+        2.0, 1.0, angle=60.0, table=table, restitution=Restitution(1.0, None, 0.0),
+        friction=Friction(SLIDING, mu, 0.0, ROLLING),
+    )  # fmt: skip
+    hit = run.events[0]
+    (v, _), (w_t, w_n) = run.at(hit.t)[1][0].tolist(), run.roll_at(hit.t)[0].tolist()
+    far = run.at(hit.t)[0][0, 0] + held(mu, v, w_t, w_n)
+    assert "persistent contact" in run.policies
+    assert abs(run.final["C"][0] - far) < run.policy_shift < 0.5
+    assert abs(run.final["C"][1] - (1.0 - R)) < run.policy_shift
+
+
 # -- input -----------------------------------------------------------------------------------------
 
 

@@ -85,7 +85,7 @@ class ContactEngine:
         self.rested: list[float] = []
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
         self.ends: list[float] = []  # the time (s) until which each path is looked at
-        persistent = PersistentContacts(self.paths, self.radii, surface.pull)
+        persistent = PersistentContacts(self.paths, self.radii, surface)
         self.resolver = Resolver(law, persistent, self.noises)
         self.history = persistent.history
         self.tally = Tally()

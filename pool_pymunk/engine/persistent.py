@@ -2,7 +2,8 @@
 
 They would touch without end. Instead they hit each other once in a contact time, in
 micro-collisions (:mod:`pool_pymunk.engine.decisions`), which are no events; a warning names the
-balls. The error is of second order in the contact time for two balls, of first for a cluster.
+balls. The error is of second order in the contact time for two balls, of first for a cluster. A
+ball that its roll presses to a wall hits this in the same way.
 """
 
 from __future__ import annotations
@@ -12,11 +13,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.physics.contact import Contact
+from pool_pymunk.physics.contact import NO_BALL, Contact
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOT_MET, Lasting, Path
+from pool_pymunk.physics.surface import Surface
 
-Two = tuple[int, int]  # the numbers of two balls, the lower one first
+# the numbers of two balls, the lower one first; a wall is -1 less the number of its cushion
+Two = tuple[int, int]
 
 
 class History(NamedTuple):
@@ -42,10 +45,11 @@ MEETS = Stage()
 class PersistentContacts:
     """Each pair of balls has a history, from which its contact time follows, ``longer`` by this."""
 
-    def __init__(self, paths: Sequence[Path], radii: Sequence[float], pull: float) -> None:
+    def __init__(self, paths: Sequence[Path], radii: Sequence[float], surface: Surface) -> None:
         self.paths = paths
         self.radii = radii
-        self.pull = pull
+        self.pull = surface.pull
+        self.has_walls = surface.rolls  # whether balls may press on walls
         self.longer = 1.0
         self.history: dict[Two, History] = {}
 
@@ -59,8 +63,10 @@ class PersistentContacts:
         past = self.history.get((i, j))
         if past is None:
             return NOT_MET
-        left = max(self.paths[i].end, self.paths[j].end) - now
-        radius = min(self.radii[i], self.radii[j])
+        balls = (i, j) if j >= 0 else (i,)
+        ends = [self.paths[k].end for k in balls if self.paths[k].end < math.inf]
+        left = max(ends, default=now) - now
+        radius = min([self.radii[k] for k in balls])
         many = past.hits > decisions.MANY_TIMES
         time = decisions.contact_time(now - past.met, left, radius, self.pull, many) * self.longer
         # In a cluster, balls that hit a moment ago do not hit each other again for nothing.
@@ -80,21 +86,36 @@ class PersistentContacts:
 
     def stage(self, contact: Contact, closing: float, now: float) -> Stage:
         """Return how far the persistent contact of two balls has come that close now (m/s)."""
-        i, j = contact.a, contact.b
-        past = self.history.get((i, j)) if self.history else None
+        i, j = pair = pair_of(contact)
+        past = self.history.get(pair) if self.history else None
         if past is None:
             return MEETS
         time, faint = self.lasting(i, j, now)
-        least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
+        if j < 0:
+            least = self._least_off(contact, time)
+        else:
+            least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
         if not decisions.lasts(now - past.last, time):
             return Stage(least, faint)
         return Stage(least, faint, past, decisions.is_micro(closing, time, self.pull))
+
+    def begin(self, contact: Contact, now: float) -> float:
+        """Return the least bounce (m/s) of a ball that lies at a wall; 0 if nothing presses it."""
+        pair = pair_of(contact)
+        self.history.setdefault(pair, History(now, now, 0))
+        return self._least_off(contact, self.lasting(*pair, now).time)
+
+    def _least_off(self, contact: Contact, time: float) -> float:
+        """Return the speed (m/s) at which a ball leaves a wall and is back in a time (s)."""
+        path, (nx, ny) = self.paths[contact.a], contact.normal
+        drive = -(path.ax * nx + path.ay * ny)
+        return max(drive * time / 2.0, self.too_slow_to_move(contact.a)) if drive > 0.0 else 0.0
 
     def note(self, contact: Contact, stage: Stage, now: float) -> int:
         """Note a hit of two balls, and return how many micro-collisions they have had."""
         if self.pull == 0.0:
             return 0
-        pair, past = (contact.a, contact.b), stage.past
+        pair, past = pair_of(contact), stage.past
         hits = self.history[pair].hits if pair in self.history else 0
         hits += stage.is_micro
         self.history[pair] = History(now if past is None else past.met, now, hits)
@@ -105,3 +126,8 @@ class PersistentContacts:
         path = self.paths[i]
         size = abs(path.x) + abs(path.y) + self.radii[i]
         return math.sqrt(2.0 * self.pull * EPSILON * size)
+
+
+def pair_of(contact: Contact) -> Two:
+    """Return the numbers of the two sides of a contact."""
+    return contact.a, contact.b if contact.b != NO_BALL else -1 - (contact.cushion or 0)

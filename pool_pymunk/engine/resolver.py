@@ -106,7 +106,7 @@ class Resolver:
             self._answer_together(hits, velocity)
         for hit in hits:
             if hit.parting > 0.0:
-                hit.pushed += push_apart(hit.contact, hit.parting, velocity)
+                hit.pushed += _push(hit.contact, hit.parting, velocity)
         resolution = Resolution(answers)
         if len(hits) < len(answers):
             self._leave_out(resolution, hits, velocity)
@@ -161,6 +161,8 @@ class Resolver:
     def _answer_alone(self, hit: Answer, velocity: Velocities) -> None:
         i = hit.contact.a
         before = velocity[i]
+        if hit.kind == MICRO and closing_speed(hit.contact, velocity) <= 0.0:
+            return
         if respond(self.law, hit.contact, velocity, self.jumps):
             hit.notes += (ZERO_SLIP,)
         hit.changed = before, velocity[i]
@@ -194,19 +196,31 @@ class Resolver:
         noise = noises[contact.a]
         if contact.b != NO_BALL:
             noise = max(noise, noises[contact.b])
+        is_noted = contact.b != NO_BALL or persistent.has_walls
         if closing < faint or not decisions.is_hit(closing, noise, least):
-            return Answer(contact, MISSED)
+            is_pressed = is_noted and contact.b == NO_BALL and closing >= -max(noise, least)
+            return self._pressed(contact, now) if is_pressed else Answer(contact, MISSED)
+        e = contact.pair.restitution
+        is_least = e * closing < least
+        is_micro = is_micro and (contact.b != NO_BALL or is_least)
         answer = Answer(contact, MICRO if is_micro else HIT)
         if past is not None:
             answer.last = past.last
-        e = contact.pair.restitution
-        if e * closing < least:
+        if is_least:
             e = max(e, min(least / closing, 1.0))
             answer.contact = contact._replace(pair=contact.pair._replace(restitution=e))
             answer.parting = e * closing
             answer.notes += (PERSISTENT,)
-        if contact.b != NO_BALL and persistent.note(contact, stage, now) > decisions.MANY_TIMES:
+        if is_noted and persistent.note(contact, stage, now) > decisions.MANY_TIMES:
             answer.notes += (PERSISTENT,)
+        return answer
+
+    def _pressed(self, contact: Contact, now: float) -> Answer:
+        """Answer for a ball that lies at a wall: if its roll presses it there, it bounces least."""
+        answer = Answer(contact, MISSED)
+        answer.parting = self.persistent.begin(contact, now)
+        if answer.parting > 0.0:
+            answer.kind, answer.notes, answer.last = MICRO, (PERSISTENT,), now
         return answer
 
     def _leave_out(self, resolution: Resolution, hits: list[Answer], velocity: Velocities) -> None:
@@ -275,6 +289,16 @@ def distinct(contacts: Iterable[Contact]) -> list[Contact]:
             others.append(contact)
             kept.append(contact)
     return kept
+
+
+def _push(contact: Contact, parting: float, velocity: Velocities) -> float:
+    """Make two sides part at ``parting`` (m/s), if much slower; return the impulse (N s)."""
+    if contact.b != NO_BALL:
+        return push_apart(contact, parting, velocity)
+    lacking = max(parting + closing_speed(contact, velocity), 0.0)
+    (vx, vy), (nx, ny) = velocity[contact.a], contact.normal
+    velocity[contact.a] = vx + lacking * nx, vy + lacking * ny
+    return contact.pair.m_a * lacking
 
 
 def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:

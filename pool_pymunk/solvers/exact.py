@@ -100,10 +100,12 @@ class TraceRecorder(Recorder):
 
     def persistent(self, contact: Contact, t: float) -> None:
         """Warn of balls that surface friction presses together."""
+        presses = f"surface friction presses balls {self._balls([contact])} together"
+        if contact.cushion is not None:
+            presses = f"its roll presses ball {self._balls([contact])} to a cushion"
         text = (
-            f"surface friction presses balls {self._balls([contact])} together: instead of hits "
-            f"without end they have one in each contact time (at most {CONTACT_TIME:g} of the time "
-            "since they met or until they rest)"
+            f"{presses}: instead of hits without end there is one in each contact time (at most "
+            f"{CONTACT_TIME:g} of the time since the first hit or until rest)"
         )
         self._warn(PERSISTENT, text, t)
 
