@@ -44,7 +44,7 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.fast import compiled, due, loop, many
+from pool_pymunk.fast import compiled, due, loop, many, moves
 from pool_pymunk.fast.shots import read_source
 from pool_pymunk.fast.tables import table_of
 from pool_pymunk.physics.motion import path_to_disc
@@ -358,7 +358,7 @@ def some_ball(rnd: random.Random, pull: float, scale: float, now: float) -> Any:
     velocity = (speed * math.cos(angle), speed * math.sin(angle))
     began, ball.radius = rnd.uniform(0, now), scale * rnd.uniform(0.2, 1.0)
     path = set_off(began, place, velocity if rnd.random() < 0.8 else (0.0, 0.0), pull * scale)
-    loop.put_path(ball, path)
+    moves.put_path(ball, path)
     ball.moves = path.moves
     if path.end <= now:
         ball.moves, (ball.rest[0], ball.rest[1]) = 0, path.rest

@@ -38,7 +38,6 @@ from pool_pymunk.engine.resolver import (
 )
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE, NOT_MET, Path, motion_at, pair_time
 from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import Surface
@@ -245,7 +244,7 @@ class ContactEngine:
             return
         latest = self._latest(what)
         is_alone = not self.queue or self.queue[0][0] > latest
-        hits = [what] if is_alone else [what, *self._at_this_instant(what, latest)]
+        hits = [what] if is_alone else sorted([what, *self._at_this_instant(what, latest)])
         if not is_alone or what.kind == "wall":
             hits = self._pocket(hits)
         if hits:
@@ -360,8 +359,8 @@ class ContactEngine:
     def _known_gap(self, hit: Hit, motions: Motions) -> float:
         """Return a gap (m), or 0 where rounding hides it or the policy takes it as closed."""
         (x, y, _, _), gap = motions[hit.i], self.gap(hit, motions)
-        is_known = gap > 2.0 * EPSILON * (abs(x) + abs(y) + self.radii[hit.i])
-        return gap if is_known and not self.policy.closes(hit, self.now) else 0.0
+        known = decisions.known_gap(gap, x, y, self.radii[hit.i])
+        return 0.0 if self.policy.closes(hit, self.now) else known
 
     def touching(self, hits: Iterable[Hit], balls: Iterable[int] = ()) -> list[Hit]:
         """Return these hits, and what touches their balls or the others now, and so on."""
@@ -378,7 +377,7 @@ class ContactEngine:
                 if is_closed or self.policy.closes(hit, self.now):
                     found[hit] = None
                     balls += [k for k in hit.balls if k not in balls]
-        return list(found)
+        return sorted(found)
 
     def _answer(self, hits: Collection[Hit]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""

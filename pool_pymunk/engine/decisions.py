@@ -38,6 +38,11 @@ def nearly_now(radius: float, speed: float) -> float:
     return NEARLY_NOW * radius / speed if speed > 0.0 else 0.0
 
 
+def known_gap(gap: float, x: float, y: float, radius: float) -> float:
+    """Return a gap (m) at a place (m), or 0 where rounding hides it."""
+    return gap if gap > 2.0 * EPSILON * (abs(x) + abs(y) + radius) else 0.0
+
+
 def is_closed(gap: float, x: float, y: float, reach: float) -> bool:
     """Tell whether a gap (m) at a place (m) is closed, to rounding."""
     return gap <= 32.0 * EPSILON * (abs(x) + abs(y) + reach)
@@ -57,6 +62,11 @@ def contact_time(since_met: float, left: float, radius: float, pull: float, many
     shallow = math.sqrt(4.0 * DEEPEST * radius / pull)
     least = SHORTEST * shallow if many else 0.0
     return min(max(CONTACT_TIME * max(since_met, left), least), shallow)
+
+
+def faint(since_last: float, contact_time: float, pull: float) -> float:
+    """Return the closing speed (m/s) below which balls that hit a moment ago (s) hit later."""
+    return FAINT * pull * contact_time if since_last < contact_time / 2.0 else 0.0
 
 
 def least_parting(a: Path, b: Path, now: float, contact_time: float, radius: float) -> float:
@@ -79,6 +89,11 @@ def lasts(since_last: float, contact_time: float) -> bool:
 def is_micro(closing: float, contact_time: float, pull: float) -> bool:
     """Tell whether friction alone can make two balls close so fast in one contact time."""
     return closing <= 2.0 * pull * contact_time
+
+
+def too_slow_to_move(pull: float, x: float, y: float, radius: float) -> float:
+    """Return the speed (m/s) at which a ball would stop before its place changes."""
+    return math.sqrt(2.0 * pull * EPSILON * (abs(x) + abs(y) + radius))
 
 
 def instant(now: float, x: float, y: float, radius: float, speed: float) -> float:

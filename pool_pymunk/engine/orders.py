@@ -16,8 +16,8 @@ from typing import NamedTuple
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.recorder import Doubt, Motions
 from pool_pymunk.engine.resolver import Resolver
-from pool_pymunk.physics.collapse import Order, fastest
-from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_speed
+from pool_pymunk.physics.collapse import Order
+from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_speed, fastest
 
 FEW = 12  # Each of up to this many contacts is once the only one with a gap, and once without.
 # This many patterns are random. Half as many find the same spread in 30 frozen clusters, and four

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.physics.contact import NO_BALL, Contact
-from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOT_MET, Lasting, Path
 from pool_pymunk.physics.surface import Surface
 
@@ -69,9 +68,7 @@ class PersistentContacts:
         radius = min([self.radii[k] for k in balls])
         many = past.hits > decisions.MANY_TIMES
         time = decisions.contact_time(now - past.met, left, radius, self.pull, many) * self.longer
-        # In a cluster, balls that hit a moment ago do not hit each other again for nothing.
-        is_soon = many and now - past.last < time / 2.0
-        return Lasting(time, decisions.FAINT * self.pull * time if is_soon else 0.0)
+        return Lasting(time, decisions.faint(now - past.last, time, self.pull) if many else 0.0)
 
     def is_pressed(self, pair: Two, now: float) -> bool:
         """Tell whether two balls are in persistent contact."""
@@ -124,8 +121,7 @@ class PersistentContacts:
     def too_slow_to_move(self, i: int) -> float:
         """Return the speed (m/s) at which ball ``i`` would stop before its place changes."""
         path = self.paths[i]
-        size = abs(path.x) + abs(path.y) + self.radii[i]
-        return math.sqrt(2.0 * self.pull * EPSILON * size)
+        return decisions.too_slow_to_move(self.pull, path.x, path.y, self.radii[i])
 
 
 def pair_of(contact: Contact) -> Two:

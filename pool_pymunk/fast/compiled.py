@@ -34,8 +34,10 @@ CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
 
 # The loop allocates nothing. Counting no references to arrays made it 1.2 times as fast.
 UNCOUNTED = {"_nrt": False}
-# All calls are inlined, which made shots 1.3 times as fast and took no longer to compile.
-CALLED: dict[str, Any] = {"forceinline": True, "no_cfunc_wrapper": True, "no_rewrites": True}
+# All calls are inlined, which made shots 1.3 times as fast and took no longer to compile; except
+# those for contacts of one instant, which are rare, and with which it took minutes.
+CALLED: dict[str, Any] = {"no_cfunc_wrapper": True, "no_rewrites": True}
+APART = ("pool_pymunk.fast.together", "pool_pymunk.physics.together")
 
 
 def is_there() -> bool:
@@ -104,7 +106,8 @@ def _named(function: FunctionType) -> Iterator[object]:
 @cache
 def _register(function: FunctionType) -> None:
     """Tell numba that compiled functions may call this one."""
-    import_module("numba.extending").register_jitable(**CALLED)(function)
+    inline = function.__module__ not in APART
+    import_module("numba.extending").register_jitable(forceinline=inline, **CALLED)(function)
 
 
 def sources() -> list[str]:

@@ -12,7 +12,9 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.fast.kinds import time_of_contact
 from pool_pymunk.fast.records import NOTHING, Ball, Sides, Work
+from pool_pymunk.physics.contact import approach
 from pool_pymunk.physics.path import Lasting, Path, motion_at, pair_time
+from pool_pymunk.physics.sides import unit
 
 # Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
 # and boxes have the same margin (engine/near.py).
@@ -132,27 +134,45 @@ def meet_others(w: Work, i: int, done: int) -> None:
             meet(w, min(i, j), max(i, j))
 
 
-def meet(w: Work, i: int, j: int) -> None:
-    """Predict when two balls meet on their present paths."""
+def meet(w: Work, i: int, j: int, just_missed: bool = False) -> None:
+    """Predict when two balls meet; if they close faintly or ``just_missed``, it is later."""
     a, b = w.ball[i], w.ball[j]
     since = max(w.now, a.t, b.t)
     until = min(w.due[i].until, w.due[j].until)
     reach = a.radius + b.radius
     if stay_apart(a, b, reach, since, until):
         return
-    lasting = Lasting(contact_time(w, i, j, since), 0.0)
-    noise = max(a.noise, b.noise)
+    lasting, noise = lasting_of(w, i, j, since), max(a.noise, b.noise)
     t = pair_time(path_of(a), path_of(b), reach, since, until, lasting, noise)
+    if (
+        t <= since
+        and lasting.time > 0.0
+        and (just_missed or closes_faintly(w, i, j, lasting.faint))
+    ):
+        t = since + lasting.time
+        if t > min(until, max(a.end, b.end)):
+            return
     w.pair_t[i, j] = min(w.pair_t[i, j], t)
 
 
-def contact_time(w: Work, i: int, j: int, now: float) -> float:
-    """Return how long (s) a persistent contact of two balls takes; 0 if they have not met."""
-    if w.pair[i, j].last == -math.inf:
-        return 0.0
+def closes_faintly(w: Work, i: int, j: int, faint: float) -> bool:
+    """Tell whether two balls close more slowly than ``faint`` (m/s) now."""
+    if faint == 0.0:
+        return False
+    x, y, ax, ay = motion_at(path_of(w.ball[i]), w.now)
+    u, v, bx, by = motion_at(path_of(w.ball[j]), w.now)
+    return approach((ax, ay), (bx, by), unit(u - x, v - y)) < faint
+
+
+def lasting_of(w: Work, i: int, j: int, now: float) -> Lasting:
+    """Return how long one persistent contact of two balls takes, and what is faint in it."""
+    pair = w.pair[i, j]
+    if pair.last == -math.inf:
+        return Lasting(0.0, 0.0)
     left = max(w.ball[i].end, w.ball[j].end) - now
-    radius = min(w.ball[i].radius, w.ball[j].radius)
-    return decisions.contact_time(now - w.pair[i, j].met, left, radius, w.scene.pull, False)
+    radius, many = min(w.ball[i].radius, w.ball[j].radius), pair.hits > decisions.MANY_TIMES
+    time = decisions.contact_time(now - pair.met, left, radius, w.scene.pull, many)
+    return Lasting(time, decisions.faint(now - pair.last, time, w.scene.pull) if many else 0.0)
 
 
 # -- bounds ----------------------------------------------------------------------------------------

@@ -14,23 +14,31 @@ from typing import Any
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import NOWHERE, box, piece
 from pool_pymunk.fast.due import (
-    contact_time,
     due_next,
     forget,
+    lasting_of,
     look_ahead,
     look_for_walls,
     meet_others,
-    note_next,
     path_of,
     put_box,
     refresh,
 )
 from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal
+from pool_pymunk.fast.moves import (
+    begin,
+    keep,
+    keep_contact,
+    nearest,
+    note_hit,
+    put_path,
+    squared,
+    stop,
+)
 from pool_pymunk.fast.records import (
     KNOT,
     MOST_KNOTS,
     NOTHING,
-    Ball,
     Out,
     Shots,
     Sides,
@@ -38,17 +46,23 @@ from pool_pymunk.fast.records import (
     Tracks,
     Work,
 )
+from pool_pymunk.fast.together import (
+    answer_alone,
+    answer_together,
+    gather,
+    has_many_rounds,
+    latest_of,
+    note_met,
+)
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
-from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
+from pool_pymunk.physics.contact import Pair, approach, changed, split, wall_approach
 from pool_pymunk.physics.path import NOISE, Path, motion_at, set_off
 from pool_pymunk.physics.sides import unit
 
 MOST_EVENTS = 1_000_000  # A shot with more events goes to the engine, which gives it up.
 
 SETTLED, OUT_OF_TIME, HARD = 0, 1, -1  # how a shot ends; one that may not start is hard, too
-
-is_lost = Path.is_lost
 
 
 def play_shots(
@@ -151,26 +165,48 @@ def play(w: Work, sides: Sides) -> int:
         w.now = max(t, w.now)
         due = w.due[i]
         is_hit, is_wall = due.ball_t == t, due.wall_t == t
-        if is_hit or is_wall:
-            j = due.ball if is_hit else NOTHING
-            if comes_not_alone(w, sides, i, j, other_t) or not answer(w, sides, i, j):
+        j = due.ball if is_hit else NOTHING
+        if due.stop_t == t:  # A ball stops before it is hit at the same time.
+            stop(w, i, t)
+        elif j >= 0 and w.due[j].stop_t == t:
+            stop(w, j, t)
+        elif is_hit or is_wall:
+            if not answer(w, sides, i, j, other_t):
                 return HARD
             if w.count.events >= MOST_EVENTS or w.track.knots + 8 > MOST_KNOTS:
                 return HARD
-        elif due.stop_t == t:
-            stop(w, i, t)
         else:
             look_ahead(w, i)
             meet_others(w, i, i)
             refresh(w, i)
 
 
-def answer(w: Work, sides: Sides, i: int, j: int) -> bool:
-    """Answer what ball ``i`` meets, ball ``j`` or a wall; tell whether it was ordinary."""
+def answer(w: Work, sides: Sides, i: int, j: int, other_t: float) -> bool:
+    """Answer what ball ``i`` meets now, ball ``j`` or a wall; return False where that is hard.
+
+    Other balls have their next event at ``other_t`` (s).
+    """
+    if may_come_together(w, i, j, other_t):
+        if not gather(w, sides, i, j):
+            return False
+        if w.together.dues > 1:
+            return answer_together(w, sides)
     if j >= 0:
         return answer_hit(w, sides, i, j)
     side = sides[w.due[i].side]
     return answer_cushion(w, sides, i, side) if side.pocket < 0 else take_in(w, i, side)
+
+
+def may_come_together(w: Work, i: int, j: int, other_t: float) -> bool:
+    """Tell whether something else may come at the instant of this contact."""
+    latest, due = latest_of(w, i, j), w.due[i]
+    if other_t <= latest or due.second_t <= latest or (j >= 0 and due.wall_t <= latest):
+        return True
+    if due.ball_t <= latest:
+        for m in range(i + 1, w.scene.balls):
+            if m != j and w.pair_t[i, m] <= latest:
+                return True
+    return False
 
 
 # -- setting up ------------------------------------------------------------------------------------
@@ -188,7 +224,7 @@ def start(w: Work, sides: Sides, position: Any, velocity: Any) -> bool:
         is_ordinary &= put_path(ball, path)
         ball.noise = NOISE * ball.speed
         keep(w, i, path)
-        ball.moves = vx != 0.0 or vy != 0.0
+        ball.moves, ball.rested = vx != 0.0 or vy != 0.0, -math.inf
         put_box(ball, NOWHERE if ball.is_off else box(path, ball.radius, 0.0, math.inf))
     for i in range(w.scene.balls):
         if w.ball[i].moves:
@@ -201,122 +237,35 @@ def clear(w: Work) -> None:
     count, track = w.count, w.track
     w.now, w.instant, w.rounds, count.duration = 0.0, -math.inf, 0, 0.0
     count.events = count.hits = count.cushions = track.knots = track.contacts = 0
-    count.first_hit = NOTHING
+    count.first_hit, w.together.mets, w.together.unlisted = NOTHING, 0, 0
     for i in range(w.scene.balls):
         due = w.due[i]
         count.pocket[i], count.met[i], due.ball = NOTHING, 0, NOTHING
         due.wall_t = due.second_t = due.stop_t = due.look_t = due.ball_t = math.inf
         due.until = w.next_t[i] = math.inf
         for j in range(i + 1, w.scene.balls):
-            w.pair_t[i, j], w.pair[i, j].last = math.inf, -math.inf
-
-
-def put_path(ball: Ball, path: Path) -> bool:
-    """Give a ball a new path; tell whether its contact times mean something."""
-    ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end, _, _, _ = path
-    ball.rest[0], ball.rest[1] = path.x, path.y
-    ball.speed = math.sqrt(path.vx * path.vx + path.vy * path.vy)
-    return not is_lost(path, ball.radius)
-
-
-def keep(w: Work, i: int, path: Path) -> None:
-    """Keep the breakpoint at which a path begins, if tracks are wanted."""
-    if w.scene.keeps:
-        knot = w.track.knot[w.track.knots]
-        knot[0], knot[1], knot[2], knot[3] = i, path.t, path.x, path.y
-        knot[4], knot[5], knot[6], knot[7] = path.vx, path.vy, path.ax, path.ay
-        w.track.knots += 1
-
-
-def keep_contact(w: Work, i: int, other: int) -> None:
-    """Keep who met whom: a ball, or as -1 - its number a wall."""
-    if w.scene.keeps:
-        contact = w.track.contact[w.track.contacts]
-        contact[0], contact[1] = i, other
-        w.track.contacts += 1
-
-
-# -- contacts of one instant -----------------------------------------------------------------------
-
-
-def comes_not_alone(w: Work, sides: Sides, i: int, j: int, other_t: float) -> bool:
-    """Tell whether another contact comes at the instant of this one."""
-    speed = w.ball[i].speed
-    if j >= 0:
-        speed = max(speed, w.ball[j].speed)
-    latest = w.now + decisions.nearly_now(w.ball[i].radius, speed)
-    if other_t > latest:
-        return has_another(w, sides, i, i, j, latest)
-    for k in range(w.scene.balls):
-        if w.next_t[k] <= latest and has_another(w, sides, k, i, j, latest):
-            return True
-    return False
-
-
-def has_another(w: Work, sides: Sides, k: int, i: int, j: int, latest: float) -> bool:
-    """Tell whether ball ``k`` has a contact until ``latest`` (s), besides that of ``i``."""
-    due = w.due[k]
-    if due.second_t <= latest:
-        return True
-    is_first = j < 0 and k == i
-    if not is_first and due.wall_t <= latest and is_wall_closed(w, sides, k):
-        return True
-    if due.ball_t <= latest:
-        for m in range(k + 1, w.scene.balls):
-            is_first = k == i and m == j
-            if not is_first and w.pair_t[k, m] <= latest and is_pair_closed(w, k, m):
-                return True
-    return False
-
-
-def is_wall_closed(w: Work, sides: Sides, i: int) -> bool:
-    """Tell whether a ball touches now the wall that it meets next."""
-    ball, due = w.ball[i], w.due[i]
-    x, y, _, _ = motion_at(path_of(ball), w.now)
-    room = gap(nearest(sides, sides[due.side], x, y, ball.radius), x, y, ball.radius)
-    is_now = due.wall_t <= w.now + decisions.nearly_now(ball.radius, ball.speed)
-    return is_now and decisions.is_closed(room, x, y, ball.radius)
-
-
-def is_pair_closed(w: Work, i: int, j: int) -> bool:
-    """Tell whether two balls touch now."""
-    a, b = w.ball[i], w.ball[j]
-    x, y, _, _ = motion_at(path_of(a), w.now)
-    u, v, _, _ = motion_at(path_of(b), w.now)
-    dx, dy = u - x, v - y
-    room = math.sqrt(dx * dx + dy * dy) - a.radius - b.radius
-    latest = w.now + decisions.nearly_now(a.radius, max(a.speed, b.speed))
-    return w.pair_t[i, j] <= latest and decisions.is_closed(room, x, y, a.radius + b.radius)
-
-
-def has_many_rounds(w: Work, ball: Ball) -> bool:
-    """Count contacts at one instant, by its fastest ball; tell whether there were many."""
-    length = decisions.instant(w.now, ball.x, ball.y, ball.radius, ball.speed)
-    if w.now - w.instant > length:
-        w.instant, w.rounds = w.now, 0
-    w.rounds += 1
-    return bool(w.rounds > decisions.FEW_ROUNDS)
+            w.pair_t[i, j], w.pair[i, j].last, w.pair[i, j].hits = math.inf, -math.inf, 0
 
 
 # -- answers ---------------------------------------------------------------------------------------
 
 
 def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
-    """Answer a hit of two balls; tell whether it was an ordinary one."""
+    """Answer a hit of two balls; return False where that is hard."""
     a, b, scene = w.ball[i], w.ball[j], w.scene
-    if has_many_rounds(w, b if b.speed > a.speed else a):
+    has_many = has_many_rounds(w, b if b.speed > a.speed else a)
+    if not note_met(w, i, j):
         return False
     x, y, ax, ay = motion_at(path_of(a), w.now)
     u, v, bx, by = motion_at(path_of(b), w.now)
     along, noise = unit(u - x, v - y), max(a.noise, b.noise)
     closing = approach((ax, ay), (bx, by), along)
     e = scene.cue_ball if scene.cue in (i, j) else scene.ball_ball
-    if not is_ordinary_hit(w, i, j, closing, noise, e):
-        return False
     pair = Pair(a.mass, b.mass, e, scene.ball_friction)
     before_a, before_b = split((ax, ay), along), split((bx, by), along)
-    if jumps(scene, before_a, before_b, pair):
-        return False
+    is_special = has_many or jumps(scene, before_a, before_b, pair)
+    if is_special or not is_ordinary_hit(w, i, j, closing, noise, e):
+        return answer_alone(w, sides, i, j, has_many)
     parts_a, parts_b = ball_ball(scene, before_a, before_b, pair)
     after_a = changed((ax, ay), before_a, parts_a, along)
     after_b = changed((bx, by), before_b, parts_b, along)
@@ -333,7 +282,9 @@ def is_ordinary_hit(w: Work, i: int, j: int, closing: float, noise: float, e: fl
     """Tell whether two balls hit each other, and in no contact that lasts; note when they met."""
     a, b, pair, least, met = w.ball[i], w.ball[j], w.pair[i, j], 0.0, w.now
     if pair.last > -math.inf:
-        time = contact_time(w, i, j, w.now)
+        time, faint = lasting_of(w, i, j, w.now)
+        if closing < faint:
+            return False
         if decisions.lasts(w.now - pair.last, time):
             if decisions.is_micro(closing, time, w.scene.pull):
                 return False
@@ -344,19 +295,6 @@ def is_ordinary_hit(w: Work, i: int, j: int, closing: float, noise: float, e: fl
     if w.scene.pull > 0.0:
         pair.met, pair.last = met, w.now
     return True
-
-
-def note_hit(w: Work, i: int, j: int) -> None:
-    """Count a hit, and note whom the watched ball met."""
-    count, watched = w.count, w.scene.watched
-    count.events += 1
-    count.hits += 1
-    keep_contact(w, i, j)
-    if watched in (i, j):
-        other = j if i == watched else i
-        count.met[other] = 1
-        if count.first_hit == NOTHING:
-            count.first_hit = other
 
 
 def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
@@ -372,14 +310,15 @@ def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
 
 
 def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
-    """Answer a hit on a cushion, by a side of it; tell whether it was an ordinary one."""
+    """Answer a hit on a cushion, by a side of it; return False where that is hard."""
     ball = w.ball[i]
-    if has_many_rounds(w, ball):
+    has_many = has_many_rounds(w, ball)
+    if not note_met(w, i, -1 - side.first):
         return False
     x, y, vx, vy = motion_at(path_of(ball), w.now)
     across = normal(nearest(sides, side, x, y, ball.radius), x, y)
-    if not decisions.is_hit(wall_approach((vx, vy), across), ball.noise, 0.0):
-        return False
+    if has_many or not decisions.is_hit(wall_approach((vx, vy), across), ball.noise, 0.0):
+        return answer_alone(w, sides, i, -1 - side.first, has_many)
     before = split((vx, vy), across)
     parts = cushion(w.scene, before, w.scene.cushion, w.scene.cushion_friction)
     after = changed((vx, vy), before, parts, across)
@@ -392,57 +331,12 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
     return is_sound
 
 
-def nearest(sides: Sides, side: Any, x: float, y: float, r: float) -> Any:
-    """Return the side of the same wall whose surface is nearest to a ball."""
-    found, least = side.first, math.inf
-    if side.last > side.first + 1:
-        for k in range(side.first, side.last):
-            far = abs(gap(sides[k], x, y, r))
-            if far < least:
-                found, least = k, far
-    return sides[found]
-
-
-def squared(v: Vector) -> float:
-    """Return the square of a velocity."""
-    return v[0] * v[0] + v[1] * v[1]
-
-
-def begin(w: Work, i: int, place: Vector, velocity: Vector, noise: float) -> bool:
-    """Set a ball off on a new path, or put it to rest; tell whether it is not lost."""
-    ball = w.ball[i]
-    if squared(velocity) <= noise * noise:
-        velocity = (0.0, 0.0)
-    path = set_off(w.now, place, velocity, w.scene.pull)
-    is_sound = put_path(ball, path)
-    ball.noise = noise
-    if path.vx != 0.0 or path.vy != 0.0:
-        ball.moves = 1
-        keep(w, i, path)
-    elif ball.moves:
-        stop(w, i, w.now)
-    return is_sound
-
-
-def stop(w: Work, i: int, t: float) -> None:
-    """Put a ball to rest at the end of its path."""
-    ball, count = w.ball[i], w.count
-    x, y, _, _ = motion_at(path_of(ball), ball.end)
-    ball.moves, ball.rest[0], ball.rest[1], w.due[i].stop_t = 0, x, y, math.inf
-    note_next(w, i)
-    count.events += 1
-    count.duration = max(count.duration, t)
-    rests = set_off(t, (x, y), (0.0, 0.0), 0.0)
-    put_box(ball, box(rests, ball.radius, t, math.inf))
-    keep(w, i, rests)
-
-
 def take_in(w: Work, i: int, side: Any) -> bool:
     """Let a pocket take a ball in, which meets nothing any more."""
     ball, count = w.ball[i], w.count
     keep_contact(w, i, -1 - side.wall)
     x, y, vx, vy = motion_at(path_of(ball), w.now)
-    keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now))
+    keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now, True, 0.0, 0.0))
     path = set_off(w.now, (side.center[0], side.center[1]), (0.0, 0.0), 0.0)
     put_path(ball, path)
     ball.noise, ball.moves = 0.0, 0
@@ -453,7 +347,7 @@ def take_in(w: Work, i: int, side: Any) -> bool:
     put_box(ball, NOWHERE)
     forget(w, i)
     for j in range(w.scene.balls):
-        w.pair[min(i, j), max(i, j)].last = -math.inf
+        w.pair[min(i, j), max(i, j)].last, w.pair[min(i, j), max(i, j)].hits = -math.inf, 0
     refresh(w, i)
     return True
 

@@ -10,11 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.physics.contact import Pair
+
 Work = Any  # one record of WORK
 Ball = Any  # one record of BALL
 Sides = Any  # an array of SIDE
 
 MOST_BALLS = 64
+MOST_TOGETHER = 64  # A shot with more contacts at one instant goes to the engine.
 MOST_KNOTS = 4096  # A track with more breakpoints goes to the engine.
 ROOM = 65_536  # This many breakpoints of some shots are kept together, in 4 MB a thread.
 NOTHING = -1  # stands for no ball, no side, no pocket
@@ -28,17 +31,19 @@ SIDE = np.dtype(
      ("pocket", I), ("center", F, 2)]
 )  # fmt: skip
 
-SCENE = np.dtype(  # Its kind is that of its law.
-    [("kind", I), ("balls", I), ("cue", I), ("watched", I), ("latest", F), ("keeps", I),
+# Its kind is that of its law for single hits, and `together` that for contacts of one instant.
+SCENE = np.dtype(
+    [("kind", I), ("together", I), ("balls", I), ("cue", I), ("watched", I), ("latest", F),
+     ("keeps", I),
      ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
 
 # A ball has its path, its speed at the beginning, what of it is noise, the box around it, and
-# where it rests if it does not move.
+# where it rests, and since when, if it does not move.
 BALL = np.dtype(
     [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
-     ("speed", F), ("noise", F), ("box", F, 4), ("moves", I), ("rest", F, 2),
+     ("speed", F), ("noise", F), ("box", F, 4), ("moves", I), ("rest", F, 2), ("rested", F),
      ("radius", F), ("mass", F), ("is_off", I)]
 )  # fmt: skip
 
@@ -50,7 +55,8 @@ DUE = np.dtype(
      ("ball_t", F), ("path_end", F), ("until", F)]
 )  # fmt: skip
 
-PAIR = np.dtype([("met", F), ("last", F)])  # when two balls met, and when they hit each other last
+# when two balls met, when they hit each other last, and how many micro-collisions they have had
+PAIR = np.dtype([("met", F), ("last", F), ("hits", I)])
 
 COUNT = np.dtype(
     [("events", I), ("hits", I), ("cushions", I), ("first_hit", I), ("duration", F),
@@ -69,10 +75,33 @@ TRACK = np.dtype(
     ]
 )
 
+# A contact has the fields of physics.contact.Contact, the first side of its wall, what becomes of
+# it, when its balls hit each other last, and how fast they part at least.
+CONTACT = np.dtype(
+    [("a", I), ("b", I), ("normal", F, 2), ("gap", F), ("wall", I), ("kind", I), ("last", F),
+     ("parting", F), ("pair", [(name, F) for name in Pair._fields])]
+)  # fmt: skip
+
+# What has `met` at an instant, in its rounds, and what is `due`, are pairs of a ball and another
+# one, or a wall, which is -1 - its first side. Arrays by ball have room for the ball -1 at the end.
+C = MOST_TOGETHER
+TOGETHER = np.dtype(
+    [("met", I, (C, 2)), ("mets", I), ("due", I, (C, 2)), ("dues", I), ("turn", I, (C, 2)),
+     ("missed", I, (C, 2)), ("misses", I), ("unlisted", I),
+     ("contact", CONTACT, C), ("answered", CONTACT, C), ("hitting", CONTACT, C + 1),
+     ("group", CONTACT, C), ("place", F, (N, 2)), ("velocity", F, (N + 1, 2)),
+     ("before", F, (N + 1, 2)),
+     ("moved", I, N + 1), ("pressed", I, N + 1), ("is_in", I, N + 1), ("changed", I, N + 1),
+     ("is_near", I, N), ("queue", I, N), ("first", I, N + 1), ("shares", I, N + 1),
+     ("gap", F, C), ("closing", F, C), ("hits", I, C), ("response", F, (C, C)),
+     ("factor", F, (C, C)), ("wanted", F, C), ("unit", F, C), ("impulse", F, C), ("rest", F, C),
+     ("pushing", I, C), ("chosen", I, C)]
+)  # fmt: skip
+
 WORK = np.dtype(
     [("scene", SCENE), ("ball", BALL, N), ("now", F), ("instant", F), ("rounds", I),
      ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("pair", PAIR, (N, N)),
-     ("count", COUNT), ("track", TRACK)]
+     ("count", COUNT), ("track", TRACK), ("together", TOGETHER)]
 )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast.records import NOTHING, WORK, Shots
-from pool_pymunk.fast.tables import cue_of, law_number
+from pool_pymunk.fast.tables import cue_of, law_number, together_number
 from pool_pymunk.model import Point, Scene
 from pool_pymunk.model.inputs import TABLE, column_of, parts, row_of, struck, with_inputs
 from pool_pymunk.model.problems import setting_error
@@ -83,6 +83,7 @@ class Source(NamedTuple):
         work = np.zeros(1, dtype=WORK).view(np.recarray)[0]
         own, latest = work.scene, self.asked.settings.max_time
         own.kind, own.watched, own.keeps = law_number(self.law), self.watched, keeps
+        own.together = together_number(self.law)
         own.balls, own.cue = len(self.scene.balls), cue_of(self.scene)
         own.latest = np.inf if latest is None else latest
         return work

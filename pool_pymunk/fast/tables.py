@@ -34,6 +34,13 @@ def law_number(law: Law) -> int:
     return NOTHING
 
 
+def together_number(law: Law) -> int:
+    """Return the number of the compiled law that answers contacts of one instant so, or -1."""
+    known = [each.together for each in COMPILED]
+    own = getattr(law.together, "__func__", None)
+    return known.index(own) if own in known else NOTHING
+
+
 def table_of(scene: Scene) -> Table:
     """Return the scene's walls and pockets in arrays."""
     return arrays_of([*walls(scene), *pockets(scene)], scene.table)

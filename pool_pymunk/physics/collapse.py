@@ -16,14 +16,15 @@ same.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from itertools import chain, compress
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_speed
+from pool_pymunk.physics.contact import Contact, Velocities, closing_speed, fastest
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.together import directions
+from pool_pymunk.physics.together import lines, push
 
 MOST_HITS = 30_000  # This many hits are played one by one at most.
 MOST_IN_TIME = 2_000  # This many hits come in the order of their times; then all gaps are closed.
@@ -119,26 +120,28 @@ class Order:
     def next(self, velocity: Velocities, least: float) -> list[Contact]:
         """Return the next contacts that hit faster than ``least`` (m/s), and go on to them."""
         closing = [closing_speed(contact, velocity) for contact in self.contacts]
-        waits = [
-            gap / c if c > least else math.inf for gap, c in zip(self.gaps, closing, strict=True)
-        ]
-        wait = min(waits)
-        if wait == math.inf:
-            return []
-        latest = wait * (1.0 + TOGETHER_IN_TIME)
-        found = [k for k, each in enumerate(waits) if each <= latest]
-        if wait > 0.0:
-            self.gaps = [
-                max(gap - c * wait, 0.0) for gap, c in zip(self.gaps, closing, strict=True)
-            ]
-        for k in found:
-            self.gaps[k] = 0.0
-        return [self.contacts[k] for k in found]
+        count, hits = len(closing), [False] * len(closing)
+        found = go_on(self.gaps, closing, count, least, hits)
+        return list(compress(self.contacts, hits)) if found else []
 
 
-def fastest(velocity: Mapping[int, Vector]) -> float:
-    """Return the speed (m/s) of the fastest ball."""
-    return math.sqrt(max(vx * vx + vy * vy for vx, vy in velocity.values()))
+def go_on(gaps: Any, closing: Any, count: int, least: float, hits: Any) -> int:
+    """Go on to the next hits that are faster than ``least`` (m/s), mark them, and count them.
+
+    ``gaps`` (m) close at the speeds ``closing`` (m/s). numba can compile it.
+    """
+    wait, found = math.inf, 0  # s
+    for k in range(count):
+        if closing[k] > least:
+            wait = min(wait, gaps[k] / closing[k])
+    if wait == math.inf:
+        return 0
+    latest = wait * (1.0 + TOGETHER_IN_TIME)
+    for k in range(count):
+        hits[k] = closing[k] > least and gaps[k] / closing[k] <= latest
+        found += hits[k]
+        gaps[k] = 0.0 if hits[k] else max(gaps[k] - closing[k] * wait, 0.0)
+    return found
 
 
 class Leaps:
@@ -146,14 +149,16 @@ class Leaps:
 
     def __init__(self, contacts: Sequence[Contact]) -> None:
         self.contacts = contacts
-        self.balls = sorted({i for contact in contacts for i in contact.balls})
-        opens, slips, lightness = directions(contacts, self.balls)
-        count = len(contacts)
-        self.relative = np.empty((2 * count, 2 * len(self.balls)))  # v -> closing speeds and slips
-        self.relative[0::2], self.relative[1::2] = -opens, slips
-        # what unit impulses, over the effective mass, do to the velocities
-        m_eff = 1.0 / (slips * lightness * slips).sum(axis=1)
-        self.pushes = -(self.relative * lightness).T * np.repeat(m_eff, 2)
+        masses = {i: m for c in contacts for i, m in zip(c.balls, c.pair, strict=False)}
+        self.balls, pushed = sorted(masses), []
+        for line in lines(contacts):
+            velocity: Velocities = dict.fromkeys(self.balls, (0.0, 0.0))
+            push(line, 1.0, 0.0, velocity)
+            pushed.append(list(chain(*velocity.values())))
+        self.pushes = np.array(pushed).T  # what unit impulses do to the velocities
+        mass = np.repeat([masses[i] for i in self.balls], 2)
+        self.relative = -(self.pushes.T * mass)  # velocities -> closing speeds and slips
+        self.lightness = -(self.relative * self.pushes.T).sum(axis=1)  # 1 / m_eff
         self.least = 0.0  # m/s; a contact that closes more slowly does not
         self.hits: dict[Round, Array] = {}
         self.rounds: list[Round] = []
@@ -162,8 +167,8 @@ class Leaps:
     def over(self, velocity: Velocities, least: float) -> int:
         """Leap over cycles, if the last rounds repeat, and return how many hits that were."""
         self.least = least
-        v = np.array([velocity[i] for i in self.balls]).ravel()
-        this = self._round(self.relative @ v)
+        v = np.array([velocity[i] for i in self.balls]).reshape(-1, 1)
+        this = self._round(times(self.relative, v))
         self.rounds = [*self.rounds[1 - 2 * LONGEST_CYCLE :], this] if this else []
         self.wait -= 1
         cycle = self._cycle() if self.wait <= 0 else None
@@ -177,20 +182,19 @@ class Leaps:
         self.rounds = [] if count else self.rounds
         return count * sum(map(len, cycle))
 
-    def _round(self, r: Array) -> Round:
+    def _round(self, relative: Array) -> Round:
         """Return which contacts close, and how friction acts; nothing if two share a ball."""
-        closing = np.flatnonzero(r[0::2] > self.least).tolist()
-        if len(closing) > 1:
-            balls = [i for k in closing for i in self.contacts[k].balls]
-            if len(balls) > len(set(balls)):
-                return ()
-        return tuple((k, self._friction(k, r)) for k in closing)
+        r = relative[:, 0].tolist()
+        closing = [k for k, c in enumerate(r[::2]) if c > self.least]
+        balls = [i for k in closing for i in self.contacts[k].balls]
+        if len(balls) > len(set(balls)):
+            return ()
+        return tuple([(k, self._friction(k, *r[2 * k : 2 * k + 2])) for k in closing])
 
-    def _friction(self, k: int, r: Array) -> int:
+    def _friction(self, k: int, closing: float, slip: float) -> int:
         """Return how friction acts: ``STICKS``, or the slip's sign."""
-        pair, closing, slip = self.contacts[k].pair, r[2 * k], r[2 * k + 1]
-        most = pair.friction * (1.0 + pair.restitution) * closing
-        if pair.friction == 0.0 or abs(slip) <= most:
+        pair = self.contacts[k].pair
+        if abs(slip) <= pair.friction * (1.0 + pair.restitution) * closing or pair.friction == 0.0:
             return STICKS
         return 1 if slip > 0.0 else -1
 
@@ -204,49 +208,49 @@ class Leaps:
 
     def _leap(self, cycle: Sequence[Round], v: Array) -> tuple[Array, int]:
         """Return the velocities after as many cycles as stay the same, and how many these are."""
-        power = self._map(cycle)
-        powers, total = [power], 0
-        for doubling in range(MOST_DOUBLINGS):
-            after = v + powers[-1][1] @ (self.relative @ v)
+        at = [2 * k + n for k in sorted({k for k, _ in chain(*cycle)}) for n in (0, 1)]
+        relative, hits = self.relative[at], [self._hit(this)[:, at] for this in cycle]
+        t, q = np.eye(len(at)), np.zeros((len(v), len(at)))
+        for hit in hits:
+            pushed = times(hit, t)
+            t, q = t + times(relative, pushed), q + pushed
+        powers, total = [q], 0
+        while len(powers) <= MOST_DOUBLINGS:
+            after = v + times(q, times(relative, v))
             if not self._repeats(cycle, after):
                 break
-            v, total = after, total + 2**doubling
-            t, q = powers[-1]
-            powers.append((t @ t, q + q @ t))
+            v, total = after, total + 2 ** (len(powers) - 1)
+            t, q = times(t, t), q + times(q, t)
+            powers.append(q)
         for doubling in reversed(range(len(powers) - 1)):
-            after = v + powers[doubling][1] @ (self.relative @ v)
+            after = v + times(powers[doubling], times(relative, v))
             if self._repeats(cycle, after):
                 v, total = after, total + 2**doubling
         return v, total
 
-    def _map(self, cycle: Sequence[Round]) -> tuple[Array, Array]:
-        """Return what one cycle does to closing speeds and slips (T), and to velocities (Q)."""
-        size = len(self.relative)
-        t, q = np.eye(size), np.zeros((self.relative.shape[1], size))
-        for this in cycle:
-            hit = self._hit(this) @ t
-            t, q = t + self.relative @ hit, q + hit
-        return t, q
-
     def _hit(self, this: Round) -> Array:
         """Return what the hits of a round do to velocities, of closing speeds and slips."""
-        if this in self.hits:
-            return self.hits[this]
-        hit = self.hits[this] = np.zeros(self.pushes.shape)
-        for k, friction in this:
-            pair, at = self.contacts[k].pair, 2 * k
-            normal, tangential = self.pushes[:, at], self.pushes[:, at + 1]
-            bounce = 1.0 + pair.restitution
-            hit[:, at] = bounce * (normal + friction * pair.friction * tangential)
-            if friction == STICKS and pair.friction > 0.0:
-                hit[:, at + 1] = tangential
-        return hit
+        if this not in self.hits:
+            hit = self.hits[this] = np.zeros(self.pushes.shape)
+            for k, friction in this:
+                pair, n, t = self.contacts[k].pair, 2 * k, 2 * k + 1
+                normal, tangential = (self.pushes[:, m] / self.lightness[m] for m in (n, t))
+                bounce = 1.0 + pair.restitution
+                hit[:, n] = bounce * (normal + friction * pair.friction * tangential)
+                if friction == STICKS and pair.friction > 0.0:
+                    hit[:, t] = tangential
+        return self.hits[this]
 
     def _repeats(self, cycle: Sequence[Round], v: Array) -> bool:
         """Tell whether the rounds from here on are those of the cycle."""
         for this in cycle:
-            r = self.relative @ v
+            r = times(self.relative, v)
             if not np.isfinite(r).all() or self._round(r) != this:
                 return False
-            v = v + self._hit(this) @ r
+            v = v + times(self._hit(this), r)
         return True
+
+
+def times(a: Array, b: Array) -> Array:
+    """Return the product of two matrices, which BLAS rounds otherwise on other machines."""
+    return np.asarray((a[:, :, np.newaxis] * b).sum(axis=1))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
-from typing import NamedTuple
+import math
+from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
+from typing import Any, NamedTuple
 
 Vector = tuple[float, float]
 Velocities = MutableMapping[int, Vector]  # m/s, by ball number
@@ -95,20 +96,32 @@ def closing_speed(contact: Contact, velocity: Mapping[int, Vector]) -> float:
     return approach(velocity[contact.a], velocity[contact.b], contact.normal)
 
 
-def groups(contacts: Sequence[Contact]) -> Iterator[list[Contact]]:
+def fastest(velocity: Mapping[int, Vector]) -> float:
+    """Return the speed (m/s) of the fastest ball."""
+    return math.sqrt(max(vx * vx + vy * vy for vx, vy in velocity.values()))
+
+
+def groups(contacts: Sequence[Contact]) -> Iterable[list[Contact]]:
     """Sort contacts into groups, so that two contacts that share a ball are in one group."""
-    with_ball: dict[int, list[int]] = {}
-    for k, contact in enumerate(contacts):
-        for ball in contact.balls:
-            with_ball.setdefault(ball, []).append(k)
-    sorted_in: set[int] = set()
-    for first in range(len(contacts)):
-        group: list[int] = []
-        joined = [first] if first not in sorted_in else []
-        while joined:
-            sorted_in.update(joined)
-            group += joined
-            near = {k for j in joined for ball in contacts[j].balls for k in with_ball[ball]}
-            joined = sorted(near - sorted_in)
-        if group:
-            yield [contacts[k] for k in group]
+    first, found = dict[int, int](), dict[int, list[Contact]]()
+    join(contacts, len(contacts), first)
+    for contact in contacts:
+        found.setdefault(first_of(contact.a, first), []).append(contact)
+    return found.values()
+
+
+def join(contacts: Any, count: int, first: Any) -> None:
+    """Join the balls of each contact: each has a lower one as its ``first``, or is that itself."""
+    for k in range(count):
+        first[contacts[k].a], first[contacts[k].b] = contacts[k].a, contacts[k].b
+    for k in range(count):
+        if contacts[k].b != NO_BALL:
+            one, other = first_of(contacts[k].a, first), first_of(contacts[k].b, first)
+            first[max(one, other)] = min(one, other)
+
+
+def first_of(ball: int, first: Any) -> int:
+    """Return the lowest number of the balls that are joined to a ball."""
+    while first[ball] != ball:
+        ball = first[ball]
+    return ball

@@ -12,17 +12,17 @@ are three ways, and the first one that explains the change of all velocities hol
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, groups
-from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.together import at_once, directions
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed, groups
+from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
 
 # of the change of velocities; what explains all but this share of it explains it. Rounding of some
 # thousand calls is less than that, and a wrong way errs by parts in a hundred.
 EXPLAINED = 1e-9
+
+UNIT = Pair(1.0, 1.0, 0.0, 0.0)  # The masses are in the momenta.
 
 Call = tuple[Contact, Sequence[Vector], Sequence[Vector]]  # its balls' velocities before and after
 
@@ -63,42 +63,47 @@ class Shared:
     def _of_group(self, group: Sequence[Contact]) -> list[float]:
         """Return the impulses (N s) of contacts that hang together."""
         balls = sorted({i for contact in group for i in contact.balls})
-        change = _row(self.after, balls) - _row(self.before, balls)
-        found = self._of_calls(group, balls, change)
+        change = {i: _less(self.after[i], self.before[i]) for i in balls}
+        found = self._of_calls(group, change)
         if found is not None:
             return found
         solved = dict(self.before)
         found = at_once(group, solved)
         if found is not None and all(solved[i] == self.after[i] for i in balls):
             return found
-        return _least(group, balls, change)
+        return _least(group, change)
 
     def _of_calls(
-        self, group: Sequence[Contact], balls: Sequence[int], change: Array
+        self, group: Sequence[Contact], change: Mapping[int, Vector]
     ) -> list[float] | None:
         """Return the sums of the calls' impulses, divided by a common number that explains all."""
         impulses = dict.fromkeys([contact[:3] for contact in group], 0.0)
-        total = {i: np.zeros(2) for i in balls}
+        total: dict[int, Vector] = dict.fromkeys(change, (0.0, 0.0))
         for contact, before, after in self.calls:
             if contact[:3] in impulses:
                 impulses[contact[:3]] += along_normal(contact, before[0], after[0])
                 for i, old, new in zip(contact.balls, before, after, strict=True):
-                    total[i] += np.subtract(new, old)
-        sums = np.concatenate([total[i] for i in balls])
-        share = float(sums @ change / (sums @ sums)) if sums.any() else 0.0
-        if np.abs(share * sums - change).max() > EXPLAINED * np.abs(change).max():
+                    total[i] = _less(total[i], _less(old, new))
+        pairs = [(x, y) for i in change for x, y in zip(total[i], change[i], strict=True)]
+        size = math.fsum(x * x for x, _ in pairs)
+        share = math.fsum(x * y for x, y in pairs) / size if size > 0.0 else 0.0
+        if max(abs(share * x - y) for x, y in pairs) > EXPLAINED * max(abs(y) for _, y in pairs):
             return None
         return [share * impulse for impulse in impulses.values()]
 
 
-def _least(group: Sequence[Contact], balls: Sequence[int], change: Array) -> list[float]:
-    """Return the impulses of least norm that explain the change of velocity."""
-    normals, tangents, lightness = directions(group, balls)
-    pushes = np.concatenate((normals, tangents)).T
-    found = np.linalg.lstsq(pushes, change / lightness, rcond=1e-12)[0]
-    return list(map(float, found[: len(group)]))
+def _less(one: Vector, other: Vector) -> Vector:
+    return one[0] - other[0], one[1] - other[1]
 
 
-def _row(velocity: Mapping[int, Vector], balls: Sequence[int]) -> Array:
-    """Return the velocities of these balls in one row."""
-    return np.array([velocity[i] for i in balls]).ravel()
+def _least(group: Sequence[Contact], change: Mapping[int, Vector]) -> list[float]:
+    """Return the impulses of least norm that explain the changes of velocity (m/s)."""
+    masses = {i: m for contact in group for i, m in zip(contact.balls, contact.pair, strict=False)}
+    momentum = {i: (masses[i] * x, masses[i] * y) for i, (x, y) in change.items()}
+    both = lines([contact._replace(pair=UNIT) for contact in group])
+    own = room(len(both))
+    for k, line in enumerate(both):
+        own.response[k] = [coupling(line, other) for other in both]
+        own.wanted[k], own.pushing[k] = -closing_speed(line, momentum), True
+    least_impulses(own, len(both))
+    return list(own.impulse[::2])

@@ -180,7 +180,7 @@ class Published(Law):
 
     def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
         """Answer one contact after the other: cushions first, then pairs in the scene's order."""
-        for contact in sorted(contacts, key=_as_listed):
+        for contact in sorted(contacts, key=as_listed):
             if closing_speed(contact, velocity) > 0.0:
                 respond(contact, velocity)
 
@@ -236,10 +236,10 @@ def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False
     return jumps
 
 
-def _as_listed(contact: Contact) -> tuple[bool, int, int, bool]:
+def as_listed(contact: Contact) -> tuple[bool, int, int, bool]:
     """Return the place in the listing's order: cushions (across x, then y) before pairs."""
-    nx, ny = contact.normal
-    return contact.b != NO_BALL, contact.a, contact.b, abs(nx) < abs(ny)
+    across = abs(contact.normal[0]) < abs(contact.normal[1])
+    return contact.b != NO_BALL, contact.a, contact.b, across
 
 
 def _sign(x: float) -> float:

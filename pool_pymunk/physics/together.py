@@ -14,25 +14,34 @@ The two answers here do not depend on the order in which balls are listed:
 
 A contact may close only because of this answer. It is then the next impact at the same instant: a
 hit runs through a row of touching balls one after the other, as in Newton's cradle.
+
+The impulses are found in plain loops over numbers, which round alike on every machine. numba can
+compile them for arrays of records with the fields of contacts.
 """
 
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import permutations
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pool_pymunk.physics.contact import NO_BALL, Contact, Respond, Velocities, closing_speed
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.contact import (
+    NO_BALL,
+    Contact,
+    Respond,
+    Velocities,
+    closing_speed,
+    fastest,
+)
 
 ALL_ORDERS = 4  # For up to this many contacts all their orders are tried.
 MOST_SWEEPS = 200  # After this many sweeps of the mean, what still closes is a next impact.
 TIE_DIGITS = 9  # Normals that agree to this many digits are the same.
 SPEED_ROUNDING = 64.0 * 2.0**-52  # This share of the speeds, or of the impulses, may be rounding.
 MOST_EXCHANGES = 20  # This many exchanges are tried for each contact.
+REDUNDANT = 1e-12  # A contact with less than this share of a response of its own is redundant.
 TOO_SLOW = 0.5  # of the parting speed: a law of your own may leave a contact slower than this share
 
 
@@ -49,7 +58,7 @@ def mean_over_orders(contacts: Sequence[Contact], velocity: Velocities, respond:
     balls = sorted({i for contact in contacts for i in contact.balls})
     orders = list(_orders(contacts))
     for _ in range(MOST_SWEEPS):
-        noise = SPEED_ROUNDING * max(math.hypot(*velocity[i]) for i in balls)
+        noise = SPEED_ROUNDING * fastest({i: velocity[i] for i in balls})
         if all(closing_speed(contact, velocity) <= noise for contact in contacts):
             return
         ends = [_in_order(order, {i: velocity[i] for i in balls}, respond) for order in orders]
@@ -71,40 +80,122 @@ def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
     if len(contacts) <= ALL_ORDERS:
         yield from permutations(contacts)
         return
-    places = np.array([contact.point for contact in contacts])
-    places = places - places.mean(axis=0)
-    size = np.abs(places).max() or 1.0
+    x0, y0 = (math.fsum(c.point[axis] for c in contacts) / len(contacts) for axis in (0, 1))
+    places = [(c.point[0] - x0, c.point[1] - y0) for c in contacts]
+    size = max(max(abs(x), abs(y)) for x, y in places) or 1.0
     along = {(round(x, TIE_DIGITS), round(y, TIE_DIGITS)) for x, y in (c.normal for c in contacts)}
     for nx, ny in sorted(along | {(-x, -y) for x, y in along}):
-        reached = np.round(places @ (nx, ny) / size, TIE_DIGITS)
-        across = places @ (-ny, nx)
-        for end in (across, -across):
-            yield [contacts[k] for k in np.lexsort((end, reached))]
+        reached = [round((x * nx + y * ny) / size, TIE_DIGITS) for x, y in places]
+        for end in (1.0, -1.0):
+            across = [end * (y * nx - x * ny) for x, y in places]
+            ranks = sorted(zip(reached, across, range(len(contacts)), strict=True))
+            yield [contacts[k] for _, _, k in ranks]
 
 
 # -- Coulomb's law: all at once ----------------------------------------------------------------
 
 
+# A room has lists, or arrays. `response[k][m]` is the speed by which a unit impulse at contact m
+# opens contact k (1/kg), `wanted` that (m/s) by which each has to open, and `impulse` (N s) what
+# comes of it. `shares` says by ball how many contacts push it. The others are for work.
+Room = namedtuple("Room", "response factor wanted unit impulse rest pushing chosen shares")
+
+
+def room(count: int) -> Room:
+    """Return room for the impulses of this many contacts."""
+    response, factor = ([[0.0] * count for _ in range(count)] for _ in range(2))
+    wanted, unit, impulse, rest = ([0.0] * count for _ in range(4))
+    pushing, chosen = [False] * count, [0] * count
+    return Room(response, factor, wanted, unit, impulse, rest, pushing, chosen, {})
+
+
 def at_once(contacts: Sequence[Contact], velocity: Velocities) -> list[float] | None:
     """Give contacts all impulses at once; return the normal ones (N s), or None if unknown."""
-    balls = sorted({i for contact in contacts for i in contact.balls})
-    normals, tangents, lightness = directions(contacts, balls)
-    v = np.array([velocity[i] for i in balls]).ravel()
-    wanted = [(1.0 + c.pair.restitution) * closing_speed(c, velocity) for c in contacts]
-    j_n = _normal_impulses(normals * lightness @ normals.T, np.array(wanted))
-    if j_n is None:
-        return None
-    v = v + lightness * (normals.T @ j_n)
-    slip = tangents @ v
-    inverse_mass = (tangents * lightness * tangents).sum(axis=1)  # 1 / m_eff
-    touched = (normals != 0.0) | (tangents != 0.0)
-    shares = np.where(touched, touched[j_n > 0.0].sum(axis=0), 1).max(axis=1)
-    friction = np.array([contact.pair.friction for contact in contacts])
-    j_t = np.minimum(friction * j_n, np.abs(slip) / (np.maximum(shares, 1) * inverse_mass))
-    v = v - lightness * (tangents.T @ np.copysign(j_t, slip))
-    for i, (vx, vy) in zip(balls, v.reshape(-1, 2).tolist(), strict=True):
-        velocity[i] = (vx, vy)
-    return list(map(float, j_n))
+    own = room(len(contacts))
+    return list(own.impulse) if push_at_once(contacts, len(contacts), velocity, own) else None
+
+
+def push_at_once(contacts: Any, count: int, velocity: Any, room: Room) -> bool:
+    """Give contacts all impulses at once, and keep the normal ones; return False if unknown."""
+    shares, impulse, rest = room.shares, room.impulse, room.rest
+    for k in range(count):
+        one = contacts[k]
+        room.wanted[k] = (1.0 + one.pair.restitution) * closing_speed(one, velocity)
+        for m in range(k + 1):
+            room.response[k][m] = room.response[m][k] = coupling(one, contacts[m])
+        shares[one.a] = shares[one.b] = 0
+    if not find_impulses(room, count):
+        return False
+    for k in range(count):
+        one = contacts[k]
+        if impulse[k] > 0.0:
+            push(one, impulse[k], 0.0, velocity)
+            shares[one.a] += 1
+            shares[one.b] += 1
+    for k in range(count):
+        rest[k] = friction(contacts[k], impulse[k], velocity, shares)
+    for k in range(count):
+        if rest[k] != 0.0:
+            push(contacts[k], 0.0, rest[k], velocity)
+    return True
+
+
+def coupling(one: Contact, other: Contact) -> float:
+    """Return the speed (m/s) by which a unit impulse at one contact opens another."""
+    shared = way(other, one.a) / one.pair.m_a  # 1/kg
+    if one.b != NO_BALL:
+        shared = way(other, one.b) / one.pair.m_b - shared
+    if shared == 0.0:
+        return 0.0
+    return shared * (one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1])
+
+
+def lines(contacts: Iterable[Contact]) -> list[Contact]:
+    """Return each contact twice: as it is, and with its tangent in place of its normal."""
+    return [
+        contact._replace(normal=along)
+        for contact in contacts
+        for along in (contact.normal, (-contact.normal[1], contact.normal[0]))
+    ]
+
+
+def way(contact: Contact, ball: int) -> float:
+    """Return the sign with which a contact pushes a ball along its normal; 0: not at all."""
+    if ball == contact.b:
+        return 1.0
+    if ball != contact.a:
+        return 0.0
+    return 1.0 if contact.b == NO_BALL else -1.0
+
+
+def push(contact: Contact, along: float, across: float, velocity: Any) -> None:
+    """Drive the sides of a contact apart by impulses (N s) along its normal and its tangent."""
+    nx, ny = contact.normal[0], contact.normal[1]
+    x, y = along * nx - across * ny, along * ny + across * nx
+    a, b, m_a = contact.a, contact.b, contact.pair.m_a
+    if b == NO_BALL:
+        velocity[a] = (velocity[a][0] + x / m_a, velocity[a][1] + y / m_a)
+        return
+    velocity[a] = (velocity[a][0] - x / m_a, velocity[a][1] - y / m_a)
+    velocity[b] = (velocity[b][0] + x / contact.pair.m_b, velocity[b][1] + y / contact.pair.m_b)
+
+
+def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> float:
+    """Return the impulse (N s) against the slip: of what would end it, a contact takes its share.
+
+    ``shares`` has the number of contacts that push each ball.
+    """
+    most = contact.pair.friction * impulse
+    if most <= 0.0:
+        return 0.0
+    nx, ny, v = contact.normal[0], contact.normal[1], velocity[contact.a]
+    slip, lightness, among = v[1] * nx - v[0] * ny, 1.0 / contact.pair.m_a, shares[contact.a]
+    if contact.b != NO_BALL:
+        v = velocity[contact.b]
+        slip = (v[1] * nx - v[0] * ny) - slip
+        lightness += 1.0 / contact.pair.m_b
+        among = max(among, shares[contact.b])
+    return math.copysign(min(most, abs(slip) / (among * lightness)), -slip)
 
 
 def push_apart(contact: Contact, parting: float, velocity: Velocities) -> float:
@@ -112,69 +203,153 @@ def push_apart(contact: Contact, parting: float, velocity: Velocities) -> float:
     lacking = parting + closing_speed(contact, velocity)
     if lacking <= TOO_SLOW * parting:
         return 0.0
-    a, b, (nx, ny), (m_a, m_b, _, _), *_ = contact
-    (ax, ay), (bx, by), share = velocity[a], velocity[b], lacking / (m_a + m_b)
-    velocity[a] = (ax - share * m_b * nx, ay - share * m_b * ny)
-    velocity[b] = (bx + share * m_a * nx, by + share * m_a * ny)
-    return share * m_a * m_b
+    m_a, m_b = contact.pair.m_a, contact.pair.m_b
+    impulse = lacking / (m_a + m_b) * m_a * m_b
+    push(contact, impulse, 0.0, velocity)
+    return impulse
 
 
-def directions(contacts: Sequence[Contact], balls: Sequence[int]) -> tuple[Array, Array, Array]:
-    """Return how each contact depends on the velocities, and the inverse masses.
-
-    The first two arrays (C, 2N) say how fast each contact opens and slips for each component of
-    velocity. The third (2N,) is 1 / mass (1/kg).
-    """
-    normals, tangents = np.zeros((2, len(contacts), 2 * len(balls)))
-    lightness = np.empty(2 * len(balls))
-    for k, contact in enumerate(contacts):
-        nx, ny = contact.normal
-        sides = [(contact.a, contact.pair.m_a, 1.0 if contact.b == NO_BALL else -1.0)]
-        if contact.b != NO_BALL:
-            sides.append((contact.b, contact.pair.m_b, 1.0))
-        for i, mass, sign in sides:
-            at = 2 * balls.index(i)
-            normals[k, at : at + 2] = sign * nx, sign * ny
-            tangents[k, at : at + 2] = -sign * ny, sign * nx
-            lightness[at : at + 2] = 1.0 / mass
-    return normals, tangents, lightness
+# -- the complementarity problem -----------------------------------------------------------------
 
 
-def _normal_impulses(response: Array, wanted: Array) -> Array | None:
-    """Return the impulses J >= 0 (kg m/s) that open every contact by ``wanted`` (m/s) or more.
+def find_impulses(room: Room, count: int) -> bool:
+    """Find the impulses J >= 0 (N s) that open every contact by ``wanted`` (m/s) or more.
 
-    ``response[k, l]`` is the speed by which a unit impulse at contact l opens contact k (1/kg). A
-    contact that pushes opens by exactly ``wanted``: J (response J - wanted) = 0. This is a linear
+    A contact that pushes opens by exactly ``wanted``: J (response J - wanted) = 0. This is a linear
     complementarity problem. Masses may differ widely, so the units are chosen such that each
-    contact's own response is 1. The answer is None where rounding hides which contacts push.
+    contact's own response is 1. Return False where rounding hides which contacts push.
 
     All contacts on the wrong side change sides at once, so that their order does not matter. If
     that does not end, only the last of them changes (Murty, Linear Complementarity, 1988, section
     3.2).
     """
-    unit = np.sqrt(response.diagonal())
-    response, wanted = response / np.outer(unit, unit), wanted / unit
-    pushing = wanted > 0.0
-    for exchange in range(MOST_EXCHANGES * len(wanted)):
-        impulses = _pushed(response, wanted, pushing)
-        lacking, slack = wanted - response @ impulses, _slack(response, wanted, impulses)
-        wrong = np.where(pushing, (impulses < 0.0) | (lacking < -slack), lacking > slack)
-        changing = np.flatnonzero(wrong)
-        if not len(changing):
-            return np.asarray(impulses / unit)
-        pushing[changing if exchange <= len(wanted) else changing[-1]] ^= True
-    return None
+    response, wanted, unit = room.response, room.wanted, room.unit
+    for k in range(count):
+        unit[k] = math.sqrt(response[k][k])
+    for k in range(count):
+        wanted[k] /= unit[k]
+        room.pushing[k] = wanted[k] > 0.0
+        row = response[k]
+        for m in range(count):
+            if row[m] != 0.0:
+                row[m] /= unit[k] * unit[m]
+    for exchange in range(MOST_EXCHANGES * count):
+        least_impulses(room, count)
+        if not exchange_sides(room, count, exchange <= count):
+            for k in range(count):
+                room.impulse[k] /= unit[k]
+            return True
+    return False
 
 
-def _pushed(response: Array, wanted: Array, pushing: NDArray[np.bool_]) -> Array:
-    """Return the smallest impulses that open the pushing contacts by what is needed."""
-    impulses = np.zeros(len(wanted))
-    part = response[np.ix_(pushing, pushing)]
-    impulses[pushing] = np.linalg.lstsq(part, wanted[pushing], rcond=1e-12)[0]
-    return impulses
+def exchange_sides(room: Room, count: int, all_at_once: bool) -> bool:
+    """Let contacts on the wrong side change sides, or the last one; tell whether any did."""
+    lacking, impulse, pushing, last = room.rest, room.impulse, room.pushing, -1
+    widest = pushed = 0.0
+    for k in range(count):
+        opened = total = 0.0
+        row = room.response[k]
+        for m in range(count):
+            if row[m] != 0.0:
+                part = row[m] * impulse[m]
+                opened += part
+                total += abs(part)
+        lacking[k] = room.wanted[k] - opened
+        widest, pushed = max(widest, abs(room.wanted[k])), max(pushed, total)
+    slack = 1e-12 * widest + SPEED_ROUNDING * pushed  # m/s; so much may be rounding
+    for k in range(count):
+        is_wrong = lacking[k] > slack
+        if pushing[k]:
+            is_wrong = impulse[k] < 0.0 or lacking[k] < -slack
+        if is_wrong:
+            last = k
+            if all_at_once:
+                pushing[k] = not pushing[k]
+    if last >= 0 and not all_at_once:
+        pushing[last] = not pushing[last]
+    return last >= 0
 
 
-def _slack(response: Array, wanted: Array, impulses: Array) -> float:
-    """Return how much of an opening speed (m/s) rounding may hide."""
-    pushed = np.abs(response) @ np.abs(impulses)
-    return float(1e-12 * np.abs(wanted).max() + SPEED_ROUNDING * pushed.max())
+def least_impulses(room: Room, count: int) -> None:
+    """Find the impulses of least norm that open the pushing contacts by ``wanted``.
+
+    The response of these contacts is L L^T, as far as they are not redundant. What the redundant
+    ones leave free are the impulses that open nothing, and of these the answer has no part.
+    """
+    factor, chosen, found, many = room.factor, room.chosen, room.rest, 0
+    for k in range(count):
+        room.impulse[k] = 0.0
+        if room.pushing[k]:
+            chosen[many] = k
+            many += 1
+    rank = decompose(room.response, chosen, many, factor, found)
+    for q in range(rank, many):
+        free = factor[chosen[q]]
+        backwards(factor, chosen, rank, free)
+        for p in range(rank, many):
+            free[p] = -1.0 if p == q else 0.0
+        project(factor, chosen, rank, q, many, free)
+    for p in range(many):
+        found[p] = room.wanted[chosen[p]]
+    project(factor, chosen, rank, many, many, found)
+    for p in range(rank):
+        row = factor[chosen[p]]
+        found[p] = (found[p] - product(row, found, p)) / row[p]
+    backwards(factor, chosen, rank, found)
+    for p in range(rank, many):
+        found[p] = 0.0
+    project(factor, chosen, rank, many, many, found)
+    for p in range(many):
+        room.impulse[chosen[p]] = found[p]
+
+
+def decompose(response: Any, chosen: Any, many: int, factor: Any, rest: Any) -> int:
+    """Find the rows of L, with pivots, and return its rank; put redundant contacts at the end.
+
+    ``rest`` has what is left of the response of each contact itself.
+    """
+    for p in range(many):
+        rest[chosen[p]] = response[chosen[p]][chosen[p]]
+    for p in range(many):
+        best = p
+        for q in range(p + 1, many):
+            if rest[chosen[q]] > rest[chosen[best]]:
+                best = q
+        if rest[chosen[best]] <= REDUNDANT:
+            return p
+        chosen[p], chosen[best] = chosen[best], chosen[p]
+        k = chosen[p]
+        row, pivot = factor[k], math.sqrt(rest[k])
+        row[p] = pivot
+        for q in range(p + 1, many):
+            m = chosen[q]
+            part = (response[m][k] - product(factor[m], row, p)) / pivot
+            factor[m][p] = part
+            rest[m] -= part * part
+    return many
+
+
+def backwards(factor: Any, chosen: Any, rank: int, found: Any) -> None:
+    """Solve L^T x = b, where ``found`` has first b, then x."""
+    for p in range(rank - 1, -1, -1):
+        row = factor[chosen[p]]
+        found[p] /= row[p]
+        for q in range(p):
+            found[q] -= row[q] * found[p]
+
+
+def project(factor: Any, chosen: Any, first: int, last: int, many: int, found: Any) -> None:
+    """Take away what lies along the vectors in some rows of ``factor``."""
+    for q in range(first, last):
+        row = factor[chosen[q]]
+        part = product(row, found, many) / product(row, row, many)
+        for p in range(many):
+            found[p] -= part * row[p]
+
+
+def product(one: Any, other: Any, many: int) -> float:
+    """Return the scalar product of the first ``many`` numbers, added up in their order."""
+    total = 0.0
+    for p in range(many):
+        total += one[p] * other[p]
+    return total

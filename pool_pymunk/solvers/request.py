@@ -125,8 +125,10 @@ class Request(NamedTuple):
         is_measured = self.settings.measures_policies and wall_time <= PATIENCE
         if trace.policies == {ZERO_SLIP} or not is_measured:
             return None
-        others = [self._solve(state, variant) for variant in trace.variants]
-        changed = SURE * max(farthest(trace, other) for other in others)
+        changed = 0.0
+        for variant in trace.variants:
+            if changed <= self.scene.diagonal:  # More is not said.
+                changed = max(changed, SURE * farthest(trace, self._solve(state, variant)))
         shift = min(changed, self.scene.diagonal)
         said = f"{SURE:g} times what other answers change"
         trace.warn(

@@ -1,0 +1,554 @@
+"""This module answers contacts of one instant in compiled shots, as the engine answers them.
+
+It is what :mod:`pool_pymunk.engine.resolver` and the clusters of :mod:`pool_pymunk.engine.contacts`
+do, in arrays: contacts that share a ball, rows of touching balls, micro-collisions, and balls that
+a cushion leads. A function that answers returns -1 (``NOTHING``) or False where a shot is hard:
+where hits may have no end, where the law's impulses are unknown, or where there is no more room.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pool_pymunk.engine import decisions
+from pool_pymunk.engine.resolver import SAME_NORMAL
+from pool_pymunk.fast.due import (
+    forget,
+    lasting_of,
+    look_ahead,
+    look_for_walls,
+    meet,
+    meet_others,
+    path_of,
+    refresh,
+)
+from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal, time_of_contact
+from pool_pymunk.fast.moves import begin, keep_contact, nearest, note_hit, squared
+from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Ball, Sides, Work
+from pool_pymunk.physics.collapse import go_on
+from pool_pymunk.physics.contact import NO_BALL, Pair, changed, closing_speed, first_of, join, split
+from pool_pymunk.physics.laws import as_listed
+from pool_pymunk.physics.path import motion_at
+from pool_pymunk.physics.sides import unit
+from pool_pymunk.physics.together import Room, push_apart, push_at_once
+
+MOST_UNLISTED = 2_000  # After this many instants with micro-collisions only, a shot is hard.
+
+MISSED, HIT, MICRO, LED = 0, 1, 2, 3  # what becomes of a contact, as in the resolver
+
+
+# -- what comes at this instant --------------------------------------------------------------------
+
+
+def latest_of(w: Work, i: int, j: int) -> float:
+    """Return up to when (s) contacts may be of the instant of that of ball ``i``, and maybe j."""
+    speed = w.ball[i].speed
+    if j >= 0:
+        speed = max(speed, w.ball[j].speed)
+    return float(w.now + decisions.nearly_now(w.ball[i].radius, speed))
+
+
+def gather(w: Work, sides: Sides, i: int, j: int) -> bool:
+    """Put the contacts of this instant into ``due``; False if there is no room.
+
+    That of ball ``i``, with ball ``j`` or a wall, is among them. They come in the order of their
+    numbers: pairs of balls first, then balls and walls.
+    """
+    at, balls, latest = w.together, w.scene.balls, latest_of(w, i, j)
+    at.dues = 0
+    for k in range(balls):
+        if w.due[k].ball_t <= latest:
+            for m in range(k + 1, balls):
+                is_first = k == i and m == j
+                is_now = w.pair_t[k, m] <= min(latest, latest_of(w, k, m))
+                if (is_first or (is_now and touch(w, k, m, 1.0))) and not note_due(w, k, m):
+                    return False
+    for k in range(balls):
+        if w.due[k].wall_t <= latest:
+            for n in range(len(sides)):
+                is_first = j < 0 and k == i and sides[n].wall == sides[w.due[k].side].wall
+                is_due = is_first or (sides[n].first == n and meets_wall(w, sides, k, n, latest))
+                if is_due and sides[n].first == n and not note_due(w, k, -1 - n):
+                    return False
+    return True
+
+
+def note_due(w: Work, i: int, other: int) -> bool:
+    """Put a contact of a ball, with another one or with a wall, into ``due``, if there is room."""
+    at = w.together
+    if at.dues == MOST_TOGETHER:
+        return False
+    at.due[at.dues, 0], at.due[at.dues, 1] = i, other
+    at.dues += 1
+    return True
+
+
+def meets_wall(w: Work, sides: Sides, i: int, n: int, latest: float) -> bool:
+    """Tell whether a ball meets a wall until ``latest`` (s), and touches it now."""
+    ball, t = w.ball[i], math.inf
+    for k in range(n, sides[n].last):
+        t = min(t, time_of_contact(sides[k], path_of(ball), ball.radius, ball.t))
+    return t <= min(latest, latest_of(w, i, NOTHING)) and touches_wall(w, sides, i, n, 1.0)
+
+
+def touch(w: Work, i: int, j: int, times: float) -> bool:
+    """Tell whether two balls touch now, with a gap that is at most so many times wider."""
+    x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
+    reach = w.ball[i].radius + w.ball[j].radius
+    return decisions.is_closed(gap_between(w, i, j) / times, x, y, reach)
+
+
+def gap_between(w: Work, i: int, j: int) -> float:
+    """Return the gap (m) between two balls now."""
+    x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
+    u, v, _, _ = motion_at(path_of(w.ball[j]), w.now)
+    dx, dy = u - x, v - y
+    return float(math.sqrt(dx * dx + dy * dy) - w.ball[i].radius - w.ball[j].radius)
+
+
+def touches_wall(w: Work, sides: Sides, i: int, n: int, times: float) -> bool:
+    """Tell whether a ball touches a wall now, of which this is the first side."""
+    x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
+    r = w.ball[i].radius
+    room = gap(nearest(sides, sides[n], x, y, r), x, y, r)
+    return decisions.is_closed(room / times, x, y, r)
+
+
+# -- contacts --------------------------------------------------------------------------------------
+
+
+def read_contacts(w: Work, sides: Sides) -> bool:
+    """Make a contact of each that is ``due``; return False if a ball meets two sides as one."""
+    at = w.together
+    for k in range(at.dues):
+        i, other = at.due[k, 0], at.due[k, 1]
+        read_motion(w, i)
+        if other >= 0:
+            read_motion(w, other)
+            read_pair(w, at.contact[k], i, other)
+        else:
+            read_wall(w, sides, at.contact[k], i, -1 - other)
+            nx, ny = at.contact[k].normal
+            for m in range(k):
+                ux, uy = at.contact[m].normal
+                is_same = at.contact[m].a == i and at.contact[m].b == NO_BALL
+                if is_same and nx * ux + ny * uy > 1.0 - SAME_NORMAL:
+                    return False
+    return True
+
+
+def read_motion(w: Work, i: int) -> None:
+    """Note where ball ``i`` is now, and how fast."""
+    at = w.together
+    x, y, vx, vy = motion_at(path_of(w.ball[i]), w.now)
+    at.place[i] = (x, y)
+    at.velocity[i] = (vx, vy)
+
+
+def read_pair(w: Work, contact: Any, i: int, j: int) -> None:
+    """Make the contact of two balls."""
+    scene, place = w.scene, w.together.place
+    contact.a, contact.b = i, j
+    x, y = place[i][0], place[i][1]
+    contact.normal[0], contact.normal[1] = unit(place[j][0] - x, place[j][1] - y)
+    contact.pair.m_a, contact.pair.m_b = w.ball[i].mass, w.ball[j].mass
+    is_cue = scene.cue in (i, j)
+    contact.pair.restitution = scene.cue_ball if is_cue else scene.ball_ball
+    contact.pair.friction = scene.ball_friction
+    contact.gap = decisions.known_gap(gap_between(w, i, j), x, y, w.ball[i].radius)
+
+
+def read_wall(w: Work, sides: Sides, contact: Any, i: int, n: int) -> None:
+    """Make the contact of a ball and a wall, of which this is the first side."""
+    scene, r = w.scene, w.ball[i].radius
+    x, y = w.together.place[i][0], w.together.place[i][1]
+    side = nearest(sides, sides[n], x, y, r)
+    contact.a, contact.b, contact.wall = i, NO_BALL, n
+    contact.normal[0], contact.normal[1] = normal(side, x, y)
+    contact.pair.m_a, contact.pair.m_b = w.ball[i].mass, math.inf
+    contact.pair.restitution, contact.pair.friction = scene.cushion, scene.cushion_friction
+    contact.gap = decisions.known_gap(gap(side, x, y, r), x, y, r)
+
+
+# -- instants --------------------------------------------------------------------------------------
+
+
+def has_many_rounds(w: Work, ball: Ball) -> bool:
+    """Count the rounds of this instant, by its fastest ball; tell whether there were many."""
+    at = w.together
+    length = decisions.instant(w.now, ball.x, ball.y, ball.radius, ball.speed)
+    if w.now - w.instant > length:
+        w.instant, w.rounds, at.mets = w.now, 0, 0
+    w.rounds += 1
+    return bool(w.rounds > decisions.FEW_ROUNDS)
+
+
+def note_met(w: Work, i: int, other: int) -> bool:
+    """Note what has met at this instant, once; return False if there is no room."""
+    at = w.together
+    for k in range(at.mets):
+        if at.met[k, 0] == i and at.met[k, 1] == other:
+            return True
+    if at.mets == MOST_TOGETHER:
+        return False
+    at.met[at.mets, 0], at.met[at.mets, 1] = i, other
+    at.mets += 1
+    return True
+
+
+def answer_together(w: Work, sides: Sides) -> bool:
+    """Answer the contacts of this instant that are ``due``; return False where that is hard."""
+    at, fastest = w.together, NOTHING
+    for k in range(at.dues):
+        for i in (at.due[k, 0], at.due[k, 1]):
+            if i >= 0 and (fastest == NOTHING or w.ball[i].speed > w.ball[fastest].speed):
+                fastest = i
+    has_many = has_many_rounds(w, w.ball[fastest])
+    for k in range(at.dues):
+        i, other = at.due[k, 0], at.due[k, 1]
+        is_pocket = other < 0 and sides[-1 - other].pocket != NOTHING
+        if is_pocket or not note_met(w, i, other):
+            return False
+    return answer_round(w, sides, has_many)
+
+
+def answer_alone(w: Work, sides: Sides, i: int, other: int, has_many: bool) -> bool:
+    """Answer a contact that comes alone, but is not an ordinary one; False if it is hard."""
+    at = w.together
+    at.dues, at.due[0, 0], at.due[0, 1] = 1, i, other
+    return answer_round(w, sides, has_many)
+
+
+def answer_round(w: Work, sides: Sides, has_many: bool) -> bool:
+    """Answer a round of contacts, or all that touches if there were many; False if it is hard."""
+    at = w.together
+    if w.scene.keeps or w.scene.together == NOTHING or not read_contacts(w, sides):
+        return False
+    at.misses = 0
+    for i in range(w.scene.balls):
+        at.changed[i] = 0
+    for k in range(at.dues):
+        if at.due[k, 1] >= 0:  # This prediction has come true, whatever follows from it.
+            w.pair_t[at.due[k, 0], at.due[k, 1]] = math.inf
+            refresh(w, at.due[k, 0])
+        at.answered[k] = at.contact[k]
+    if not (answer_cluster(w, sides) if has_many else resolve(w, at.dues) >= 0):
+        return False
+    predict_changed(w, sides)
+    for k in range(at.misses):
+        i, j = at.missed[k, 0], at.missed[k, 1]
+        is_moved = has_many and (at.changed[i] or at.changed[j])
+        if w.ball[i].end > w.now and w.ball[j].end > w.now and not is_moved:
+            meet(w, i, j, True)
+            refresh(w, i)
+    return True
+
+
+def predict_changed(w: Work, sides: Sides) -> None:
+    """Predict what the balls meet that have new paths."""
+    at = w.together
+    for i in range(w.scene.balls):
+        if at.changed[i]:
+            forget(w, i)
+            look_for_walls(w, sides, i)
+            look_ahead(w, i)
+    for i in range(w.scene.balls):
+        if at.changed[i]:
+            meet_others(w, i, i)
+    for i in range(w.scene.balls):
+        if at.changed[i]:
+            refresh(w, i)
+
+
+# -- what touches, round after round ---------------------------------------------------------------
+
+
+def answer_cluster(w: Work, sides: Sides) -> bool:
+    """Answer all that touches here, round after round, until nothing closes; False if it is hard.
+
+    What is ``due`` comes first.
+    """
+    at, hits, due = w.together, 0, w.together.dues
+    for k in range(due):
+        at.turn[k, 0], at.turn[k, 1] = at.due[k, 0], at.due[k, 1]
+    if not find_touching(w, sides) or not read_contacts(w, sides):
+        return False
+    for k in range(at.dues):
+        at.gap[k], at.hits[k] = max(at.contact[k].gap, 0.0), 0
+        for m in range(due):
+            if at.turn[m, 0] == at.due[k, 0] and at.turn[m, 1] == at.due[k, 1]:
+                at.hits[k] = 1
+    while due > 0:
+        due = 0
+        for k in range(at.dues):
+            if at.hits[k]:
+                at.answered[due] = at.contact[k]
+                due += 1
+        found = resolve(w, due)
+        hits += found
+        if found == NOTHING or hits > decisions.LISTED:
+            return False
+        due = next_round(w)
+    w.rounds = at.mets = 0
+    return True
+
+
+def find_touching(w: Work, sides: Sides) -> bool:
+    """Put into ``due`` what has met at this instant, and what touches its balls, and so on."""
+    at, balls = w.together, w.scene.balls
+    if not find_near(w):
+        return False
+    at.dues = 0
+    for i in range(balls):
+        for j in range(i + 1, balls):
+            is_near = at.is_near[i] and at.is_near[j]
+            is_in = is_near and (has_met(w, i, j) or touches_ball(w, i, j))
+            if is_in and not note_due(w, i, j):
+                return False
+    for i in range(balls):
+        for n in range(len(sides)):
+            if at.is_near[i] and sides[n].first == n and sides[n].pocket == NOTHING:
+                touches = touches_wall(w, sides, i, n, decisions.NEARLY_CLOSED)
+                if (touches or has_met(w, i, -1 - n)) and not note_due(w, i, -1 - n):
+                    return False
+    return True
+
+
+def find_near(w: Work) -> bool:
+    """Mark the balls that have met, and those that touch them, and so on; False: one is gone."""
+    at, found, done = w.together, 0, 0
+    for i in range(w.scene.balls):
+        at.is_near[i] = 0
+    for k in range(at.mets):
+        for i in (at.met[k, 0], at.met[k, 1]):
+            if i >= 0 and not at.is_near[i]:
+                at.is_near[i], at.queue[found] = 1, i
+                found += 1
+    while done < found:
+        i = at.queue[done]
+        done += 1
+        if w.count.pocket[i] != NOTHING:
+            return False
+        for j in range(w.scene.balls):
+            if not at.is_near[j] and touches_ball(w, min(i, j), max(i, j)):
+                at.is_near[j], at.queue[found] = 1, j
+                found += 1
+    return True
+
+
+def has_met(w: Work, i: int, other: int) -> bool:
+    """Tell whether two sides have met at this instant."""
+    at, found = w.together, False
+    for k in range(at.mets):
+        found |= at.met[k, 0] == i and at.met[k, 1] == other
+    return found
+
+
+def touches_ball(w: Work, i: int, j: int) -> bool:
+    """Tell whether two balls are on the table, and touch now, or nearly so."""
+    one, other = w.ball[i].box, w.ball[j].box
+    is_apart = other[0] > one[2] or other[2] < one[0] or other[1] > one[3] or other[3] < one[1]
+    return not is_apart and touch(w, i, j, decisions.NEARLY_CLOSED)
+
+
+def next_round(w: Work) -> int:
+    """Go on to the contacts of the cluster that hit next, and return how many there are."""
+    at, noise, moves = w.together, 0.0, False
+    for i in range(w.scene.balls):
+        moves |= at.moved[i] != 0
+        if at.is_near[i]:
+            noise = max(noise, w.ball[i].noise)
+    if not moves:
+        return 0
+    for k in range(at.dues):
+        at.closing[k] = closing_speed(at.contact[k], at.velocity)
+    return go_on(at.gap, at.closing, at.dues, noise, at.hits)
+
+
+# -- one round -------------------------------------------------------------------------------------
+
+
+def resolve(w: Work, count: int) -> int:
+    """Answer the contacts of a round; return how many were hits, or -1 if they are hard."""
+    at, hits = w.together, 0
+    for i in range(w.scene.balls):
+        at.moved[i] = at.pressed[i] = at.is_in[i] = 0
+    for k in range(count):
+        one = at.answered[k]
+        for i in (one.a, one.b):
+            at.is_in[i], at.before[i] = 1, (at.velocity[i][0], at.velocity[i][1])
+        look_at(w, one)
+        hits += one.kind != MISSED
+    if hits > 0 and not answer_hits(w, count):
+        return NOTHING
+    for k in range(count):
+        if at.answered[k].kind != MISSED and at.answered[k].parting > 0.0:
+            push_apart(at.answered[k], at.answered[k].parting, at.velocity)
+    is_sound = leave_out(w, count) and report(w, count) and carry_out(w)
+    return hits if is_sound else NOTHING
+
+
+def look_at(w: Work, one: Any) -> None:
+    """Decide whether a contact is a hit, and of which kind; note when its balls have hit."""
+    closing, noise = closing_speed(one, w.together.velocity), w.ball[one.a].noise
+    least, faint, met, is_micro = 0.0, 0.0, w.now, False
+    one.kind, one.parting = MISSED, 0.0
+    pair = w.pair[one.a, max(one.b, 0)]
+    if one.b != NO_BALL:
+        noise = max(noise, w.ball[one.b].noise)
+        if pair.last > -math.inf:
+            a, b = path_of(w.ball[one.a]), path_of(w.ball[one.b])
+            time, faint = lasting_of(w, one.a, one.b, w.now)
+            least = decisions.least_parting(a, b, w.now, time, w.ball[one.a].radius)
+            if decisions.lasts(w.now - pair.last, time):
+                met, one.last = pair.met, pair.last
+                is_micro = decisions.is_micro(closing, time, w.scene.pull)
+    if closing < faint or not decisions.is_hit(closing, noise, least):
+        return
+    one.kind = MICRO if is_micro else HIT
+    if one.pair.restitution * closing < least:
+        one.pair.restitution = max(one.pair.restitution, min(least / closing, 1.0))
+        one.parting = one.pair.restitution * closing
+    if one.b != NO_BALL and w.scene.pull > 0.0:
+        pair.hits += is_micro
+        pair.met, pair.last = met, w.now
+
+
+def answer_hits(w: Work, count: int) -> bool:
+    """Answer the hits of a round, group by group of contacts that share a ball."""
+    at, hits = w.together, 0
+    for k in range(count):
+        if at.answered[k].kind != MISSED:
+            at.hitting[hits] = at.answered[k]
+            hits += 1
+    join(at.hitting, hits, at.first)
+    for k in range(hits):
+        first, size, is_new = first_of(at.hitting[k].a, at.first), 0, True
+        for m in range(hits):
+            if first_of(at.hitting[m].a, at.first) == first:
+                is_new &= m >= k
+                at.group[size] = at.hitting[m]
+                size += 1
+        if is_new and not answer_group(w, size):
+            return False
+    return True
+
+
+def answer_group(w: Work, count: int) -> bool:
+    """Answer contacts that hang together, by the law; False if it does not know their impulses."""
+    at = w.together
+    if count == 1:
+        respond(w, at.group[0])
+        return True
+    if w.scene.together == 0:
+        room = Room(
+            at.response, at.factor, at.wanted, at.unit, at.impulse, at.rest,
+            at.pushing, at.chosen, at.shares,
+        )  # fmt: skip
+        return push_at_once(at.group, count, at.velocity, room)
+    for k in range(count):
+        for m in range(k + 1, count):
+            if comes_before(at.group[m], at.group[k]):
+                at.hitting[MOST_TOGETHER] = at.group[k]
+                at.group[k] = at.group[m]
+                at.group[m] = at.hitting[MOST_TOGETHER]
+        if closing_speed(at.group[k], at.velocity) > 0.0:
+            respond(w, at.group[k])
+    return True
+
+
+def comes_before(one: Any, other: Any) -> bool:
+    """Tell whether a contact comes before another one in the listing's order."""
+    a, b = as_listed(one), as_listed(other)
+    return a < b
+
+
+def respond(w: Work, one: Any) -> None:
+    """Answer one contact by the law; where the law jumps, leave friction out."""
+    v, i, j, e, mu = w.together.velocity, one.a, one.b, one.pair.restitution, one.pair.friction
+    a = split(v[i], one.normal)
+    if j == NO_BALL:
+        v[i] = changed(v[i], a, cushion(w.scene, a, e, mu), one.normal)
+        return
+    b, pair = split(v[j], one.normal), Pair(one.pair.m_a, one.pair.m_b, e, mu)
+    if jumps(w.scene, a, b, pair):
+        pair = Pair(one.pair.m_a, one.pair.m_b, e, 0.0)
+    new_a, new_b = ball_ball(w.scene, a, b, pair)
+    v[i] = changed(v[i], a, new_a, one.normal)
+    v[j] = changed(v[j], b, new_b, one.normal)
+
+
+def leave_out(w: Work, count: int) -> bool:
+    """Lead balls along their cushions; note pairs that touch and go on; False: there is no room."""
+    at = w.together
+    for k in range(count):
+        one = at.answered[k]
+        if one.kind != MISSED:
+            at.moved[one.a] = at.moved[one.b] = HIT
+            if one.kind == MICRO:
+                at.pressed[one.a] = at.pressed[one.b] = 1
+    for k in range(count):
+        one = at.answered[k]
+        if one.kind != MISSED or at.moved[one.a] == HIT:
+            continue
+        if one.b == NO_BALL:
+            nx, ny = one.normal
+            vx, vy = at.velocity[one.a][0], at.velocity[one.a][1]
+            n = vx * nx + vy * ny
+            at.velocity[one.a] = (vx - n * nx, vy - n * ny)
+            at.moved[one.a] = LED
+        elif at.moved[one.b] != HIT:
+            if at.misses == MOST_TOGETHER:
+                return False
+            at.missed[at.misses, 0], at.missed[at.misses, 1] = one.a, one.b
+            at.misses += 1
+    return True
+
+
+def report(w: Work, count: int) -> bool:
+    """Count the hits of a round; return False after too many rounds with micro-collisions only."""
+    at, listed = w.together, False
+    for k in range(count):
+        one = at.answered[k]
+        if one.kind == HIT and one.b != NO_BALL:
+            note_hit(w, one.a, one.b)
+        elif one.kind == HIT:
+            w.count.events += 1
+            w.count.cushions += 1
+            keep_contact(w, one.a, -1 - one.wall)
+        listed |= one.kind == HIT
+    for k in range(count):
+        one = at.answered[k]
+        if one.kind == MICRO:
+            revoke_stop(w, one.a, one.last)
+            revoke_stop(w, one.b, one.last)
+    at.unlisted += not listed
+    return bool(at.unlisted < MOST_UNLISTED)
+
+
+def revoke_stop(w: Work, i: int, last: float) -> None:
+    """Revoke the stop of a ball since its ``last`` micro-collision (s): it was not at rest."""
+    ball = w.ball[i]
+    if not ball.moves and ball.rested >= last:
+        w.count.events -= 1
+        ball.moves = 1
+
+
+def carry_out(w: Work) -> bool:
+    """Give the balls their new paths, or put them to rest; return False if one is lost."""
+    at, fastest, noise, is_sound = w.together, 0.0, 0.0, True
+    for i in range(w.scene.balls):
+        if at.is_in[i]:
+            fastest = max(fastest, squared(at.velocity[i]), squared(at.before[i]))
+            noise = max(noise, w.ball[i].noise)
+    noise = decisions.noise_after(fastest, noise)
+    for i in range(w.scene.balls):
+        if at.moved[i]:
+            ball, vx, vy = w.ball[i], at.velocity[i][0], at.velocity[i][1]
+            slow = decisions.too_slow_to_move(w.scene.pull, ball.x, ball.y, ball.radius)
+            if at.pressed[i] and vx * vx + vy * vy <= slow * slow:
+                vx = vy = 0.0
+            is_sound &= begin(w, i, (at.place[i][0], at.place[i][1]), (vx, vy), noise)
+            at.velocity[i], at.changed[i] = (ball.vx, ball.vy), 1
+    return is_sound
