@@ -40,7 +40,7 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import NOISE, NOT_MET, Path, motion_at, pair_time
 from pool_pymunk.physics.sides import Wall, unit
-from pool_pymunk.physics.surface import Surface
+from pool_pymunk.physics.surface import NO_ROLL, Surface
 
 
 class Tally:
@@ -143,7 +143,7 @@ class ContactEngine:
         walls, now, push = self.walls, self.now, self.push
         for i in balls:
             path, end, radius = self.paths[i], math.inf, self.radii[i]
-            if path.moves:
+            if self.speeds[i] > 0.0 or path.moves:
                 for wall in self.near.walls(i):
                     t = walls[wall].time_of_contact(path, radius, now)
                     if t < math.inf:
@@ -441,11 +441,13 @@ class ContactEngine:
         """Tell the recorder about the contacts, and give the balls their new paths."""
         self._report(resolution)
         rounded, noise = self.policy.errors.velocity, resolution.noise
-        pushes = cushion_pushes(resolution) if self.surface.rolls else {}
+        surface, now, roll = self.surface, self.now, NO_ROLL
+        pushes = cushion_pushes(resolution) if surface.rolls else {}
         for i, found in resolution.velocity.items():
             x, y, _, _ = motions[i]
-            roll = self.surface.roll(self.paths[i], self.now, pushes.get(i, ()))
-            path = self.surface.path(self.now, (x, y), rounded(found, noise), roll)
+            if surface.rolls:
+                roll = surface.roll(self.paths[i], now, pushes.get(i, ()))
+            path = surface.path(now, (x, y), rounded(found, noise), roll)
             if path.moves:
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
@@ -454,7 +456,8 @@ class ContactEngine:
             self._begin(i, path, noise)
 
     def _begin(self, i: int, path: Path, noise: float) -> None:
-        self.paths[i], self.speeds[i], self.noises[i] = path, path.fastest, noise
+        speed = path.speed if path.slows else path.fastest
+        self.paths[i], self.speeds[i], self.noises[i] = path, speed, noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from pool_pymunk.engine.decisions import NEARLY_NOW
+from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, motion_at, speed_of
 
 MANY = 200  # From this many balls on, one array is faster than a loop.
@@ -45,32 +46,38 @@ NOWHERE: Box = (math.inf, math.inf, -math.inf, -math.inf)
 
 def box(path: Path, radius: float, since: float, end: float) -> Box:
     """Return the box of a disc on its path, from ``since`` until ``end`` (s)."""
-    x, y, vx, vy = path.x, path.y, path.vx, path.vy
-    if since > path.t and path.end > path.t:
-        x, y, vx, vy = motion_at(path, since)
+    x, y = path.x, path.y
     last = end if end < path.end else path.end
-    ex, ey, ux, uy = x, y, vx, vy
-    if path.end > path.t and last < math.inf:
-        ex, ey, ux, uy = motion_at(path, last)
-    elif path.end > path.t:
-        ex, ux = _without_end(x, vx, path.ax)
-        ey, uy = _without_end(y, vy, path.ay)
+    if since > path.t and path.end > path.t:
+        x, y, _, _ = motion_at(path, since)
+    if path.end == path.t:
+        ex, ey = x, y
+    elif last < math.inf:
+        ex, ey, _, _ = motion_at(path, last)
+    else:
+        ex = math.copysign(math.inf, path.ax or path.vx) if path.ax or path.vx else x
+        ey = math.copysign(math.inf, path.ay or path.vy) if path.ay or path.vy else y
     r = radius + 2.0 * NEARLY_NOW * radius + 1e-9 * (abs(x) + abs(y))
     x0, x1 = (x, ex) if x < ex else (ex, x)
     y0, y1 = (y, ey) if y < ey else (ey, y)
-    if vx * ux < 0.0:
-        turn = x - vx * vx / (2.0 * path.ax)
-        x0, x1 = min(x0, turn), max(x1, turn)
-    if vy * uy < 0.0:
-        turn = y - vy * vy / (2.0 * path.ay)
-        y0, y1 = min(y0, turn), max(y1, turn)
+    if not path.slows:
+        x, y = turning(path, since, last)
+        x0, x1, y0, y1 = min(x0, x), max(x1, x), min(y0, y), max(y1, y)
     return x0 - r, y0 - r, x1 + r, y1 + r
 
 
-def _without_end(x: float, v: float, a: float) -> tuple[float, float]:
-    """Return where motion without end leads along one axis (m), and how fast (m/s)."""
-    last = math.copysign(math.inf, a if a else v) if a or v else 0.0
-    return (last if last else x), last
+def turning(path: Path, since: float, last: float) -> Vector:
+    """Return the x and the y (m) at which a bent path turns back; where it begins if it does not.
+
+    Look between ``since`` and ``last`` (s).
+    """
+    x, y, vx, vy = motion_at(path, since)
+    time = last - since
+    if vx * path.ax < 0.0 and abs(vx) < abs(path.ax) * time:
+        x -= vx * vx / (2.0 * path.ax)
+    if vy * path.ay < 0.0 and abs(vy) < abs(path.ay) * time:
+        y -= vy * vy / (2.0 * path.ay)
+    return x, y
 
 
 def piece(balls: int, width: float, height: float) -> float:

@@ -55,21 +55,16 @@ def time_to_slide(distance: float, speed: float, pull: float) -> float:
     return 2.0 * distance / (speed + math.sqrt(left)) if left > 0.0 else math.inf
 
 
-def time_to_close(gap: float, closing: float, pull: float) -> float:
-    """Return when (s) a ``gap`` (m) is closed; infinite if it never is.
+def time_to_return(gap: float, parting: float, pull: float) -> float:
+    """Return when (s) a ``gap`` (m) is closed that widens first; infinite if it never is.
 
-    It shrinks at ``closing`` (m/s), and this speed grows by ``pull`` (m/s^2). A gap that widens
-    first is closed when it is 0 for the last time. One that is touched, but not closed, stays.
+    It widens at ``parting`` (m/s), and this speed falls by ``pull`` (m/s^2).
 
-    >>> time_to_close(1.5, 1.0, 1.0), time_to_close(0.0, -1.0, 2.0), time_to_close(1.0, 1.0, -0.5)
-    (1.0, 1.0, inf)
+    >>> time_to_return(0.0, 1.0, 2.0), time_to_return(1.5, 1.0, 1.0), time_to_return(1.0, 1.0, 0.0)
+    (1.0, 3.0, inf)
     """
-    if closing > 0.0 and gap <= 0.0:
-        return 0.0
-    left = closing * closing + 2.0 * gap * pull
-    if closing > 0.0:
-        return 2.0 * gap / (closing + math.sqrt(left)) if left > 0.0 else math.inf
-    return (math.sqrt(left) - closing) / pull if left >= 0.0 and pull > 0.0 else math.inf
+    left = parting * parting + 2.0 * gap * pull
+    return (math.sqrt(left) + parting) / pull if left >= 0.0 and pull > 0.0 else math.inf
 
 
 def path_to_disc(offset: Vector, direction: Vector, reach: float) -> float:

@@ -151,8 +151,9 @@ def motion_at(path: Path, t: float) -> tuple[float, float, float, float]:
     """Return position (m) and velocity (m/s) of a path's ball at ``t`` (s), not before it began."""
     began, x, y, vx, vy, ax, ay, end, slows, _, _ = path
     time = (t if t < end else end) - began
-    ux, uy = vx + time * ax, vy + time * ay
-    if slows and t >= end:
+    if t < end or not slows:
+        ux, uy = vx + time * ax, vy + time * ay
+    else:
         ux = uy = 0.0
     return x + time * (vx + time * ax / 2.0), y + time * (vy + time * ay / 2.0), ux, uy
 

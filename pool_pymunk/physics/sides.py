@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
-from pool_pymunk.physics.motion import EPSILON, Vector, time_to_close
+from pool_pymunk.physics.motion import EPSILON, Vector, time_to_return
 from pool_pymunk.physics.path import Path, arrival, disc_time, speed_of
 
 OVERLAP = 1e-6  # radii; a ball that overlaps a face by no more than this touches it.
@@ -106,8 +106,11 @@ class Face(NamedTuple):
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s) a ball meets the face; never if it moves along it, to rounding."""
         nx, ny = self.outward
-        closing, pull = -(path.vx * nx + path.vy * ny), -(path.ax * nx + path.ay * ny)
-        if closing <= 0.0 and (path.slows or pull <= 0.0):
+        closing = -(path.vx * nx + path.vy * ny)
+        if closing <= 0.0 and path.slows:
+            return math.inf
+        pull = -(path.ax * nx + path.ay * ny)
+        if closing <= 0.0 and pull <= 0.0:
             return math.inf
         (x0, y0), (tx, ty), _, width, radius = self
         x, y = path.x - x0, path.y - y0
@@ -120,8 +123,15 @@ class Face(NamedTuple):
             if path.slows:
                 return math.inf
             gap, closing = (0.0 if gap > -OVERLAP * r else gap), min(closing, 0.0)
-        time = time_to_close(gap, closing, pull)
-        if time == math.inf or (time > path.end - path.t and not path.slows):
+        time = 0.0
+        if closing <= 0.0:
+            time = time_to_return(gap, -closing, pull)
+        elif gap > 0.0:
+            left = closing * closing + 2.0 * gap * pull
+            if left <= 0.0:
+                return math.inf
+            time = 2.0 * gap / (closing + math.sqrt(left))
+        if not path.slows and (time == math.inf or time > path.end - path.t):
             return math.inf
         along = path.vx * tx + path.vy * ty + time * (path.ax * tx + path.ay * ty) / 2.0
         foot = x * tx + y * ty + time * along
