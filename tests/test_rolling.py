@@ -38,6 +38,7 @@ G = 9.80665
 R, MASS = 0.03, 0.2
 SLIDING, ROLLING = 0.2, 0.01
 EXACT: list[tuple[str, float | None]] = [("event-driven", None)]
+EXACT += [("pymunk", 1 / 30), ("pymunk", 1 / 60), ("pymunk", 1 / 240)]
 ROLLS = [name for name, solver in SOLVERS.items() if solver.rolls]
 
 

@@ -24,8 +24,9 @@ NO_SLIP = 8.0 * EPSILON  # A slip of this share of the speeds is none: rounding 
 class Surface(Protocol):
     """A surface gives a ball the ``path`` on which it sets off at a time (s), or rests there.
 
-    ``pull`` (m/s^2) is the largest acceleration of a ball; without friction it is 0. ``then`` is
-    the path that follows at the end of one; it is None if the ball rests there. ``rolls`` tells
+    ``pull`` (m/s^2) is the largest acceleration of a ball; without friction it is 0. ``drag``
+    (m/s^2) is the deceleration of a ball that slows straight to rest. ``then`` is the path that
+    follows at the end of one; it is None if the ball rests there. ``rolls`` tells
     whether balls have a roll (m/s): the velocity at which they would roll. ``roll`` is that of a
     ball on a path at a time (s), after cushions have pushed it. ``jacobian`` and ``end_slopes`` are
     linear in small changes of the state (position, velocity, and where balls roll the roll) and of
@@ -34,6 +35,9 @@ class Surface(Protocol):
 
     @property
     def pull(self) -> float: ...
+
+    @property
+    def drag(self) -> float: ...
 
     @property
     def rolls(self) -> bool: ...
@@ -59,6 +63,10 @@ class Sliding(NamedTuple):
     """
 
     pull: float = 0.0
+
+    @property
+    def drag(self) -> float:
+        return self.pull
 
     @property
     def rolls(self) -> bool:

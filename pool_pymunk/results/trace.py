@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.policies import Variant
-from pool_pymunk.physics.path import Path
-from pool_pymunk.physics.surface import Surface
+from pool_pymunk.physics.path import Path, standing
+from pool_pymunk.physics.surface import NO_ROLL, Surface
 
 if TYPE_CHECKING:
     from pool_pymunk.model import Point, State
@@ -85,7 +85,7 @@ class Trace:
     ) -> None:
         """Ball ``i`` moves on from ``position`` with a new ``velocity`` at ``t``.
 
-        By default its ``acceleration`` is that of a ball that slides on the scene's surface.
+        By default its ``acceleration`` is that of a ball on the scene's surface.
         """
         turns = roll if self.no_roll else ()
         self.knots[i].append((t, *position, *velocity, *acceleration, *turns))
@@ -175,16 +175,19 @@ class Trace:
 def completed(knots: Sequence[Sequence[float]], surface: Surface, end: float) -> list[Knot]:
     """Return breakpoints; from those that know no acceleration a ball moves on as on the surface.
 
-    Each may have five numbers. The ball rests if it comes to rest before the next breakpoint, or
+    Each may have five numbers. The ball rolls or rests if it does so before the next breakpoint, or
     before the ``end`` (s) of the run.
     """
     found: list[Knot] = []
     for knot, until in zip(knots, [*(later[0] for later in knots[1:]), end], strict=True):
         t, x, y, vx, vy, *known = knot
-        path = surface.path(t, (x, y), (vx, vy))
-        is_known = len(known) == 2 and not math.isnan(known[0])
-        ax, ay = known if is_known else (path.ax, path.ay)
-        found.append((t, x, y, vx, vy, ax, ay))
-        if not is_known and t < path.end < until:
-            found.append((path.end, *path.rest, *NONE, *NONE))
+        if known and not math.isnan(known[0]):
+            found.append(tuple(knot))
+            continue
+        roll = known[2:]
+        path = surface.path(t, (x, y), (vx, vy), (roll[0], roll[1]) if roll else NO_ROLL)
+        found.append((t, x, y, vx, vy, path.ax, path.ay, *roll))
+        while path.t < path.end < until:
+            path = surface.then(path) or standing(path.end, *path.rest)
+            found.append((*path[:7], *path[9:][: len(roll)]))
     return found

@@ -12,6 +12,7 @@ from functools import cache, partial
 import pymunk
 
 from pool_pymunk.model import Scene, State
+from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.exact import TraceRecorder, begin, cut_off, walls
 from pool_pymunk.solvers.record import Settings, Solver
@@ -64,15 +65,18 @@ def set_up(
         pair=scene.pair,
         law=settings.law_of(scene),
         deceleration=scene.deceleration,
+        rolling=scene.surface.drag if scene.surface.rolls else None,
         contacts=contacts,
         friction=friction,
         alone=True,
     )
     table.engine.pair = cache(scene.pair)  # A scene's pairs need no check.
-    for ball, position, velocity in zip(scene.balls, start.position, start.velocity, strict=True):
+    rolls = start.roll or (NO_ROLL,) * len(scene.balls)
+    starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
+    for ball, position, velocity, roll in starts:
         body = pymunk.Body(ball.mass, math.inf)
         body.position, body.velocity = position, velocity
-        table.put_ball(pymunk.Circle(body, ball.radius))
+        table.put_ball(pymunk.Circle(body, ball.radius), roll)
     for id_ in start.off:
         table.remove_ball(table.balls[scene.index[id_]])
     for wall, edge in zip(walls(scene), scene.table.edges if scene.table else (), strict=True):
@@ -86,8 +90,8 @@ def set_up(
 FRICTION = {"friction": ("joint", "callback")}
 SWEPT = Solver(
     name="pymunk", solve=solve, about="in a pymunk space, contacts inside the step", dt=1 / 240,
-    options={"contacts": ("swept", "discrete"), **FRICTION}, exact=True, engine=True, finest=1e-4,
-    ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
+    options={"contacts": ("swept", "discrete"), **FRICTION}, exact=True, engine=True, rolls=True,
+    finest=1e-4, ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
     stability_steps=(1 / 60, 1 / 240, 1 / 1000), quick_stability_steps=(1 / 60,),
     color="#009e73", marker="o",
 )  # fmt: skip

@@ -5,6 +5,9 @@ of balls in their order (Listing 3). The arithmetic is the listing's, so that it
 reproduced as well. The search for overlaps is skipped where it provably finds nothing: for a ball
 at rest, and for what is farther off than balls can come in the slices that are skipped.
 
+Where balls roll, a slice takes mu_s g dt off the velocity of a ball along its slip, and adds 5/2 of
+it to its roll, until a slice would turn the slip round: then the ball rolls.
+
 On polygon tables the listing's rule holds edge by edge, and at corners that stick out; a ball at
 rest stays where it is. A ball that travels more than its radius in a slice can pass an edge there.
 """
@@ -14,11 +17,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import combinations
-from math import atan2, cos, hypot, pi, sin
+from math import atan2, copysign, cos, hypot, pi, sin
 
 from pool_pymunk.model import Point, Scene, State, Table
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.surface import GYRATION, NO_ROLL, SHARE
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
@@ -45,10 +49,16 @@ class Slices(Stepping):
     def __init__(self, scene: Scene, start: State, settings: Settings) -> None:
         super().__init__(scene, start, settings.dt)
         self.loss = self.dt * scene.friction.surface * scene.physics.gravity
+        self.rolls = scene.friction.rolling is not None
+        # in a slice a ball that rolls loses so much speed (m/s)
+        self.drag = self.dt * (scene.friction.rolling or 0.0) * scene.physics.gravity
+        # A roll presses balls on to others. Slower contacts (m/s) are of this kind, and no events.
+        self.press = self.loss if self.rolls else 0.0
         self.law = settings.law_of(scene)
         self.radius = [ball.radius for ball in scene.balls]
         # x, y (m), vx, vy (m/s) of each ball
         self.motion = [[*p, *v] for p, v in zip(start.position, start.velocity, strict=True)]
+        self.roll = list(start.roll or (NO_ROLL,) * len(self.motion))  # m/s
         self.colliding: set[tuple[int, int]] = set()
         self.present = [i for i, ball in enumerate(scene.balls) if ball.id not in start.off]
         self.moving = [i for i in self.present if self._moves(i)]
@@ -71,6 +81,9 @@ class Slices(Stepping):
         """Advance every moving ball by this many slices, and stop what stops."""
         travel = slide if self.loss > 0.0 else drift
         for i in self.moving:
+            if self.rolls:
+                self._move_sphere(i, slices)
+                continue
             x, y, vx, vy = self.motion[i]
             x, y, vx, vy, used = travel(x, y, vx, vy, self.loss, self.dt, slices)
             self.motion[i] = [x, y, vx, vy]
@@ -78,6 +91,30 @@ class Slices(Stepping):
                 self.trace.stop(i, (self.trace.steps + used) * self.dt, (x, y))
         self.moving = [i for i in self.moving if self._moves(i)]
         self.trace.steps += slices
+
+    def _move_sphere(self, i: int, slices: int) -> None:
+        """Advance a ball that slips until it rolls, and then until it rests."""
+        used = 0
+        while used < slices and self._moves(i):
+            (x, y, vx, vy), (wx, wy), left = self.motion[i], self.roll[i], slices - used
+            slips = self.loss > 0.0 and (vx, vy) != (wx, wy)
+            if slips:
+                *motion, wx, wy, more = slip(x, y, vx, vy, wx, wy, self.loss, self.dt, left)
+            else:
+                is_rolling, travel = (vx, vy) == (wx, wy), slide if self.drag > 0.0 else drift
+                *motion, more = travel(x, y, vx, vy, self.drag, self.dt, left)
+                wx, wy = motion[2:] if is_rolling else (wx, wy)
+            used += more
+            t, (x, y, vx, vy) = (self.trace.steps + used) * self.dt, motion
+            if slips and (vx, vy) == (wx, wy):
+                if hypot(vx, vy) > self.drag:
+                    self.trace.roll(i, t)
+                    self.trace.knot(i, t, (x, y), (vx, vy), roll=(wx, wy))
+                else:  # It would rest within a slice.
+                    vx = vy = wx = wy = 0.0
+            self.motion[i], self.roll[i] = [x, y, vx, vy], (wx, wy)
+            if not self._moves(i):
+                self.trace.stop(i, t, (x, y))
 
     # -- contacts --------------------------------------------------------------------------------
 
@@ -97,13 +134,13 @@ class Slices(Stepping):
 
     def _moves(self, i: int) -> bool:
         _, _, vx, vy = self.motion[i]
-        return vx != 0.0 or vy != 0.0
+        return vx != 0.0 or vy != 0.0 or self.roll[i] != NO_ROLL
 
     def _is_pocketed(self, i: int) -> bool:
         """Tell whether a pocket has the ball's centre, and take the ball off the table if so."""
         center = self.pocketed(i, *self.motion[i])
         if center is not None:
-            self.motion[i] = [*center, 0.0, 0.0]
+            self.motion[i], self.roll[i] = [*center, 0.0, 0.0], NO_ROLL
             self.present.remove(i)
         return center is not None
 
@@ -116,6 +153,7 @@ class Slices(Stepping):
             if at > high or at < low:
                 motion[axis] = min(max(at, low), high)
                 motion[axis + 2], motion[3 - axis] = self._cushion(NT(approach, motion[3 - axis]))
+                self._rub(i, (1.0 - axis, 0.0 + axis), motion[axis + 2] - approach)
                 self._note_cushion(i, numbers[at > high], approach)
 
     def _polygon(self, i: int, table: Table) -> None:
@@ -138,6 +176,7 @@ class Slices(Stepping):
         if v.n < 0.0:
             n, s = self._cushion(v)
             vx, vy = n * nx - s * ny, n * ny + s * nx
+            self._rub(i, normal, n - v.n)
         self.motion[i][:] = x + depth * nx, y + depth * ny, vx, vy
         self._note_cushion(i, number, min(v.n, 0.0))
 
@@ -146,25 +185,46 @@ class Slices(Stepping):
         assert e is not None
         return self.law.cushion(v, e, self.scene.friction.cushion)
 
+    def _rub(self, i: int, normal: Point, change: float) -> None:
+        """Let friction slow the roll into a cushion that changed the normal velocity (m/s)."""
+        if not self.rolls:
+            return
+        (wx, wy), (nx, ny) = self.roll[i], normal
+        n = wx * nx + wy * ny
+        less = copysign(min(self.scene.friction.cushion * abs(change) / GYRATION, abs(n)), n)
+        self.roll[i] = wx - less * nx, wy - less * ny
+
     def _note_cushion(self, i: int, number: int, approach: float) -> None:
         """List a hit, or none if the ball came to rest in this slice and is only put back."""
-        if approach != 0.0:
+        if abs(approach) > self.press:
             self.trace.ball_cushion(self.time, i, number)
         self._note(i, lists=approach != 0.0)
 
     def _pair(self, i: int, j: int, active: set[int]) -> None:
-        """Answer an overlap once; the pair answers again only after it has separated."""
+        """Answer an overlap once; the pair answers again only after it has separated.
+
+        Balls that roll answer again where they close again, because a roll may drive them together.
+        """
         (x, y, _, _), (u, v, _, _) = self.motion[i], self.motion[j]
         if not hypot(x - u, y - v) < self.radius[i] + self.radius[j]:
             self.colliding.discard((i, j))
-        elif (i, j) not in self.colliding:
+            return
+        closing = self._closing(i, j) if self.rolls else 0.0
+        if (i, j) not in self.colliding or closing > 0.0:
             self.colliding.add((i, j))
             if self._moves(i) or self._moves(j):
                 self._collide(i, j)
-                self.trace.ball_ball(self.time, i, j)
+                if not self.rolls or closing > 2.0 * self.press:
+                    self.trace.ball_ball(self.time, i, j)
                 active.update((i, j))
                 self._note(i)
                 self._note(j)
+
+    def _closing(self, i: int, j: int) -> float:
+        """Return how fast (m/s) two balls come together."""
+        (x, y, vx, vy), (u, v, ux, uy) = self.motion[i], self.motion[j]
+        apart = hypot(x - u, y - v)
+        return ((u - x) * (vx - ux) + (v - y) * (vy - uy)) / apart if apart > 0.0 else 0.0
 
     def _collide(self, i: int, j: int) -> None:
         """Answer a hit by Listing 3: turn to the frame of impact, apply the law, turn back."""
@@ -197,7 +257,7 @@ class Slices(Stepping):
         if lists and not self._moves(i):
             self.trace.stop(i, self.time, (x, y))
         else:
-            self.trace.knot(i, self.time, (x, y), (vx, vy))
+            self.trace.knot(i, self.time, (x, y), (vx, vy), roll=self.roll[i])
 
     def cut_off(self) -> None:
         for i in self.moving:
@@ -209,16 +269,16 @@ class Slices(Stepping):
         """Return a number of slices in which no overlap can begin or end, however the balls move.
 
         In one slice a ball travels no farther than its speed times dt, plus a rounding error of
-        each coordinate. So a gap lasts for at least gap / (how far both can travel in a slice)
-        slices.
+        each coordinate. While it slips, its speed may grow up to that of its roll. So a gap lasts
+        for at least gap / (how far both can travel in a slice) slices.
         """
         if not self.moving:
             return 0.0
         reach = [0.0] * len(self.motion)
         for i in self.moving:
-            x, y, vx, vy = self.motion[i]
+            x, y, _, _ = self.motion[i]
             rounding = 4.0 * EPSILON * (abs(x) + abs(y) + self.radius[i])
-            reach[i] = hypot(vx, vy) * self.dt + rounding
+            reach[i] = self._fastest(i) * self.dt + rounding
         to_walls = [gap / reach[i] for i in self.moving for gap in self._wall_gaps(i)]
         least = min(to_walls, default=math.inf)
         for i in self.moving:
@@ -231,8 +291,12 @@ class Slices(Stepping):
         if least < math.inf:
             return least * SAFE - 2.0
         # There is nothing to meet: these are the slices until every ball has stopped.
-        fastest = max(hypot(*self.motion[i][2:]) for i in self.moving)
-        return fastest / self.loss + 1.0 if self.loss > 0.0 else math.inf
+        fastest, loss = max(map(self._fastest, self.moving)), self.drag if self.rolls else self.loss
+        return fastest / loss + 1.0 if loss > 0.0 else math.inf
+
+    def _fastest(self, i: int) -> float:
+        """Return a speed (m/s) above which the ball does not come before it meets something."""
+        return max(hypot(*self.motion[i][2:]), hypot(*self.roll[i]))
 
     def _wall_gaps(self, i: int) -> Iterator[float]:
         """Yield how far (m) the ball is from cushions, and its centre from pockets."""
@@ -270,6 +334,28 @@ def slide(
     return x, y, vx, vy, slices
 
 
+def slip(
+    x: float, y: float, vx: float, vy: float, wx: float, wy: float,
+    loss: float, dt: float, slices: int,
+) -> tuple[float, float, float, float, float, float, int]:  # fmt: skip
+    """Move one ball that slips by this many slices, or until it rolls.
+
+    Returns x, y, vx, vy, the roll, and the slices used.
+    """
+    for used in range(1, slices + 1):
+        ux, uy = vx - wx, vy - wy
+        share = min(loss / hypot(ux, uy), SHARE)
+        x += (vx - share * ux / 2) * dt
+        y += (vy - share * uy / 2) * dt
+        vx -= share * ux
+        vy -= share * uy
+        if share == SHARE:
+            return x, y, vx, vy, vx, vy, used
+        wx += share * ux / GYRATION
+        wy += share * uy / GYRATION
+    return x, y, vx, vy, wx, wy, slices
+
+
 def drift(
     x: float, y: float, vx: float, vy: float, _loss: float, dt: float, slices: int
 ) -> tuple[float, float, float, float, int]:
@@ -284,7 +370,7 @@ PUBLISHED_STEP = 1e-6  # s; the report uses this slice
 
 SOLVER = Solver(
     name="time-slice", solve=solve, about="the report's own algorithm", dt=PUBLISHED_STEP,
-    late=True,
+    late=True, rolls=True,
     limits="the report's method: contacts come up to a slice late, a pair answers only once "
     "until it has parted, contacts of one instant are answered one after the other, and rounding "
     "decides the sign of a slip of zero",

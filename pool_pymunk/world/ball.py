@@ -92,9 +92,11 @@ def _of_any_two(pair: Pair, i: int, j: int) -> Pair:
 class TableState(NamedTuple):
     """A table's state has the time (s), each ball's motion (m, m/s), and which contacts last.
 
-    Balls are numbers, so a state can be pickled.
+    Where balls roll, it has their ``rolls`` (m/s), too. Balls are numbers, so a state can be
+    pickled.
     """
 
     time: float
     motions: dict[int, Motion]
     history: dict[tuple[int, int], History]
+    rolls: dict[int, Vector] | None = None

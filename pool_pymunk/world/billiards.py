@@ -25,7 +25,7 @@ from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Side, Wall, pocket
-from pool_pymunk.physics.surface import Sliding
+from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world import checks
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, Ball, ContactEvent, TableState
 from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep
@@ -43,10 +43,11 @@ class Billiards:
     """Billiards is the report's physics for balls and walls of a pymunk space.
 
     You step the space as ever, by ``space.step(dt)``, with any steps up to ``max_dt`` (s).
-    ``deceleration`` (m/s^2) is that of surface friction, mu_s g; 0 leaves friction out. ``pair``
-    returns the coefficients of a hit of two balls, given their numbers (:func:`same_balls`); masses
-    are those of the bodies. ``law`` is the name of a contact law, or a law of your own
-    (:class:`~pool_pymunk.physics.laws.Law`).
+    ``deceleration`` (m/s^2) is that of surface friction, mu_s g; 0 leaves friction out. With
+    ``rolling`` (m/s^2), that of a ball that rolls, balls are spheres that slide until they roll
+    (:class:`~pool_pymunk.physics.surface.Rolling`). ``pair`` returns the coefficients of a hit of
+    two balls, given their numbers (:func:`same_balls`); masses are those of the bodies. ``law`` is
+    the name of a contact law, or a law of your own (:class:`~pool_pymunk.physics.laws.Law`).
 
     Everything else in the space keeps its built-in response, with each other and with the balls. If
     you, a spring or a flipper gives a ball a velocity, this is noticed. Gravity, damping and forces
@@ -70,6 +71,18 @@ class Billiards:
     ...     space.step(1 / 60)
     >>> [round(x, 12) for x in body.position], table.moving
     ([1.0, 0.0], {})
+
+    A ball that is struck at 0.7 m/s without rotation rolls at 0.5 m/s:
+
+    >>> table = Billiards(
+    ...     pymunk.Space(), 1 / 60, deceleration=2.0, rolling=0.1, alone=True,
+    ...     pair=same_balls(0.9, 0.05),
+    ... )
+    >>> body = pymunk.Body(0.2, math.inf)
+    >>> table.strike(table.add_ball(pymunk.Circle(body, 0.03)), (0.7, 0.0))
+    >>> table.play()
+    >>> [round(x, 12) for x in body.position]  # 0.06 m of sliding, 1.25 m of rolling
+    [1.31, 0.0]
     """
 
     def __init__(
@@ -80,6 +93,7 @@ class Billiards:
         pair: Callable[[int, int], Pair],
         law: str | Law = "coulomb",
         deceleration: float = 0.0,
+        rolling: float | None = None,
         contacts: Contacts = "swept",
         friction: FrictionBy = "joint",
         alone: bool = False,
@@ -94,7 +108,7 @@ class Billiards:
         self.on_stop: Callable[[Ball, float], object] | None = None
         self.on_stop_revoked: Callable[[Ball, float], object] | None = None
         self.on_pocket: Callable[[Ball, int, float], object] | None = None
-        surface = Sliding(argument("deceleration", deceleration, FROM_ZERO))
+        surface = checks.read_surface(deceleration, rolling)
         self.engine = ContactEngine(checks.read_law(law), self._pair, surface, Recorder())
         is_swept = contacts == "swept"
         self.near = self.engine.near = (BroadPhase if is_swept else EndOfStep)(space, self.engine)
@@ -159,6 +173,11 @@ class Billiards:
         return self.state.surface.pull
 
     @property
+    def rolling(self) -> float | None:
+        """The deceleration (m/s^2) of a ball that rolls, mu_r g; None where balls do not roll."""
+        return self.state.surface.drag if self.state.surface.rolls else None
+
+    @property
     def count(self) -> int:
         """The number of balls on the table."""
         return len(self.state.ball_of)
@@ -202,11 +221,14 @@ class Billiards:
         for other in self.on_table()[:1]:
             masses = (other.body.mass, body.mass)
             checks.check_pair(self._said_pair(other.number, number), masses, (other.number, number))
-        return state.put_ball(circle)
+        return state.put_ball(circle, NO_ROLL)
 
-    def put_ball(self, circle: pymunk.Circle) -> Ball:
-        """Do what :meth:`add_ball` does, for a circle of which nothing is wrong, unchecked."""
-        return self.state.put_ball(circle)
+    def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> Ball:
+        """Do what :meth:`add_ball` does, for a circle of which nothing is wrong, unchecked.
+
+        The ball has a ``roll`` (m/s) from the start, where balls roll.
+        """
+        return self.state.put_ball(circle, roll)
 
     def remove_ball(self, ball: Ball) -> None:
         """Take a ball off the table, and its body and shapes out of the space."""
@@ -280,12 +302,16 @@ class Billiards:
 
     # -- moving balls ----------------------------------------------------------------------------
 
-    def strike(self, ball: Ball, velocity: Vector) -> None:
-        """Give a ball a velocity (m/s) now."""
+    def strike(self, ball: Ball, velocity: Vector, roll: float = 0.0) -> None:
+        """Give a ball a velocity (m/s) now, and where balls roll a ``roll``, a share of it.
+
+        With 1 the ball rolls at once, with 0 it slides without rotation, and with less it draws.
+        """
         self._check_ball(ball)
         velocity = argument("velocity", velocity, point)
+        turns = checks.read_roll(roll, velocity, self.state.surface.rolls)
         checks.check_unchanged(ball, self.engine.masses[ball.number])
-        self.state.send(ball, None, velocity)
+        self.state.send(ball, None, velocity, turns)
 
     def place(self, ball: Ball, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
@@ -295,7 +321,7 @@ class Billiards:
         self._check_ball(ball, changes_space=True)
         position = argument("position", position, point)
         checks.check_place(position, ball.radius, self.state.discs(without=ball), self._obstacles)
-        self.state.send(ball, position, (0.0, 0.0))
+        self.state.send(ball, position, (0.0, 0.0), NO_ROLL)
 
     def set_out(self, balls: Sequence[Ball]) -> None:
         """Predict what balls on new paths meet, and put their bodies on them."""
@@ -306,9 +332,11 @@ class Billiards:
     def save_state(self) -> TableState:
         """Return where the balls are and how they move, for :meth:`restore_state`."""
         self._catch_up()
-        now, paths = self.state.now, self.engine.paths
-        motions = {ball.number: motion_at(paths[ball.number], now) for ball in self.on_table()}
-        return TableState(now, motions, dict(self.engine.resolver.history))
+        state, paths = self.state, self.engine.paths
+        numbers = [ball.number for ball in self.on_table()]
+        motions = {i: motion_at(paths[i], state.now) for i in numbers}
+        rolls = {i: state.roll_of(i) for i in numbers} if state.surface.rolls else None
+        return TableState(state.now, motions, dict(self.engine.resolver.history), rolls)
 
     def restore_state(self, state: TableState) -> None:
         """Put the balls back to where they were, and the clock.
@@ -328,15 +356,16 @@ class Billiards:
                 checks.check_place((x, y), self.balls[i].radius, {}, self._obstacles)
         self.state.restore(state)
 
-    def predict(self, ball: Ball, velocity: Vector) -> Prediction[Ball]:
+    def predict(self, ball: Ball, velocity: Vector, roll: float = 0.0) -> Prediction[Ball]:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
 
         Nothing but the table's balls, walls and pockets is looked at.
         """
         self._check_ball(ball)
         velocity = argument("velocity", velocity, point)
+        turns = checks.read_roll(roll, velocity, self.state.surface.rolls)
         numbers = [each.number for each in self.on_table()]
-        found = sketch(self.engine, numbers, ball.number, velocity, self.state.now)
+        found = sketch(self.engine, numbers, ball.number, velocity, turns, self.state.now)
         return found._replace(met=None if found.met is None else self.balls[found.met])
 
     def free_spot(

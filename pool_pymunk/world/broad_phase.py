@@ -9,9 +9,8 @@ import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.due import hit_of
-from pool_pymunk.engine.near import ManyBoxes
+from pool_pymunk.engine.near import ManyBoxes, box
 from pool_pymunk.physics.contact import closing_speed
-from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 
 Key = tuple[int, int]  # two balls, the lower number first; or a ball and -1 - a wall
@@ -122,15 +121,10 @@ class BroadPhase:
     def _look_around(self, i: int) -> list[int]:
         """Return what is near ball ``i`` in the rest of the step, or touches its sensor already."""
         path, r = self.engine.paths[i], self.engine.radii[i]
-        x, y, _, _ = motion_at(path, max(self.until, path.t))
-        x0, x1 = (x, path.x) if x < path.x else (path.x, x)
-        y0, y1 = (y, path.y) if y < path.y else (path.y, y)
-        r += 1e-6 * r + 16.0 * EPSILON * (abs(x) + abs(y))
+        x0, y0, x1, y1 = box(path, r, path.t, max(self.until, path.t))
         left, bottom, right, top = self.sensors[i].bb
-        box = pymunk.BB(
-            min(x0 - r, left), min(y0 - r, bottom), max(x1 + r, right), max(y1 + r, top)
-        )
-        numbers, found = self.numbers, self.space.bb_query(box, self.sensors[i].filter)
+        around = pymunk.BB(min(x0, left), min(y0, bottom), max(x1, right), max(y1, top))
+        numbers, found = self.numbers, self.space.bb_query(around, self.sensors[i].filter)
         return [numbers[shape] for shape in found if shape in numbers]
 
 

@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 import pymunk
 
 from pool_pymunk.model import places
-from pool_pymunk.model.plain import argument, point, size
+from pool_pymunk.model.plain import argument, finite, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall
-from pool_pymunk.world.ball import Ball
+from pool_pymunk.physics.surface import Rolling, Sliding, Surface
+from pool_pymunk.world.ball import FROM_ZERO, Ball
 
 LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step so much longer
 
@@ -73,6 +74,26 @@ def read_law(law: Any) -> Law:
         message = f"must be one of {', '.join(LAWS)}, or an object of the class Law"
         raise setting_error("law", law, message + suggestion(law, LAWS))
     return find_law(law)
+
+
+def read_surface(deceleration: Any, rolling: Any) -> Surface:
+    """Return the surface on which balls slide, or slide and roll (m/s^2)."""
+    pull = argument("deceleration", deceleration, FROM_ZERO)
+    if rolling is None:
+        return Sliding(pull)
+    drag = argument("rolling", rolling, FROM_ZERO)
+    if drag > pull:
+        message = f"must not be above the deceleration of sliding, {pull:g}"
+        raise setting_error("rolling", drag, message)
+    return Rolling(pull, drag)
+
+
+def read_roll(roll: Any, velocity: Vector, rolls: bool) -> Vector:
+    """Return the roll (m/s) of which this share of a velocity was given."""
+    share = argument("roll", roll, finite)
+    if share and not rolls:
+        raise setting_error("roll", share, "balls do not roll on a table without rolling")
+    return argument("roll", (share * velocity[0], share * velocity[1]), point)
 
 
 def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]) -> Pair:

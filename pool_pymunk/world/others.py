@@ -15,7 +15,8 @@ import pymunk
 
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import Path, motion_at, speed_of
+from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.surface import SHARE
 from pool_pymunk.world.ball import Ball
 from pool_pymunk.world.checks import check_step
 from pool_pymunk.world.state import NOTHING, Moves, Phase, Snapshot, read_bodies
@@ -87,7 +88,7 @@ class SharedSteps(Steps):
         if path.end > now:
             # All its steps along the path have rounded place and velocity, and the clock (s).
             share = STEP_ROUNDING * (2.0 + min((now - path.t) / self.dt, self.count))
-            speed, late = speed_of(path), 2.0 * EPSILON * now
+            speed, late = self.engine.speeds[ball.number], 2.0 * EPSILON * now
         size = abs(x) + abs(y) + speed * (now - path.t) + ball.radius
         is_there = off <= share * size + late * speed
         is_as_fast = gain <= share * speed + late * self.surface.pull
@@ -180,14 +181,14 @@ class SharedSteps(Steps):
         self, path: Path | None, was: Vector, now: Vector, gain: Vector, share: float
     ) -> Vector:
         """Return what others than friction, damping and forces, with this gain, added (m/s)."""
-        (bx, by), (wx, wy), pull = was, now, self.surface.pull
-        if path and pull > 0.0 and not self.has_joints:
+        (bx, by), (wx, wy), surface = was, now, self.surface
+        if path and surface.pull > 0.0 and not (self.has_joints and path.slows):
             vx, vy = self.mean_velocity(path, self.time)
         else:
             vx, vy, most = (
                 bx * share + gain[0],
                 by * share + gain[1],
-                pull * self.dt if path else 0.0,
+                surface.drag * self.dt if path else 0.0,
             )
             speed = math.sqrt(vx * vx + vy * vy)
             left = 1.0 - most / speed if speed > most else 0.0
@@ -197,9 +198,14 @@ class SharedSteps(Steps):
         return (wx - vx, wy - vy) if is_pushed else NOTHING
 
     def _kick(self, ball: Ball, gain: Vector, share: float) -> None:
-        """Add this to the damped velocity (m/s); friction holds a ball at rest against as much."""
-        (gx, gy), (x, y, vx, vy) = gain, motion_at(self.engine.paths[ball.number], self.time)
-        if vx == vy == 0.0 and math.sqrt(gx * gx + gy * gy) <= self.surface.pull * self.dt:
+        """Add this to the damped velocity (m/s); friction holds a ball at rest against as much.
+
+        Of a push, 5/7 are left to a ball that rolls.
+        """
+        path, surface = self.engine.paths[ball.number], self.surface
+        (gx, gy), (x, y, vx, vy) = gain, motion_at(path, self.time)
+        holds = min(surface.pull, surface.drag / (1.0 - SHARE)) * self.dt
+        if path.slows and vx == vy == 0.0 and math.sqrt(gx * gx + gy * gy) <= holds:
             ball.body.velocity = NOTHING
             return
         self.begin_path(ball, (x, y), (vx * share + gx, vy * share + gy))

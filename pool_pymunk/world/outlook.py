@@ -13,7 +13,7 @@ from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
 from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.places import TOUCHING, overlap
 from pool_pymunk.physics.contact import Contact, Pair, Vector
-from pool_pymunk.physics.path import Path, motion_at, set_off
+from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Round, Straight
 from pool_pymunk.world.checks import Obstacle
 
@@ -31,7 +31,8 @@ class Prediction(NamedTuple, Generic[Who]):
     ``met`` is a ball, ``wall`` or ``pocket`` a number, each None if it meets none. That takes ``t``
     (s), which is infinite if nothing is met. ``way`` has the ball's turning points: its place,
     where it meets what it meets, and where it turns next or stops. ``other_way`` is that of the
-    ball met, from its place at the contact on.
+    ball met, from its place at the contact on. Both have the places, too, where balls begin to
+    roll; until then a way may be curved.
     """
 
     met: Who | None
@@ -52,6 +53,7 @@ class Witness(Recorder):
         self.pocket: int | None = None
         self.at = math.inf
         self.turns: defaultdict[int, list[Vector]] = defaultdict(list)
+        self.rolled: defaultdict[int, int] = defaultdict(int)  # so many of them are no turns
 
     def contact(self, contact: Contact, t: float) -> None:
         """Note the first contact of the ball."""
@@ -63,6 +65,10 @@ class Witness(Recorder):
         """Note where a new path begins."""
         self.turns[i].append((path.x, path.y))
 
+    def roll(self, i: int, path: Path) -> None:
+        """Note that the new path is no turn."""
+        self.rolled[i] += len(self.turns[i]) - self.rolled[i] < 2
+
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Note where a path ends."""
         self.turns[i].append(position)
@@ -73,40 +79,48 @@ class Witness(Recorder):
         if self.at == math.inf and i == self.ball:
             self.pocket, self.at = pocket, t
 
+    def way(self, i: int) -> list[Vector]:
+        """Return the first two turns of ball ``i``, and where it began to roll before them."""
+        return self.turns[i][: 2 + self.rolled[i]]
+
     @property
     def has_seen_all(self) -> bool:
         """Tell whether the ball, and the one that it met, have turned once more each."""
         both = {self.ball, self.ball if self.met is None else self.met}
-        return self.at < math.inf and all(len(self.turns[i]) > 1 for i in both)
+        return self.at < math.inf and all(len(self.turns[i]) - self.rolled[i] > 1 for i in both)
 
 
 def sketch(
-    table: ContactEngine, numbers: list[int], ball: int, velocity: Vector, now: float
+    table: ContactEngine, numbers: list[int], ball: int, velocity: Vector, roll: Vector, now: float
 ) -> Prediction[Any]:
     """Strike a ball of a table, and play until it and what it met have turned once more each.
 
     ``numbers`` are those of the balls on the table; in the prediction balls are numbers.
     """
     witness = Witness(numbers.index(ball))
-    engine = _copy(table, numbers, witness, velocity, now)
+    engine = _copy(table, numbers, witness, (velocity, roll), now)
     start = engine.paths[witness.ball]
     for _ in range(MOST):
         if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
             break
         engine.next()
-    met, turns = witness.met, witness.turns
+    met = witness.met
     return Prediction(
         met=None if met is None else numbers[met],
         wall=witness.wall,
         pocket=witness.pocket,
         t=witness.at,
-        way=((start.x, start.y), *(turns[witness.ball] or [start.rest])[:2]),
-        other_way=() if met is None else tuple(turns[met][:2]),
+        way=((start.x, start.y), *(witness.way(witness.ball) or [start.rest])),
+        other_way=() if met is None else tuple(witness.way(met)),
     )
 
 
 def _copy(
-    table: ContactEngine, numbers: list[int], witness: Witness, velocity: Vector, now: float
+    table: ContactEngine,
+    numbers: list[int],
+    witness: Witness,
+    struck: tuple[Vector, Vector],
+    now: float,
 ) -> ContactEngine:
     """Return an engine with these balls on their way from now on, the struck one included."""
 
@@ -115,8 +129,9 @@ def _copy(
 
     engine = ContactEngine(table.resolver.law, pair, table.surface, witness)
     for k, number in enumerate(numbers):
-        x, y, vx, vy = motion_at(table.paths[number], now)
-        path = table.surface.path(0.0, (x, y), velocity if k == witness.ball else (vx, vy))
+        place, velocity = table.paths[number].at(now)
+        goes = velocity, table.surface.roll(table.paths[number], now)
+        path = table.surface.path(0.0, place, *(struck if k == witness.ball else goes))
         engine.add_ball(path, table.radii[number], table.masses[number])
     engine.walls = list(table.walls)
     boxes = Boxes if len(numbers) < MANY else ManyBoxes

@@ -21,6 +21,7 @@ from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import unit
+from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world.ball import Ball, TableState
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_unchanged
@@ -95,6 +96,7 @@ class State:
         self.wake = -math.inf  # when something is to be done; steps that end before it are bare
         self.balls: list[Ball] = []
         self.moving: dict[int, Ball] = {}
+        self.damped: set[int] = set()  # the balls that move and are slowed by callbacks
         self.ball_of: dict[pymunk.Body, Ball] = {}  # the balls on the table
         self.entries = 0  # how often a ball has come to the table
         self.sent: list[int] = []  # balls that were sent off while pymunk was stepping
@@ -143,8 +145,8 @@ class State:
 
     # -- balls come and go -----------------------------------------------------------------------
 
-    def put_ball(self, circle: pymunk.Circle) -> Ball:
-        """Make a circle and its body a ball, unchecked."""
+    def put_ball(self, circle: pymunk.Circle, roll: Vector) -> Ball:
+        """Make a circle and its body a ball with this roll (m/s), unchecked."""
         body, radius = circle.body, circle.radius
         assert body is not None
         self.join(body, circle)
@@ -154,7 +156,7 @@ class State:
             sensor.sensor = True
             sensor.color = (0, 0, 0, 0)
         (x, y), (vx, vy) = body.position, body.velocity
-        path = self.surface.path(self.now, (x, y), (vx, vy))
+        path = self.surface.path(self.now, (x, y), (vx, vy), roll)
         ball = Ball(self.engine.add_ball(path, radius, body.mass), circle, sensor, self.engine)
         self.balls.append(ball)
         self.near.sensors.append(sensor)
@@ -224,18 +226,34 @@ class State:
 
     # -- balls on new paths ----------------------------------------------------------------------
 
-    def begin_path(self, ball: Ball, position: Vector, velocity: Vector) -> None:
-        """Give a ball a new path from now on; what it meets is not predicted yet."""
+    def roll_of(self, i: int) -> Vector:
+        """Return the roll (m/s) of ball ``i`` now."""
+        return self.surface.roll(self.engine.paths[i], self.now)
+
+    def begin_path(
+        self, ball: Ball, position: Vector, velocity: Vector, roll: Vector | None = None
+    ) -> None:
+        """Give a ball a new path from now on, perhaps with the roll that it has.
+
+        What it meets is not predicted yet.
+        """
         now = self.engine.now = self.now
-        path = self.surface.path(now, position, velocity)
+        roll = self.roll_of(ball.number) if roll is None else roll
+        path = self.surface.path(now, position, velocity, roll)
         self.engine.set_off(ball.number, path)
         if not path.moves:
             self.engine.rested[ball.number] = now
 
-    def send(self, ball: Ball, position: Vector | None, velocity: Vector | None) -> None:
-        """Set a ball off from a position, or from where it is; perhaps as fast as it is."""
+    def send(
+        self,
+        ball: Ball,
+        position: Vector | None,
+        velocity: Vector | None,
+        roll: Vector | None = None,
+    ) -> None:
+        """Set a ball off from a position, with a velocity and a roll; by default with its own."""
         place, goes = self.engine.paths[ball.number].at(self.now)
-        self.begin_path(ball, position or place, velocity or goes)
+        self.begin_path(ball, position or place, velocity or goes, roll)
         if position is not None:
             self.carry(ball)
             self._move_sensor(ball)
@@ -253,14 +271,17 @@ class State:
             self.engine.predict(numbers)
         self.wake = -math.inf
 
-    def predict_anew(self, motions: Mapping[int, Motion] | None = None) -> None:
+    def predict_anew(
+        self, motions: Mapping[int, Motion] | None = None, rolls: Mapping[int, Vector] | None = None
+    ) -> None:
         """Put all balls on their paths, or let them move so, and predict again what they meet."""
         if self.phase is Phase.BETWEEN:
             self.near.until = self.engine.now = self.time
         now, engine = self.now, self.engine
         for i in (numbers := [ball.number for ball in self.ball_of.values()]):
             x, y, vx, vy = motions[i] if motions else motion_at(engine.paths[i], now)
-            path = self.surface.path(now, (x, y), (vx, vy))
+            roll = self.roll_of(i) if rolls is None else rolls.get(i, NO_ROLL)
+            path = self.surface.path(now, (x, y), (vx, vy), roll)
             if motions:
                 engine.rested[i] = -math.inf
             if motions or path.moves:
@@ -306,7 +327,7 @@ class State:
                 self._enter(ball)
         self.engine.resolver.history.clear()
         self.engine.resolver.history.update(saved.history)
-        self.predict_anew(saved.motions)
+        self.predict_anew(saved.motions, saved.rolls)
 
     # -- bodies on their paths -------------------------------------------------------------------
 
@@ -316,10 +337,16 @@ class State:
         return self.mean_of(path, path.end - t, vx, vy)
 
     def mean_of(self, path: Path, left: float, vx: float, vy: float) -> Vector:
-        """Return the mean velocity over a step of a ball that moves so, and rests in ``left`` s."""
+        """Return the mean velocity over a step of a ball whose path ends in ``left`` s."""
         dt = self.dt
         if left > dt:
             return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
+        then = None if path.slows else self.surface.then(path)
+        if then is not None:
+            t = path.end - left
+            x, y, _, _ = motion_at(path if left > 0.0 else then, t)
+            later_x, later_y, _, _ = motion_at(then, t + dt)
+            return (later_x - x) / dt, (later_y - y) / dt
         share = max(left, 0.0) / dt
         return share * (vx + left * path.ax / 2.0), share * (vy + left * path.ay / 2.0)
 
@@ -332,13 +359,18 @@ class State:
             self._rest(ball)
         else:
             ball.body.velocity = goes = self.mean_of(path, path.end - self.time, vx, vy)
-            margin = math.sqrt(vx * vx + vy * vy) * self.max_dt if self.is_swept else 0.0
+            fastest = math.sqrt(vx * vx + vy * vy) if path.slows else path.fastest
+            margin = fastest * self.max_dt if self.is_swept else 0.0
             rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
             ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
+            is_damped = self.surface.pull > 0.0 and not (self.has_joints and path.slows)
             if ball.number not in self.moving:
                 check_unchanged(ball, self.engine.masses[ball.number])
                 self.moving[ball.number] = ball
-                self._slow_down(ball)
+                self._slow_down(ball, is_damped)
+            elif is_damped != (ball.number in self.damped):
+                self._let_go(ball)
+                self._slow_down(ball, is_damped)
             self.next_stop = min(self.next_stop, path.end)
         self.carried[ball] = x, y, *goes
 
@@ -347,17 +379,27 @@ class State:
         for ball in list(self.moving.values()):
             self.carry(ball)
 
-    def _slow_down(self, ball: Ball) -> None:
-        """Install friction on a ball that begins to move: a callback, or a joint that pulls m a."""
-        if self.surface.pull > 0.0 and self.has_joints:
+    def _slow_down(self, ball: Ball, is_damped: bool) -> None:
+        """Install friction: a callback, or a joint that pulls m a on a path that slows to rest."""
+        if is_damped:
+            self.damped.add(ball.number)
+            ball.body.velocity_func = self._damp
+        elif self.surface.pull > 0.0:
             if ball.joint is None:
                 ground = self.space.static_body
                 ball.joint = pymunk.PivotJoint(ground, ball.body, NOTHING, NOTHING)
                 ball.joint.max_bias = 0.0
-                ball.joint.max_force = ball.body.mass * self.surface.pull
+                ball.joint.max_force = ball.body.mass * self.surface.drag
             self.space.add(ball.joint)
-        elif self.surface.pull > 0.0:
-            ball.body.velocity_func = self._damp
+
+    def _let_go(self, ball: Ball) -> None:
+        """Take the friction off a ball."""
+        if ball.number in self.damped:
+            self.damped.remove(ball.number)
+            ball.body.velocity_func = pymunk.Body.update_velocity
+        elif ball.joint is not None:
+            self.space.remove(ball.joint)
+            ball.joint = ball.joint if self.alone else None
 
     def _damp(self, body: pymunk.Body, *_: object) -> None:
         """Give a body its path's mean velocity over the coming step, and what pushed it before."""
@@ -382,24 +424,19 @@ class State:
             if ball.joint is not None:
                 self.space.remove(ball.joint)
                 ball.joint = None
-                self._slow_down(ball)
+                self._slow_down(ball, is_damped=False)
 
     @property
     def joints(self) -> int:
         """The number of friction joints that are in the space now."""
-        return len(self.moving) if self.has_joints and self.surface.pull > 0.0 else 0
+        return len(self.moving) - len(self.damped) if self.surface.pull > 0.0 else 0
 
     def _rest(self, ball: Ball) -> None:
         """Put a ball to rest; from now on it costs nothing."""
         ball.body.velocity = NOTHING
         ball.sensor.unsafe_set_radius(ball.radius * (1.0 if self.is_swept else 1.0 - HAIR))
-        if self.moving.pop(ball.number, None) is None:
-            return
-        if ball.joint is not None:
-            self.space.remove(ball.joint)
-            ball.joint = ball.joint if self.alone else None
-        elif self.surface.pull > 0.0:
-            ball.body.velocity_func = pymunk.Body.update_velocity
+        if self.moving.pop(ball.number, None) is not None:
+            self._let_go(ball)
 
     def stop_balls(self) -> None:
         """Put balls to rest whose paths have ended, and steer those that stop in the next step."""

@@ -146,7 +146,8 @@ class Steps(State):
         engine, self.latest, self.wake = self.engine, latest, -math.inf  # Balls may be struck.
         while self.moving and self.time < latest:
             # Unless sensors touch, nothing is due in at least this many steps.
-            bare = (min(self.wake, latest) - self.time) / self.dt if self.has_joints else 0.0
+            is_bare = self.has_joints and not self.damped
+            bare = (min(self.wake, latest) - self.time) / self.dt if is_bare else 0.0
             self._make_steps(1 + int(max(0.0, min(bare * (1.0 - HAIR), MOST_QUIET))))
             self.raise_noted()
             if on_time is not None:
