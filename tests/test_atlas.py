@@ -14,7 +14,19 @@ import pytest
 from commands import exit_code, refusal
 from numpy.typing import NDArray
 
-from pool_pymunk import Batch, Scene, SettingError, Shot, atlas, find, load, simulate
+from pool_pymunk import (
+    Ball,
+    Batch,
+    Friction,
+    Restitution,
+    Scene,
+    SettingError,
+    Shot,
+    atlas,
+    find,
+    load,
+    simulate,
+)
 from pool_pymunk.render.atlas import atlas_picture
 from pool_pymunk.studies.atlas import MAPS
 
@@ -202,6 +214,29 @@ def test_found_shots_stay_within_the_ranges() -> None:
         for one in find(scene, 1, met, angle=angle, speed=speed, **how):
             assert angle[0] <= one.angle <= angle[1]
             assert speed[0] <= one.speed <= speed[1]
+
+
+@pytest.mark.heavy
+def test_the_draw_of_a_shot_after_which_the_cue_ball_stays() -> None:
+    """Friction of the cloth, 5/2 mu g t, takes just this draw away until the balls meet."""
+    balls = (Ball("C", (0.0, 0.0), 0.03, 0.2, cue=True), Ball("1", (0.5, 0.0), 0.03, 0.2))
+    scene = Scene(
+        balls, restitution=Restitution(1.0), friction=Friction(0.2, rolling=0.02),
+        shots=(Shot("straight", "C", speed=1.5, angle=0.0),),
+    )  # fmt: skip
+
+    def met(batch: Batch) -> NDArray[np.bool_]:
+        return batch.hits > 0
+
+    how: dict[str, Any] = {"angle": (-1, 1), "speed": (1.4, 1.6), "tries": 600, "samples": 10}
+    [found] = find(scene, 1, met, roll=(-3, 1), best=1, ends={"C": (0.44, 0.0)}, **how)
+    pull, v = 0.2 * scene.physics.gravity, found.speed
+    time = (v - math.sqrt(v * v - 2.0 * pull * 0.44)) / pull
+    assert found.shot.roll == pytest.approx(-2.5 * pull * time / v, rel=1e-6)
+    again = simulate(replace(scene, shots=(found.shot,)), solver="event-driven")
+    assert again.final == found.run.final
+    with pytest.raises(SettingError, match=r"roll = .*: balls do not roll in a scene without"):
+        find(load("report"), 1, met, roll=(-1, 1))
 
 
 def test_what_nothing_does_is_an_empty_list() -> None:

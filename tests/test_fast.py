@@ -37,6 +37,7 @@ from pool_pymunk import (
     SettingError,
     Shot,
     State,
+    Table,
     Uncertainty,
     load,
     rack,
@@ -256,6 +257,53 @@ def test_hard_shots_take_the_exact_solver() -> None:
     batch = simulate_many(scene)
     assert batch.by_reference == 1
     check_bits(batch, range(1))
+
+
+def test_balls_that_roll_take_the_exact_solver() -> None:
+    balls = (
+        Ball("C", (0.5, 0.5), 0.03, 0.2, cue=True),
+        Ball("1", (0.9, 0.53), 0.03, 0.2, velocity=(0.05, 0.1), roll=0.5),
+    )
+    scene = Scene(
+        balls, Table.rectangle(2.0, 1.0), Restitution(0.9, None, 0.8),
+        Friction(0.2, 0.1, 0.05, 0.01), shots=(Shot("on", "C", speed=2.0, angle=3.0, roll=-0.7),),
+    )  # fmt: skip
+    start, alone = scene.start(scene.shots[0]), replace(scene, shots=())
+    assert start.roll is not None
+    rolls = np.array([start.roll, np.zeros((2, 2)), [(0.0, 1.0), (2.0, -1.0)]])
+    batch = simulate_many(scene, start.position, start.velocity, roll=rolls)
+    assert batch.by_reference == 3
+    check_bits(batch, range(3))
+    for k, own in enumerate(rolls.tolist()):
+        run = simulate(alone, solver="event-driven", start=start._replace(roll=own))
+        np.testing.assert_array_equal(batch.final[k], run.end.position)
+    own = simulate_many(scene, start.position, start.velocity)  # the shares of ball and shot
+    np.testing.assert_array_equal(own.final[0], batch.final[0])
+    fixed = simulate_many(
+        scene, start.position, start.velocity, roll=rolls[0], vary={"speed": [2.0, 1.0]}
+    )
+    np.testing.assert_allclose(fixed.final[0], batch.final[0], atol=1e-12)
+    slow = start._replace(velocity=((start.velocity[0][0] / 2.0, start.velocity[0][1] / 2.0),
+                                    start.velocity[1]))  # fmt: skip
+    run = simulate(alone, solver="event-driven", start=slow)  # Vectors stay as they are given.
+    np.testing.assert_allclose(fixed.final[1], run.end.position, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rolling", "roll", "line"),
+    [
+        (None, [[0, 0], [0, 0]], "roll = shape (2, 2): balls do not roll in a scene without"),
+        (0.01, [0, 0], "roll = shape (2): must have the shape (S, 2, 2), or (2, 2)"),
+        (0.01, [[0, 0], [math.nan, 0]], "roll[0, 1] = no number: must be two finite numbers"),
+        (0.01, [[0, 0], [math.inf, 0]], "roll[0, 1] = inf: must be two finite numbers"),
+        (0.01, np.zeros((3, 2, 2)), "velocity = 2 shots: must be for 1 shot or for 3"),
+    ],
+)
+def test_rolls_that_make_no_sense(rolling: float | None, roll: Any, line: str) -> None:
+    scene = load("two-balls")
+    scene = replace(scene, friction=Friction(0.2, rolling=rolling))
+    with pytest.raises(SettingError, match=f"^{re.escape(line)}"):
+        simulate_many(scene, velocity=np.zeros((2, 2, 2)), roll=roll)
 
 
 def test_a_law_of_ones_own_takes_the_exact_solver() -> None:

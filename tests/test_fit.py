@@ -150,6 +150,16 @@ def test_exact_ends_give_the_exact_numbers() -> None:
 
 
 @pytest.mark.heavy
+def test_friction_of_rolling_and_the_rolls_of_shots() -> None:
+    shots = (replace(TRUTH.shots[0], roll=0.8), replace(TRUTH.shots[3], roll=-0.5))
+    truth = replace(TRUTH, friction=Friction(0.2, 0.15, 0.05, 0.012), shots=shots)
+    guess = with_inputs(truth, {"friction.rolling": 0.008, "roll.1": 0.0, "roll.2": 0.0})
+    found = fit(guess, tracked(truth)[::10], ["friction.rolling", "roll"], starts=1)
+    expected = {"friction.rolling": 0.012, "roll.1": 0.8, "roll.2": -0.5}
+    assert found.values == pytest.approx(expected, rel=1e-9)
+    assert found.warnings == ()
+
+
 def test_the_report_printed_070() -> None:
     """Its published ends alone say so, though the search starts from the 0.95 that it states."""
     report = load("report")
@@ -246,8 +256,10 @@ def test_correlations_are_those_of_the_derivatives() -> None:
 # -- what is predicted -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("max_time", [None, 1.0])
-def test_derivatives_through_a_chain_of_shots(max_time: float | None) -> None:
+@pytest.mark.parametrize(("max_time", "rolling"), [(None, None), (1.0, None), (1.0, 0.03)])
+def test_derivatives_through_a_chain_of_shots(
+    max_time: float | None, rolling: float | None
+) -> None:
     """They agree with differences, though shots aim at balls that the shots before have moved."""
     shots = (
         Shot("a", "cue", speed=2.2, aim="1"),
@@ -256,7 +268,12 @@ def test_derivatives_through_a_chain_of_shots(max_time: float | None) -> None:
     )
     scene = replace(TRUTH, shots=shots, physics=Physics(max_time=max_time))
     groups = (*COEFFICIENTS, "position", "mass", "radius", "speed")
-    names = input_names(scene, groups, (1, 3))
+    if rolling is not None:
+        friction = replace(TRUTH.friction, rolling=rolling)
+        rolls = tuple(replace(s, roll=k / 4.0) for k, s in enumerate(shots, start=-1))
+        scene = replace(scene, friction=friction, shots=rolls)
+    names = input_names(scene, (*groups, *["roll"] * scene.surface.rolls), (1, 3))
+    assert ("roll.3" in names) is ("friction.rolling" in names) is (rolling is not None)
     assert "speed.3" in names
     assert "speed.2" not in names
     measured = [

@@ -37,6 +37,7 @@ def simulate_many(
     position: Any = None,
     velocity: Any = None,
     *,
+    roll: Any = None,
     law: str | Law | None = None,
     vary: Mapping[str, Any] | None = None,
     max_time: float | None = None,
@@ -48,16 +49,20 @@ def simulate_many(
     ``position`` (m) and ``velocity`` (m/s) are arrays (S, N, 2), for S shots and the scene's N
     balls, or (N, 2) for all shots (default: the scene's own). NaN as a position means that the ball
     is off the table. ``vary`` has what else differs from shot to shot: arrays (S,) by the names of
-    the table of inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``. ``speed``, ``angle``
-    and ``turn`` are those of the cue ball or, without one, of the first ball that moves. ``mass``
-    (kg) is that of all balls, and may be (S, N) too. ``law`` and ``max_time`` (s) are those of each
-    shot (default: the scene's). ``threads`` (default: one a core) share the work; the results do
-    not depend on them. ``on_done(n)`` is called whenever ``n`` more shots are done.
+    the table of inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``. ``speed``, ``angle``,
+    ``turn`` and ``roll`` are those of the cue ball or, without one, of the first ball that moves.
+    ``mass`` (kg) is that of all balls, and may be (S, N) too. Where balls roll, ``roll`` has the
+    velocities at which they would (m/s), in an array as ``velocity`` is one; by default each ball
+    has its share of its velocity, and the ball of the scene's first shot has that of this shot.
+    ``law`` and ``max_time`` (s) are those of each shot (default: the scene's). ``threads``
+    (default: one a core) share the work; the results do not depend on them. ``on_done(n)`` is
+    called whenever ``n`` more shots are done.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
     'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 64 balls,
-    other radii or a law of your own for single hits, take the Python solver. A shot takes 25 + 21 N
-    bytes in the result. Raises SettingError, in one line that names the argument.
+    balls that roll, other radii or a law of your own for single hits, take the Python solver. A
+    shot takes 25 + 21 N bytes in the result. Raises SettingError, in one line that names the
+    argument.
 
     >>> import numpy as np
     >>> from pool_pymunk import load
@@ -69,7 +74,7 @@ def simulate_many(
     ([1, 1, 1], True)
     """
     began = time.perf_counter()
-    source = read_source(scene, position, velocity, vary, law, max_time)
+    source = read_source(scene, position, velocity, vary, law, max_time, roll)
     out = empty(*source.position.shape[:2])
     by_reference = play_all(source, out, threads, on_done or (lambda _: None))
     return Batch(

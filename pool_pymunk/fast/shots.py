@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from pool_pymunk.fast.records import NOTHING, WORK, Shots
 from pool_pymunk.fast.tables import cue_of, law_number, together_number
 from pool_pymunk.model import Point, Scene
-from pool_pymunk.model.inputs import TABLE, column_of, parts, row_of, struck, with_inputs
+from pool_pymunk.model.inputs import TABLE, column_of, parts, rolled, row_of, struck, with_inputs
 from pool_pymunk.model.problems import setting_error
+from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import request, yardstick
@@ -30,7 +31,7 @@ class Source(NamedTuple):
 
     ``position`` and ``velocity`` may be views that repeat one start for all shots (S, N, 2).
     ``vary`` has what differs from shot to shot besides: coefficients (S,), and masses and radii
-    (S, N).
+    (S, N). ``roll`` (S, N, 2) is there where balls roll.
     """
 
     scene: Scene
@@ -38,6 +39,7 @@ class Source(NamedTuple):
     position: Floats
     velocity: Floats
     vary: Mapping[str, Floats]
+    roll: Floats | None = None
 
     @property
     def watched(self) -> int:
@@ -73,9 +75,12 @@ class Source(NamedTuple):
         """Play shot ``k`` by the exact solver; raises SceneError if it cannot start."""
         scene, is_off = self.scene_of(k), is_gone(self.position[k])
         settings = self.asked.settings._replace(measures_policies=measures_policies)
-        velocity = np.where(is_off[:, np.newaxis], 0.0, self.velocity[k]).tolist()
+        velocity, roll = (
+            None if each is None else np.where(is_off[:, np.newaxis], 0.0, each[k]).tolist()
+            for each in (self.velocity, self.roll)
+        )
         off = {scene.balls[i].id for i in np.flatnonzero(is_off)}
-        start = scene.state((self._places(k, is_off).tolist(), velocity, off))
+        start = scene.state((self._places(k, is_off).tolist(), velocity, off, roll))
         return self.asked._replace(scene=scene, settings=settings).play(None, start)
 
     def work(self, keeps: bool) -> Any:
@@ -137,6 +142,7 @@ def read_source(
     vary: Mapping[str, Any] | None,
     law: str | Law | None,
     max_time: float | None,
+    roll: Any = None,
 ) -> Source:
     """Check what the shots are asked for, and bring all of it to one number of shots.
 
@@ -147,6 +153,10 @@ def read_source(
         "position": _points("position", position, [ball.position for ball in scene.balls]),
         "velocity": _points("velocity", velocity, [ball.velocity for ball in scene.balls]),
     }
+    if roll is not None:
+        if not scene.surface.rolls:
+            raise setting_error("roll", f"shape {np.shape(roll)}", NO_ROLLING)
+        given["roll"] = _points("roll", roll, [ball.velocity for ball in scene.balls])
     varied = {key: _values(key, values, scene) for key, values in (vary or {}).items()}
     counts = {key: len(values) for key, values in given.items()}
     counts |= {f"vary[{key!r}]": len(values) for key, values in varied.items()}
@@ -154,8 +164,9 @@ def read_source(
     for key, own in counts.items():
         if own not in (1, count):
             raise setting_error(key, f"{own} shots", f"must be for 1 shot or for {count}")
-    lost = is_gone(given["velocity"]) & ~is_gone(given["position"])
-    _refuse("velocity", lost, "no number", "must be two finite numbers")
+    for key in given.keys() - {"position"}:
+        lost = is_gone(given[key]) & ~is_gone(given["position"])
+        _refuse(key, lost, "no number", "must be two finite numbers")
     given, varied = (
         {key: np.broadcast_to(each, (count, *each.shape[1:])) for key, each in some.items()}
         for some in (given, varied)
@@ -167,8 +178,8 @@ def read_source(
 
 def _begun(
     scene: Scene, begun: dict[str, Floats], varied: Mapping[str, Floats]
-) -> tuple[Floats, Floats, dict[str, Floats]]:
-    """Return positions, velocities, and what else differs, all as the shots begin."""
+) -> tuple[Floats, Floats, dict[str, Floats], Floats | None]:
+    """Return positions, velocities, what else differs, and rolls, all as the shots begin."""
     rest, shot = dict[str, Floats](), dict[str, Floats]()
     for key, values in varied.items():
         kind, whose = parts(key)
@@ -186,12 +197,22 @@ def _begun(
         else:
             rest[key] = values
     if shot:
-        begun["velocity"] = _struck(scene, begun["velocity"], shot)
-    return begun["position"], begun["velocity"], rest
+        watched = _struck_ball(scene, begun["velocity"], shot)
+    if shot.keys() - {"roll"}:
+        velocity = begun["velocity"] = begun["velocity"].copy()
+        velocity[:, watched] = struck(velocity[:, watched], shot)
+    roll = begun.get("roll")
+    if roll is None:
+        first = scene.shots[0] if scene.shots else None
+        its = (None, 0.0) if first is None else (scene.index[first.ball], first.roll)
+        roll = rolled(scene, begun["velocity"], *its)
+    if "roll" in shot:
+        roll = rolled(scene, begun["velocity"], watched, shot["roll"], roll)
+    return begun["position"], begun["velocity"], rest, roll
 
 
-def _struck(scene: Scene, velocity: Floats, shot: Mapping[str, Floats]) -> Floats:
-    """Return velocities (S, N, 2) with another speed or direction of the watched ball."""
+def _struck_ball(scene: Scene, velocity: Floats, shot: Mapping[str, Floats]) -> int:
+    """Return the number of the watched ball, whose speed, direction or roll is another one."""
     ball, first = _watched(scene, velocity), next(iter(shot))
     if ball == NOTHING:
         message = "no ball is struck: there is no cue ball, and none moves"
@@ -199,9 +220,7 @@ def _struck(scene: Scene, velocity: Floats, shot: Mapping[str, Floats]) -> Float
     if "speed" not in shot and not np.nan_to_num(velocity[:, ball]).any():
         message = f"ball {scene.balls[ball].id} rests: vary its speed, too"
         raise setting_error("vary", first, message)
-    velocity = velocity.copy()
-    velocity[:, ball] = struck(velocity[:, ball], shot)
-    return velocity
+    return ball
 
 
 def _points(key: str, value: Any, own: Sequence[Point]) -> Floats:
@@ -246,10 +265,11 @@ def _refuse(name: str, bad: Any, value: object, message: str) -> None:
 
 
 def _check_that_it_ends(source: Source) -> None:
-    """Refuse shots without surface friction and without a latest time."""
-    scene, given = source.scene, source.vary.get("friction.surface")
-    surface = np.array(scene.friction.surface if given is None else given)
-    slows = (surface * scene.physics.gravity > 0.0).all()
-    if not slows and source.asked.settings.max_time is None and source.velocity.any():
-        message = "is missing: without surface friction the balls of these shots never come to rest"
+    """Refuse shots that no friction brings to rest, and that have no latest time."""
+    scene, kind = source.scene, "surface" if source.roll is None else "rolling"
+    least = source.vary.get(f"friction.{kind}", np.array(getattr(scene.friction, kind)))
+    moves = source.velocity.any() or (source.roll is not None and source.roll.any())
+    slows = (least * scene.physics.gravity > 0.0).all()
+    if not slows and source.asked.settings.max_time is None and moves:
+        message = f"is missing: without {kind} friction the balls of these shots never come to rest"
         raise setting_error("max_time", None, message)

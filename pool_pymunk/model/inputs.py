@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pool_pymunk.model.parts import Ball, Shot
 from pool_pymunk.model.problems import listed, setting_error, suggestion
 from pool_pymunk.model.scene import Scene
+from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.model.units import Units
 
 Names = tuple[str, ...]
@@ -34,7 +35,8 @@ class Input:
 
     ``name`` is the name, or its first part. ``quantity`` is what it measures: a length, mass,
     speed or angle (degrees), or nothing. ``read`` takes it from a Ball or Shot, or from the
-    restitution or friction of a scene, and ``put`` returns that part with another value. It lies
+    restitution or friction of a scene, and ``put`` returns that Ball or Shot with another value (a
+    coefficient needs none: its part has it by its name). It lies
     between ``low`` and ``high``, and above ``low`` if it is a ``size``. ``start`` is how the
     position and velocity (4,) of its ball at the start depend on it, of a ball with the velocity
     (vx, vy); None: they do not. ``column`` is the array of a batch, and the place in it.
@@ -46,7 +48,7 @@ class Input:
     quantity: str
     about: str
     read: Callable[[Any], float]
-    put: Callable[[Any, float], Any]
+    put: Callable[[Any, float], Any] | None
     low: float = -math.inf
     high: float = math.inf
     size: bool = False
@@ -106,9 +108,8 @@ def _size(name: str, quantity: str, column: tuple[str, int] | None) -> Input:
 
 def _coefficient(group: str, key: str, column: int | None, about: str) -> Input:
     return Input(
-        f"{group}.{key}", group, SCENE, "", about, lambda part: float(getattr(part, key)),
-        lambda part, value: replace(part, **{key: value}), 0.0,
-        1.0 if group == "restitution" else math.inf,
+        f"{group}.{key}", group, SCENE, "", about, lambda part: float(getattr(part, key)), None,
+        0.0, 1.0 if group == "restitution" else math.inf,
         column=None if column is None else ("coefficients", column),
     )  # fmt: skip
 
@@ -171,7 +172,7 @@ ROWS = (
           start=_turned, column=("struck", 2)),
     Input("roll", "roll", SHOT, "", "its roll, as a share of its velocity",
           lambda shot: float(shot.roll), lambda shot, value: replace(shot, roll=value),
-          start=lambda vx, vy: (0.0,) * 4),
+          start=lambda vx, vy: (0.0,) * 4, column=("struck", 3)),
 )  # fmt: skip
 TABLE = {row.name: row for row in ROWS}
 GROUPS = tuple(dict.fromkeys(row.group for row in ROWS))
@@ -271,6 +272,8 @@ def row_of(
     if whose and whose not in scene.index:
         message = f"there is no such ball (there are: {listed(scene.index)})"
         raise setting_error(key, name, message)
+    if kind in ("roll", "friction.rolling") and not scene.surface.rolls:
+        raise setting_error(key, name, NO_ROLLING)
     if shot is not None and row.group == "velocity" and whose == shot.ball:
         message = "the ball is struck, so its velocity is that of the shot: speed and angle"
         raise setting_error(key, name, message)
@@ -307,16 +310,19 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     (-3.0, 0.0)
     """
     new: dict[tuple[str, str], Any] = {}
+    coefficients: dict[str, dict[str, float]] = {"restitution": {}, "friction": {}}
     for name in sorted(values, key=lambda name: list(TABLE).index(parts(name)[0])):
         kind, whose = parts(name)
         row = TABLE[kind]
-        owner = (row.group, "") if row.of == SCENE else (row.of, whose)
-        part = new.get(owner) or _part(scene, row, whose)
-        new[owner] = row.put(part, values[name])
+        if row.put is None:  # They are put together, because one may bound another one.
+            coefficients[row.group][kind.split(".")[1]] = values[name]
+        else:
+            part = new.get((row.of, whose)) or _part(scene, row, whose)
+            new[row.of, whose] = row.put(part, values[name])
     return replace(
         scene,
-        restitution=new.get(("restitution", ""), scene.restitution),
-        friction=new.get(("friction", ""), scene.friction),
+        restitution=replace(scene.restitution, **coefficients["restitution"]),
+        friction=replace(scene.friction, **coefficients["friction"]),
         balls=tuple(new.get((BALL, ball.id), ball) for ball in scene.balls),
         shots=tuple(new.get((SHOT, str(k)), s) for k, s in enumerate(scene.shots, start=1)),
     )
@@ -367,6 +373,23 @@ def struck(velocity: Floats, values: Mapping[str, Any]) -> Floats:
     angle = np.radians(values["angle"]) if "angle" in values else np.arctan2(vy, vx)
     angle = angle + np.radians(values.get("turn", 0.0))
     return np.stack(np.broadcast_arrays(speed * np.cos(angle), speed * np.sin(angle)), axis=-1)
+
+
+def rolled(
+    scene: Scene, velocity: Floats, ball: int | None, share: Any, carried: Any = None
+) -> Floats | None:
+    """Return the rolls (S, N, 2) of balls with these velocities; None where balls do not roll.
+
+    That of the struck ``ball`` is this ``share`` (S,) of its velocity. The others have their own
+    shares, or the rolls that they ``carried`` on from a run.
+    """
+    if not scene.surface.rolls:
+        return None
+    own = np.array([[each.roll] for each in scene.balls]) * velocity
+    roll = own if carried is None else np.broadcast_to(carried, velocity.shape).copy()
+    if ball is not None:
+        roll[:, ball] = np.reshape(share, (-1, 1)) * velocity[:, ball]
+    return roll
 
 
 def table_lines() -> Iterator[str]:

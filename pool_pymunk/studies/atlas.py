@@ -112,9 +112,9 @@ def atlas(
     watched = _ball(scene, chosen, ball)
     kept, by_reference = _empty(plan.samples, show), 0
     for shots in map(plan.shots_of, range(plan.parts)):
-        _, position, velocity, vary = plan.draw(shots)
+        _, position, velocity, vary, roll = plan.draw(shots)
         batch = simulate_many(plan.scene, position, velocity, law=plan.law, vary=vary,
-                              on_done=on_done)  # fmt: skip
+                              roll=roll, on_done=on_done)  # fmt: skip
         unplayed, found = batch.status == CANNOT_START, vars(batch) | {
             "end": batch.final[:, watched], "pocketed": batch.pocketed[:, watched]
         }  # fmt: skip

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from itertools import chain
 
 import numpy as np
 
-from pool_pymunk.model.inputs import Names, start_of
+from pool_pymunk.model.inputs import Names, parts, start_of
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, Vector, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
@@ -66,7 +67,7 @@ class Inputs:
         roll, share = self.run.knots[i][0, 7:9], shot.roll if shot and struck else ball.roll
         is_share = struck or (roll == share * np.array(velocity)).all()  # else it was given alone
         turn = share * change[2:] if is_share else np.zeros_like(change[2:])
-        for name in [name for name in names if name == ROLL and struck]:
+        for name in [name for name in names if parts(name)[0] == ROLL and struck]:
             turn[:, self.column[name]] = velocity
         return np.concatenate((change, turn))
 
@@ -127,8 +128,9 @@ class Changes:
         while waiting:
             self._touch(waiting.pop())
 
-    def ends(self) -> tuple[Array, Array]:
-        """Return the changes of the ends and of the velocities there, (N, 2, P) each."""
+    @cached_property
+    def ends(self) -> Array:
+        """Return the changes (N, K, P) of the balls' states at the end."""
         t = self.run.duration
         changes = []
         for i, knots in enumerate(self.knots):
@@ -140,8 +142,7 @@ class Changes:
                 change[2:, change.any(axis=0)] = math.nan  # The place alone is smooth.
             changes.append(change)
         size = 6 if self.surface.rolls else 4
-        found = np.array(changes).reshape(len(self.knots), size, self.inputs.count)
-        return found[:, :2], found[:, 2:4]
+        return np.array(changes).reshape(len(self.knots), size, self.inputs.count)
 
     def at_times(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""

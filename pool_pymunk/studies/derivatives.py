@@ -91,9 +91,9 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
     """Differentiate the ends of an exact run.
 
     ``wrt`` names inputs, such as "angle" or "restitution.cushion", or groups of them: "position"
-    (the starts of all balls, with the velocities held), "velocity", "speed", "angle", "mass",
-    "radius", "restitution", "friction", or "all" (except "turn", which is "angle" here). Raises
-    SettingError for a solver that is not exact, and for a law that cannot be differentiated.
+    (the starts of all balls, with the velocities held), "velocity", "speed", "angle", "roll",
+    "mass", "radius", "restitution", "friction", or "all" (except "turn", which is "angle" here).
+    Raises SettingError for a solver that is not exact, and for a law that cannot be differentiated.
 
     >>> from pool_pymunk import load, simulate
     >>> run = simulate(load("report"), "Simulation 3", solver="event-driven")
@@ -115,7 +115,7 @@ def differentiated(run: Run, names: Names, inputs: Inputs) -> Derivatives:
     """Differentiate the ends of an exact run by inputs that change its start as they say."""
     changes = Changes(run, law_of(run), inputs)
     changes.follow()
-    final, velocity = changes.ends()
+    final, velocity = changes.ends[:, :2], changes.ends[:, 2:4]
     times = np.array(changes.times).reshape(len(run.events), len(names))
     return Derivatives(run, names, final, velocity, times, tuple(changes.warnings), changes)
 
@@ -142,7 +142,7 @@ class _Chained(Inputs):
         others = [n for n in names if TABLE[parts(n)[0]].of != SHOT]
         self.carried = np.array([self.by_names(i, others) for i in range(len(run.knots))])
         if before is not None:
-            self.carried = np.concatenate([before.final, before.velocity], axis=1)
+            self.carried = before.changes.ends
 
     def start(self, i: int) -> Array:
         """Return the change of a ball's state at the start; a shot gives its ball a velocity."""
@@ -151,7 +151,9 @@ class _Chained(Inputs):
             change[2:] = self.by_names(i, self.shots)[2:]
             if shot.aim is not None and self.carried[:, :2].any():
                 vx, vy = self.run.knots[i][0, 3:5]
-                change[2:] += np.outer((-vy, vx), turn(self.run, shot, self.carried[:, :2]))
+                turned = np.outer((-vy, vx), turn(self.run, shot, self.carried[:, :2]))
+                change[2:4] += turned
+                change[4:] += shot.roll * turned[: len(change) - 4]
         return np.asarray(change)
 
 

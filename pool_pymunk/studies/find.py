@@ -11,9 +11,10 @@ import numpy as np
 
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Point, Scene, Shot
-from pool_pymunk.model.inputs import SHOT, input_value, row_of, struck
+from pool_pymunk.model.inputs import SHOT, input_value, rolled, row_of, struck
 from pool_pymunk.model.plain import argument, read_pair, size, whole
 from pool_pymunk.model.problems import setting_error
+from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
@@ -28,6 +29,8 @@ Wanted = Callable[[Batch], Any]
 APART = 1 << 64  # is added to the seed for the random numbers of other inputs
 AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
 TALL = 60  # speeds of the first look; the other tries are angles
+ROLLS = 7  # rolls of the first look, where they are looked for
+ROLL_ERROR = 0.05  # That of a player whose rolls are not in doubt; it tells shots apart.
 CANDIDATES = 12  # This many places are looked at closely, for each shot that is asked for.
 STEPS = 4  # So often a shot is moved to the middle of the tries around it that did it.
 MOST_STEPS = 20  # So often a shot is moved towards where balls shall end,
@@ -66,6 +69,7 @@ def find(
     *,
     angle: Range = (-180.0, 180.0),
     speed: Range | None = None,
+    roll: Range | None = None,
     angle_error: float = 0.5,
     speed_error: float = 0.05,
     errors: Mapping[str, float] | None = None,
@@ -81,7 +85,8 @@ def find(
     ``wanted(batch)`` takes a :class:`~pool_pymunk.Batch` and returns which of its shots do it, a
     Boolean array (S,). The ball that ``shot`` strikes is struck at angles (degrees, from +x) within
     ``angle`` and speeds (m/s) within ``speed``, by default from a quarter of the shot's to one and
-    a half of it. ``tries`` shots on a grid are looked at first. The player's errors are normal,
+    a half of it, and with a roll (a share of the velocity) within ``roll``, by default that of the
+    shot. ``tries`` shots on a grid are looked at first. The player's errors are normal,
     with the standard deviations ``angle_error`` (degrees) and ``speed_error`` (m/s). ``errors`` has
     those of further inputs (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of
     success is measured by ``samples`` tries. The ``best`` shots are returned, no two of them within
@@ -107,15 +112,15 @@ def find(
     search = _Search(scene, chosen, wanted, angle_error, speed_error, seed, law)
     search.doubt(errors or {})
     search.aim_for({} if ends is None else ends)
-    angle, speed = search.read_ranges(angle, speed)
+    search.read_ranges(angle, speed, roll)
     counts = {"tries": (tries, 10 * TALL), "samples": (samples, 10), "best": (best, 1)}
     for key, (count, least) in counts.items():
         argument(key, count, whole(least))
     found: list[Found] = []
-    for place in search.look(angle, speed, tries)[: CANDIDATES * best]:
+    for place in search.look(tries)[: CANDIDATES * best]:
         one = search.closely(place, samples)
-        spots = [(other.angle, other.speed) for other in found]
-        if one is not None and not search.is_near((one.angle, one.speed), spots):
+        spots = [(other.angle, other.speed, other.shot.roll) for other in found]
+        if one is not None and not search.is_near((one.angle, one.speed, one.shot.roll), spots):
             found.append(one)
     return sorted(found, key=lambda one: (one.off, -one.share))[:best]
 
@@ -133,21 +138,26 @@ class _Search:
         self.position, self.usual = np.array(start.position), math.hypot(*start.velocity[self.ball])
         self.others: dict[str, float] = {}
 
-    def read_ranges(self, angle: Range, speed: Range | None) -> tuple[Range, Range]:
-        """Read the ranges within which shots are looked for; the speed's has a default."""
-        speed = speed or (0.25 * self.usual, 1.5 * self.usual)
-        ranges = read_pair("angle", angle), read_pair("speed", speed)
-        for key, (low, high) in zip(("angle", "speed"), ranges, strict=True):
+    def read_ranges(self, angle: Range, speed: Range | None, roll: Range | None) -> None:
+        """Read the ranges within which shots are looked for."""
+        given = {"angle": angle, "speed": speed or (0.25 * self.usual, 1.5 * self.usual)}
+        if roll is not None:
+            given["roll"] = roll
+        ranges = {key: read_pair(key, each) for key, each in given.items()}
+        for key, (low, high) in ranges.items():
             if not low < high:
                 raise setting_error(key, [low, high], "must be (low, high)")
-        self.low, self.high = np.array(ranges).T
-        return ranges
+            if key == "roll" and not self.scene.surface.rolls:
+                raise setting_error(key, [low, high], NO_ROLLING)
+        self.varied = list(ranges)
+        own = (self.shot.roll, self.shot.roll)
+        self.low, self.high = np.array([*ranges.values(), own][:3]).T
 
     def doubt(self, errors: Mapping[str, float]) -> None:
         """Say how far further inputs may be off: their standard deviations."""
         for name, error in errors.items():
             row, _ = row_of("errors", name, self.scene, (), self.shot)
-            if row.of == SHOT:
+            if row.of == SHOT and name != "roll":
                 key = "speed_error" if row.quantity == "speed" else "angle_error"
                 raise setting_error("errors", name, f"is the player's: give it as {key}")
             self.others[name] = argument(f"errors[{name!r}]", error, size)
@@ -164,43 +174,56 @@ class _Search:
 
     def within(self, place: Array) -> Array:
         """Return a place within the ranges; a range of 360 degrees or more goes round."""
-        angle, speed = place
-        (low, slowest), (high, fastest) = self.low, self.high
-        if high - low >= 360.0:
-            angle = low + (angle - low) % 360.0
-        return np.array([min(max(angle, low), high), min(max(speed, slowest), fastest)])
+        place, low = place.copy(), self.low[0]
+        if self.high[0] - low >= 360.0:
+            place[0] = low + (place[0] - low) % 360.0
+        return np.clip(place, self.low, self.high)
 
-    def play(self, angle: Array, speed: Array, others: Array | None = None) -> Batch:
-        """Play the shot at angles (degrees) and speeds (m/s), with errors (S, P) of others."""
-        velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(angle), 1, 1))
-        velocity[:, self.ball] = struck(velocity[:, self.ball], {"speed": speed, "angle": angle})
-        vary = {}
+    def play(self, tries: Array, others: Array | None = None) -> Batch:
+        """Play the shot at angles (degrees), speeds (m/s) and rolls, with errors (S, P) of others.
+
+        The tries (S, 3) have them in columns.
+        """
+        (angle, speed, share), vary = tries.T, dict[str, Array]()
+        velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(tries), 1, 1))
+        its = {"speed": np.maximum(speed, 0.0), "angle": angle}
+        velocity[:, self.ball] = struck(velocity[:, self.ball], its)
         for name, errors in zip(self.others, () if others is None else others.T, strict=False):
-            row, _ = row_of("errors", name, self.scene)
-            vary[name] = row.clipped(input_value(self.scene, name) + errors)
-        return simulate_many(self.scene, self.position, velocity, law=self.law, vary=vary)
+            row, whose = row_of("errors", name, self.scene)
+            if row.of == SHOT:
+                share = share + errors
+                continue
+            values = row.clipped(input_value(self.scene, name) + errors)
+            if row.group == "velocity":
+                velocity[:, self.scene.index[whose], "xy".index(row.name[1])] = values
+            else:
+                vary[name] = values
+        roll = rolled(self.scene, velocity, self.ball, share)
+        return simulate_many(
+            self.scene, self.position, velocity, roll=roll, law=self.law, vary=vary
+        )  # fmt: skip
 
     def does(self, tries: Array, others: Array | None = None) -> Mask:
-        """Tell which of these shots (S, 2) do what is asked; a part at once is in memory."""
+        """Tell which of these shots (S, 3) do what is asked; a part at once is in memory."""
         found = []
         for k in range(0, len(tries), AT_ONCE):
-            angle, speed = tries[k : k + AT_ONCE].T
             errors = None if others is None else others[k : k + AT_ONCE]
-            batch = self.play(angle, np.maximum(speed, 0.0), errors)
+            batch = self.play(tries[k : k + AT_ONCE], errors)
             answer = np.asarray(self.wanted(batch))
-            if answer.shape != angle.shape or answer.dtype != np.bool_:
+            if answer.shape != (len(batch),) or answer.dtype != np.bool_:
                 said = f"{answer.dtype} of shape {answer.shape}"
-                message = f"must return a Boolean array of shape ({len(angle)},)"
+                message = f"must return a Boolean array of shape ({len(batch)},)"
                 raise setting_error("wanted", said, message)
             found.append(answer)
         return np.concatenate(found)
 
-    def look(self, angles: Range, speeds: Range, tries: int) -> list[Array]:
-        """Look at a grid, and return the places (angle, speed) at which most around does it."""
-        wide = max(tries // TALL, 1)
-        x, y = np.linspace(*angles, wide), np.linspace(*speeds, TALL)
-        grid_x, grid_y = np.meshgrid(x, y)
-        does = self.does(np.stack([grid_x.ravel(), grid_y.ravel()], axis=1)).reshape(TALL, wide)
+    def look(self, tries: int) -> list[Array]:
+        """Look at a grid, and return the places at which most around does it."""
+        deep = ROLLS if "roll" in self.varied else 1
+        wide = max(tries // (TALL * deep), 2)
+        x, y, z = map(np.linspace, self.low, self.high, (wide, TALL, deep))
+        grid = np.stack(np.meshgrid(x, y, z), axis=-1).reshape(-1, 3)
+        does = self.does(grid).reshape(TALL, wide, deep)
         share = _smoothed(does.astype(float), x[1] - x[0], self.errors[0], axis=1)
         share = _smoothed(share, y[1] - y[0], self.errors[1], axis=0)
         share[~does] = 0.0
@@ -208,7 +231,7 @@ class _Search:
         for k in np.argsort(-share, axis=None, kind="stable").tolist():
             if share.flat[k] == 0.0 or len(places) >= 200:
                 break
-            place = np.array([grid_x.flat[k], grid_y.flat[k]])
+            place = grid[k]
             if not self.is_near(place, places):
                 places.append(place)
         return places
@@ -216,7 +239,8 @@ class _Search:
     def closely(self, place: Array, samples: int) -> Found | None:
         """Move a place to where most tries around it do what is asked, and measure their share."""
         numbers = uniforms(self.seed, range(samples), 4)
-        errors = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
+        errors = np.zeros((samples, 3))
+        errors[:, :2] = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
         more = uniforms(self.seed + APART, range(samples), 2 * len(self.others))
         each = [s * normal(more[:, 2 * k :]) for k, s in enumerate(self.others.values())]
         others, width = np.array(each).reshape(-1, samples).T, 1.0
@@ -233,15 +257,17 @@ class _Search:
             return None
         if self.balls:
             place, run = self.improved(place, run)
-        share, (angle, speed) = float(self.does(place + errors, others).mean()), place.tolist()
-        shot = Shot("found", self.shot.ball, speed=speed, angle=angle)
-        found = replace(run, scene=replace(self.scene, shots=(shot,)), shot=shot)
-        return Found(shot, angle, speed, share, found, self.off(run))
+        share, (angle, speed, _) = float(self.does(place + errors, others).mean()), place.tolist()
+        assert run.shot is not None
+        return Found(run.shot, angle, speed, share, run, self.off(run))
 
     def played(self, place: Array) -> Run | None:
         """Play a shot exactly; return None if it does not do what is asked for."""
-        batch = self.play(place[:1], np.maximum(place[1:], 0.0))
-        return batch.run(0) if np.asarray(self.wanted(batch))[0] else None
+        batch, (angle, speed, roll) = self.play(place[np.newaxis]), place.tolist()
+        if not np.asarray(self.wanted(batch))[0]:
+            return None
+        shot = Shot("found", self.shot.ball, speed=max(speed, 0.0), angle=angle, roll=roll)
+        return replace(batch.run(0), scene=replace(self.scene, shots=(shot,)), shot=shot)
 
     def off(self, run: Run) -> float:
         """Return how far (m) the balls end from where they shall end."""
@@ -263,20 +289,18 @@ class _Search:
         return place, run
 
     def _step(self, run: Run) -> Array:
-        """Return the change of angle (degrees) and speed (m/s) that should bring the ends home."""
-        velocity = run.knots[self.ball][0, 3:5]
-        slopes = derivatives(run, [f"{v}.{self.shot.ball}" for v in ("vx", "vy")]).final[self.balls]
-        turned = math.radians(1.0) * np.array([-velocity[1], velocity[0]])
-        faster = velocity / (math.hypot(*velocity) or 1.0)
-        by_both = np.nan_to_num((slopes @ np.stack([turned, faster], axis=1)).reshape(-1, 2))
+        """Return the change of a place that should bring the ends home."""
+        slopes = derivatives(run, self.varied).final[self.balls].reshape(-1, len(self.varied))
         wanted = (self.goals - np.array(run.end.position)[self.balls]).ravel()
-        return np.asarray(np.linalg.lstsq(by_both, wanted, rcond=None)[0])
+        step = np.linalg.lstsq(np.nan_to_num(slopes), wanted, rcond=None)[0]
+        return np.pad(step, (0, 3 - len(step)))
 
     def is_near(self, place: Any, places: Sequence[Any]) -> bool:
         """Tell whether a shot is within three standard deviations of one of the others."""
-        away = np.reshape(places, (-1, 2)) - place
+        away = np.reshape(places, (-1, 3)) - place
         away[:, 0] = (away[:, 0] + 180.0) % 360.0 - 180.0
-        return bool((np.hypot(*(away / self.errors).T) <= 3.0).any())
+        errors = np.array([*self.errors, self.others.get("roll") or ROLL_ERROR])
+        return bool((((away / errors) ** 2).sum(axis=1) <= 9.0).any())
 
 
 def _smoothed(values: Array, step: float, width: float, axis: int) -> Array:

@@ -170,12 +170,13 @@ def fit(
     number or name. Or it is "published", the ends that the scenario has, or rows (shot, ball, x, y)
     or (shot, ball, x, y, t) in SI. ``free`` are the names of inputs as in
     :class:`~pool_pymunk.Derivatives`, with "speed.2" for that of the second shot, or groups of
-    them: "restitution", "friction", "position", "mass", "radius", "speed", "angle", "velocity" (of
-    balls that no shot strikes). ``error`` (m) is the standard deviation of one measured coordinate;
-    by default it is estimated. The loss is robust, so a few blunders do no harm. The search starts
-    from the scene's own numbers and from ``starts`` - 1 others, the best of a first look with the
-    random numbers of ``seed``. ``law`` is that of every contact (default: the scene's). All runs
-    are exact. Raises SceneError or SettingError, one line a problem, and ImportError without SciPy.
+    them: "restitution", "friction", "position", "mass", "radius", "speed", "angle", "roll",
+    "velocity" (of balls that no shot strikes). ``error`` (m) is the standard deviation of one
+    measured coordinate; by default it is estimated. The loss is robust, so a few blunders do no
+    harm. The search starts from the scene's own numbers and from ``starts`` - 1 others, the best of
+    a first look with the random numbers of ``seed``. ``law`` is that of every contact (default: the
+    scene's). All runs are exact. Raises SceneError or SettingError, one line a problem, and
+    ImportError without SciPy.
 
     >>> from pool_pymunk import load, simulate
     >>> table = load("report")
@@ -234,10 +235,11 @@ def _span(scene: Scene, name: str) -> tuple[float, float]:
     if row.group == "restitution":
         return 0.2, 1.0
     if row.group == "friction":
-        return (own / 3.0, 3.0 * own) if kind == "friction.surface" and own else (0.0, 0.4)
+        of_table = kind in ("friction.surface", "friction.rolling")
+        return (own / 3.0, 3.0 * own) if of_table and own else (0.0, 0.4)
     if row.low == 0.0:
         return 0.8 * own, 1.25 * own
-    wide = {"angle": 3.0, "length": 0.2 * scene.balls[scene.index.get(whose, 0)].radius}
+    wide = {"": 1.0, "angle": 3.0, "length": 0.2 * scene.balls[scene.index.get(whose, 0)].radius}
     half = wide.get(row.quantity, 0.2 * abs(own))
     return own - half, own + half
 

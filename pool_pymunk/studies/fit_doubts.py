@@ -314,7 +314,7 @@ def _why(found: Optimum, name: str) -> str:
     if group in ("mass", "radius") and not any(whose in balls for balls in hits):
         return f"no shot has a hit of ball {whose}"
     cue = scene.cue.id if scene.cue and scene.restitution.cue_ball is not None else None
-    asked = {"friction.surface"}
+    asked = {"friction.surface", "friction.rolling"}
     for balls in hits:
         of = "cushion" if len(balls) == 1 else "ball_ball"
         of_cue = of == "ball_ball" and cue in balls

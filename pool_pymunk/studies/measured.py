@@ -287,7 +287,9 @@ def _size(scene: Scene, name: str) -> float:
     """Return the size of a change of an input that matters: its scale in a search."""
     kind, whose = parts(name)
     row = TABLE[kind]
-    if row.group in ("restitution", "friction"):
+    if kind == "friction.rolling":
+        return 0.01
+    if row.quantity == "":
         return 0.1
     if row.group == "position":
         return 0.1 * scene.balls[scene.index[whose]].radius

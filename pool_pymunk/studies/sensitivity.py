@@ -29,7 +29,7 @@ from pool_pymunk.fast.batch import STATUSES
 from pool_pymunk.fast.many import empty, play_all
 from pool_pymunk.fast.shots import read_source
 from pool_pymunk.model import Point, Scene, Shot
-from pool_pymunk.model.inputs import TABLE, input_value, parts, row_of, struck
+from pool_pymunk.model.inputs import TABLE, input_value, parts, rolled, row_of, struck
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import Array
@@ -268,7 +268,22 @@ class Study:
         found = dict(zip(axes, own.widths(scene).ravel().tolist(), strict=True))
         for k, _ in enumerate(self.chain, start=1):
             found |= {f"speed.{k}": own.speed, f"turn.{k}": math.degrees(own.angle)}
-        return found | dict(own.inputs)
+        return found | self.further
+
+    @cached_property
+    def further(self) -> dict[str, float]:
+        """The half widths of further inputs by their names; each shot has a roll of its own."""
+        found = dict(self.uncertainty.inputs)
+        if "roll" in found:
+            shots = range(1, len(self.chain) + 1)
+            found |= dict.fromkeys((f"roll.{k}" for k in shots), found.pop("roll"))
+        return found
+
+    def value(self, name: str) -> float:
+        """Return the scene's own value of a further input."""
+        kind, whose = parts(name)
+        shot = self.chain[int(whose) - 1] if kind == "roll" else None
+        return input_value(self.reference.scene, name) if shot is None else shot.roll
 
     def draw(self, samples: int, seed: int, scale: float = 1.0) -> Draws:
         """Draw samples within this many times the uncertainty."""
@@ -279,9 +294,9 @@ class Study:
         starts, errors = sampler.starts(samples, rng), dict[str, Array]()
         for k, (speed, turn) in enumerate(shots.transpose(1, 2, 0), start=1):
             errors |= {f"speed.{k}": speed, f"turn.{k}": np.degrees(turn)}
-        for name, width in own.inputs.items():
-            value, row = input_value(scene, name), TABLE[parts(name)[0]]
-            drawn = value + width * rng.uniform(-1.0, 1.0, samples)
+        for name, width in self.further.items():
+            value, row = self.value(name), TABLE[parts(name)[0]]
+            drawn = value + scale * width * rng.uniform(-1.0, 1.0, samples)
             errors[name] = row.clipped(drawn) - value
         return Draws(starts, errors, sampler.overlapping)
 
@@ -293,27 +308,34 @@ class Study:
         own = np.array([ball.velocity for ball in scene.balls])
         position, velocity = draws.starts, np.tile(own, (count, 1, 1))
         pocketed, finished = np.full(position.shape[:2], -1), np.ones(count, dtype=bool)
-        inputs = self.uncertainty.inputs
-        others = {name: input_value(scene, name) + draws.errors[name] for name in inputs}
+        inputs, carried = self.further, None
+        others = {name: self.value(name) + draws.errors[name] for name in inputs}
+        shares = {name: others.pop(name) for name in inputs if name[:5] == "roll."}
+        for name in [name for name in others if name[:3] in ("vx.", "vy.")]:
+            velocity[:, scene.index[name[3:]], "xy".index(name[1])] = others.pop(name)
         for k, shot in enumerate(self.chain, start=1):
             there = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
+            ball, share = None, None
             if shot is not None:
+                ball, share = scene.index[shot.ball], shares.get(f"roll.{k}", shot.roll)
                 of_shot = draws.errors[f"speed.{k}"], draws.errors[f"turn.{k}"]
                 velocity, is_struck = _struck(scene, shot, there, velocity, *of_shot)
                 finished &= is_struck
             is_last = k == len(self.chain)
-            source = read_source(scene, there, velocity, others, self.law, None)
+            roll = rolled(scene, velocity, ball, share, carried)
+            source = read_source(scene, there, velocity, others, self.law, None, roll)
             out = empty(*there.shape[:2])
             found = Beside(self.reference, self.beside, out)
             tell = done if is_last and done else lambda _: None
             play_all(source, out, threads, tell, found if is_last else None)
-            velocity = np.zeros(position.shape)  # Balls still move where time was up.
+            # Balls still move where time was up.
+            velocity, carried = np.zeros(position.shape), np.zeros(position.shape)
             for s in () if is_last else np.flatnonzero(out.status == MAX_TIME).tolist():
-                velocity[s] = source.run(s, measures_policies=False).end.velocity
+                end = source.run(s, measures_policies=False).end
+                velocity[s], carried[s] = end.velocity, end.roll or 0.0
             for s, i in np.argwhere(pocketed >= 0).tolist():  # They lie in their pockets.
                 off = self.beside.path[:, i : i + 1] - position[s, i]
                 found.left[s, i] = found.first_off(off)[0]
-            others = {name: each for name, each in others.items() if name[0] != "v"}
             finished &= out.status <= MAX_TIME
             pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
             position = np.where(np.isnan(out.final), position, out.final)
@@ -334,8 +356,9 @@ def read_study(
     chain = [shot]
     while (first := chain[0]) and (before := shot_before(scene, first)):
         chain.insert(0, before)
-    if shot is None and (uncertainty.speed or uncertainty.angle):
-        raise SettingError("shot = none: there is no shot whose speed or angle could be uncertain")
+    if shot is None and (uncertainty.speed or uncertainty.angle or "roll" in uncertainty.inputs):
+        said = "there is no shot whose speed or angle (or roll) could be uncertain"
+        raise SettingError(f"shot = none: {said}")
     for name in uncertainty.inputs:
         row_of("inputs", name, scene, (), chain[0])
     reference = simulate(scene, shot, solver=yardstick().name, law=law)

@@ -100,9 +100,11 @@ class Uncertainty:
         for name, width in self.inputs.items():
             row, _ = row_of("inputs", name, scene)
             kind = row.quantity
-            if row.of == SHOT and shot[kind]:
+            if row.of == SHOT and shot.get(kind):
                 raise setting_error("inputs", name, "is uncertain already")
-            if row.of == SHOT:
+            if name == "roll":
+                rest[name] = width
+            elif row.of == SHOT:
                 shot[kind] = math.radians(width) if kind == "angle" else width
             elif row.group != "position":
                 if not any(name in names for names in names_in(scene).values()):

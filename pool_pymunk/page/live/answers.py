@@ -199,8 +199,9 @@ class Answers:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # Without numba it is slow, which the page says.
                 batch = simulate_many(
-                    self.scene, places, velocity, law=asked.law, max_time=self.latest
-                )
+                    self.scene, places, velocity, roll=state.roll, law=asked.law,
+                    max_time=self.latest,
+                )  # fmt: skip
             spent += batch.wall_time
             ends = np.concatenate([ends, batch.final])
         spread = [_spread(ends[:, i]) for i in range(len(places))]

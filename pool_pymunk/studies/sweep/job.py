@@ -122,7 +122,7 @@ def _play(plan: Plan, part: int, threads: int | None) -> tuple[Drawn, Batch]:
     inputs = plan.draw(plan.shots_of(part))
     return inputs, simulate_many(
         plan.scene, inputs.position, inputs.velocity, law=plan.law, vary=inputs.vary,
-        threads=threads,
+        threads=threads, roll=inputs.roll,
     )  # fmt: skip
 
 

@@ -17,7 +17,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.model import Scene, Shot, State
-from pool_pymunk.model.inputs import ROWS, SI, TABLE, column_of, input_value, parts, row_of, struck
+from pool_pymunk.model.inputs import (
+    ROWS,
+    SI,
+    TABLE,
+    column_of,
+    input_value,
+    parts,
+    rolled,
+    row_of,
+    struck,
+)
 from pool_pymunk.model.plain import argument, between, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
@@ -45,6 +55,7 @@ class Drawn(NamedTuple):
     position: Array
     velocity: Array
     vary: dict[str, Array]
+    roll: Array | None
 
 
 @dataclass(frozen=True)
@@ -56,8 +67,8 @@ class Plan:
     (degrees) are the standard deviations of the player's errors. ``grid`` has (low, high, count)
     for each key that takes values at equal distances, ends included; all are combined, the last
     key's values come first. The keys are ``speed`` (m/s), ``angle`` (degrees, relative to the
-    shot's), ``mass`` (kg, of the struck ball), ``restitution.*`` and ``friction.*``. The manifest
-    knows the ``law`` of every contact by its name alone.
+    shot's), ``roll`` (of the struck ball), ``mass`` (kg, of the struck ball), ``restitution.*`` and
+    ``friction.*``. The manifest knows the ``law`` of every contact by its name alone.
     """
 
     scene: Scene
@@ -88,7 +99,14 @@ class Plan:
             "format": 1,
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
-            "shot": shot and [shot.name, shot.ball, *self._struck_velocity, shot.aim],
+            "shot": shot
+            and [
+                shot.name,
+                shot.ball,
+                *self._struck_velocity,
+                shot.aim,
+                *[shot.roll] * self.scene.surface.rolls,
+            ],
             "law": self.law.name,
             "vary": {key: list(values) for key, values in sorted(self.vary.items())},
             "grid": {key: list(values) for key, values in self.grid.items()},
@@ -120,6 +138,11 @@ class Plan:
     @property
     def _struck_velocity(self) -> tuple[float, float]:
         return self._state.velocity[self.ball]
+
+    @property
+    def _share(self) -> float:
+        """The roll of the struck ball, as a share of its velocity."""
+        return (self.shot or self.scene.balls[self.ball]).roll
 
     # -- drawing -----------------------------------------------------------------------------------
 
@@ -158,7 +181,10 @@ class Plan:
             elif kind in TABLE and array != "struck":
                 vary[self.meaning(key)] = values
         velocity[:, self.ball] = self._struck(columns, position, velocity[:, self.ball])
-        return Drawn(self._named(columns, position), position, velocity, vary)
+        share = columns.get("roll", self._share)
+        carried = self._state.roll if self.shot is not None and self.shot.from_previous else None
+        roll = rolled(self.scene, velocity, self.ball, share, carried)
+        return Drawn(self._named(columns, position), position, velocity, vary, roll)
 
     def meaning(self, key: str) -> str:
         """Return the input of the table that a key of a sweep means."""
@@ -175,7 +201,7 @@ class Plan:
             return float(state[array][self.scene.index[whose]][axis])
         if array == "struck":
             vx, vy = self._struck_velocity
-            return math.hypot(vx, vy) if kind == "speed" else 0.0
+            return {"speed": math.hypot(vx, vy), "roll": self._share}.get(kind, 0.0)
         return input_value(self.scene, self.meaning(key))
 
     def _drawn(self, key: str, shots: range, numbers: Array) -> Array:
@@ -244,7 +270,8 @@ def make_plan(
         other = seen.setdefault(plan.meaning(key), key)
         if other != key:
             raise setting_error("vary", key, f"means the same as {other}")
-    moving = {"speed", "angle", "turn", *NOISE_SLOT} & seen.keys() | {"angle"} & set(seen.values())
+    of_shot = {"speed", "angle", "turn", "roll", *NOISE_SLOT}
+    moving = of_shot & seen.keys() | {"angle"} & set(seen.values())
     if moving and plan._struck_velocity == (0.0, 0.0):
         raise setting_error("shot", None, f"there is no shot whose {min(moving)} could be varied")
     return plan
