@@ -245,7 +245,9 @@ def test_check_says_what_is_modelled() -> None:
     assert "4 cushions" in full
     bare = typed("check", "two-balls").stdout
     assert "no cushions" in bare
-    assert "no damping callback" in bare
+    assert "no damping callback" in bare and "roll" not in bare
+    rolls = typed("check", "follow-and-draw").stdout
+    assert "rolling friction: 0.0980665 m/s^2; balls slide, then roll" in rolls
 
 
 def test_compare_explains_the_published_ends(tmp_path: Path) -> None:
@@ -331,5 +333,5 @@ def test_an_unwritable_folder_gets_one_line(tmp_path: Path) -> None:
 
 
 def test_the_bundled_scenarios_are_sound() -> None:
-    for name in ("report", "report-corrected", "two-balls", "hexagon", "l-shaped"):
+    for name in bundled():
         assert load(name).balls

@@ -310,11 +310,12 @@ def test_of_contacts_and_stops_at_one_instant_exactly_max_events_are_listed(
 @pytest.mark.parametrize("name", bundled())
 def test_reprs_are_short_and_say_the_most_important(name: str) -> None:
     scene = load(name)
-    run = simulate(scene)
+    solver, step = ("event-driven", "") if scene.surface.rolls else ("pymunk", " at 1/240 s")
+    run = simulate(scene, solver=solver)
     for text in (repr(scene), repr(run), *map(repr, scene.shots)):
         assert len(text.splitlines()) <= 5 and len(text) < 400
     assert f"<Scene {scene.title!r}: balls {scene.balls[0].id}, " in repr(scene)
-    assert f"<Run {scene.shots[0].name!r} by pymunk at 1/240 s, law {run.law}:" in repr(run)
+    assert f"<Run {scene.shots[0].name!r} by {solver}{step}, law {run.law}:" in repr(run)
     assert f"{run.status} at {run.duration:.6g} s, {len(run.events)} event" in repr(run)
     assert repr(REPORT.shots[0]) == "Shot('Simulation 1', 'C', velocity=(-4.0, 0.0))"
 

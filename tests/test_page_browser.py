@@ -76,7 +76,7 @@ def assert_plays_exactly(visit: Visit, run: Run) -> None:
 
 
 def contact_times(run: Run) -> list[float]:
-    return sorted({event.t for event in run.events if event.kind != "stop"})
+    return sorted({event.t for event in run.events if event.is_contact or event.pocket})
 
 
 def test_the_report_is_played_exactly(visit: Any, report: Path, runs: list[Run]) -> None:
@@ -93,6 +93,7 @@ def test_the_report_is_played_exactly(visit: Any, report: Path, runs: list[Run])
         ("two-balls", "pymunk"),
         ("hexagon", "pymunk-builtin"),
         ("l-shaped", "pymunk"),
+        ("follow-and-draw", "event-driven"),
     ],
 )
 def test_other_scenes_are_played_exactly(
@@ -104,6 +105,28 @@ def test_other_scenes_are_played_exactly(
     assert_plays_exactly(seen, run)
     seen.press("End")
     assert seen.time() == run.duration
+
+
+def test_a_ball_that_slides_then_rolls(visit: Any, tmp_path: Path) -> None:
+    """The page has the roll to the last bit, curved tracks, and no contact where rolling begins."""
+    run = simulate(load("follow-and-draw"), "draw", solver="event-driven")
+    run.to_html(tmp_path / "draw.html")
+    seen = visit(tmp_path / "draw.html")
+    times = np.linspace(0.0, run.duration, 100).tolist()
+    shown = seen.ask("(times) => times.map((t) => statesAt(player.run, t))", times)
+    rolls = [[[ball["wx"], ball["wy"]] for ball in moment] for moment in shown]
+    assert np.array_equal(rolls, run.roll_at(times))
+    begins = [event.t for event in run.events if event.kind == "roll"]
+    assert seen.page.locator("#events button", has_text="begins to roll").count() == len(begins)
+    for t in contact_times(run):
+        seen.press("ArrowRight")
+        assert seen.time() == t and t not in begins
+    hit, end = run.events[0].t, begins[1]
+    corners = np.array(seen.ask("(t) => player.table.way(player.run, 0, t, 1)[0]", end))
+    steps = np.linspace(0.0, len(corners) - 1.0, 4_000)
+    track = np.stack([np.interp(steps, range(len(corners)), xy) for xy in corners.T], axis=-1)
+    curve = run.at(np.linspace(hit, end, 50))[0][:, 0]
+    assert np.hypot(*(track[:, None] - curve).T).min(axis=1).max() < 1e-3
 
 
 def test_it_plays_and_pauses(visit: Any, report: Path) -> None:

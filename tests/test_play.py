@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import importlib
+import inspect
 import json
 import math
 import signal
@@ -24,7 +25,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from programs import PATIENCE, interrupt, is_alive, start, wait_until
 
-from pool_pymunk import SOLVERS, Run, Scene, Shot, State, load, simulate
+from pool_pymunk import SOLVERS, Run, Scene, Shot, State, load, simulate, simulate_many
 from pool_pymunk.fast import compiled
 from pool_pymunk.model.scenario import bundled, loads
 
@@ -63,9 +64,12 @@ def told(scene: Scene, name: str, asked: object) -> tuple[int, Any]:
 
 def simulated(scene: Scene, asked: Question, **more: Any) -> Run:
     """Return what `simulate` makes of a question."""
-    shot = Shot("asked", asked["ball"], speed=asked["speed"], angle=asked["angle"])
+    roll = asked.get("roll", 0.0)
+    shot = Shot("asked", asked["ball"], speed=asked["speed"], angle=asked["angle"], roll=roll)
     off = frozenset(asked.get("off", ()))
-    begin = State(tuple(map(tuple, asked["position"])), tuple(map(tuple, asked["velocity"])), off)
+    rolls = asked.get("rolls") and tuple(map(tuple, asked["rolls"]))
+    places, velocities = (tuple(map(tuple, asked[key])) for key in ("position", "velocity"))
+    begin = State(places, velocities, off, rolls)
     return simulate(replace(scene, shots=(shot,)), 1, start=begin, **more)
 
 
@@ -129,6 +133,66 @@ def test_runs_have_an_end() -> None:
     report = load("report")
     fast = told(report, "aim", question(report, speed=1e6))[1]
     assert len(fast["events"]) <= answers.MOST_EVENTS
+
+
+# -- balls that roll -----------------------------------------------------------------------------
+
+ROLLS = load("follow-and-draw")
+
+
+@pytest.mark.parametrize("name", ["shot", "aim"])
+@pytest.mark.parametrize("rolls", [None, [[0.3, 0.1], [0.0, -0.4]]])
+def test_roll_is_sent_with_the_shot(name: str, rolls: list[list[float]] | None) -> None:
+    asked = question(ROLLS, solver="event-driven", angle=0.0, roll=-1.3, rolls=rolls)
+    answer = told(ROLLS, name, asked)[1]
+    shown = answer if name == "aim" else answer["shots"][0]["runs"][0]
+    assert_same(shown, simulated(ROLLS, asked, solver="event-driven"))
+    if name == "shot":
+        assert answer["shots"][0]["name"] == "2 m/s at 0°, roll -1.3"
+
+
+def test_only_solvers_that_roll_are_offered_where_balls_roll() -> None:
+    live = answers.live_content(ROLLS)["live"]
+    rolling = [name for name, solver in SOLVERS.items() if solver.rolls]
+    assert [one["name"] for one in live["solvers"]] == rolling
+    assert live["roll"] == ROLLS.shots[0].roll == 1.0
+    slides = answers.live_content(load("report"))["live"]
+    assert [one["name"] for one in slides["solvers"]] == list(SOLVERS) and slides["roll"] is None
+
+
+def test_lines_say_how_the_balls_roll() -> None:
+    moving = {"velocity": [[0.0, 0.0], [0.5, 0.0]], "rolls": [[0.0, 0.0], [-0.25, 0.0]]}
+    asked = question(ROLLS, solver="event-driven", angle=0.0, roll=0.5, **moving)
+    again = simulate(loads(lines(ROLLS, asked)), 1, solver="event-driven")
+    assert again.end == simulated(ROLLS, asked, solver="event-driven").end
+    curves = asked | {"rolls": [[0.0, 0.0], [0.0, 0.1]]}
+    status, answer = told(ROLLS, "scenario", curves)
+    assert status == 400 and "slides in a curve" in answer["problems"][0]
+
+
+def test_a_cloud_of_balls_that_roll() -> None:
+    if "roll" not in inspect.signature(simulate_many).parameters:
+        pytest.skip("simulate_many does not roll balls")
+    asked = question(ROLLS, angle=0.0, roll=-1.0, angle_error=0.01)
+    status, cloud = told(ROLLS, "cloud", asked)
+    end = simulated(ROLLS, asked, solver="event-driven").final["cue"]
+    assert status == 200
+    assert np.median(cloud["ends"][0], axis=0) == pytest.approx(end, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("scene", "more", "line"),
+    [
+        (load("report"), {"roll": 1.0}, "roll = 1.0: balls do not roll"),
+        (load("report"), {"rolls": STILL * 11}, "start.roll = "),
+        (ROLLS, {"roll": math.inf}, "roll = inf: "),
+        (ROLLS, {"rolls": STILL}, "start.roll = [[0.0, 0.0]]: must be 2 points"),
+    ],
+)
+def test_a_roll_that_cannot_be_gets_one_line(scene: Scene, more: Question, line: str) -> None:
+    status, answer = told(scene, "shot", question(scene, solver="event-driven", **more))
+    assert status == 400
+    assert len(answer["problems"]) == 1 and line in answer["problems"][0]
 
 
 def test_a_saved_shot_is_a_page_of_its_own() -> None:

@@ -106,11 +106,13 @@ class Player:
     def simulated(self, **more: Any) -> Run:
         """Return what `simulate` makes of the shot that is shown."""
         asked = self.question()
-        shot = Shot("asked", asked["ball"], speed=asked["speed"], angle=asked["angle"])
+        roll = asked["roll"] or 0.0
+        shot = Shot("asked", asked["ball"], speed=asked["speed"], angle=asked["angle"], roll=roll)
         begin = State(
             tuple(map(tuple, asked["position"])),
             tuple(map(tuple, asked["velocity"])),
             frozenset(asked["off"]),
+            asked["rolls"] and tuple(map(tuple, asked["rolls"])),
         )
         settings = {"solver": asked["solver"], "dt": asked["dt"], "law": asked["law"]} | more
         return simulate(replace(self.scene, shots=(shot,)), 1, start=begin, **settings)
@@ -224,6 +226,30 @@ def test_speeds_are_in_the_scenarios_units(sit_down: Any) -> None:
         player.played()
         assert player.question()["speed"] == scene.units.to_si(50.0, "speed")
         assert player.text("setting").startswith("50 in/s at 180°")
+
+
+def test_a_slider_rolls_from_draw_to_follow(sit_down: Any, report: Server) -> None:
+    assert not sit_down(report).page.locator("#roll-slider").is_visible()
+    for server in served(load("follow-and-draw")):
+        player = sit_down(server)
+        rolls = [one["name"] for one in player.ask("live.choices.solvers")]
+        assert player.page.locator("#solver").input_value() == rolls[0]
+        assert player.page.locator("#aim-roll").input_value() == "1"
+        player.page.locator("#roll-slider").fill("-1.25")
+        assert player.page.locator("#aim-roll").input_value() == "-1.25"
+        player.wait("live.track !== null && !live.aims.busy")
+        player.page.click("#shoot")
+        player.played()
+        assert player.question()["roll"] == -1.25
+        assert np.array_equal(player.lies(), player.simulated().end.position)
+        player.page.fill("#aim-roll", "3")
+        player.press("Enter")
+        player.wait("live.last?.roll === 3")
+        assert player.page.locator("#roll-slider").input_value() == "2"
+        player.played()
+        assert np.array_equal(player.lies(), player.simulated().end.position)
+        player.press("u", "u")
+        assert player.page.locator("#roll-slider").input_value() == "-1.25"
 
 
 # -- what the step costs -------------------------------------------------------------------------

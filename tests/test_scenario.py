@@ -209,7 +209,7 @@ def test_numbers_come_back_in_the_units_of_the_file() -> None:
     assert scene.units.from_si(cue.mass, "mass") == pytest.approx(200.0, rel=3e-16, abs=0.0)
 
 
-@pytest.mark.parametrize("name", ["report", "report-corrected", "two-balls"])
+@pytest.mark.parametrize("name", ["report", "report-corrected", "two-balls", "follow-and-draw"])
 def test_bundled_scenarios_load_by_name(name: str) -> None:
     scene = load(name)
     assert name in bundled() and label(name) == f"scenarios/{name}.toml"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from pool_pymunk import Run, load, simulate
+from pool_pymunk import Run, load, simulate, simulate_all
 from pool_pymunk.render import FilmSettings, Show, film, picture
 from pool_pymunk.solvers import yardstick
 
@@ -17,7 +17,7 @@ GIF = FilmSettings(size=(720, 406), fps=25.0)
 
 
 def draw_gallery(folder: Path) -> None:
-    """Draw the report's four shots, an overlay, a polygon table and a break into a folder."""
+    """Draw the report's four shots, an overlay, a polygon, a break, and follow and draw."""
     report = load("report")
     runs = [simulate(report, shot, solver=yardstick().name) for shot in report.shots]
     for k, run in enumerate(runs, start=1):
@@ -33,6 +33,9 @@ def draw_gallery(folder: Path) -> None:
         run = simulate(load(name), "Break", solver=yardstick().name)
         _start_and_end(run, folder, name)
         film(run, folder / f"{name}.gif", GIF)
+
+    for run in simulate_all(load("follow-and-draw"), solver=yardstick().name):
+        picture(run, folder / f"{run.name}-end.png", when="end", dpi=DPI / 2.0)
 
 
 def _start_and_end(run: Run, folder: Path, stem: str) -> None:

@@ -96,8 +96,9 @@ def figure_of(
 def as_set_up(scene: Scene) -> Run:
     """Return a run in which nothing happens."""
     start = scene.start(None)
-    motions = zip(start.position, start.velocity, strict=True)
-    knots = [np.array([[0.0, *p, *v, 0.0, 0.0]]) for p, v in motions]
+    rolls = start.roll or ((),) * len(start.position)
+    motions = zip(start.position, start.velocity, rolls, strict=True)
+    knots = [np.array([[0.0, *p, *v, 0.0, 0.0, *w]]) for p, v, w in motions]
     return Run(
         scene=scene, shot=None, solver="", law=scene.physics.law, dt=None, knots=tuple(knots),
         events=(), status="settled", duration=0.0, steps=0, warnings=(), wall_time=0.0,

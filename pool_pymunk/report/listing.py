@@ -199,6 +199,9 @@ def modelled(scene: Scene) -> Iterator[str]:
         yield f"surface friction: {scene.deceleration:.6g} m/s^2"
     else:
         yield "surface friction: none; no damping callback"
+    if scene.friction.rolling is not None:
+        rolling = scene.friction.rolling * scene.physics.gravity
+        yield f"rolling friction: {rolling:.6g} m/s^2; balls slide, then roll, without english"
     if scene.physics.max_time is not None:
         yield f"runs end after {scene.physics.max_time:g} s at the latest"
     yield f"shots: {len(scene.shots) or 'none, the scene runs as its velocities have it'}"

@@ -20,8 +20,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pool_pymunk.fast import compiled, simulate_many
 from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
 from pool_pymunk.model.places import place_problems, placed
-from pool_pymunk.model.problems import listed, shown
-from pool_pymunk.model.state import read_state
+from pool_pymunk.model.problems import Point, listed, setting_error, shown
+from pool_pymunk.model.state import NO_ROLLING, read_state
 from pool_pymunk.page.content import content
 from pool_pymunk.page.document import page
 from pool_pymunk.physics.laws import LAWS
@@ -64,16 +64,17 @@ class _Question(BaseModel):
 
 
 class Start(_Question):
-    """A start says where the balls are (m), how they move (m/s), and which are off the table."""
+    """A start says where the balls are (m), how they move and roll (m/s), and which are off."""
 
     position: list[list[float]]
     velocity: list[list[float]]
     off: list[str] = []
+    rolls: list[list[float]] | None = None
 
     @property
     def state(self) -> State:
         """The state as it was sent: nobody has checked it yet."""
-        return State(self.position, self.velocity, self.off)  # type: ignore[arg-type]
+        return State(self.position, self.velocity, self.off, self.rolls)  # type: ignore[arg-type]
 
 
 class Place(Start):
@@ -83,11 +84,12 @@ class Place(Start):
 
 
 class Ask(Start):
-    """This question asks for a shot: speed in m/s, angle in degrees, step in s."""
+    """This question asks for a shot: speed in m/s, angle in degrees, a share of roll, step in s."""
 
     ball: str
     speed: float
     angle: float
+    roll: float | None = None
     solver: str = "pymunk"
     dt: float | None = None
     law: str | None = None
@@ -146,7 +148,7 @@ class Answers:
 
     def place(self, asked: Place) -> Answer:
         """Tell what is wrong with the place of a ball, if anything is."""
-        state = read_state(asked.state, self.scene.index)
+        state = read_state(asked.state, self.scene.index, self.scene.surface.rolls)
         if asked.ball not in self.scene.index:
             known = listed(self.scene.index)
             return refusal(400, f"ball = {shown(asked.ball)}: there is no such ball ({known})")
@@ -168,10 +170,11 @@ class Answers:
         """
         scene, shot = self.scene, self._shot(asked)
         state = scene.state(asked.state)
-        motions = zip(scene.balls, state.position, state.velocity, strict=True)
+        rolls = state.roll or ((0.0, 0.0),) * len(scene.balls)
+        motions = zip(scene.balls, state.position, state.velocity, rolls, strict=True)
         balls = tuple(
-            replace(ball, position=position, velocity=velocity)
-            for ball, position, velocity in motions
+            replace(ball, position=place, velocity=v, roll=_share(ball.id, v, w))
+            for ball, place, v, w in motions
             if ball.id not in state.off
         )
         physics = replace(scene.physics, law=asked.law or scene.physics.law)
@@ -190,18 +193,20 @@ class Answers:
         places[[self.scene.index[id_] for id_ in state.off]] = np.nan
         struck = self.scene.index[asked.ball]
         strikes = _strikes(asked)
+        rolls: dict[str, Array] = {}
         ends = np.empty((0, *places.shape))
         spent = 0.0
         while len(ends) < SAMPLES and spent < CLOUD_TIME:
             some = strikes[len(ends) : 2 * len(ends) + SOME]
             velocity = np.tile(speeds, (len(some), 1, 1))
             velocity[:, struck] = some
+            if state.roll is not None:
+                rolls = {"roll": np.tile(state.roll, (len(some), 1, 1))}
+                rolls["roll"][:, struck] = (asked.roll or 0.0) * some
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # Without numba it is slow, which the page says.
-                batch = simulate_many(
-                    self.scene, places, velocity, roll=state.roll, law=asked.law,
-                    max_time=self.latest,
-                )  # fmt: skip
+                more: dict[str, Any] = {"law": asked.law, "max_time": self.latest, **rolls}
+                batch = simulate_many(self.scene, places, velocity, **more)
             spent += batch.wall_time
             ends = np.concatenate([ends, batch.final])
         spread = [_spread(ends[:, i]) for i in range(len(places))]
@@ -222,7 +227,12 @@ class Answers:
     def _shot(self, asked: Ask) -> Shot:
         units = self.scene.units
         name = f"{units.from_si(asked.speed, 'speed'):.6g} {units.speed} at {asked.angle:.6g}°"
-        return Shot(name, asked.ball, speed=asked.speed, angle=asked.angle)
+        roll = asked.roll or 0.0
+        if self.scene.surface.rolls:
+            name += f", roll {roll:g}"
+        elif roll:
+            raise setting_error("roll", roll, NO_ROLLING)
+        return Shot(name, asked.ball, speed=asked.speed, angle=asked.angle, roll=roll)
 
 
 _KINDS: dict[str, tuple[type[Any], Any]] = {
@@ -242,6 +252,17 @@ def _strikes(asked: AskCloud) -> Array:
     angle = np.radians(asked.angle + asked.angle_error * errors[:, 0])
     speed = np.maximum(asked.speed * (1.0 + asked.speed_error * errors[:, 1]), 0.0)
     return np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
+
+
+def _share(ball: str, velocity: Point, roll: Point) -> float:
+    """Return a ball's roll as a share of its velocity, as scenario files say it."""
+    (vx, vy), (wx, wy) = velocity, roll
+    square = vx * vx + vy * vy
+    share = (vx * wx + vy * wy) / square if square else 0.0
+    if math.dist(roll, (share * vx, share * vy)) > 1e-9 * math.hypot(wx, wy):
+        message = f"ball {shown(ball)} slides in a curve, which a scenario file cannot say"
+        raise setting_error("rolls", roll, message)
+    return share
 
 
 def _spread(ends: Array) -> list[list[float]]:
@@ -287,10 +308,12 @@ def live_content(scene: Scene) -> dict[str, Any]:
             "ball": struck,
             "speed": math.hypot(vx, vy) or top / 2.0,
             "angle": math.degrees(math.atan2(vy, vx)),
+            "roll": (shot.roll if shot else 0.0) if scene.surface.rolls else None,
             "top": top,
             "solvers": [
                 {"name": one.name, "about": one.about, "dt": one.dt, "steps": _steps(one)}
                 for one in SOLVERS.values()
+                if one.rolls or not scene.surface.rolls
             ],
             "laws": list(LAWS),
             "law": scene.physics.law,

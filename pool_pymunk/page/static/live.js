@@ -1,6 +1,7 @@
 /* The live table: aim, shoot, move balls. The page keeps where the balls lie and sends it with
  * every question; the server keeps nothing. A start is what a shot begins from: {position,
- * velocity, off}, in m and m/s, with the ids of the balls that are off the table. */
+ * velocity, off, rolls}, in m and m/s, with the ids of the balls that are off the table, and null
+ * for rolls where balls do not roll. */
 
 const FULL = 0.4; // of the width that is seen; a drag of this length is a full shot
 const REACH = { mouse: 4, touch: 18 }; // pixels; a press takes a ball that is as near as this
@@ -10,7 +11,7 @@ const SOON = 250; // ms; an answer that takes longer is announced
 const POINT = [0.09, 0.6, 1.3]; // the radius of an end, in that of its ball; its bounds in pixels
 const EXACT = 1e-9; // m; ends that are nearer than this differ by rounding
 const say = (text) => byId("message").replaceChildren(text);
-const AIM = ["aim-ball", "aim-angle", "aim-speed"]; // the fields
+const AIM = ["aim-ball", "aim-angle", "aim-speed", "aim-roll"]; // the fields
 const token = new URLSearchParams(location.search).get("token");
 
 /** Questions of one kind: one is on its way at most, and of those that wait only the latest. */
@@ -40,7 +41,7 @@ class LiveTable {
     Object.assign(this, { player, table, content, balls, choices: live });
     this.start = this.first = endOf(player);
     this.before = []; // what undo goes back to: starts, each with the aim there
-    this.aim = { ball: live.ball, speed: live.speed, angle: live.angle };
+    this.aim = { ball: live.ball, speed: live.speed, angle: live.angle, roll: live.roll };
     this.unit = content.units.speed[1];
     // `last` is the question of the shot that is shown, `track` the exact run of the aim.
     Object.assign(this, { last: null, track: null, drag: null, cloud: null, ghosts: true });
@@ -79,8 +80,7 @@ class LiveTable {
 
   /** Return the question of the aimed shot. */
   question() {
-    const { ball, speed, angle } = this.aim;
-    return { ...this.start, ball: this.balls[ball].id, speed, angle, ...this.settings() };
+    return { ...this.start, ...this.aim, ball: this.balls[this.aim.ball].id, ...this.settings() };
   }
 
   settings() {
@@ -96,10 +96,8 @@ class LiveTable {
   }
 
   /** Shoot as it is aimed. */
-  async shoot() {
-    const from = this.now();
-    if (await this.playShot(this.question())) this.before.push(from);
-    this.tellState();
+  shoot() {
+    return this.playShot(this.question(), this.now());
   }
 
   /** Play the shot that is shown again, with the settings as they are now. */
@@ -108,37 +106,32 @@ class LiveTable {
     else this.changeAim({});
   }
 
-  /** Ask for a shot and play it; tell whether that went well. */
-  async playShot(question) {
-    if (this.shooting) return false;
+  /** Ask for a shot and play it; undo then goes back to where it came from, if that is said. */
+  async playShot(question, ...from) {
+    if (this.shooting) return;
     this.shooting = true;
     const slow = setTimeout(() => say("The server plays the shot \u2026"), SOON);
     const content = await this.ask("shot", question);
     clearTimeout(slow);
     this.shooting = false;
-    if (!content) return false;
+    if (!content) return;
+    this.before.push(...from);
     Object.assign(this, { last: question, content, track: null });
     this.aims.next = null;
-    this.show(content);
+    this.player.load(content, this.ghosts);
     this.start = endOf(this.player);
     this.tellCost();
     this.tellState();
     this.player.play();
     this.wantCloud();
-    return true;
-  }
-
-  /** Show a content; the ghost stays chosen or not. */
-  show(content) {
-    this.player.pause();
-    this.player.load(content, this.ghosts);
   }
 
   /** Show the balls where they lie, before a shot. */
   rest() {
     this.last = null;
     byId("cost").textContent = "";
-    this.show({ ...this.content, shots: [{ name: "", runs: [resting(this.start, this.balls)] }] });
+    const shots = [{ name: "", runs: [resting(this.start, this.balls)] }];
+    this.player.load({ ...this.content, shots }, this.ghosts);
     this.tellState();
   }
 
@@ -207,7 +200,6 @@ class LiveTable {
   press(event) {
     if (event.button !== 0 || this.shooting) return;
     if (this.last) this.player.jump(this.player.duration);
-    if (this.last) this.player.jump(this.player.duration);
     const { position, off } = this.start;
     const there = position.map((at, i) => (off.includes(this.balls[i].id) ? [Infinity, 0] : at));
     const i = this.table.nearest(event, there, REACH[event.pointerType] ?? REACH.touch);
@@ -230,8 +222,8 @@ class LiveTable {
     const [x, y] = this.table.point(event);
     if (drag.moves) {
       drag.end = [x + drag.grip[0], y + drag.grip[1]];
-      const [, , , vx, vy] = this.player.run.knots[drag.i][0];
-      this.player.run.knots[drag.i] = [[0, ...drag.end, vx, vy, 0, 0]];
+      const [, , , ...motion] = this.player.run.knots[drag.i][0];
+      this.player.run.knots[drag.i] = [[0, ...drag.end, ...motion]];
     } else {
       drag.aim = this.dragged(drag.i, x, y);
       if (drag.aim) this.changeAim(drag.aim);
@@ -256,6 +248,7 @@ class LiveTable {
     const start = {
       position: this.start.position.with(i, place),
       velocity: this.start.velocity.with(i, [0, 0]),
+      rolls: this.start.rolls?.with(i, [0, 0]) ?? null,
       off: this.start.off.filter((other) => other !== id),
     };
     const from = this.now();
@@ -263,8 +256,7 @@ class LiveTable {
       this.before.push(from);
       this.start = start;
     }
-    this.track = this.cloud = null;
-    this.rest();
+    this.letBe();
   }
 
   // -- copy and save --------------------------------------------------------------------------
@@ -425,15 +417,14 @@ class LiveTable {
   // -- controls -------------------------------------------------------------------------------
 
   fillChoices() {
+    const { solvers, laws, law, roll } = this.choices;
     const same = (name) => [name, name];
-    const { solvers, laws, law } = this.choices;
-    fill(
-      "solver",
-      solvers.map(({ name }) => same(name)),
-    );
-    fill("law", laws.map(same), law);
+    const names = solvers.map((one) => same(one.name));
     const ids = this.balls.map((ball, i) => [i, ball.id]);
+    fill("solver", names);
+    fill("law", laws.map(same), law);
     fill("aim-ball", ids);
+    byId("roll").hidden = roll === null;
     this.writeAim();
     byId("aim-unit").textContent = this.content.units.speed[0];
     this.fillSteps();
@@ -451,17 +442,19 @@ class LiveTable {
     byId("aim-ball").value = this.aim.ball;
     byId("aim-angle").value = +this.aim.angle.toFixed(6);
     byId("aim-speed").value = +(this.aim.speed / this.unit).toPrecision(9);
+    byId("aim-roll").value = byId("roll-slider").value = this.aim.roll;
     this.written = AIM.map((id) => byId(id).value).join(" ");
   }
 
   /** Read what was typed, if anything was; a number that is none stays as it was. */
   typed() {
     if (AIM.map((id) => byId(id).value).join(" ") === this.written) return;
-    const [angle, speed] = ["aim-angle", "aim-speed"].map((id) => byId(id).valueAsNumber);
+    const [ball, angle, speed, roll] = AIM.map((id) => Number.parseFloat(byId(id).value));
     this.changeAim({
-      ball: Number(byId("aim-ball").value),
+      ball,
       angle: Number.isFinite(angle) ? angle : this.aim.angle,
       speed: speed >= 0 ? speed * this.unit : this.aim.speed,
+      roll: Number.isFinite(roll) ? roll : this.aim.roll,
     });
   }
 
@@ -471,6 +464,7 @@ class LiveTable {
     on("table", "pointerup", (event) => this.release(event));
     on("table", "pointercancel", () => this.drag && this.letBe());
     for (const id of AIM) on(id, "change", () => this.typed());
+    on("roll-slider", "input", (event) => this.changeAim({ roll: event.target.valueAsNumber }));
     for (const id of ["angle-error", "speed-error"]) on(id, "input", () => this.wantCloud());
     on("solver", "change", () => this.fillSteps());
     for (const id of ["solver", "step", "law"]) on(id, "change", () => this.again());
@@ -504,13 +498,15 @@ class LiveTable {
   }
 }
 
-/** Return where the balls lie after the run that is shown. */
+/** Return where the balls lie after the run that is shown, and how they move. */
 function endOf({ run, content }) {
   const balls = statesAt(run, run.duration);
+  const rolls = run.knots[0][0].length > 7 ? balls.map(({ wx, wy }) => [wx, wy]) : null;
   return {
     position: placesOf(balls),
     velocity: balls.map(({ vx, vy }) => [vx, vy]),
     off: content.balls.filter((_, i) => run.leaves[i] <= run.duration).map((ball) => ball.id),
+    rolls,
   };
 }
 

@@ -36,6 +36,6 @@ window.pool = {
     if (!Number.isInteger(k) || k < 1 || k > count) {
       throw new RangeError(`shot(${k}): the shots have the numbers 1 to ${count}`);
     }
-    player.open(k - 1);
+    player.choose(k - 1);
   },
 };

@@ -1,6 +1,7 @@
-/* Where every ball is at any time: a breakpoint is [t, x, y, vx, vy, ax, ay] in s, m, m/s and m/s^2.
- * A ball has one wherever its motion changes; up to the next one its acceleration is constant. The
- * operations are those of Run.at, in the same order, so that both give the same bits. */
+/* Where every ball is at any time: a breakpoint is [t, x, y, vx, vy, ax, ay] in s, m, m/s and m/s^2,
+ * and the roll wx, wy (m/s) where balls roll. A ball has one wherever its motion changes; up to the
+ * next one its acceleration is constant. The operations are those of Run.at and Run.roll_at, in the
+ * same order, so that both give the same bits. */
 
 /** Return the last breakpoint of a ball that is not later than t. */
 function lastKnot(knots, t) {
@@ -14,24 +15,27 @@ function lastKnot(knots, t) {
   return knots[low];
 }
 
-/** Return position (m) and velocity (m/s) of a ball at the time t, from its breakpoints. */
+/** Return position (m), velocity and roll (m/s) of a ball at the time t, from its breakpoints. */
 function freeMotion(knots, t) {
-  const [start, x, y, vx, vy, ax, ay] = lastKnot(knots, t);
+  const [start, x, y, vx, vy, ax, ay, wx = vx, wy = vy] = lastKnot(knots, t);
   const time = t - start;
+  const turn = vx === wx && vy === wy ? 1 : -2.5; // The roll of a ball that slides grows against it.
   return {
     x: x + time * (vx + (time * ax) / 2),
     y: y + time * (vy + (time * ay) / 2),
     vx: vx + time * ax,
     vy: vy + time * ay,
+    wx: wx + time * ax * turn,
+    wy: wy + time * ay * turn,
   };
 }
 
-/** Return the times of breakpoints, and of steps between two where the ball's path bends. */
+/** Return the times of breakpoints, and of steps between two where a ball slides in a curve or back. */
 function bendTimes(knots, end) {
-  return knots.flatMap(([t, , , vx, vy, ax, ay], k) => {
+  return knots.flatMap(([t, , , vx, vy, , , wx = vx, wy = vy], k) => {
     const time = (knots[k + 1]?.[0] ?? end) - t;
-    const bends = Math.abs(vx * ay - vy * ax) > 1e-9 * Math.abs(vx * ay);
-    return Array.from({ length: bends ? 12 : 1 }, (_, n) => t + (n / 12) * time);
+    const slides = vx !== wx || vy !== wy;
+    return Array.from({ length: slides ? 12 : 1 }, (_, n) => t + (n / 12) * time);
   });
 }
 

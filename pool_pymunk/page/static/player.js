@@ -39,8 +39,9 @@ class Player {
     this.choose(0);
   }
 
-  /** Show a shot by its place from 0. */
+  /** Stop, and show a shot by its place from 0. */
   choose(k) {
+    this.pause();
     this.shot = this.content.shots[k];
     this.run = this.shot.runs[0];
     byId("shot").value = k;
@@ -54,12 +55,6 @@ class Player {
     this.listEvents();
     this.compare();
     this.seek(0);
-  }
-
-  /** Stop, and show a shot by its place from 0. */
-  open(k) {
-    this.pause();
-    this.choose(k);
   }
 
   /** Show the run that was chosen to compare with, or none. */
@@ -136,12 +131,6 @@ class Player {
     this.playing = false;
     cancelAnimationFrame(this.frame);
     this.mark();
-  }
-
-  /** Play or pause. */
-  toggle() {
-    if (this.playing) this.pause();
-    else this.play();
   }
 
   tick(now) {
@@ -285,12 +274,12 @@ class Player {
   listen() {
     const paces = SPEEDS.map((s) => [s, s < 1 ? `1/${Math.round(1 / s)}\u00d7` : `${s}\u00d7`]);
     fill("speed", paces, this.speed);
-    on("play", "click", () => this.toggle());
+    on("play", "click", () => (this.playing ? this.pause() : this.play()));
     on("back", "click", () => this.step(-1));
     on("on", "click", () => this.step(1));
     on("time", "input", () => this.jump(byId("time").valueAsNumber));
     on("speed", "change", () => this.setSpeed(Number(byId("speed").value)));
-    on("shot", "change", () => this.open(Number(byId("shot").value)));
+    on("shot", "change", () => this.choose(Number(byId("shot").value)));
     on("ghost", "change", () => this.compare());
     on("trails", "change", () => this.draw());
     on("theme", "click", () => this.dress(!this.dark));
@@ -311,7 +300,7 @@ class Player {
     const pressed = event.target.closest("button, input[type=checkbox]");
     const k = Number(event.key) - 1;
     const action = actionOf(event, {
-      " ": !pressed && (() => this.toggle()),
+      " ": !pressed && (() => byId("play").click()),
       ArrowLeft: () => this.step(-1),
       ArrowRight: () => this.step(1),
       ",": () => this.nudge(-1),
@@ -323,7 +312,7 @@ class Player {
       "-": () => this.faster(-1),
       t: () => byId("trails").click(),
       d: () => byId("theme").click(),
-      [k >= 0 && k < this.content.shots.length && event.key]: () => this.open(k),
+      [k >= 0 && k < this.content.shots.length && event.key]: () => this.choose(k),
     });
     if (!action) return;
     event.preventDefault();
