@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,8 +39,10 @@ class Batch:
       overlap, or one is off the table or within a pocket. ``statuses`` has the names. What a shot
       with one of the last two has in the other arrays means nothing.
 
-    ``by_reference`` counts the shots that the exact solver played in Python, because they are
-    hard: contacts come at one instant, or last, or have no end. ``wall_time`` is in s.
+    ``handed_back`` (S,) tells which shots the exact solver played in Python, because they are hard:
+    hits at one instant have no end, or there are more than 64 of them, or the law is not compiled.
+    ``by_reference`` counts them. ``in_doubt`` (S,) tells in which shots contacts came together at
+    one instant, or may have, and ``spread`` what that may do. ``wall_time`` is in s.
     """
 
     scene: Scene
@@ -54,6 +57,8 @@ class Batch:
     pocketed: Ints
     status: NDArray[np.int8]
     by_reference: int
+    handed_back: NDArray[np.bool_]
+    in_doubt: NDArray[np.bool_]
     wall_time: float
     source: Source = field(repr=False)
 
@@ -71,6 +76,20 @@ class Batch:
     def ended(self) -> NDArray[np.bool_]:
         """Tell which shots (S,) started, and ended with finite numbers."""
         return self.status < STATUSES.index("non_finite")
+
+    @cached_property
+    def spread(self) -> Floats:
+        """Return how far (m/s) velocities (S,) lie elsewhere in another order of contacts.
+
+        In a real rack tiny gaps give the contacts of one instant an order. This is the largest
+        change that an order makes, and 0 where none matters. When it is first asked for, the exact
+        solver plays the shots ``in_doubt`` for it, in some 20 ms each.
+        """
+        found = np.zeros(len(self))
+        for k in np.flatnonzero(self.in_doubt & self.ended).tolist():
+            asked, start = self.source.request(k)
+            found[k] = asked.spread(start)
+        return found
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: the clouds of ends."""

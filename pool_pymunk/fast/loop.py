@@ -1,9 +1,9 @@
 """This module plays one shot after the other, in functions that numba can compile.
 
-It is the contact engine for ordinary contacts, which come alone: it calls the functions that
-:mod:`pool_pymunk.engine.contacts` calls with the same numbers in the same order, so every bit of an
-end is the same. Shots are ``HARD``, and played by the engine, in which contacts of one instant come
-together, a contact lasts or comes again and again, rounding decides, or a ball is lost.
+It is the contact engine: it calls the functions that :mod:`pool_pymunk.engine.contacts` calls with
+the same numbers in the same order, so every bit of an end is the same. Contacts that come alone are
+answered here, and others by :mod:`pool_pymunk.fast.together`. Shots are ``HARD``, and played by the
+engine, in which hits at one instant have no end, too many contacts touch, or a ball is lost.
 """
 
 from __future__ import annotations
@@ -140,6 +140,7 @@ def write_shot(w: Work, out: Out, s: int) -> None:
             x, y, _, _ = motion_at(path_of(w.ball[i]), max(w.now, count.duration))
         out.final[s, i, 0], out.final[s, i, 1] = x, y
         out.pocketed[s, i], out.met[s, i] = count.pocket[i], count.met[i] != 0
+    out.in_doubt[s] = w.in_doubt != 0
     out.duration[s], out.events[s] = count.duration, count.events
     out.hits[s], out.cushions[s], out.first_hit[s] = count.hits, count.cushions, count.first_hit
 
@@ -235,7 +236,7 @@ def start(w: Work, sides: Sides, position: Any, velocity: Any) -> bool:
 def clear(w: Work) -> None:
     """Forget the shot before: nothing is due, and nothing has happened."""
     count, track = w.count, w.track
-    w.now, w.instant, w.rounds, count.duration = 0.0, -math.inf, 0, 0.0
+    w.now, w.instant, w.rounds, count.duration, w.in_doubt = 0.0, -math.inf, 0, 0.0, 0
     count.events = count.hits = count.cushions = track.knots = track.contacts = 0
     count.first_hit, w.together.mets, w.together.unlisted = NOTHING, 0, 0
     for i in range(w.scene.balls):

@@ -12,6 +12,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
@@ -30,6 +31,10 @@ FEW = 512  # So few shots are not shared out.
 PATIENCE = 0.1  # s; so often an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
+FEW_HARD = 10  # So few shots that are handed back are no matter.
+HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
+    "slower: hits at one instant had no end, or more than 64 contacts came together; gaps of " \
+    "1e-4 m between balls that touch, or restitutions nearer to 1, keep shots compiled"  # fmt: skip
 
 
 def simulate_many(
@@ -76,12 +81,16 @@ def simulate_many(
     began = time.perf_counter()
     source = read_source(scene, position, velocity, vary, law, max_time, roll)
     out = empty(*source.position.shape[:2])
-    by_reference = play_all(source, out, threads, on_done or (lambda _: None))
+    handed_back = play_all(source, out, threads, on_done or (lambda _: None))
+    hard = int((handed_back & (out.status != CANNOT_START)).sum())
+    if max(FEW_HARD, len(handed_back) / 10) < hard < len(handed_back):
+        warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
     return Batch(
         scene=source.scene,
         law=source.asked.law,
         **{key: values for key, values in out._asdict().items() if key != "halt"},
-        by_reference=by_reference,
+        by_reference=int(handed_back.sum()),
+        handed_back=handed_back,
         wall_time=time.perf_counter() - began,
         source=source,
     )
@@ -93,16 +102,16 @@ def play_all(
     threads: int | None,
     done: Callable[[int], object],
     watcher: Any = None,
-) -> int:
-    """Play all shots, and count those that the exact solver plays.
+) -> NDArray[np.bool_]:
+    """Play all shots, and tell which of them (S,) the exact solver has played.
 
     A ``watcher`` may ``watch(part, tracks)`` those that are compiled, and ``see(k, run)`` others.
     """
     cores, compiles = _threads(threads), _compiles(source)
     if compiles and len(out.status):
         play_compiled(source, out, cores, done, watcher)
-    hard = np.flatnonzero(out.status < 0).tolist()
-    for k in hard:
+    hard = np.asarray(out.status < 0)
+    for k in np.flatnonzero(hard).tolist():
         try:
             run = source.run(k, measures_policies=False)
         except SceneError:
@@ -113,7 +122,7 @@ def play_all(
                 watcher.see(k, run)
         if not compiles:
             done(1)
-    return len(hard)
+    return hard
 
 
 def empty(count: int, balls: int) -> Out:
@@ -128,6 +137,7 @@ def empty(count: int, balls: int) -> Out:
         pocketed=np.full((count, balls), NOTHING, np.int32),
         events=np.zeros(count, np.int32),
         status=np.full(count, HARD, np.int8),
+        in_doubt=np.ones(count, np.bool_),
         halt=np.zeros(1, np.int64),
     )
 

@@ -100,6 +100,7 @@ TOGETHER = np.dtype(
 
 WORK = np.dtype(
     [("scene", SCENE), ("ball", BALL, N), ("now", F), ("instant", F), ("rounds", I),
+     ("in_doubt", I),
      ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("pair", PAIR, (N, N)),
      ("count", COUNT), ("track", TRACK), ("together", TOGETHER)]
 )  # fmt: skip
@@ -114,7 +115,9 @@ Table = namedtuple("Table", "sides xs ys")
 Shots = namedtuple("Shots", "position velocity is_off mass radius coefficients")
 
 # what comes of the shots, in arrays as in a Batch; `halt` ends the work
-Out = namedtuple("Out", "final duration hits cushions first_hit met pocketed events status halt")
+Out = namedtuple(
+    "Out", "final duration hits cushions first_hit met pocketed events status in_doubt halt"
+)
 
 # the breakpoints (K, 8) and contacts (C, 2) of some shots, one shot after the other; those of shot
 # s end where `ends[s]` (S, 2) says, and a hard shot has none

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.fast.records import NOTHING, WORK, Shots
 from pool_pymunk.fast.tables import cue_of, law_number, together_number
-from pool_pymunk.model import Point, Scene
+from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.model.inputs import TABLE, column_of, parts, rolled, row_of, struck, with_inputs
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
@@ -73,6 +73,11 @@ class Source(NamedTuple):
 
     def run(self, k: int, measures_policies: bool = True) -> Run:
         """Play shot ``k`` by the exact solver; raises SceneError if it cannot start."""
+        asked, start = self.request(k, measures_policies)
+        return asked.play(None, start)
+
+    def request(self, k: int, measures_policies: bool = True) -> tuple[Request, State]:
+        """Return what shot ``k`` asks for, and its start; raises SceneError if it cannot start."""
         scene, is_off = self.scene_of(k), is_gone(self.position[k])
         settings = self.asked.settings._replace(measures_policies=measures_policies)
         velocity, roll = (
@@ -81,7 +86,7 @@ class Source(NamedTuple):
         )
         off = {scene.balls[i].id for i in np.flatnonzero(is_off)}
         start = scene.state((self._places(k, is_off).tolist(), velocity, off, roll))
-        return self.asked._replace(scene=scene, settings=settings).play(None, start)
+        return self.asked._replace(scene=scene, settings=settings), start
 
     def work(self, keeps: bool) -> Any:
         """Return a record in which shots can be played; if it ``keeps`` tracks, these, too."""

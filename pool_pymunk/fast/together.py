@@ -181,6 +181,7 @@ def has_many_rounds(w: Work, ball: Ball) -> bool:
     if w.now - w.instant > length:
         w.instant, w.rounds, at.mets = w.now, 0, 0
     w.rounds += 1
+    w.in_doubt |= w.rounds > 1
     return bool(w.rounds > decisions.FEW_ROUNDS)
 
 
@@ -235,6 +236,7 @@ def answer_round(w: Work, sides: Sides, has_many: bool) -> bool:
         at.answered[k] = at.contact[k]
     if not (answer_cluster(w, sides) if has_many else resolve(w, at.dues) >= 0):
         return False
+    w.in_doubt |= at.dues > 1 or at.misses > 0
     predict_changed(w, sides)
     for k in range(at.misses):
         i, j = at.missed[k, 0], at.missed[k, 1]

@@ -55,6 +55,7 @@ class Trace:
         self.warned: dict[str, tuple[float, int, float]] = {}
         self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.orders: dict[int, None] = {}  # patterns of gaps with other outcomes; the largest first
+        self.spread = 0.0  # m/s; how far velocities may lie elsewhere in another order
         self.touch = False  # whether sides touch at the start
         self.status = "settled"
         self.duration = 0.0

@@ -127,6 +127,7 @@ class TraceRecorder(Recorder):
     def order_unknown(self, doubt: Doubt, t: float) -> None:
         """Warn of contacts of one instant whose order matters."""
         self.trace.orders.update(dict.fromkeys(doubt.orders))
+        self.trace.spread = max(self.trace.spread, doubt.spread)
         text = (
             "contacts of one instant share a ball: in a real rack their order decides, and nothing "
             "tells it; if they came one after the other, velocities would differ by up to "

@@ -97,6 +97,13 @@ class Request(NamedTuple):
             warn_of_gained_energy(trace, scene)
         return self._run(shot, state, trace, wall_time, shift)
 
+    def spread(self, start: State) -> float:
+        """Return how far (m/s) velocities lie elsewhere if contacts of one instant have an order.
+
+        It is the largest one of the run, which is played once for it.
+        """
+        return self._solve(self.scene.start(None, start)).spread
+
     def _solve(self, state: State, variant: Variant = AS_IT_IS, touch: bool = True) -> Trace:
         settings = self.settings._replace(touch=touch)
         if variant.opened is not None:
