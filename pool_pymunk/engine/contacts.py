@@ -456,7 +456,7 @@ class ContactEngine:
             self._begin(i, path, noise)
 
     def _begin(self, i: int, path: Path, noise: float) -> None:
-        speed = path.speed if path.slows else path.fastest
+        speed = path.speed if path.slows else path.fastest or math.inf
         self.paths[i], self.speeds[i], self.noises[i] = path, speed, noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False

@@ -33,8 +33,12 @@ SLOW = "numba is not installed, so each shot takes the Python solver, which give
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
 FEW_HARD = 10  # So few shots that are handed back are no matter.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
-    "slower: hits at one instant had no end, or more than 64 contacts came together; gaps of " \
+    "slower: balls overlapped at the start, hits at one instant had no end, or more than 64 " \
+    "contacts came together; gaps of " \
     "1e-4 m between balls that touch, or restitutions nearer to 1, keep shots compiled"  # fmt: skip
+
+ROLLING = "balls that roll are not compiled yet, so each shot takes the Python solver, which is " \
+    "some hundred times slower; friction of sliding alone is compiled"  # fmt: skip
 
 
 def simulate_many(
@@ -85,6 +89,8 @@ def simulate_many(
     hard = int((handed_back & (out.status != CANNOT_START)).sum())
     if max(FEW_HARD, len(handed_back) / 10) < hard < len(handed_back):
         warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
+    elif source.scene.surface.rolls and hard > FEW:
+        warnings.warn(ROLLING, stacklevel=2)
     return Batch(
         scene=source.scene,
         law=source.asked.law,

@@ -48,7 +48,7 @@ def _set_up(engine: ContactEngine, scene: Scene, start: State) -> None:
     for id_ in start.off:
         engine.remove(scene.index[id_])
     if engine.is_finite:
-        engine.predict([i for i, speed in enumerate(engine.speeds) if speed > 0.0])
+        engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
 
 
 def _status(engine: ContactEngine, latest: float) -> str:

@@ -1,0 +1,91 @@
+"""A surface of one's own: a tilted table, on which balls fall along parabolas."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from pool_pymunk import Ball, Physics, Restitution, Scene, Table, simulate
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.path import Path
+from pool_pymunk.physics.surface import NO_ROLL, Push
+
+R, PULL = 0.05, 0.5  # m, m/s^2
+
+
+class Tilted(NamedTuple):
+    """Every ball is pulled along -y at ``pull`` (m/s^2), without end and without friction."""
+
+    pull: float
+    rolls: bool = False
+
+    def path(self, t: float, position: Vector, velocity: Vector, roll: Vector = NO_ROLL) -> Path:
+        return Path(t, *position, *velocity, 0.0, -self.pull, math.inf, slows=False)
+
+    def then(self, path: Path) -> None:
+        return
+
+    def roll(self, path: Path, t: float, pushes: Sequence[Push] = ()) -> Vector:
+        return NO_ROLL
+
+    def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]:
+        raise NotImplementedError
+
+    def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class TiltedScene(Scene):
+    """This is a scene whose table is tilted."""
+
+    @property
+    def surface(self) -> Any:
+        return Tilted(PULL)
+
+
+def fallen(*balls: Ball, e: float = 1.0, until: float = 10.0) -> Any:
+    scene = TiltedScene(
+        balls, Table(((-1, 0), (1, 0), (1, 4), (-1, 4))), Restitution(1.0, None, e),
+        physics=Physics(max_time=until),
+    )  # fmt: skip
+    return simulate(scene, solver="event-driven")
+
+
+def test_a_ball_that_falls_from_rest_bounces_as_high_as_it_was() -> None:
+    height = 2.0
+    run = fallen(Ball("a", (0.0, R + height), R, 0.2))
+    fall = math.sqrt(2.0 * height / PULL)
+    times = [event.t for event in run.events]
+    assert {event.kind for event in run.events} == {"ball-cushion"}
+    assert times == pytest.approx([fall * (2 * k + 1) for k in range(len(times))], rel=1e-13)
+    tops = run.at(2.0 * fall * np.arange(1, len(times)))[0][:, 0, 1]
+    assert tops == pytest.approx(R + height, abs=1e-12)
+
+
+def test_dull_bounces_come_in_a_geometric_series() -> None:
+    e, height = 0.5, 1.0
+    run = fallen(Ball("a", (0.0, R + height), R, 0.2), e=e, until=5.0)
+    fall = math.sqrt(2.0 * height / PULL)
+    gaps = np.diff([event.t for event in run.events])[:8]
+    assert gaps == pytest.approx([2.0 * fall * e ** (k + 1) for k in range(8)], rel=1e-12)
+
+
+def test_balls_that_are_thrown_meet_where_two_parabolas_do() -> None:
+    """The relative motion of two balls that fall alike is straight."""
+    run = fallen(
+        Ball("a", (-0.5, 1.0), R, 0.2, velocity=(0.3, 0.4)),
+        Ball("b", (0.5, 1.0), R, 0.2, velocity=(-0.3, 0.4)),
+        until=1.6,
+    )
+    hit = run.events[0]
+    assert (hit.kind, hit.t) == ("ball-ball", pytest.approx((1.0 - 2 * R) / 0.6, rel=1e-14))
+    energy = [0.1 * (v * v).sum() + 0.2 * PULL * p[:, 1].sum()
+              for p, v in zip(*run.at(np.linspace(0.0, 1.6, 33)), strict=True)]  # fmt: skip
+    assert energy == pytest.approx([energy[0]] * 33, rel=1e-12)
