@@ -342,11 +342,13 @@ class State:
         if left > dt:
             return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
         then = None if path.slows else self.surface.then(path)
+        if then is not None and left <= 0.0:
+            return self.mean_velocity(then, path.end - left)
         if then is not None:
-            t = path.end - left
-            x, y, _, _ = motion_at(path if left > 0.0 else then, t)
-            later_x, later_y, _, _ = motion_at(then, t + dt)
-            return (later_x - x) / dt, (later_y - y) / dt
+            time = min(dt - left, then.end - then.t)
+            x = left * (vx + left * path.ax / 2.0) + time * (then.vx + time * then.ax / 2.0)
+            y = left * (vy + left * path.ay / 2.0) + time * (then.vy + time * then.ay / 2.0)
+            return x / dt, y / dt
         share = max(left, 0.0) / dt
         return share * (vx + left * path.ax / 2.0), share * (vy + left * path.ay / 2.0)
 
@@ -408,12 +410,10 @@ class State:
             velocity = self.mean_velocity(path, self.since + (self.count + 1) * self.dt)
             body.force = NOTHING
             if not self.alone:
-                (vx, vy), (x, y), began = (
-                    velocity,
-                    body.velocity,
-                    self.mean_velocity(path, self.time),
-                )
-                velocity = vx + x - began[0], vy + y - began[1]
+                (vx, vy), (x, y) = velocity, body.velocity
+                ex, ey = self.mean_velocity(path, self.time)
+                # In this order nothing is rounded where nothing pushes.
+                velocity = vx + (x - ex), vy + (y - ey)
             body.velocity = velocity
         except Exception as error:
             self.note(error)
