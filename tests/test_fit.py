@@ -157,9 +157,9 @@ def test_friction_of_rolling_and_the_rolls_of_shots() -> None:
     found = fit(guess, tracked(truth)[::10], ["friction.rolling", "roll"], starts=1)
     expected = {"friction.rolling": 0.012, "roll.1": 0.8, "roll.2": -0.5}
     assert found.values == pytest.approx(expected, rel=1e-9)
-    assert found.warnings == ()
 
 
+@pytest.mark.heavy
 def test_the_report_printed_070() -> None:
     """Its published ends alone say so, though the search starts from the 0.95 that it states."""
     report = load("report")

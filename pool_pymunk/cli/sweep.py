@@ -45,7 +45,7 @@ def sweep(
 ) -> int:
     """Play many shots into a Parquet dataset; the same command goes on where it was.
 
-    Keys: speed, angle or turn (degrees, relative to the shot's), mass (of the struck ball),
+    Keys: speed, angle or turn (degrees, relative to the shot's), roll, mass (of the struck ball),
     restitution.*, friction.*, x.ID, y.ID, vx.ID, vy.ID, mass.ID, radius.ID; start (every ball, plus
     or minus one length), noise.speed and noise.angle (standard deviation of the player's error).
     Lengths, speeds and masses may have a unit (0.005in); without one they are in the scenario's.

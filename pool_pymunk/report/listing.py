@@ -197,6 +197,9 @@ def modelled(scene: Scene) -> Iterator[str]:
         yield f"pockets: {', '.join(pocket.id for pocket in scene.pockets)}"
     if scene.deceleration > 0.0:
         yield f"surface friction: {scene.deceleration:.6g} m/s^2"
+        if scene.friction.rolling is not None:
+            slows = scene.friction.rolling * scene.physics.gravity
+            yield f"friction of rolling: {slows:.6g} m/s^2"
     else:
         yield "surface friction: none; no damping callback"
     if scene.friction.rolling is not None:

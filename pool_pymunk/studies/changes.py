@@ -141,8 +141,7 @@ class Changes:
                 self._warn("a ball comes to rest just as the run ends", t)
                 change[2:, change.any(axis=0)] = math.nan  # The place alone is smooth.
             changes.append(change)
-        size = 6 if self.surface.rolls else 4
-        return np.array(changes).reshape(len(self.knots), size, self.inputs.count)
+        return np.array(changes)
 
     def at_times(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""

@@ -140,18 +140,16 @@ class _Search:
 
     def read_ranges(self, angle: Range, speed: Range | None, roll: Range | None) -> None:
         """Read the ranges within which shots are looked for."""
-        given = {"angle": angle, "speed": speed or (0.25 * self.usual, 1.5 * self.usual)}
-        if roll is not None:
-            given["roll"] = roll
-        ranges = {key: read_pair(key, each) for key, each in given.items()}
+        speed = speed or (0.25 * self.usual, 1.5 * self.usual)
+        given = {"angle": angle, "speed": speed, "roll": roll}
+        ranges = {key: read_pair(key, each) for key, each in given.items() if each is not None}
         for key, (low, high) in ranges.items():
             if not low < high:
                 raise setting_error(key, [low, high], "must be (low, high)")
             if key == "roll" and not self.scene.surface.rolls:
                 raise setting_error(key, [low, high], NO_ROLLING)
         self.varied = list(ranges)
-        own = (self.shot.roll, self.shot.roll)
-        self.low, self.high = np.array([*ranges.values(), own][:3]).T
+        self.low, self.high = np.array([*ranges.values(), [self.shot.roll] * 2][:3]).T
 
     def doubt(self, errors: Mapping[str, float]) -> None:
         """Say how far further inputs may be off: their standard deviations."""

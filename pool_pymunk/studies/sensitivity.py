@@ -29,7 +29,7 @@ from pool_pymunk.fast.batch import STATUSES
 from pool_pymunk.fast.many import empty, play_all
 from pool_pymunk.fast.shots import read_source
 from pool_pymunk.model import Point, Scene, Shot
-from pool_pymunk.model.inputs import TABLE, input_value, parts, rolled, row_of, struck
+from pool_pymunk.model.inputs import SHOT, TABLE, input_value, parts, rolled, row_of, struck
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import Array
@@ -279,12 +279,6 @@ class Study:
             found |= dict.fromkeys((f"roll.{k}" for k in shots), found.pop("roll"))
         return found
 
-    def value(self, name: str) -> float:
-        """Return the scene's own value of a further input."""
-        kind, whose = parts(name)
-        shot = self.chain[int(whose) - 1] if kind == "roll" else None
-        return input_value(self.reference.scene, name) if shot is None else shot.roll
-
     def draw(self, samples: int, seed: int, scale: float = 1.0) -> Draws:
         """Draw samples within this many times the uncertainty."""
         scene, own = self.reference.scene, self.uncertainty.scaled(scale)
@@ -295,7 +289,8 @@ class Study:
         for k, (speed, turn) in enumerate(shots.transpose(1, 2, 0), start=1):
             errors |= {f"speed.{k}": speed, f"turn.{k}": np.degrees(turn)}
         for name, width in self.further.items():
-            value, row = self.value(name), TABLE[parts(name)[0]]
+            row = TABLE[parts(name)[0]]
+            value = 0.0 if row.of == SHOT else input_value(scene, name)
             drawn = value + scale * width * rng.uniform(-1.0, 1.0, samples)
             errors[name] = row.clipped(drawn) - value
         return Draws(starts, errors, sampler.overlapping)
@@ -308,16 +303,15 @@ class Study:
         own = np.array([ball.velocity for ball in scene.balls])
         position, velocity = draws.starts, np.tile(own, (count, 1, 1))
         pocketed, finished = np.full(position.shape[:2], -1), np.ones(count, dtype=bool)
-        inputs, carried = self.further, None
-        others = {name: self.value(name) + draws.errors[name] for name in inputs}
-        shares = {name: others.pop(name) for name in inputs if name[:5] == "roll."}
-        for name in [name for name in others if name[:3] in ("vx.", "vy.")]:
+        inputs, carried = [name for name in self.uncertainty.inputs if name != "roll"], None
+        others = {name: input_value(scene, name) + draws.errors[name] for name in inputs}
+        for name in [name for name in inputs if name[:3] in ("vx.", "vy.")]:
             velocity[:, scene.index[name[3:]], "xy".index(name[1])] = others.pop(name)
         for k, shot in enumerate(self.chain, start=1):
             there = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
             ball, share = None, None
             if shot is not None:
-                ball, share = scene.index[shot.ball], shares.get(f"roll.{k}", shot.roll)
+                ball, share = scene.index[shot.ball], shot.roll + draws.errors.get(f"roll.{k}", 0.0)
                 of_shot = draws.errors[f"speed.{k}"], draws.errors[f"turn.{k}"]
                 velocity, is_struck = _struck(scene, shot, there, velocity, *of_shot)
                 finished &= is_struck

@@ -18,7 +18,6 @@ import numpy as np
 
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.inputs import (
-    ROWS,
     SI,
     TABLE,
     column_of,
@@ -39,7 +38,7 @@ from pool_pymunk.studies.uncertainty import StartSampler, launched, normal, unif
 
 SPREADS = ("start", "noise.speed", "noise.angle")  # each of these takes one width
 UNITS = {"start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg"}
-UNITS = {row.name: SI[row.quantity] for row in ROWS} | UNITS
+UNITS = {row.name: SI[row.quantity] for row in TABLE.values()} | UNITS
 # These inputs have fixed random numbers of a shot; every other input has those of its name.
 SLOT = {"speed": 0, "angle": 1, "turn": 1, "mass": 2} | {
     key: 3 + column for key, column in column_of("coefficients").items()
