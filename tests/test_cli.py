@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from scenes import INCH, Answer, typed
 
-from pool_pymunk import __version__, load
+from pool_pymunk import SOLVERS, SettingError, __version__, load
 from pool_pymunk.cli import main
+from pool_pymunk.cli.common import How
 from pool_pymunk.model.scenario import bundled
 
 pytestmark = pytest.mark.heavy
@@ -248,6 +249,15 @@ def test_check_says_what_is_modelled() -> None:
     assert "no damping callback" in bare and "roll" not in bare
     rolls = typed("check", "follow-and-draw").stdout
     assert "rolling friction: 0.0980665 m/s^2; balls slide, then roll" in rolls
+
+
+def test_solvers_that_nobody_named_may_be_unable_to_roll() -> None:
+    scene = load("follow-and-draw")
+    rolling = [name for name, solver in SOLVERS.items() if solver.rolls]
+    assert list(How().options_of(scene, SOLVERS, named=False)) == rolling
+    assert list(How().options_of(load("report"), SOLVERS, named=False)) == list(SOLVERS)
+    with pytest.raises(SettingError, match="pymunk-discrete: does not roll balls"):
+        How().options_of(scene, ["pymunk-discrete"], named=True)
 
 
 def test_compare_explains_the_published_ends(tmp_path: Path) -> None:

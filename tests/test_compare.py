@@ -88,6 +88,13 @@ def test_stops_are_no_contacts(exact: Run) -> None:
     assert [event.kind for event in contacts(exact)] == ["ball-cushion"]
 
 
+def test_a_ball_that_begins_to_roll_is_no_contact() -> None:
+    run = simulate(load("follow-and-draw"), "draw", solver="event-driven")
+    kinds = ["ball-ball", *["ball-cushion"] * 4]
+    assert [event.kind for event in contacts(run)] == kinds
+    assert {"roll", "stop"} < {event.kind for event in run.events}
+
+
 def test_a_coarse_step_misses_what_the_exact_solver_finds() -> None:
     scene = load("report")
     reference = simulate(scene, "Simulation 1", solver="event-driven")

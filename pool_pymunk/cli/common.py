@@ -46,12 +46,14 @@ class How(NamedTuple):
     def options_of(
         self, scene: lib.Scene, solvers: Iterable[str], named: bool
     ) -> dict[str, dict[str, Any]]:
-        """Return each solver's options; solvers that were ``named`` must be able to take them."""
+        """Return the options of each solver that plays the scene; those ``named`` must do so."""
         found = {}
         for name in solvers:
-            known = lib.solvers.find_solver(name).options
-            found[name] = {k: v for k, v in self.options.items() if named or k in known}
-            lib.solvers.request(scene, name, **found[name])
+            solver = lib.solvers.find_solver(name)
+            if named or solver.rolls or not scene.surface.rolls:
+                given = self.options.items()
+                found[name] = {k: v for k, v in given if named or k in solver.options}
+                lib.solvers.request(scene, name, **found[name])
         return found
 
     def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> Setting:

@@ -79,7 +79,8 @@ def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) ->
     names = read.names(text) if text else [name for name in lib.solvers.SOLVERS if name != exact]
     settings = [read_setting(name, "--solvers", dt, laws=()) for name in names]
     options = how.options_of(scene, (one.solver for one in settings), named=text is not None)
-    return [Setting(exact), *(one._replace(options=options[one.solver]) for one in settings)]
+    played = [one for one in settings if one.solver in options]
+    return [Setting(exact), *(one._replace(options=options[one.solver]) for one in played)]
 
 
 def _compared(

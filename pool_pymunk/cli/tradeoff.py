@@ -45,7 +45,8 @@ def tradeoff(
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
     ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names(solvers))
-    how.options_of(scene, ladders, named=solvers is not None)
+    played = how.options_of(scene, ladders, named=solvers is not None)
+    ladders = {name: ladders[name] for name in played}
     shots = read.shots(scene, shot)
     so_far: list[lib.tradeoff.Tradeoff] = []
     try:

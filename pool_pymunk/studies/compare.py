@@ -99,8 +99,8 @@ def end_distances(run: Run, ends: Mapping[str, Point]) -> dict[str, float]:
 
 
 def contacts(run: Run) -> list[Event]:
-    """Return the run's events without the stops: contacts, and balls that were pocketed."""
-    return [event for event in run.events if event.kind != "stop"]
+    """Return the events of a run that are contacts, or a ball that was pocketed."""
+    return [event for event in run.events if event.is_contact or event.pocket is not None]
 
 
 def first_divergence(reference: Run, run: Run) -> Divergence | None:
