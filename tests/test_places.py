@@ -247,6 +247,7 @@ def test_a_run_may_start_where_a_state_may_lie(
         assert ask(scene, at) == answer, at
 
 
+@pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
 @pytest.mark.parametrize("offset", OFFSETS)
 @pytest.mark.parametrize(("share", "ask"), [(TOUCHING, by_scene), (SUNK, by_state)])
 def test_arrays_have_the_answers_of_numbers(

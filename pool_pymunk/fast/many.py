@@ -33,9 +33,9 @@ SLOW = "numba is not installed, so each shot takes the Python solver, which give
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
 FEW_HARD = 10  # So few shots that are handed back are no matter.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
-    "slower: balls overlapped at the start, hits at one instant had no end, or more than 64 " \
-    "contacts came together; gaps of " \
-    "1e-4 m between balls that touch, or restitutions nearer to 1, keep shots compiled"  # fmt: skip
+    "slower: hits at one instant had no end, more than 64 contacts came together, or balls " \
+    "overlapped at the start; gaps of 1e-4 m between balls that touch, or restitutions nearer to " \
+    "1, keep shots compiled"  # fmt: skip
 
 ROLLING = "balls that roll are not compiled yet, so each shot takes the Python solver, which is " \
     "some hundred times slower; friction of sliding alone is compiled"  # fmt: skip
@@ -69,9 +69,8 @@ def simulate_many(
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
     'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 64 balls,
-    balls that roll, other radii or a law of your own for single hits, take the Python solver. A
-    shot takes 25 + 21 N bytes in the result. Raises SettingError, in one line that names the
-    argument.
+    other radii or a law of your own for single hits, take the Python solver. A shot takes 27 + 21 N
+    bytes in the result. Raises SettingError, in one line that names the argument.
 
     >>> import numpy as np
     >>> from pool_pymunk import load

@@ -120,6 +120,8 @@ class Order:
     def next(self, velocity: Velocities, least: float) -> list[Contact]:
         """Return the next contacts that hit faster than ``least`` (m/s), and go on to them."""
         closing = [closing_speed(contact, velocity) for contact in self.contacts]
+        if self.is_closed:
+            return [contact for contact, c in zip(self.contacts, closing, strict=True) if c > least]
         count, hits = len(closing), [False] * len(closing)
         found = go_on(self.gaps, closing, count, least, hits)
         return list(compress(self.contacts, hits)) if found else []
