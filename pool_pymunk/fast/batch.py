@@ -40,7 +40,8 @@ class Batch:
       with one of the last two has in the other arrays means nothing.
 
     ``handed_back`` (S,) tells which shots the exact solver played in Python, because they are hard:
-    hits at one instant have no end, or there are more than 64 of them, or the law is not compiled.
+    hits at one instant have no end, or there are more than 64 of them, or because balls roll in
+    them, or the law is not compiled.
     ``by_reference`` counts them. ``in_doubt`` (S,) tells in which shots contacts came together at
     one instant, or may have, and ``spread`` what that may do. ``wall_time`` is in s.
     """
