@@ -52,6 +52,29 @@ def test_a_box_and_a_ball_push_each_other() -> None:
     assert striker.body.position.x == pytest.approx(at - left**2 / (2 * A), abs=1e-2)
 
 
+@pytest.mark.parametrize("friction", ["joint", "callback"])
+def test_a_push_leaves_the_roll_as_it_was(friction: str) -> None:
+    """A ball that is pushed across its way rolls at 5/7 of its velocity and 2/7 of its roll."""
+    space, table = plane(rolling=0.2, friction=friction)
+    one, shape = ball(table, 0.0), box(space, 0.1, 0.3)
+    one.circle.elasticity, shape.elasticity, shape.body.velocity = 1.0, 0.5, (0.0, -1.0)
+    table.strike(one, (1.0, 0.0), roll=1.0)
+    after = table.save_state()
+    while one.path.slows:
+        before = after
+        space.step(STEP)
+        after = table.save_state()
+    assert before.rolls is not None and after.rolls is not None
+    roll, vx, vy = before.rolls[0][0], *after.motions[0][2:]
+    assert vy < -0.5
+    assert after.rolls[0] == pytest.approx((roll, 0.0), abs=0.25 * STEP)
+    while not one.path.slows:
+        space.step(STEP)
+    assert one.path[3:5] == pytest.approx(((5 * vx + 2 * roll) / 7, 5 * vy / 7), abs=1e-3)
+    steps(space, 8.0)
+    assert not table.moving
+
+
 def test_a_kinematic_flipper_shoots_a_ball() -> None:
     space, table = plane()
     shape, target = box(space, -0.3, kind=pymunk.Body.KINEMATIC), ball(table, 0.0)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pymunk
 import pytest
 from amplified import amplification
 from reference import OUTLINES, Refused, random_rolling_scene, reference_run, run_to_dict
@@ -17,6 +18,7 @@ from scenes import DATA, seeds
 
 from pool_pymunk import (
     Ball,
+    Billiards,
     Friction,
     Physics,
     Pocket,
@@ -29,6 +31,7 @@ from pool_pymunk import (
     State,
     Table,
     loads,
+    same_balls,
     simulate,
 )
 from pool_pymunk.solvers import SOLVERS
@@ -39,7 +42,7 @@ R, MASS = 0.03, 0.2
 SLIDING, ROLLING = 0.2, 0.01
 EXACT: list[tuple[str, float | None]] = [("event-driven", None)]
 EXACT += [("pymunk", 1 / 30), ("pymunk", 1 / 60), ("pymunk", 1 / 240)]
-ROLLS = [name for name, solver in SOLVERS.items() if solver.rolls]
+BASELINES = [name for name, solver in SOLVERS.items() if not solver.rolls]
 
 
 def ball(id_: str = "C", x: float = 0.0, y: float = 0.0, **parts: Any) -> Ball:
@@ -113,6 +116,136 @@ def test_two_hundred_fresh_scenes_in_forty_digits() -> None:
         played += 1
         for solver, dt in EXACT:
             agrees(what, answer, solver, dt)
+
+
+@pytest.mark.parametrize("name", ["coulomb l-shape 1 rolling", "published hexagon 1 rolling"])
+def test_slices_come_to_the_exact_ends_with_order_one(name: str) -> None:
+    what = scene_of(next(record["scene"] for record in ANSWERS if record["name"] == name))
+    ends, errors = exact(what).final, []
+    for dt in (1e-3, 1e-4, 1e-5):
+        run = simulate(what, solver="time-slice", dt=dt)
+        errors.append(max(math.dist(run.final[id_], ends[id_]) for id_ in ends))
+    assert errors[0] < 2e-3
+    assert -0.7 > math.log10(errors[2] / errors[0]) / 2 > -1.3
+
+
+def test_slices_lead_a_ball_that_follows_on_behind_the_other() -> None:
+    """A dull hit, and then the roll presses the ball on to the one that it has hit."""
+    shot = Shot("shot", "C", speed=1.0, angle=0.0, roll=1.0)
+    dull = Restitution(0.1, None, 0.8)
+    what = scene(ball(), ball("1", 0.3), restitution=dull, shots=(shot,))
+    run = simulate(what, solver="time-slice", dt=1e-4)
+    assert run.final["C"] == pytest.approx((1.5033, 0.0), abs=2e-3)
+    assert run.final["1"] == pytest.approx((1.5633, 0.0), abs=2e-3)
+    assert len(run.events) < 60
+
+
+# -- tables in pymunk spaces -----------------------------------------------------------------------
+
+
+def table_of(dt: float = 1 / 60, **settings: Any) -> Billiards:
+    parts = {"pair": same_balls(0.95, 0.0), "deceleration": 2.0, "rolling": 0.1, **settings}
+    return Billiards(pymunk.Space(), dt, **parts)
+
+
+def circle(x: float = 0.0, y: float = 0.0) -> pymunk.Circle:
+    body = pymunk.Body(MASS, math.inf)
+    body.position = x, y
+    return pymunk.Circle(body, R)
+
+
+def rest(table: Billiards, *lengths: float) -> list[float]:
+    """Make steps of these lengths (s) in turn until all rest, and return x and y of each ball."""
+    for k in range(100_000):
+        if not table.moving:
+            break
+        (table.step if table.alone else table.space.step)(lengths[k % len(lengths)])
+    return [number for each in table.balls for number in each.body.position]
+
+
+@pytest.mark.parametrize("lengths", [(1 / 30,), (1 / 30, 1e-3, 1 / 240)])
+@pytest.mark.parametrize("friction", ["joint", "callback"])
+@pytest.mark.parametrize("alone", [True, False])
+def test_ends_of_tables_are_those_of_the_exact_solver(
+    alone: bool, friction: str, lengths: tuple[float, ...]
+) -> None:
+    """The object ball bounces off a side of the box and comes back to the one that follows it."""
+    table = table_of(1 / 30, alone=alone, friction=friction)
+    corners = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+    for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
+        table.add_wall(pymunk.Segment(table.space.static_body, a, b, 0.0), 0.8, 0.1)
+    cue, _ = table.add_ball(circle()), table.add_ball(circle(0.5, 0.02))
+    table.strike(cue, (2.0, 0.3), roll=-0.7)
+    what = scene(
+        replace(ball(), velocity=(2.0, 0.3), roll=-0.7), ball("1", 0.5, 0.02),
+        table=Table(corners), restitution=Restitution(0.95, None, 0.8),
+        friction=Friction(2.0 / G, 0.1, 0.0, 0.1 / G),
+    )  # fmt: skip
+    ends = [number for place in exact(what).final.values() for number in place]
+    assert rest(table, *lengths) == pytest.approx(ends, abs=1e-12)
+    assert table.joints == len(table.state.damped) == 0
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_ball_does_not_stop_while_it_has_a_roll(alone: bool) -> None:
+    table, told = table_of(alone=alone), list[str]()
+    cue, other = table.add_ball(circle()), table.add_ball(circle(0.5))
+    table.on_contact = lambda contact: told.append("hit")
+    table.on_stop = lambda ball, t: told.append(f"stop {ball.number}")
+    table.strike(cue, (1.0, 0.0), roll=1.0)
+    way = table.predict(cue, (1.0, 0.0), roll=1.0)
+    ends = rest(table, 1 / 60)
+    assert told == ["hit", "stop 0", "stop 1"]
+    assert way.met is other
+    assert way.way[1] == pytest.approx((0.5 - 2 * R, 0.0), abs=1e-12)
+    assert [*way.way[-1], *way.other_way[-1]] == pytest.approx(ends, abs=1e-9)
+    assert len(way.way) == len(way.other_way) + 1 == 4
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_saved_state_has_the_roll_and_a_placed_ball_has_none(alone: bool) -> None:
+    table = table_of(alone=alone)
+    one = table.add_ball(circle())
+    table.strike(one, (1.0, 0.0), roll=-2.0)
+    for _ in range(5):
+        (table.step if alone else table.space.step)(1 / 60)
+    saved = table.save_state()
+    assert saved.rolls is not None and saved.rolls[0][0] < -1.5
+    first = rest(table, 1 / 60)
+    table.restore_state(saved)
+    assert table.save_state() == saved
+    assert rest(table, 1 / 60) == pytest.approx(first, abs=1e-14)
+    table.restore_state(saved)
+    table.place(one, (1.0, 1.0))
+    assert (table.save_state().rolls, table.moving) == ({0: (0.0, 0.0)}, {})
+
+
+def test_a_velocity_set_by_hand_leaves_the_roll() -> None:
+    table = table_of()
+    one = table.add_ball(circle())
+    table.strike(one, (1.0, 0.0), roll=1.0)
+    one.body.velocity = 0.0, 1.4
+    assert table.save_state().rolls == {0: (1.0, 0.0)}
+    rest(table, *[1 / 60] * 60)
+    x, y = one.body.position
+    assert (x > 0.2) and (y > 1.0)
+
+
+def test_settings_and_strikes_that_cannot_be() -> None:
+    with pytest.raises(SettingError, match=r"^rolling = 3\.0: must not be above the deceleration"):
+        table_of(rolling=3.0)
+    table = table_of(rolling=None)
+    one = table.add_ball(circle())
+    with pytest.raises(SettingError, match=r"^roll = 1\.0: balls do not roll on a table without"):
+        table.strike(one, (1.0, 0.0), roll=1.0)
+    with pytest.raises(SettingError, match=r"^roll = inf: must be a finite number"):
+        table.strike(one, (1.0, 0.0), roll=math.inf)
+
+
+@pytest.mark.parametrize("solver", BASELINES)
+def test_baselines_say_that_they_do_not_roll(solver: str) -> None:
+    with pytest.raises(SettingError, match=f"^solver = {solver}: does not roll balls, and the sce"):
+        simulate(scene(), solver=solver)
 
 
 # -- closed forms ----------------------------------------------------------------------------------

@@ -26,11 +26,11 @@ class Surface(Protocol):
 
     ``pull`` (m/s^2) is the largest acceleration of a ball; without friction it is 0. ``drag``
     (m/s^2) is the deceleration of a ball that slows straight to rest. ``then`` is the path that
-    follows at the end of one; it is None if the ball rests there. ``rolls`` tells
-    whether balls have a roll (m/s): the velocity at which they would roll. ``roll`` is that of a
-    ball on a path at a time (s), after cushions have pushed it. ``jacobian`` and ``end_slopes`` are
-    linear in small changes of the state (position, velocity, and where balls roll the roll) and of
-    the surface's own numbers.
+    follows at the end of one; it is None if the ball rests there. ``rolls`` tells whether balls
+    have a roll (m/s): the velocity at which they would roll. ``roll`` is that of a ball on a path
+    at a time (s), after cushions have pushed it. ``jacobian`` and ``end_slopes`` are linear in
+    small changes of the state (position, velocity, and where balls roll the roll) and of the
+    surface's own numbers.
     """
 
     @property

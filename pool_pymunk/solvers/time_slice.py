@@ -52,7 +52,7 @@ class Slices(Stepping):
         self.rolls = scene.friction.rolling is not None
         # in a slice a ball that rolls loses so much speed (m/s)
         self.drag = self.dt * (scene.friction.rolling or 0.0) * scene.physics.gravity
-        # A roll presses balls on to others. Slower contacts (m/s) are of this kind, and no events.
+        # A roll presses balls on to others, and contacts that are no faster (m/s) are no events.
         self.press = self.loss if self.rolls else 0.0
         self.law = settings.law_of(scene)
         self.radius = [ball.radius for ball in scene.balls]
@@ -94,19 +94,18 @@ class Slices(Stepping):
 
     def _move_sphere(self, i: int, slices: int) -> None:
         """Advance a ball that slips until it rolls, and then until it rests."""
-        used = 0
+        travel, used = slide if self.drag > 0.0 else drift, 0
         while used < slices and self._moves(i):
             (x, y, vx, vy), (wx, wy), left = self.motion[i], self.roll[i], slices - used
-            slips = self.loss > 0.0 and (vx, vy) != (wx, wy)
-            if slips:
-                *motion, wx, wy, more = slip(x, y, vx, vy, wx, wy, self.loss, self.dt, left)
+            slipped = (vx, vy) != (wx, wy)
+            if slipped and self.loss > 0.0:
+                x, y, vx, vy, wx, wy, more = slip(x, y, vx, vy, wx, wy, self.loss, self.dt, left)
             else:
-                is_rolling, travel = (vx, vy) == (wx, wy), slide if self.drag > 0.0 else drift
-                *motion, more = travel(x, y, vx, vy, self.drag, self.dt, left)
-                wx, wy = motion[2:] if is_rolling else (wx, wy)
+                x, y, vx, vy, more = travel(x, y, vx, vy, self.drag, self.dt, left)
+                wx, wy = (wx, wy) if slipped else (vx, vy)
             used += more
-            t, (x, y, vx, vy) = (self.trace.steps + used) * self.dt, motion
-            if slips and (vx, vy) == (wx, wy):
+            t = (self.trace.steps + used) * self.dt
+            if slipped and (vx, vy) == (wx, wy):
                 if hypot(vx, vy) > self.drag:
                     self.trace.roll(i, t)
                     self.trace.knot(i, t, (x, y), (vx, vy), roll=(wx, wy))
@@ -291,7 +290,8 @@ class Slices(Stepping):
         if least < math.inf:
             return least * SAFE - 2.0
         # There is nothing to meet: these are the slices until every ball has stopped.
-        fastest, loss = max(map(self._fastest, self.moving)), self.drag if self.rolls else self.loss
+        loss = self.drag if self.rolls else self.loss
+        fastest = max(self._fastest(i) for i in self.moving)
         return fastest / loss + 1.0 if loss > 0.0 else math.inf
 
     def _fastest(self, i: int) -> float:
@@ -372,8 +372,8 @@ SOLVER = Solver(
     name="time-slice", solve=solve, about="the report's own algorithm", dt=PUBLISHED_STEP,
     late=True, rolls=True,
     limits="the report's method: contacts come up to a slice late, a pair answers only once "
-    "until it has parted, contacts of one instant are answered one after the other, and rounding "
-    "decides the sign of a slip of zero",
+    "until it has parted (unless its balls roll), contacts of one instant are answered one after "
+    "the other, and rounding decides the sign of a slip of zero",
     ladder=(1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, PUBLISHED_STEP),
     stability_steps=(1e-5,), quick_stability_steps=(1e-4,), all_pairs=True,
     published_step=PUBLISHED_STEP, finest=1e-6, color="#d55e00", marker="D",

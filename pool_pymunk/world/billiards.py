@@ -224,10 +224,7 @@ class Billiards:
         return state.put_ball(circle, NO_ROLL)
 
     def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> Ball:
-        """Do what :meth:`add_ball` does, for a circle of which nothing is wrong, unchecked.
-
-        The ball has a ``roll`` (m/s) from the start, where balls roll.
-        """
+        """Do what :meth:`add_ball` does, with a roll (m/s), unchecked: nothing is wrong."""
         return self.state.put_ball(circle, roll)
 
     def remove_ball(self, ball: Ball) -> None:
@@ -305,7 +302,7 @@ class Billiards:
     def strike(self, ball: Ball, velocity: Vector, roll: float = 0.0) -> None:
         """Give a ball a velocity (m/s) now, and where balls roll a ``roll``, a share of it.
 
-        With 1 the ball rolls at once, with 0 it slides without rotation, and with less it draws.
+        With 1 the ball rolls at once, with 0 it slides without rotation, with less it draws back.
         """
         self._check_ball(ball)
         velocity = argument("velocity", velocity, point)
@@ -363,9 +360,9 @@ class Billiards:
         """
         self._check_ball(ball)
         velocity = argument("velocity", velocity, point)
-        turns = checks.read_roll(roll, velocity, self.state.surface.rolls)
+        struck = velocity, checks.read_roll(roll, velocity, self.state.surface.rolls)
         numbers = [each.number for each in self.on_table()]
-        found = sketch(self.engine, numbers, ball.number, velocity, turns, self.state.now)
+        found = sketch(self.engine, numbers, ball.number, struck, self.state.now)
         return found._replace(met=None if found.met is None else self.balls[found.met])
 
     def free_spot(

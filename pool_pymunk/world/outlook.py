@@ -23,6 +23,7 @@ MOST = 2_000  # This many instants are played at most.
 Who = TypeVar("Who")
 Edge = Round | Straight  # on which the centre of a touching ball lies
 Disc = tuple[Vector, float]  # a place and a radius (m)
+Going = tuple[Vector, Vector]  # a velocity and a roll (m/s)
 
 
 class Prediction(NamedTuple, Generic[Who]):
@@ -60,6 +61,8 @@ class Witness(Recorder):
         if self.at == math.inf and self.ball in contact.balls:
             self.wall, self.at = contact.cushion, t
             self.met = next((i for i in contact.balls if i != self.ball), None)
+            if self.met is not None:  # Its way begins here.
+                self.turns[self.met], self.rolled[self.met] = [], 0
 
     def path(self, i: int, path: Path) -> None:
         """Note where a new path begins."""
@@ -91,14 +94,14 @@ class Witness(Recorder):
 
 
 def sketch(
-    table: ContactEngine, numbers: list[int], ball: int, velocity: Vector, roll: Vector, now: float
+    table: ContactEngine, numbers: list[int], ball: int, struck: Going, now: float
 ) -> Prediction[Any]:
     """Strike a ball of a table, and play until it and what it met have turned once more each.
 
     ``numbers`` are those of the balls on the table; in the prediction balls are numbers.
     """
     witness = Witness(numbers.index(ball))
-    engine = _copy(table, numbers, witness, (velocity, roll), now)
+    engine = _copy(table, numbers, witness, struck, now)
     start = engine.paths[witness.ball]
     for _ in range(MOST):
         if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
@@ -116,11 +119,7 @@ def sketch(
 
 
 def _copy(
-    table: ContactEngine,
-    numbers: list[int],
-    witness: Witness,
-    struck: tuple[Vector, Vector],
-    now: float,
+    table: ContactEngine, numbers: list[int], witness: Witness, struck: Going, now: float
 ) -> ContactEngine:
     """Return an engine with these balls on their way from now on, the struck one included."""
 

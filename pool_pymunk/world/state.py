@@ -38,6 +38,8 @@ Moves = tuple[float, float, float, float, float, float]
 FIELDS = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY | BodyFields.FORCE
 
 
+Given = Vector | None
+
 _buffer = Buffer()
 
 
@@ -231,12 +233,9 @@ class State:
         return self.surface.roll(self.engine.paths[i], self.now)
 
     def begin_path(
-        self, ball: Ball, position: Vector, velocity: Vector, roll: Vector | None = None
+        self, ball: Ball, position: Vector, velocity: Vector, roll: Given = None
     ) -> None:
-        """Give a ball a new path from now on, perhaps with the roll that it has.
-
-        What it meets is not predicted yet.
-        """
+        """Give a ball a new path, by default with its roll; what it meets is not predicted yet."""
         now = self.engine.now = self.now
         roll = self.roll_of(ball.number) if roll is None else roll
         path = self.surface.path(now, position, velocity, roll)
@@ -244,13 +243,7 @@ class State:
         if not path.moves:
             self.engine.rested[ball.number] = now
 
-    def send(
-        self,
-        ball: Ball,
-        position: Vector | None,
-        velocity: Vector | None,
-        roll: Vector | None = None,
-    ) -> None:
+    def send(self, ball: Ball, position: Given, velocity: Given, roll: Given = None) -> None:
         """Set a ball off from a position, with a velocity and a roll; by default with its own."""
         place, goes = self.engine.paths[ball.number].at(self.now)
         self.begin_path(ball, position or place, velocity or goes, roll)
