@@ -33,9 +33,9 @@ SLOW = "numba is not installed, so each shot takes the Python solver, which give
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
 FEW_HARD = 10  # So few shots that are handed back are no matter.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
-    "slower: hits at one instant had no end, more than 64 contacts came together, or balls " \
-    "overlapped at the start; gaps of 1e-4 m between balls that touch, or restitutions nearer to " \
-    "1, keep shots compiled"  # fmt: skip
+    "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
+    "own answers them, or balls overlapped at the start; gaps of 1e-4 m between balls that " \
+    "touch, or restitutions nearer to 1, keep shots compiled"  # fmt: skip
 
 ROLLING = "balls that roll are not compiled yet, so each shot takes the Python solver, which is " \
     "some hundred times slower; friction of sliding alone is compiled"  # fmt: skip
@@ -86,7 +86,7 @@ def simulate_many(
     out = empty(*source.position.shape[:2])
     handed_back = play_all(source, out, threads, on_done or (lambda _: None))
     hard = int((handed_back & (out.status != CANNOT_START)).sum())
-    if max(FEW_HARD, len(handed_back) / 10) < hard < len(handed_back):
+    if hard > max(FEW_HARD, len(handed_back) / 10) and _is_known(source) and compiled.is_there():
         warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
     elif source.scene.surface.rolls and hard > FEW:
         warnings.warn(ROLLING, stacklevel=2)
@@ -148,13 +148,15 @@ def empty(count: int, balls: int) -> Out:
 
 
 def _compiles(source: Source) -> bool:
-    """Tell whether ordinary shots can be compiled."""
-    if not can_compile(source.scene, source.law) or "radius" in source.vary:
-        return False
-    if not compiled.is_there():
+    """Tell whether ordinary shots are compiled; warn if they only lack numba."""
+    if _is_known(source) and not compiled.is_there():
         warnings.warn(SLOW, stacklevel=4)
-        return False
-    return True
+    return _is_known(source) and compiled.is_there()
+
+
+def _is_known(source: Source) -> bool:
+    """Tell whether numba can compile ordinary shots."""
+    return can_compile(source.scene, source.law) and "radius" not in source.vary
 
 
 def _threads(asked: int | None) -> int:

@@ -188,9 +188,8 @@ def has_many_rounds(w: Work, ball: Ball) -> bool:
 def note_met(w: Work, i: int, other: int) -> bool:
     """Note what has met at this instant, once; return False if there is no room."""
     at = w.together
-    for k in range(at.mets):
-        if at.met[k, 0] == i and at.met[k, 1] == other:
-            return True
+    if has_met(w, i, other):
+        return True
     if at.mets == MOST_TOGETHER:
         return False
     at.met[at.mets, 0], at.met[at.mets, 1] = i, other
@@ -451,19 +450,13 @@ def answer_group(w: Work, count: int) -> bool:
         return push_at_once(at.group, count, at.velocity, room)
     for k in range(count):
         for m in range(k + 1, count):
-            if comes_before(at.group[m], at.group[k]):
+            if as_listed(at.group[m]) < as_listed(at.group[k]):
                 at.hitting[MOST_TOGETHER] = at.group[k]
                 at.group[k] = at.group[m]
                 at.group[m] = at.hitting[MOST_TOGETHER]
         if closing_speed(at.group[k], at.velocity) > 0.0:
             respond(w, at.group[k])
     return True
-
-
-def comes_before(one: Any, other: Any) -> bool:
-    """Tell whether a contact comes before another one in the listing's order."""
-    a, b = as_listed(one), as_listed(other)
-    return a < b
 
 
 def respond(w: Work, one: Any) -> None:
