@@ -279,41 +279,46 @@ class Changes:
         answered = self._answered(law, parts, told, event.t)
         self.times.append(times)
         change = meeting.after(moved, times, answered, rates)
-        rolls = [each[4:] for _, each in before]
-        if self.surface.rolls:
-            pushed = answer[0].n - before_nt[0].n, answered[0] - parts[0]
-            turned = normal, meeting.turning @ moved
-            rolls = [self._rolled(i, roll, times, *turned, *pushed, len(balls) == 1)
-                     for i, roll in zip(balls, rolls, strict=True)]  # fmt: skip
+        rolls = [
+            self._roll_at(i, 0, each[4:], times) for i, (_, each) in zip(balls, before, strict=True)
+        ]
+        if self.surface.rolls and len(balls) == 1:
+            pushed = answer[0].n - before_nt[0].n, (answered - parts)[0]
+            turned = np.array(normal), meeting.turning @ moved
+            rolls = [self._slowed(balls[0], event.t, rolls[0], *turned, *pushed)]
         for n, i in enumerate(balls):
+            roll = self._roll_at(i, 1, rolls[n], -times)
             self.at[i] += 1
-            self.change[i] = np.concatenate((change[4 * n : 4 * n + 4], rolls[n]))
+            self.change[i] = np.concatenate((change[4 * n : 4 * n + 4], roll))
 
-    def _rolled(
-        self, i: int, change: Array, times: Array, normal: Vector, turning: Array,
-        push: float, pushed: Array, is_cushion: bool,
-    ) -> Array:  # fmt: skip
-        """Return the change of a ball's roll after a contact that comes later by these ``times``.
+    def _roll_at(self, i: int, later: int, change: Array, times: Array) -> Array:
+        """Return the change of a ball's roll at a contact that comes later by these ``times``.
 
-        ``push`` (m/s) is how much a cushion changes the ball's speed along the normal, ``pushed``
-        and ``turning`` (P,) are the changes of this and of the normal (rad).
+        The ball moves as from its last breakpoint on, or so many ``later``.
         """
-        before, after = (self.knots[i][self.at[i] + k] for k in (0, 1))
-        began, end = before[0], after[0]
-        rate = roll_rate(before)
-        change = change + np.array(rate)[:, np.newaxis] * times
-        if is_cushion:
-            n, t = np.array(normal), np.array([-normal[1], normal[0]])
-            roll = np.array(before[7:9]) + (end - began) * np.array(rate)
-            mu, unit = self.scene.friction.cushion, self.inputs.unit("friction.cushion")
-            along, of_along = roll @ n, n @ change + (roll @ t) * turning
-            most, of_most = mu * push / GYRATION, mu * pushed / GYRATION
-            if unit is not None:
-                of_most = of_most + push / GYRATION * unit
-            sign, is_all = math.copysign(1.0, along), most >= abs(along)
-            less, of_less = (along, of_along) if is_all else (sign * most, sign * of_most)
-            change = change - n[:, np.newaxis] * of_less - t[:, np.newaxis] * less * turning
-        return np.asarray(change - np.array(roll_rate(after))[:, np.newaxis] * times)
+        if not self.surface.rolls:
+            return change
+        rate = np.array(roll_rate(self.knots[i][self.at[i] + later]))
+        return np.asarray(change + rate[:, np.newaxis] * times)
+
+    def _slowed(
+        self, i: int, t: float, change: Array, n: Array, turning: Array, push: float, pushed: Array
+    ) -> Array:
+        """Return the change of a ball's roll that a cushion slows down at ``t`` (s).
+
+        ``push`` (m/s) is how much the cushion changes the ball's speed along the normal ``n``, and
+        ``pushed`` and ``turning`` (P,) are the changes of this and of the normal (rad).
+        """
+        last, across = np.array(self.knots[i][self.at[i]]), np.array([-n[1], n[0]])
+        roll = last[7:9] + (t - last[0]) * np.array(roll_rate(last.tolist()))
+        mu, unit = self.scene.friction.cushion, self.inputs.unit("friction.cushion")
+        along, of_along = roll @ n, n @ change + (roll @ across) * turning
+        most, of_most = mu * push / GYRATION, mu * pushed / GYRATION
+        if unit is not None:
+            of_most = of_most + push / GYRATION * unit
+        sign, is_all = math.copysign(1.0, along), most >= abs(along)
+        less, of_less = (along, of_along) if is_all else (sign * most, sign * of_most)
+        return np.asarray(change - n[:, None] * of_less - across[:, None] * less * turning)
 
     def _meeting(
         self, balls: list[int], states: list[Motion6], event: Event
