@@ -193,7 +193,7 @@ class Answers:
         places[[self.scene.index[id_] for id_ in state.off]] = np.nan
         struck = self.scene.index[asked.ball]
         strikes = _strikes(asked)
-        rolls: dict[str, Array] = {}
+        rolls = None
         ends = np.empty((0, *places.shape))
         spent = 0.0
         while len(ends) < SAMPLES and spent < CLOUD_TIME:
@@ -201,12 +201,13 @@ class Answers:
             velocity = np.tile(speeds, (len(some), 1, 1))
             velocity[:, struck] = some
             if state.roll is not None:
-                rolls = {"roll": np.tile(state.roll, (len(some), 1, 1))}
-                rolls["roll"][:, struck] = (asked.roll or 0.0) * some
+                rolls = np.tile(state.roll, (len(some), 1, 1))
+                rolls[:, struck] = (asked.roll or 0.0) * some
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # Without numba it is slow, which the page says.
-                more: dict[str, Any] = {"law": asked.law, "max_time": self.latest, **rolls}
-                batch = simulate_many(self.scene, places, velocity, **more)
+                batch = simulate_many(
+                    self.scene, places, velocity, roll=rolls, law=asked.law, max_time=self.latest
+                )
             spent += batch.wall_time
             ends = np.concatenate([ends, batch.final])
         spread = [_spread(ends[:, i]) for i in range(len(places))]
@@ -260,7 +261,7 @@ def _share(ball: str, velocity: Point, roll: Point) -> float:
     square = vx * vx + vy * vy
     share = (vx * wx + vy * wy) / square if square else 0.0
     if math.dist(roll, (share * vx, share * vy)) > 1e-9 * math.hypot(wx, wy):
-        message = f"ball {shown(ball)} slides in a curve, which a scenario file cannot say"
+        message = f"ball {shown(ball)} rolls across its velocity, which no scenario file can say"
         raise setting_error("rolls", roll, message)
     return share
 
