@@ -31,6 +31,7 @@ FEW = 512  # So few shots are not shared out.
 PATIENCE = 0.1  # s; so often an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
+LONG = 5_000  # This many shots take Python some seconds.
 FEW_HARD = 10  # So few shots that are handed back are no matter.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
@@ -88,7 +89,7 @@ def simulate_many(
     hard = int((handed_back & (out.status != CANNOT_START)).sum())
     if hard > max(FEW_HARD, len(handed_back) / 10) and _is_known(source) and compiled.is_there():
         warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
-    elif source.scene.surface.rolls and hard > FEW:
+    elif source.scene.surface.rolls and hard > LONG:
         warnings.warn(ROLLING, stacklevel=2)
     return Batch(
         scene=source.scene,
