@@ -210,9 +210,9 @@ class Billiards:
         ValueError for what cannot be a ball: a shape that is no circle in the middle of a dynamic
         body, that is a ball already, overlaps a ball or a wall, or lies within a pocket.
         """
+        state, body = self.state, circle.body  # A circle does not keep its body alive.
         checks.check_circle(circle)
         self._catch_up(changes_space=True)
-        state, body = self.state, circle.body
         assert body is not None
         if body in state.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
