@@ -325,6 +325,7 @@ class Reference(Flight):
         if kind == "stop" or (kind == "roll" and abs(self.velocity[i]) < ROUNDING):
             self._stop(i)
         elif kind == "roll":
+            self._refuse_gentle(abs(self.velocity[i]))  # e = 0.4, in binary, nearly stops a ball.
             self.roll[i] = self.velocity[i]
             self.out.events.append((self.now, kind, balls, None))
         elif kind == "pocket":
@@ -348,7 +349,7 @@ class Reference(Flight):
 
     def _refuse_gentle(self, speed: Number) -> None:
         if speed < GENTLE:
-            raise Refused(f"a contact closes at {mp.nstr(speed, 3)} m/s")
+            raise Refused(f"a contact closes, or a ball rolls, at {mp.nstr(speed, 3)} m/s")
 
     def _bounce(self, contact: Contact) -> None:
         """Answer by Eq. 9: v_n' = -e v_n, and the tangential speed loses mu |v_n' - v_n|.
