@@ -91,7 +91,7 @@ def test_random_frozen_balls(form: str, at_cushion: bool) -> None:
 @pytest.mark.parametrize("form", FORMS)
 def test_many_random_frozen_balls(form: str, at_cushion: bool) -> None:
     for seed in seeds(1):
-        found = count_verdicts(form, at_cushion, 12, seed)
+        found = count_verdicts(form, at_cushion, 8, seed)
         assert not found["missed"]
         assert not found["false alarm"]
 

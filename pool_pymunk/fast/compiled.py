@@ -121,13 +121,17 @@ def cache_folder() -> Path:
     for name in sources():
         digest.update(inspect.getsource(sys.modules[name]).encode())
     try:
-        own = import_module("platformdirs").user_cache_path("pool_pymunk") / "compiled"
-        folder = Path(os.environ.get(CACHE) or own) / digest.hexdigest()[:16]
+        folder = Path(os.environ.get(CACHE) or _user_cache()) / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
         (folder / ".writable").touch()
     except OSError:
         folder = Path(tempfile.mkdtemp(prefix="pool_pymunk-"))
     return folder
+
+
+def _user_cache() -> Path:
+    """Return the folder of the user's cache; platformdirs comes with the extra of numba."""
+    return Path(import_module("platformdirs").user_cache_path("pool_pymunk")) / "compiled"
 
 
 class SealedCache:
