@@ -32,7 +32,7 @@ PATIENCE = 0.1  # s; so often an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
 LONG = 5_000  # This many shots take Python some seconds.
-FEW_HARD = 10  # So few shots that are handed back are no matter.
+FEW_HARD = 10  # Fewer shots that are handed back are no matter.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
     "own answers them, or balls overlapped at the start; gaps of 1e-4 m between balls that " \

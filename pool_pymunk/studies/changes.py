@@ -294,7 +294,7 @@ class Changes:
     def _roll_at(self, i: int, later: int, change: Array, times: Array) -> Array:
         """Return the change of a ball's roll at a contact that comes later by these ``times``.
 
-        The ball moves as from its last breakpoint on, or so many ``later``.
+        ``later`` is 0 for the breakpoint before the contact, and 1 for the one after it.
         """
         if not self.surface.rolls:
             return change
