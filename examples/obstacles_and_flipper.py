@@ -28,7 +28,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import Ball, ContactEvent
+from pool_pymunk.world import ContactEvent, TableBall
 
 Point = tuple[float, float]
 
@@ -82,7 +82,7 @@ class World:
             shape.elasticity = 0.8  # with the box
             self.table.add_wall(shape, restitution=0.75, friction=0.14)
 
-    def _add_ball(self, place: Point) -> Ball:
+    def _add_ball(self, place: Point) -> TableBall:
         body = pymunk.Body(MASS, pymunk.moment_for_circle(MASS, 0.0, RADIUS))
         body.position = place
         circle = pymunk.Circle(body, RADIUS)

@@ -8,7 +8,7 @@ import pygame
 from pymunk import Body, Circle, Segment, Space, Vec2d
 
 from pool_pymunk import Billiards, load, same_balls
-from pool_pymunk.world import Ball, TableState
+from pool_pymunk.world import TableBall, TableState
 
 SCENE = load("eight-ball")
 assert SCENE.table and SCENE.restitution.ball_ball and SCENE.restitution.cushion
@@ -67,7 +67,7 @@ class Game:
 
     def __init__(self) -> None:
         pygame.font.init()
-        self.space, self.balls = Space(), dict[int, Ball]()
+        self.space, self.balls = Space(), dict[int, TableBall]()
         self.table = Billiards(self.space, LONGEST_STEP, pair=PAIR, deceleration=SCENE.deceleration)
         for a, b, *_ in EDGES:
             self.table.add_wall(Segment(self.space.static_body, a, b, 0.0), *RAIL)
@@ -116,8 +116,8 @@ class Game:
         """Draw the table, the balls, and while all of them rest what the shot would do."""
         canvas, speed, cue = self.background.copy(), self.shot().length, self.balls[0]
         seen = None if self.table.moving else self.table.predict(cue, self.shot(FULL / 2))
-        for way, color in ((seen.other_way or seen.way, GOLD), (seen.way, IVORY)) if seen else ():
-            pygame.draw.lines(canvas, color, False, [pixel(point) for point in way], 3)
+        for line, color in ((seen.other_way or seen.way, GOLD), (seen.way, IVORY)) if seen else ():
+            pygame.draw.lines(canvas, color, False, [pixel(point) for point in line], 3)
         for number, ball in self.balls.items():
             place = ball.body.position if ball.is_on_table else TRAY[number]
             canvas.blit(self.pictures[number], self.pictures[number].get_rect(center=pixel(place)))

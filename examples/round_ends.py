@@ -32,7 +32,7 @@ from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.physics.path import Path as Way
+from pool_pymunk.physics.path import Path as Motion
 from pool_pymunk.physics.path import arrival
 
 Array = NDArray[np.float64]
@@ -71,17 +71,17 @@ class Inside(NamedTuple):
         return dx / distance, dy / distance
 
     def curvature(self, x: float, y: float) -> float:
-        """Return how fast (1/m) the normal turns: against the way of a ball that goes round."""
+        """Return how fast (1/m) the normal turns: against the motion of a ball that goes round."""
         return -1.0 / math.hypot(x - self.center[0], y - self.center[1])
 
-    def time_of_contact(self, path: Way, r: float, now: float) -> float:
+    def time_of_contact(self, path: Motion, r: float, now: float) -> float:
         """Return the time (s), not before now, at which a ball comes to the circle from inside."""
         dx, dy = self.center[0] - path.x, self.center[1] - path.y
         along, across = dx * path.ux + dy * path.uy, dx * path.uy - dy * path.ux
-        reach = self.radius - r
-        if not path.moves or abs(across) >= reach:
+        apart = self.radius - r
+        if not path.moves or abs(across) >= apart:
             return math.inf
-        length = max(along + math.sqrt((reach - across) * (reach + across)), 0.0)
+        length = max(along + math.sqrt((apart - across) * (apart + across)), 0.0)
         is_here = (path.ux * length - dx) * self.toward >= 0.0
         return arrival(path, length, now) if is_here else math.inf
 

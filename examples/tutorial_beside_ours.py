@@ -15,7 +15,7 @@ frames a second it is still a pixel off the exact ends:
 
 - It finds a contact at the end of a step. By then the balls have sunk into each other, and they
   part along the normal of the overlap.
-- It finds no contact at all with what is thinner than the way of one step.
+- It finds no contact at all with what is thinner than the distance of one step.
 - It moves a ball by the velocity from before the friction of the same step, so a ball that slides
   out freely goes v dt / 2 too far. The friction joint pulls in the step of a contact, too.
 
@@ -65,7 +65,7 @@ def rack() -> Array:
 
 
 def bodies_at(start: Array, velocity: Velocity) -> list[pymunk.Body]:
-    """Return the bodies of the balls, the first of which is on its way."""
+    """Return the bodies of the balls, the first of which moves."""
     moment = pymunk.moment_for_circle(MASS, 0.0, RADIUS)
     bodies = [pymunk.Body(MASS, moment) for _ in start]
     for body, (x, y) in zip(bodies, start, strict=True):
@@ -154,7 +154,7 @@ def lost(play: Play, rate: int) -> int:
 
 
 class Row(NamedTuple):
-    """A row says what one way of playing makes of a frame rate."""
+    """A row says what one player makes of a frame rate."""
 
     rate: int  # frames a second
     off: float  # px; how far the farthest ball ends from its exact end
@@ -179,10 +179,10 @@ def main(argv: Sequence[str] | None = None) -> dict[str, list[Row]]:
     parser.add_argument("--out", type=Path, default=Path())
     out = parser.parse_args(argv).out
     ends = exact_ends(rack(), BREAK)
-    ways: dict[str, Play] = {"the tutorial": tutorial, "Billiards": ours}
+    players: dict[str, Play] = {"the tutorial": tutorial, "Billiards": ours}
     rows: dict[str, list[Row]] = {}
     figure = Figure((14.0, 4.3), layout="constrained")
-    for axes, (name, play) in zip(figure.subplots(1, 2), ways.items(), strict=True):
+    for axes, (name, play) in zip(figure.subplots(1, 2), players.items(), strict=True):
         films = {rate: play(rack(), BREAK, rate, SECONDS) for rate in COLORS}
         rows[name] = [
             Row(rate, farthest(frames[-1], ends), deepest(frames), lost(play, rate))

@@ -54,7 +54,7 @@ class Visit:
         return self.page.evaluate(script, value)
 
     def wait(self, script: str) -> None:
-        """Wait until this is so; the page's policy forbids the browser's own way to wait."""
+        """Wait until this is so; the page's policy forbids the browser's own waiting."""
         for _ in range(500):
             if self.ask(script):
                 return

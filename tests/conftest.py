@@ -55,8 +55,10 @@ NEEDING = {
 def pytest_configure(config: pytest.Config) -> None:
     """Look for no examples in modules that cannot be imported without an optional library."""
     home = Path(__file__).parent.parent / "pool_pymunk"
-    left = [str(home / place) for place, library in NEEDING.items() if find_spec(library) is None]
-    config.option.ignore = [*(config.option.ignore or []), *left]
+    missing = [
+        str(home / place) for place, library in NEEDING.items() if find_spec(library) is None
+    ]
+    config.option.ignore = [*(config.option.ignore or []), *missing]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

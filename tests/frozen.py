@@ -57,7 +57,7 @@ class Touch(NamedTuple):
 def alone(scene: Scene) -> Run:
     """Play the scene, and no variants of its run: that takes a tenth of the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(import_module("pool_pymunk.solvers.request"), "PATIENCE", -1.0)
+        patch.setattr(import_module("pool_pymunk.solvers.request"), "QUICK", -1.0)
         return exact(scene)
 
 

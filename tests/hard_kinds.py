@@ -117,10 +117,10 @@ def _corner(rng: random.Random) -> Scene:
     angle = inwards + rng.uniform(-0.3, 0.3)
     far = r * rng.uniform(1.1, 6)
     x, y = (c + far * d for c, d in zip(corner, (math.cos(angle), math.sin(angle)), strict=True))
-    way = angle + rng.uniform(-0.3, 0.3)
+    toward = angle + rng.uniform(-0.3, 0.3)
     gap = rng.choice([1e-6, 1e-3, 0.05, 0.2]) * rng.uniform(0.3, 1)
-    bx, by = x + (r + big + gap) * math.cos(way), y + (r + big + gap) * math.sin(way)
-    speed, course = 10 ** rng.uniform(-1, 0.5), way + math.pi + rng.uniform(-0.1, 0.1)
+    bx, by = x + (r + big + gap) * math.cos(toward), y + (r + big + gap) * math.sin(toward)
+    speed, course = 10 ** rng.uniform(-1, 0.5), toward + math.pi + rng.uniform(-0.1, 0.1)
     mass = round(0.1 * 10 ** rng.uniform(0, 3), 3)
     return _scene(
         [
@@ -236,7 +236,7 @@ def _struck_pair(rng: random.Random) -> Scene:
         balls, surface = _pair(rng)
         e, (_, cushion, mu) = _random_e(rng), _random_friction(rng)
         alone = hard_run(_scene(balls, None, e, (surface, cushion, mu)))
-        if alone.pressed > 0.02:
+        if alone.persistent > 0.02:
             break
     until = float(alone.duration)
     r = round(rng.uniform(0.03, 0.07), 3)
@@ -252,7 +252,7 @@ def _struck_pair(rng: random.Random) -> Scene:
         )  # fmt: skip
         scene = _scene([*balls, third], None, e, (surface, cushion, mu))
         run = hard_run(scene)
-        if run.struck_while_pressed:
+        if run.struck_while_persistent:
             return scene
     raise Refused("no third ball hits the pair while friction presses it together")
 
@@ -295,9 +295,9 @@ def amplification(scene: Scene, run: HardRun) -> float:
 def is_hard(kind: str, run: HardRun) -> bool:
     """Tell whether the run has what its kind is about."""
     if kind == "persistent":
-        return bool(run.pressed > 0.01)
+        return bool(run.persistent > 0.01)
     if kind == "struck":
-        return run.struck_while_pressed > 0
+        return run.struck_while_persistent > 0
     if kind in ("slow", "packed", "moving"):
         return run.hits >= 4
     return run.most_at_once >= 10 or run.hits >= 20
@@ -327,7 +327,7 @@ def answered(kind: str, scene: Scene) -> dict[str, Any] | None:
         "duration": mp.nstr(run.duration, 20),
         "hits": run.hits,
         "most_at_once": run.most_at_once,
-        "pressed": float(run.pressed),
+        "pressed": float(run.persistent),
         "trusted": max(1e-19, 10 * coarse),
         "amplification": amplified,
     }

@@ -29,7 +29,7 @@ from hard_scenes import exact
 from reference import Refused
 
 NUDGES = 8  # of all starts
-PATIENCE = 20  # s
+TIME_LIMIT = 20  # s
 
 
 class TooLongError(Exception):
@@ -37,7 +37,7 @@ class TooLongError(Exception):
 
 
 @contextmanager
-def patience(seconds: int = PATIENCE) -> Iterator[None]:
+def time_limit(seconds: int = TIME_LIMIT) -> Iterator[None]:
     """Raise an error in what takes longer."""
 
     def stop(*_: object) -> None:
@@ -55,7 +55,7 @@ def verdict(kind: str, k: int) -> str:
     """Compare one scene, and say what came of it in a word; print what is off by too much."""
     scene = random_hard_scene(kind, random.Random(f"check {kind} {k}"))
     try:
-        with patience():
+        with time_limit():
             answer = hard_run(scene)
     except (Refused, TooLongError):
         return "refused"

@@ -1,14 +1,14 @@
 """This is an independent reference for hard contacts, in many digits, for tests.
 
 It shares nothing with the solvers except the scene's numbers, and knows the law "coulomb" only.
-Numbers, roots and linear systems are those of mpmath; vectors are complex numbers. Three ways of
+Numbers, roots and linear systems are those of mpmath; vectors are complex numbers. Three kinds of
 moving on take turns:
 
 - In free flight gaps are polynomials in time, and their first roots are found in 90 digits.
 - Where hits come within 1e-28 s of each other, they are played one at a time in the gaps
   themselves, which keep their digits however small they get. Normals stand still meanwhile.
   A long series between two contacts goes on by powers of the linear map of two hits, as long as
-  no hit slides where it stuck, or the other way.
+  no hit slides where it stuck, or the reverse.
 - Where surface friction presses touching balls together, contact forces N >= 0 keep the gap closed.
   The motion is integrated by extrapolation of the midpoint rule, with steps of any order needed.
 
@@ -63,7 +63,7 @@ COARSE = Settings(
 
 
 class Press(NamedTuple):
-    """This is a contact that forces keep closed, with the way its friction goes.
+    """This is a contact that forces keep closed, with the direction of its friction.
 
     ``slides`` is the sign of the slip, or 0 where the contact sticks or has no friction.
     """
@@ -100,8 +100,8 @@ class HardRun:
     duration: Number = 0
     hits: int = 0
     most_at_once: int = 0
-    pressed: Number = 0  # s; so long did forces keep contacts closed
-    struck_while_pressed: int = 0
+    persistent: Number = 0  # s; so long did forces keep contacts closed
+    struck_while_persistent: int = 0
     events: list[tuple[Number, str, Contact]] = field(default_factory=list)
 
 
@@ -149,15 +149,15 @@ class HardReference(Flight):
         """Play until everything rests, or until the scene's ``max_time``."""
         everybody = set(self.everybody)
         self._at_once(everybody)
-        presses = self._pressed()
+        presses = self._persistent()
         self._foresee(everybody)
         while self.now < self.last:
             if presses:
-                self._go_pressed(presses)
-                presses = self._pressed()
+                self._go_persistent(presses)
+                presses = self._persistent()
                 self._foresee(everybody)
             elif self._go_free():
-                presses = self._pressed()
+                presses = self._persistent()
             else:
                 break
         self.out.final, self.out.velocity = self.place, self.velocity
@@ -167,14 +167,14 @@ class HardReference(Flight):
 
     def _gap(self, contact: Contact) -> Number:
         kind, i, j = contact
-        reach = self._reach(contact)
+        touching = self._contact_distance(contact)
         if kind == "ball":
-            return abs(self.place[j] - self.place[i]) - reach
+            return abs(self.place[j] - self.place[i]) - touching
         start, along, length = self.sides[j]
         to = (self.place[i] - start) * along.conjugate()
         if kind == "corner":
-            return abs(to) - reach
-        return to.imag - reach if 0 <= to.real <= length and to.imag > 0 else FAR
+            return abs(to) - touching
+        return to.imag - touching if 0 <= to.real <= length and to.imag > 0 else FAR
 
     def _relative(self, contact: Contact, velocity: list[Vec] | None = None) -> Vec:
         """Return the velocity of the ball relative to what it meets."""
@@ -239,7 +239,7 @@ class HardReference(Flight):
     ) -> tuple[list[Vec], int]:
         """Return the velocities after a hit, and how it went: 0 stuck, or the sign of the slip.
 
-        With ``regime`` given, the hit goes that way whatever the slip is: it is then linear.
+        With ``regime`` given, the hit goes like that whatever the slip is: it is then linear.
         """
         e, mu, effective = self.known[contact]
         apart = self._relative(contact, velocity)
@@ -389,7 +389,7 @@ class HardReference(Flight):
     def _moves(self, contact: Contact) -> bool:
         return any(self.velocity[i] for i in balls_of(contact))
 
-    def _pressed(self) -> list[Press]:
+    def _persistent(self) -> list[Press]:
         """Return the contacts that surface friction presses together now."""
         if not self.loss or not any(self.velocity):
             return []
@@ -409,7 +409,7 @@ class HardReference(Flight):
             acceleration, _, _ = self._forces(presses)
             kept = {p.contact for p in presses}
             if any(self._opening(c, acceleration) < -1e-15 for c in touching if c not in kept):
-                raise Refused("contact forces have no one way")
+                raise Refused("contact forces are not unique")
             self._refuse_pushed_off(presses)
         return presses
 
@@ -429,7 +429,7 @@ class HardReference(Flight):
                     break
             else:
                 return presses, forces
-        raise Refused("contact friction has no one way")
+        raise Refused("contact friction is not unique")
 
     def _opening(self, contact: Contact, acceleration: list[Vec]) -> Number:
         """Return the second derivative of the gap."""
@@ -441,7 +441,7 @@ class HardReference(Flight):
         """Return how fast the gap's rate grows because the normal turns."""
         if contact[0] == "face":
             return mpf(0)
-        return dot(self._relative(contact), across(n)) ** 2 / self._reach(contact)
+        return dot(self._relative(contact), across(n)) ** 2 / self._contact_distance(contact)
 
     def _forces(self, presses: list[Press]) -> tuple[list[Vec], list[Number], list[Number]]:
         """Return all accelerations, and each contact's normal and tangential force.
@@ -492,7 +492,7 @@ class HardReference(Flight):
             if not self.velocity[i] and abs(push) > self.mass[i] * self.loss * (1 + mpf("1e-15")):
                 raise Refused("a resting ball is pushed off")
 
-    def _go_pressed(self, presses: list[Press]) -> None:
+    def _go_persistent(self, presses: list[Press]) -> None:
         """Go on under contact forces until one ends, a ball stops, or a new hit comes."""
         group = sorted({i for p in presses for i in balls_of(p.contact) if self.velocity[i]})
         held = Held(presses, group, [i for i in self.everybody if i not in group])
@@ -512,13 +512,13 @@ class HardReference(Flight):
             step, grown = self._stepped(held, min(step, room, stop, self.last - self.now), before)
             event = self._first_event(held, watched, before, self._saved(), step)
             passed = step if event is None else event[0]
-            self.out.pressed += passed
+            self.out.persistent += passed
             self.now += passed
             self.out.duration = self.now
             if event is not None:
                 if event[1] is not None:
                     self.out.events.append((self.now, "hit", event[1]))
-                    self.out.struck_while_pressed += any(i in group for i in balls_of(event[1]))
+                    self.out.struck_while_persistent += any(i in group for i in balls_of(event[1]))
                     self._at_once(balls_of(event[1]), event[1])
                 return
             if self.now >= self.last:

@@ -32,8 +32,11 @@ def squeezed(ratio: float, e: float, e_cushion: float, mu: float, beside: float)
     return Scene(balls, Table(tuple(corners)), restitution, friction)
 
 
-def pressed(e: float, speed: float = 0.1, r: float = R) -> Scene:
+def persistent(e: float, speed: float = 0.1, r: float = R) -> Scene:
     """Return a ball that catches up with another at an angle; friction presses it on."""
-    way = (speed * math.cos(0.8), speed * math.sin(0.8))
-    balls = (disc("a", (0.0, 0.0), way, r=r), disc("b", (2 * r, 0.0), (way[0] / 2, 0.0), r=r))
+    velocity = (speed * math.cos(0.8), speed * math.sin(0.8))
+    balls = (
+        disc("a", (0.0, 0.0), velocity, r=r),
+        disc("b", (2 * r, 0.0), (velocity[0] / 2, 0.0), r=r),
+    )
     return Scene(balls, None, Restitution(e), Friction(0.1))

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from scenes import at_a_terminal
 
-PATIENCE = 60.0  # s
+TIMEOUT = 60.0  # s
 MOST_BYTES = 20_000  # A file on the full disk can have this many bytes.
 
 
@@ -36,7 +36,7 @@ def _on_a_full_disk() -> None:
 
 def wait_until(so: Callable[[], bool]) -> None:
     """Wait until it is so."""
-    latest = time.monotonic() + PATIENCE
+    latest = time.monotonic() + TIMEOUT
     while not so():
         assert time.monotonic() < latest, "it never came to be"
         time.sleep(0.01)
@@ -45,7 +45,7 @@ def wait_until(so: Callable[[], bool]) -> None:
 def interrupt(process: subprocess.Popen[str]) -> str:
     """Send Ctrl-C to the whole group, as a terminal does, and return stderr."""
     os.killpg(process.pid, signal.SIGINT)
-    _, stderr = process.communicate(timeout=PATIENCE)
+    _, stderr = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 130, stderr
     return stderr
 

@@ -181,7 +181,7 @@ class Flight:
         to = (self.place[j] if kind == "ball" else self.sides[j].start) - self.place[i]
         return to / abs(to)
 
-    def _reach(self, contact: Contact) -> Number:
+    def _contact_distance(self, contact: Contact) -> Number:
         """Return how far apart centres, or a centre and what is met, are at contact."""
         if contact[0] == "pocket":
             return self.holes[contact[2]][1]
@@ -220,7 +220,7 @@ class Flight:
     def _meeting(self, contact: Contact) -> Number | None:
         """Return in how many seconds the gap closes, None if it never does."""
         kind, i, j = contact
-        balls, reach = balls_of(contact), self._reach(contact)
+        balls, touching = balls_of(contact), self._contact_distance(contact)
         if not any(self.velocity[k] or self._cloth_slip(k) for k in balls):
             return None
         until = min(self.last - self.now, *(self._ends_in(k) for k in balls))
@@ -230,18 +230,18 @@ class Flight:
         else:
             path[0] -= self.holes[j][0] if kind == "pocket" else self.sides[j].start
         if kind == "face":
-            return self._meets_face(path, self.sides[j], reach, until)
+            return self._meets_face(path, self.sides[j], touching, until)
         x, y = [c.real for c in path], [c.imag for c in path]
         gap = [a + b for a, b in zip(product(x, x), product(y, y), strict=True)]
-        gap[0] -= reach * reach
-        return next(self._closings(gap, until, 2 * reach), None)
+        gap[0] -= touching * touching
+        return next(self._closings(gap, until, 2 * touching), None)
 
-    def _meets_face(self, path: Poly, side: Side, reach: Number, until: Number) -> Number | None:
+    def _meets_face(self, path: Poly, side: Side, touching: Number, until: Number) -> Number | None:
         turned = [c * side.along.conjugate() for c in path]
         foot, height = [c.real for c in turned], [c.imag for c in turned]
         if height[0] <= 0:
             return None  # The ball is behind the line of a cushion that is elsewhere.
-        height[0] -= reach
+        height[0] -= touching
         times = self._closings(height, until, 1)
         return next((t for t in times if 0 <= value(foot, t) <= side.length), None)
 

@@ -27,8 +27,7 @@ from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import Settings, pymunk_space
-from pool_pymunk.world import Ball as TableBall
-from pool_pymunk.world import Billiards, same_balls
+from pool_pymunk.world import Billiards, TableBall, same_balls
 from pool_pymunk.world.billiards import FrictionBy
 
 REPORTS = [("report", "published"), ("report-corrected", "coulomb")]
@@ -143,8 +142,8 @@ def test_friction_leaves_no_error_in_position(friction: str, dt: float) -> None:
     )
     solve = partial(pymunk_space.solve, friction=friction)  # type: ignore[arg-type]
     trace: Trace = solve(scene, scene.start(None), Settings(dt))
-    reach = 1.5**2 / (2 * scene.deceleration)
-    assert trace.knots[0][-1][1:3] == pytest.approx((0.8 * reach, 0.6 * reach), abs=1e-14)
+    length = 1.5**2 / (2 * scene.deceleration)
+    assert trace.knots[0][-1][1:3] == pytest.approx((0.8 * length, 0.6 * length), abs=1e-14)
     assert trace.duration == pytest.approx(1.5 / scene.deceleration, abs=1e-14)
 
 

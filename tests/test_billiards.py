@@ -15,10 +15,10 @@ import pytest
 from worlds import PAIR, STEP, A, M, Point, R, ball, hexagon, plane, steps
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import Ball, ContactEvent
+from pool_pymunk.world import ContactEvent, TableBall
 
 
-def places(balls: list[Ball]) -> list[tuple[float, float]]:
+def places(balls: list[TableBall]) -> list[tuple[float, float]]:
     return [(each.body.position.x, each.body.position.y) for each in balls]
 
 
@@ -455,18 +455,18 @@ def test_a_wall_in_a_ball_is_refused(name: str, moved: float, alone: bool) -> No
     """Nothing of it stays; where it touches the ball alone, it is put up."""
     space, table = plane(alone=alone)
     make, deep = WALLS[name]
-    post = pymunk.Body(body_type=pymunk.Body.STATIC)
-    post.position = moved, 0.0
+    carrier = pymunk.Body(body_type=pymunk.Body.STATIC)
+    carrier.position = moved, 0.0
     ball(table, 1.5)
     ball(table, moved)
     shapes = len(space.shapes)
-    shape = make(post)
+    shape = make(carrier)
     line = said(lambda: table.add_wall(shape, 0.8))
     assert line.startswith(f"shape = {type(shape).__name__}: ball 1 overlaps this wall by {deep}")
     assert len(space.shapes) == shapes
     assert shape.collision_type == 0
-    space.add(post)
-    touches = pymunk.Segment(post, (-R, -1), (-R, 1), 0)
+    space.add(carrier)
+    touches = pymunk.Segment(carrier, (-R, -1), (-R, 1), 0)
     assert table.add_wall(touches, 0.8) == 0
 
 

@@ -22,7 +22,7 @@ L_SHAPE = Table(((0, 0), (2, 0), (2, 1), (1.2, 1), (1.2, 0.6), (0, 0.6)))
 
 
 def scattered(seed: int, count: int = 7) -> Scene:
-    """Return balls of several sizes at random places of an L-shaped table, all on their way."""
+    """Return balls of several sizes at random places of an L-shaped table, all in motion."""
     rng = np.random.default_rng(seed)
     balls: list[Ball] = []
     while len(balls) < count:
@@ -38,7 +38,7 @@ def scattered(seed: int, count: int = 7) -> Scene:
 
 def dense(run: Run) -> np.ndarray:
     """Return many times: breakpoints, times just beside them, and a fine grid."""
-    breaks = np.concatenate([knots[:, 0] for knots in run.knots])
+    breaks = np.concatenate([breakpoints[:, 0] for breakpoints in run.knots])
     beside = [np.nextafter(breaks, -np.inf), np.nextafter(breaks, np.inf)]
     return np.unique(np.concatenate([breaks, *beside, np.linspace(0.0, run.duration, 2000)]))
 
@@ -49,15 +49,15 @@ def test_nothing_runs_backwards_and_all_comes_to_rest(solver: str) -> None:
     times = dense(run)
     position, velocity = run.at(times)
     assert np.isfinite(position).all()
-    for i, knots in enumerate(run.knots):
-        assert knots.shape[1] == 7
-        assert not knots[-1, 3:].any()
-        assert (np.diff(knots[:, 0]) >= 0.0).all()
-        last = np.searchsorted(knots[:, 0], times, side="right") - 1
-        began = knots[last, 3:5]
+    for i, breakpoints in enumerate(run.knots):
+        assert breakpoints.shape[1] == 7
+        assert not breakpoints[-1, 3:].any()
+        assert (np.diff(breakpoints[:, 0]) >= 0.0).all()
+        last = np.searchsorted(breakpoints[:, 0], times, side="right") - 1
+        began = breakpoints[last, 3:5]
         along, speed = (velocity[:, i] * began).sum(axis=1), np.hypot(*began.T)
         assert (along >= -16.0 * EPSILON * speed * (speed + 0.5 * run.duration)).all()
-        rests = knots[~knots[:, 3:5].any(axis=1)]
+        rests = breakpoints[~breakpoints[:, 3:5].any(axis=1)]
         assert not rests[:, 5:].any()
 
 
@@ -75,7 +75,7 @@ def test_breakpoints_that_know_no_acceleration_slide_to_rest() -> None:
     """As do those that solvers of one's own write."""
     scene = load("report")
     trace = Trace(State(((0.0, 0.0),), ((1.0, 0.0),)))
-    trace.knot(0, 0.5, (0.3, 0.0), (0.0, 0.2))
+    trace.breakpoint(0, 0.5, (0.3, 0.0), (0.0, 0.2))
     trace.duration = 100.0
     trace.complete(scene.surface)
     a = scene.deceleration
@@ -97,10 +97,10 @@ def test_files_of_the_first_format_are_read(solver: str, tmp_path: Path) -> None
     assert Run.load(new) == run
     with np.load(new) as archive:
         about, counts = json.loads(str(archive["about"])), archive["counts"]
-        knots = archive["knots"][:, :5]
+        breakpoints = archive["knots"][:, :5]
     assert about["format"] == "pool-pymunk run 2"
     about["format"] = "pool-pymunk run 1"
-    np.savez_compressed(old, about=np.array(json.dumps(about)), knots=knots, counts=counts)
+    np.savez_compressed(old, about=np.array(json.dumps(about)), knots=breakpoints, counts=counts)
     times = np.linspace(0.0, run.duration, 1000)
     for one, other in zip(run.at(times), Run.load(old).at(times), strict=True):
         assert one == pytest.approx(other, rel=0, abs=1e-12)

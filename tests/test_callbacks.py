@@ -19,7 +19,7 @@ from scenes import lines_run
 from worlds import A, M, R
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import Ball
+from pool_pymunk.world import TableBall
 
 STEP = 1 / 20  # s; in so long a step much happens after a callback
 LAST = 3.0  # s; until then a run is compared with another one
@@ -42,7 +42,9 @@ class World:
             self.table.strike(self.balls[name], velocity)
         self.listen({})
 
-    def new_ball(self, at: tuple[float, float], velocity: tuple[float, float] = (0, 0)) -> Ball:
+    def new_ball(
+        self, at: tuple[float, float], velocity: tuple[float, float] = (0, 0)
+    ) -> TableBall:
         return worlds.ball(self.table, *at, velocity)
 
     def listen(self, acts: dict[str, Callable[[], object]]) -> None:
@@ -150,8 +152,8 @@ CHANGES: dict[str, Change] = {
     "exchange": exchange,
     "add": lambda w: w.new_ball((-0.6, 0.6)),
     "add one that runs": lambda w: w.new_ball((-0.6, 0.6), (0.5, -0.8)),
-    "add in the way": in_the_way,
-    "add one that runs in the way": lambda w: in_the_way(w, (0.2, 0.3)),
+    "add on the line": in_the_way,
+    "add one that runs on the line": lambda w: in_the_way(w, (0.2, 0.3)),
     "remove": lambda w: w.table.remove_ball(w.balls["still"]),
     "remove the cue": lambda w: w.table.remove_ball(w.balls["cue"]),
     "remove one that runs": lambda w: w.table.remove_ball(w.balls["runner"]),
@@ -296,7 +298,7 @@ def test_a_ball_that_was_pocketed_in_this_step_is_off_the_table(alone: bool) -> 
     slow = world.new_ball((0.5, 0.5), (0.6 * STEP * A, 0.0))
     said: list[str] = []
 
-    def again(_ball: Ball, _t: float) -> None:
+    def again(_ball: TableBall, _t: float) -> None:
         assert not cue.is_on_table
         changes: tuple[Callable[[], object], ...] = (
             lambda: table.strike(cue, (1.0, 0.0)),

@@ -125,8 +125,8 @@ def test_the_data_files_hold_the_run(report_run: tuple[str, Path]) -> None:
 
 
 def test_one_shot_by_number_or_name(tmp_path: Path) -> None:
-    for way, shot in (("by number", "3"), ("by name", "Simulation 3")):
-        folder = tmp_path / way
+    for folder_name, shot in (("by number", "3"), ("by name", "Simulation 3")):
+        folder = tmp_path / folder_name
         options = ("--no-pictures", "--out", folder, "--solver", "event-driven")
         result = typed("run", "report", "--shot", shot, *options)
         assert result.returncode == 0, result.stderr
@@ -159,13 +159,13 @@ def test_a_shot_that_goes_on_from_the_one_before(tmp_path: Path) -> None:
         "position = [0.0, 0.0]\n[[shots]]\nvelocity = [1.0, 0.0]\n"
         "[[shots]]\nvelocity = [0.0, 1.0]\nfrom = 'previous'\n"
     )
-    reach = 1 / (2 * 0.1 * 9.80665)
+    length = 1 / (2 * 0.1 * 9.80665)
     for arguments in ((), ("--shot", "2")):
         out = tmp_path / "r.json"
         result = typed("run", file, *arguments, "--json", out, "--out", tmp_path, "--no-pictures")
         assert result.returncode == 0, result.stderr
         last = json.loads(out.read_text())["shots"][-1]
-        assert last["final"]["C"] == pytest.approx([reach, reach])
+        assert last["final"]["C"] == pytest.approx([length, length])
 
 
 def test_the_time_slice_solver_reports_44_of_44(tmp_path: Path) -> None:

@@ -419,11 +419,11 @@ def test_the_estimate_knows_what_a_heavy_ball_does_to_a_light_one(dt: float) -> 
 
 @pytest.mark.parametrize("solver", ["time-slice", "pymunk", "pymunk-discrete", "pymunk-builtin"])
 def test_a_solver_tells_how_far_it_has_come_and_the_run_is_the_same(solver: str) -> None:
-    scene, told = load("report"), list[float]()
+    scene, times = load("report"), list[float]()
     dt = 1e-6 if solver == "time-slice" else 1e-4
     usual = simulate(scene, 2, solver=solver, dt=dt)
-    [run] = simulate_all(scene, [2], solver=solver, dt=dt, on_time=told.append)
+    [run] = simulate_all(scene, [2], solver=solver, dt=dt, on_time=times.append)
     assert run == usual
-    assert told == sorted(told)
-    assert len(told) > 10
-    assert max(b - a for a, b in pairwise([0.0, *told, run.duration])) < 0.2
+    assert times == sorted(times)
+    assert len(times) > 10
+    assert max(b - a for a, b in pairwise([0.0, *times, run.duration])) < 0.2

@@ -207,8 +207,8 @@ def test_it_is_the_collision_that_the_solvers_have() -> None:
     scene = load("two-balls")
     run = simulate(scene, solver="event-driven")
     a, b = (
-        Disc(ball.mass, ball.radius, (float(knots[0, 3]), float(knots[0, 4])))
-        for ball, knots in zip(scene.balls, run.knots, strict=True)
+        Disc(ball.mass, ball.radius, (float(breakpoints[0, 3]), float(breakpoints[0, 4])))
+        for ball, breakpoints in zip(scene.balls, run.knots, strict=True)
     )
     dx, dy = np.subtract(scene.balls[1].position, scene.balls[0].position)
     ux, uy = a.velocity[0] - b.velocity[0], a.velocity[1] - b.velocity[1]

@@ -39,11 +39,11 @@ def test_distances_of_ends_are_those_of_two_known_paths() -> None:
     )
     fast = replace(scene, balls=(replace(scene.balls[0], velocity=(2, 0)), scene.balls[1]))
     beside = Comparison(simulate(scene), simulate(fast))
-    reach = 1 / (2 * scene.deceleration)
-    assert beside.distances == {"a": pytest.approx(3 * reach), "b": 0.0}
+    length = 1 / (2 * scene.deceleration)
+    assert beside.distances == {"a": pytest.approx(3 * length), "b": 0.0}
     assert beside.farthest == "a"
-    assert beside.largest == pytest.approx(3 * reach)
-    assert beside.rms == pytest.approx(3 * reach / math.sqrt(2))
+    assert beside.largest == pytest.approx(3 * length)
+    assert beside.rms == pytest.approx(3 * length / math.sqrt(2))
     assert beside.apart(np.array([0.5]))[0] == pytest.approx(0.5)
 
 

@@ -19,7 +19,7 @@ def room(run: Run) -> float:
     """Return the least room (m) between two balls, or between a ball and a cushion."""
     scene = run.scene
     times = np.linspace(0.0, run.duration, TIMES)
-    times = np.sort(np.concatenate([times, *[knots[:, 0] for knots in run.knots]]))
+    times = np.sort(np.concatenate([times, *[breakpoints[:, 0] for breakpoints in run.knots]]))
     places, _ = run.at(times)
     rooms = [
         np.hypot(*(places[:, i] - places[:, j]).T) - scene.balls[i].radius - scene.balls[j].radius

@@ -46,7 +46,7 @@ def python_blocks(page: Path) -> list[str]:
 
 
 def links(page: Path) -> Iterator[str]:
-    """Yield where the links and the pictures of a page lead, but for other hosts and anchors."""
+    """Yield where the links and the pictures of a page lead, except for other hosts and anchors."""
     prose = re.sub(r"^```.*?^```", "", text_of(page), flags=re.DOTALL | re.MULTILINE)
     prose = re.sub(r"`[^`\n]+`", "code", prose)
     for target in re.findall(r"\]\(([^)\s]+)\)", prose):

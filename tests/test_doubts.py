@@ -10,7 +10,7 @@ from itertools import permutations
 from pathlib import Path
 
 import pytest
-from hard_scenes import disc, exact, pressed, squeezed
+from hard_scenes import disc, exact, persistent, squeezed
 
 from pool_pymunk import Ball, Friction, Law, Physics, Restitution, Run, Scene, Table, load, simulate
 from pool_pymunk.studies.tolerance import simulate_within
@@ -74,14 +74,14 @@ def test_contacts_whose_order_does_not_matter_give_no_warning() -> None:
 
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 def test_a_persistent_contact_says_what_its_policy_may_have_moved(solver: str) -> None:
-    run = simulate(pressed(0.0), solver=solver, dt=1 / 60)
+    run = simulate(persistent(0.0), solver=solver, dt=1 / 60)
     assert run.policies == {"persistent contact"}
     said = figure(run, "have no exact answer")
     assert said == pytest.approx(run.policy_shift, rel=0.1)
     assert 0.0 < said < 1e-5
 
 
-# -- hits without end ------------------------------------------------------------------------------
+# -- inelastic collapse ----------------------------------------------------------------------------
 
 
 def test_the_first_hundred_of_hits_without_end_are_listed_and_the_others_counted() -> None:

@@ -300,7 +300,7 @@ def test_a_ball_that_only_others_meet_does_not_count() -> None:
 
 
 def test_a_pocketed_cue_ball_scores_nothing() -> None:
-    """It meets two balls on its way into the pocket."""
+    """It meets two balls before it falls into the pocket."""
     heavy = with_a_heavy_cue_ball(scene(TWO | {"c": (0.2, 0.2)}))
     end = as_set_up(CaromEnv, heavy)
     assert end.step(to_the_right(0.4))[-1]["met"] == 2
@@ -747,10 +747,10 @@ def test_wrappers_of_vector_environments(mode: AutoresetMode) -> None:
     for _ in range(10):
         _, _, terminated, _, infos = envs.step(envs.action_space.sample())
         if mode is AutoresetMode.SAME_STEP:
-            told = infos["final_info"]["points"][terminated]
+            info = infos["final_info"]["points"][terminated]
         else:
-            told = infos["points"][terminated]
-        assert (infos["episode"]["r"][terminated] == told).all()
+            info = infos["points"][terminated]
+        assert (infos["episode"]["r"][terminated] == info).all()
     assert max(envs.return_queue) >= 1.0
 
 

@@ -1,6 +1,6 @@
 """Eq. 8 of the report bounds the angular error of a grazing hit; here the worst one is measured.
 
-The report divides the way of one slice, v dt = 4 m/s x 1e-5 s, by 2.25 in (its radius). This is
+The report divides the path of one slice, v dt = 4 m/s x 1e-5 s, by 2.25 in (its radius). This is
 7.0e-4 rad, or 0.0401 degrees, or 1.40 mm over 2 m. A contact may be found late by up to v dt. The
 normal is then off by up to v dt over the distance of the centres, 2 r, which is half of that. The
 bound holds with a factor of 2.

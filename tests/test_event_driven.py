@@ -1,4 +1,4 @@
-"""The exact solver is right where it is hard: at one instant, in collapse, in lasting contact.
+"""The exact solver is right where it is hard: at one instant, in collapse, in persistent contact.
 
 It also keeps what must hold, and agrees with random scenes in forty digits. The report's shots are
 in test_exact.py, with the plain cases. Times of impact are in test_time_of_impact.py, and impacts
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 from amplified import amplification
-from hard_scenes import R, disc, exact, pressed
+from hard_scenes import R, disc, exact, persistent
 from reference import made, reference_run, scene_from_dict
 from scenes import (
     BASE_SEED,
@@ -124,10 +124,10 @@ def test_the_reference_solves_a_case_on_paper() -> None:
     scene = plane(disc("a", (0, 0), (2.0, 0)), disc("b", (1 + 2 * R, 0)), friction=(0.1, 0.0))
     run = reference_run(scene)
     a = 0.1 * 9.80665
-    reach = 4 / (2 * a)
+    length = 4 / (2 * a)
     first = (2 - math.sqrt(4 - 2 * a)) / a
     assert float(run.events[0][0]) == pytest.approx(first, rel=1e-15, abs=0.0)
-    assert float(run.final[1][0]) == pytest.approx(reach + 2 * R, rel=1e-15, abs=0.0)
+    assert float(run.final[1][0]) == pytest.approx(length + 2 * R, rel=1e-15, abs=0.0)
     assert [kind for _, kind, _, _ in run.events] == ["ball-ball", "stop", "stop"]
 
 
@@ -136,13 +136,13 @@ def test_the_reference_solves_a_case_on_paper() -> None:
 
 def test_three_balls_that_meet_at_one_instant_in_any_order() -> None:
     """Three balls come from 120 degrees apart to one point: e = 1 sends each back as it came."""
-    ways = [(math.cos(k * 2 * math.pi / 3), math.sin(k * 2 * math.pi / 3)) for k in range(3)]
-    balls = [disc(str(k), (ux, uy), (-ux, -uy)) for k, (ux, uy) in enumerate(ways)]
+    directions = [(math.cos(k * 2 * math.pi / 3), math.sin(k * 2 * math.pi / 3)) for k in range(3)]
+    balls = [disc(str(k), (ux, uy), (-ux, -uy)) for k, (ux, uy) in enumerate(directions)]
     for order in permutations(balls):
         run = exact(plane(*order))
         assert len(run.events) == 3
         assert len({event.t for event in run.events}) == 1
-        for k, (ux, uy) in enumerate(ways):
+        for k, (ux, uy) in enumerate(directions):
             assert velocities(run)[str(k)] == pytest.approx((ux, uy), abs=1e-12)
 
 
@@ -249,16 +249,16 @@ def test_a_ball_that_touches_a_cushion_at_the_start() -> None:
 
 @pytest.mark.parametrize("short", [0.0, 1e-16, -1e-16, 1e-14, -1e-14])
 def test_a_ball_that_stops_at_a_cushion_or_a_ball_stops(short: float) -> None:
-    reach = 1.0 / (2 * 0.1 * 9.80665)
-    box = ((0, 0), (R + reach + 1.0 + short, 0), (R + reach + 1.0 + short, 1), (0, 1))
+    length = 1.0 / (2 * 0.1 * 9.80665)
+    box = ((0, 0), (R + length + 1.0 + short, 0), (R + length + 1.0 + short, 1), (0, 1))
     shorter = on_table(box, disc("a", (1.0, 0.5), (1.0, 0.0)), friction=(0.1, 0.0))
     target = plane(
-        disc("a", (0, 0), (1.0, 0)), disc("b", (2 * R + reach + short, 0)), friction=(0.1, 0.0)
+        disc("a", (0, 0), (1.0, 0)), disc("b", (2 * R + length + short, 0)), friction=(0.1, 0.0)
     )
     for scene in (shorter, target):
         run = exact(scene)
         assert run.status == "settled"
-        assert run.final["a"][0] - scene.balls[0].position[0] == pytest.approx(reach, abs=1e-13)
+        assert run.final["a"][0] - scene.balls[0].position[0] == pytest.approx(length, abs=1e-13)
         assert "stop" in [event.kind for event in run.events]
 
 
@@ -297,7 +297,7 @@ def test_a_ball_off_centre_on_a_reflex_corner_turns_about_the_normal() -> None:
 
 
 def test_a_ball_that_slides_along_a_cushion_passes_a_reflex_corner_straight() -> None:
-    """Nothing presses it on (e = 0): it touches all the way, and the corner does not turn it."""
+    """Nothing presses it on (e = 0): it keeps touching, and the corner does not turn it."""
     scene = on_table(L_SHAPE, disc("a", (1.9, 0.7), (-1.0, 1.0)), e=0.0)
     run = exact(scene, max_time=1.4)
     assert [(event.kind, event.cushion) for event in run.events] == [("ball-cushion", 2)]
@@ -388,7 +388,7 @@ def test_a_plastic_cradle_goes_on_as_one(count: int) -> None:
 
 def pressed_pair(e: float, mu: float = 0.0, heavy: float = 1.0) -> Scene:
     """Return a slow ball that catches up with another at an angle, and pushes on."""
-    scene = replace(pressed(e), friction=Friction(0.1, 0.0, mu), physics=Physics(max_time=5.0))
+    scene = replace(persistent(e), friction=Friction(0.1, 0.0, mu), physics=Physics(max_time=5.0))
     behind, ahead = scene.balls
     return replace(scene, balls=(replace(behind, mass=heavy), ahead))
 
@@ -451,7 +451,7 @@ def test_what_spreading_hits_costs_is_of_second_order(monkeypatch: pytest.Monkey
     assert 1.4 < float(np.mean(slopes)) < 2.6
 
 
-def test_a_small_ball_that_is_pressed_sinks_by_a_share_of_its_own_radius() -> None:
+def test_a_small_ball_in_persistent_contact_sinks_by_a_share_of_its_own_radius() -> None:
     """It sinks by less than 1e-4 of its radius, after a thousand hits.
 
     With a contact time from the stopping time alone it would sink by 1e-3.
@@ -512,8 +512,8 @@ def heap(seed: int) -> Scene:
         x, y = rnd.uniform(-1, 2), rnd.uniform(-1, 1.7)
         if balls and rnd.random() < 0.6:
             turn, near = rnd.randrange(6) * math.pi / 3, rnd.choice(balls).position
-            reach = 2 * R + rnd.choice([0.0, 0.0, 1e-15, 1e-9])
-            x, y = near[0] + reach * math.cos(turn), near[1] + reach * math.sin(turn)
+            apart = 2 * R + rnd.choice([0.0, 0.0, 1e-15, 1e-9])
+            x, y = near[0] + apart * math.cos(turn), near[1] + apart * math.sin(turn)
         free = all(math.dist((x, y), b.position) >= 2 * R * (1 - 5e-10) for b in balls)
         inside = table is None or (
             table.contains(x, y) and all(edge.distance(x, y) >= R for edge in table.edges)
@@ -536,11 +536,13 @@ def heap(seed: int) -> Scene:
 @pytest.mark.seeded
 @pytest.mark.parametrize("seed", some_slow(60, quick=16))
 def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
-    """Pressed balls sink by 1e-4 radii, and by four times that after a thousand hits."""
+    """Persistent contacts sink by 1e-4 radii, and by four times that after a thousand hits."""
     scene = heap(seed)
     run = exact(scene, max_events=50_000)
     if BASE_SEED and run.status == "max_events":
-        pytest.xfail("about one heap in 300 is pressed so often that it does not come to rest")
+        pytest.xfail(
+            "about one heap in 300 has so many persistent contacts that it does not come to rest"
+        )
     assert run.status == ("settled" if scene.deceleration else "max_time")
     times = np.unique([0.0, *np.linspace(0, run.duration, 60), *(e.t for e in run.events[:200])])
     energies = kinetic(run, times.tolist())
@@ -634,4 +636,4 @@ def test_the_others_converge_to_it_with_order_one_down_to_1e_5(solver: str) -> N
         errors.append(np.mean([largest_distance(a, b) for a, b in zip(found, runs, strict=True)]))
     slope = float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
     assert 0.85 < slope < 1.15
-    assert errors[-1] < 5 * 1.8 * 1e-5  # This is the way of a few slices at the first speed.
+    assert errors[-1] < 5 * 1.8 * 1e-5  # This is the distance of a few slices at the first speed.

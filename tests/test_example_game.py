@@ -236,7 +236,7 @@ def test_a_cue_ball_that_is_pocketed_while_others_move_waits_for_them(game: Any)
 
 
 def drawn(game: Any, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Draw a frame, and return the predictions whose ways it shows."""
+    """Draw a frame, and return the predictions that it shows."""
     shown: list[Any] = []
     predict = game.table.predict
 

@@ -81,10 +81,10 @@ def test_the_tutorial_hardly_minds_the_order_of_a_loose_rack() -> None:
 @pytest.mark.parametrize("rate", [30, 120])
 def test_a_free_ball_of_the_tutorial_goes_half_a_step_too_far(rate: int) -> None:
     start, speed = np.array([(100.0, 262.0)]), 400.0
-    way = speed * speed / (2.0 * tutorial.DECELERATION)
+    distance = speed * speed / (2.0 * tutorial.DECELERATION)
     too_far = speed / rate / 2.0
     for play, off in ((tutorial.tutorial, too_far), (tutorial.ours, 0.0)):
-        assert play(start, (speed, 0.0), rate)[-1, 0, 0] - 100.0 == pytest.approx(way + off)
+        assert play(start, (speed, 0.0), rate)[-1, 0, 0] - 100.0 == pytest.approx(distance + off)
 
 
 # -- obstacles, a flipper and a box ----------------------------------------------------------------

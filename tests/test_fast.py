@@ -94,7 +94,7 @@ def some_scene(kind: str, seed: int) -> Scene:
 
 
 def many_balls(rnd: random.Random, law: str, rows: int, gap: float | None = None) -> Scene:
-    """Return a rack, with small gaps if not told otherwise, and a ball that breaks it."""
+    """Return a rack, with small gaps by default, and a ball that breaks it."""
     gap = 10 ** rnd.uniform(-4, -2) if gap is None else gap
     balls = rack((0.3, 0.0), radius=0.03, mass=0.17, rows=rows, gap=gap)
     cue = Ball("C", (-0.3, rnd.uniform(-0.02, 0.02)), 0.03, 0.2, cue=True, velocity=(4.0, 0.1))
@@ -444,21 +444,21 @@ def some_ball(rnd: random.Random, pull: float, scale: float, now: float) -> Any:
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 def test_a_bound_never_leaves_out_two_balls_that_meet(scale: float) -> None:
-    """The times are those of balls that graze, start in touch, stop on the way, or miss."""
+    """The times are those of balls that graze, start in touch, stop before they meet, or miss."""
     rnd, left_out, missed = random.Random(0), 0, 0
     for _ in range(6_000):
         now = rnd.uniform(0.0, 0.5)
         a, b = (some_ball(rnd, rnd.choice((0.3, 2.0)), scale, now) for _ in "ab")
-        since, reach = max(now, a.t, b.t), a.radius + b.radius
+        since, touching = max(now, a.t, b.t), a.radius + b.radius
         until = rnd.choice((math.inf, since + rnd.uniform(0.0, 3.0)))
         last = min(until, max(a.end, b.end))
         times = [since + k / 30 * (last - since) for k in range(1 + 30 * rnd.randrange(2))]
         if rnd.random() < 0.7:  # They touch at first, or nearly where they are nearest.
             paths = due.path_of(a), due.path_of(b)
             apart = min(math.dist(*(path.at(t)[0] for path in paths)) for t in times)
-            reach = apart * (1.0 + rnd.choice((0.0, -1e-15, -1e-6, 1e-15, 1e-8)))
-        t = pair_time(due.path_of(a), due.path_of(b), reach, since, until)
-        is_left_out = due.stay_apart(a, b, reach, since, until)
+            touching = apart * (1.0 + rnd.choice((0.0, -1e-15, -1e-6, 1e-15, 1e-8)))
+        t = pair_time(due.path_of(a), due.path_of(b), touching, since, until)
+        is_left_out = due.stay_apart(a, b, touching, since, until)
         assert not (is_left_out and t < math.inf)
         left_out, missed = left_out + is_left_out, missed + (t == math.inf)
     assert left_out > 0.6 * missed > 700
@@ -640,7 +640,11 @@ def test_the_cache_goes_by_the_sources(
 def test_what_is_compiled_is_found_by_its_calls() -> None:
     """A method that stands in a table of the loop counts, and a function behind a module's name."""
     found = {f"{each.__module__}.{each.__qualname__}" for each in compiled.functions()}
-    for name in ("physics.laws.Published.jumps", "physics.laws.clamped", "engine.decisions.lasts"):
+    for name in (
+        "physics.laws.Published.jumps",
+        "physics.laws.clamped",
+        "engine.decisions.persists",
+    ):
         assert f"pool_pymunk.{name}" in found
     assert {"pool_pymunk.physics.laws", "pool_pymunk.physics.path"} <= set(compiled.sources())
 

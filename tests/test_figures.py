@@ -36,7 +36,7 @@ from pool_pymunk.cli import main
 from pool_pymunk.engine import decisions
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.path import LOST
-from pool_pymunk.solvers.request import PATIENCE
+from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
 from pool_pymunk.studies.tradeoff import tradeoff
 
@@ -44,7 +44,7 @@ pytestmark = pytest.mark.heavy
 
 HOME = Path(__file__).parent.parent
 INCH = 0.0254
-TOLD = "README.md", "docs/solver-and-step.md"  # Both have the table of the solvers.
+PAGES = "README.md", "docs/solver-and-step.md"  # Both have the table of the solvers.
 
 
 def text(page: str) -> str:
@@ -98,7 +98,7 @@ def error(solver: str, dt: float | None, *shots: int) -> float:
     return setting.largest / INCH
 
 
-@pytest.mark.parametrize("page", TOLD)
+@pytest.mark.parametrize("page", PAGES)
 @pytest.mark.slow
 def test_what_the_solvers_err(page: str) -> None:
     for solver in ("pymunk-discrete", "pymunk-builtin"):
@@ -107,7 +107,7 @@ def test_what_the_solvers_err(page: str) -> None:
     assert f" {error('time-slice', 1e-6, 1):.1g} in at 1e-6 s" in text(page)
 
 
-@pytest.mark.parametrize("page", TOLD)
+@pytest.mark.parametrize("page", PAGES)
 def test_what_rounding_leaves(page: str) -> None:
     found = re.search(r"\| rounding \((.*?) in\)", text(page))
     assert found
@@ -198,7 +198,7 @@ def test_eight_things_were_found() -> None:
     assert "eight things were found" in text("README.md")
 
 
-# -- hits without end, and other limits ------------------------------------------------------------
+# -- inelastic collapse, and other limits ----------------------------------------------------------
 
 
 def test_hits_without_end_are_leapt_over() -> None:
@@ -215,7 +215,7 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
     assert f"({collapse.MOST_IN_CLUSTER:,} among more than eight contacts, " in page
     assert f"contacts, {decisions.MOST_IN_PILE} in a pile)" in page
     assert (collapse.CLUSTER, decisions.LISTED) == (8, 100)
-    assert (decisions.DEEPEST, LOST, PATIENCE) == (1e-4, 1e-3, 2.0)
+    assert (decisions.DEEPEST, LOST, QUICK) == (1e-4, 1e-3, 2.0)
     assert "overlap by about 1e-4 of the smaller radius" in page
     assert "travels 1e-3 of its radius" in page
     assert "Runs under two seconds" in page

@@ -345,7 +345,7 @@ def test_too_few_places_have_no_errors() -> None:
 def test_numbers_that_are_hardly_told_apart() -> None:
     rows = [(1, "C", 2.0 * t - 0.490333 * t * t, 0.0, t) for t in (1.0, 1.02, 1.04)]
     found = fit(sliding(), rows, ["speed.1", "friction.surface"], error=NOISE, starts=1)
-    assert any("speed.1 and friction.surface are hardly told apart" in w for w in found.warnings)
+    assert any("speed.1 and friction.surface are hardly distinguished" in w for w in found.warnings)
 
 
 def test_what_remains_may_be_more_than_the_stated_error() -> None:

@@ -1,6 +1,6 @@
 """Solvers agree with answers in many digits where contacts are hard, or say that they may not.
 
-The reference is checked against itself first: two ways to the same end.
+The reference is checked against itself first: two methods with the same end.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 from hard_kinds import FOUND, KINDS, RECORDS, random_hard_scene
-from hard_random import TooLongError, patience
+from hard_random import TooLongError, time_limit
 from hard_reference import COARSE, FINE, Settings, hard_run, off
 from mpmath import mp, mpc, mpf
 from reference import Refused, scene_from_dict
@@ -102,7 +102,7 @@ def test_easy_scenes_end_where_the_other_reference_has_them() -> None:
 @pytest.mark.parametrize("gap", [0.0, 0.1])
 def test_the_short_way_ends_where_hit_by_hit_does(gap: float, mu: float) -> None:
     scene = squeeze(60, gap, gap / 100, mu)
-    short, long = (hard_run(scene, replace(FINE, shortcut=way)) for way in (True, False))
+    short, long = (hard_run(scene, replace(FINE, shortcut=short)) for short in (True, False))
     assert short.hits == long.hits > 500
     assert off(short, long) < 1e-60
 
@@ -146,7 +146,7 @@ def test_coarser_bounds_leave_random_ends_where_they_are(kind: str) -> None:
     for seed in seeds(10):
         scene = random_hard_scene(kind, random.Random(f"coarse {kind} {seed}"))
         try:
-            with patience(10):
+            with time_limit(10):
                 run, coarse = hard_run(scene), hard_run(scene, COARSE)
         except (Refused, TooLongError):
             continue
@@ -176,7 +176,7 @@ def test_every_ball_of_a_settled_run_is_at_rest() -> None:
     """A stop that is due at the time of a void one is still due when void ones are left out."""
     run = simulate(checked("packed", 188), solver="event-driven")
     assert run.status == "settled"
-    assert all(not knots[-1, 3:].any() for knots in run.knots)
+    assert all(not breakpoints[-1, 3:].any() for breakpoints in run.knots)
 
 
 @pytest.mark.slow

@@ -25,7 +25,7 @@ Row = tuple[float, float, float, float, float]  # x, y (m), vx, vy (m/s), mass (
 
 
 class Notes(Recorder):
-    """This recorder keeps the impulses that it is told of."""
+    """This recorder keeps the impulses that it hears of."""
 
     engine: ContactEngine
 
@@ -37,7 +37,7 @@ class Notes(Recorder):
 
 
 def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float = 0.8) -> Notes:
-    """Return what is told of the first instant of balls on a plane without friction."""
+    """Return what is reported of the first instant of balls on a plane without friction."""
     notes = Notes()
 
     def pair(i: int, j: int) -> Pair:
@@ -154,15 +154,15 @@ def test_every_way_finds_the_same_impulses_where_there_is_one_answer(law: Law) -
         calls.append((contact, old, [velocity[i] for i in contact.balls]))
 
     law.together(contacts, after, one)
-    told, least = Shared(contacts, before, after, calls), Shared(contacts, before, after)
+    shared, least = Shared(contacts, before, after, calls), Shared(contacts, before, after)
     for contact in contacts:
         if law.name != "published":  # Its friction keeps no momentum.
-            assert told.impulse(contact) == pytest.approx(least.impulse(contact), rel=1e-6)
-        assert told.impulse(contact) > 0.0
+            assert shared.impulse(contact) == pytest.approx(least.impulse(contact), rel=1e-6)
+        assert shared.impulse(contact) > 0.0
 
 
 def test_the_impulses_of_a_triangle_are_those_that_the_law_has_solved_for() -> None:
-    """Three balls that touch each other have friction to share in many ways: the law chose one."""
+    """Friction of three balls that touch can be shared variously: the law chose one."""
     normals = {(0, 1): (1.0, 0.0), (0, 2): (0.5, math.sqrt(0.75)), (1, 2): (-0.5, math.sqrt(0.75))}
     contacts = [
         Contact(i, j, normal, Pair(0.1 + 0.1 * i, 0.1 + 0.1 * j, 0.9, 0.2))
@@ -171,5 +171,5 @@ def test_the_impulses_of_a_triangle_are_those_that_the_law_has_solved_for() -> N
     before = {0: (1.0, 0.7), 1: (-1.2, 0.4), 2: (0.1, -1.5)}
     after = dict(before)
     solved = at_once(contacts, after)
-    told = Shared(contacts, before, after)
-    assert [told.impulse(contact) for contact in contacts] == solved
+    shared = Shared(contacts, before, after)
+    assert [shared.impulse(contact) for contact in contacts] == solved

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import exit_code
-from programs import PATIENCE, interrupt, is_alive, start, wait_until
+from programs import TIMEOUT, interrupt, is_alive, start, wait_until
 
 from pool_pymunk import SOLVERS
 from pool_pymunk.results.run import FILES, Run
@@ -178,7 +178,7 @@ def one_cell(then: BaseException | None = None) -> Iterator[stability.Cell]:
 
 def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
     process = start("run", "report", "--out", tmp_path / "out", limited=True)
-    _, stderr = process.communicate(timeout=PATIENCE)
+    _, stderr = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 1, stderr
     assert stderr.startswith(f"error: {tmp_path / 'out' / 'shot-1'}")
     assert stderr.endswith(": File too large\n")
@@ -252,7 +252,7 @@ def test_a_disk_that_is_really_full(
     small_disk: Path, arguments: tuple[str, ...], file: str
 ) -> None:
     process = start(*arguments, "--out", small_disk / "out")
-    _, stderr = process.communicate(timeout=PATIENCE)
+    _, stderr = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 1
     assert stderr == f"error: {small_disk / 'out' / file}: No space left on device\n"
     assert file not in all_whole(small_disk / "out")

@@ -206,14 +206,14 @@ def test_what_is_known_at_a_kink_is_so_on_both_sides(kind: Callable[[float], Sce
     ends = np.array([run.end.position, run.end.velocity])
     for column, name in enumerate(at.names):
         given = np.array([at.final[..., column], at.velocity[..., column]])
-        for way in (-step, step):
-            other = moved(of, name, way)
+        for shift in (-step, step):
+            other = moved(of, name, shift)
             if other is None:
                 continue
             end = simulate(other, solver="event-driven").end
-            slope = (np.array([end.position, end.velocity]) - ends) / way
+            slope = (np.array([end.position, end.velocity]) - ends) / shift
             wrong = np.abs(slope - given) > 1e-3 + 1e-3 * np.abs(given)
-            assert not wrong.any(), (name, way, slope, given)
+            assert not wrong.any(), (name, shift, slope, given)
 
 
 def test_a_ball_that_rests_just_at_the_end_has_a_place_and_no_velocity() -> None:

@@ -11,7 +11,7 @@ from itertools import combinations, permutations
 
 import pytest
 from clusters import ROUNDING, Cluster, answered, energy, random_cluster
-from hard_scenes import pressed
+from hard_scenes import persistent
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scenes import asymmetry, frozen_rack, largest_distance
@@ -255,7 +255,7 @@ def law_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
     How far policies may have moved the ends is not measured, because no claim asks for it.
     """
-    monkeypatch.setattr(import_module("pool_pymunk.solvers.request"), "PATIENCE", -1.0)
+    monkeypatch.setattr(import_module("pool_pymunk.solvers.request"), "QUICK", -1.0)
 
     class Own(Law):
         pass
@@ -293,12 +293,12 @@ def test_ones_own_law_breaks_a_rack_symmetrically(gap: float) -> None:
 
 def test_a_law_that_ignores_the_restitution_does_not_let_pressed_balls_sink() -> None:
     """In a persistent contact balls part at the least bounce, whatever their law would do."""
-    pressing = pressed(0.0)
-    run = simulate(pressing, solver="event-driven", law=Sticky())
+    scene = persistent(0.0)
+    run = simulate(scene, solver="event-driven", law=Sticky())
     assert any("presses balls a, b together" in warning for warning in run.warnings)
     times = [run.duration * k / 500 for k in range(501)]
     positions = run.at(times)[0]
     gaps = [math.dist(p, q) - 2 * R for p, q in positions]
     assert min(gaps) > -1e-4 * R
-    plain = simulate(pressing, solver="event-driven")
+    plain = simulate(scene, solver="event-driven")
     assert largest_distance(run, plain) < 1e-7

@@ -161,7 +161,7 @@ def test_coulomb_without_losses_keeps_energy(a: NT, b: NT, m_a: float, m_b: floa
 @given(hit=hits())
 def test_coulomb_relabelling_the_balls_changes_nothing(hit: tuple[NT, NT, Pair]) -> None:
     a, b, pair = hit
-    # From B to A, normal and tangent point the other way.
+    # From B to A, normal and tangent point against that.
     flipped = coulomb(NT(-b.n, -b.t), NT(-a.n, -a.t), Pair(pair.m_b, pair.m_a, *pair[2:]))
     after_a, after_b = coulomb(a, b, pair)
     # This is to the last bit, because the same operations act on the same numbers.
@@ -172,10 +172,10 @@ def test_coulomb_relabelling_the_balls_changes_nothing(hit: tuple[NT, NT, Pair])
 def test_coulomb_friction_slows_the_slip_and_never_reverses_it(hit: tuple[NT, NT, Pair]) -> None:
     a, b, pair = hit
     after_a, after_b = coulomb(a, b, pair)
-    slip, left = a.t - b.t, after_a.t - after_b.t
+    slip, rest = a.t - b.t, after_a.t - after_b.t
     rounding = ROUNDING * top_speed(a, b)
-    assert abs(left) <= abs(slip) + rounding
-    assert left * math.copysign(1.0, slip) >= -rounding
+    assert abs(rest) <= abs(slip) + rounding
+    assert rest * math.copysign(1.0, slip) >= -rounding
 
 
 @given(hit=hits())
@@ -278,7 +278,7 @@ def test_published_changes_a_by_mu_times_its_own_change_or_stops_it(
 def test_defect_line_132_pushes_b_with_the_slip(
     a: float, slip: float, m_a: float, m_b: float
 ) -> None:
-    """A rubs B towards +t, so friction must push B towards +t, but B goes the other way."""
+    """A rubs B towards +t, so friction must push B towards +t, but B moves towards -t."""
     before = NT(a, slip), NT(0.0, 0.0)
     pair = Pair(m_a, m_b, 0.5, 0.1)
     assert published(*before, pair)[1].t < 0.0 < coulomb(*before, pair)[1].t
@@ -328,7 +328,7 @@ def test_defect_relabelling_the_balls_changes_the_answer() -> None:
     """
     pair = Pair(1.0, 1.0, 1.0, 0.1)
     a, b = published(NT(1.0, 1.0), NT(0.0, 0.0), pair)
-    # From B to A, normal and tangent point the other way.
+    # From B to A, normal and tangent point against that.
     other_b, other_a = published(NT(0.0, 0.0), NT(-1.0, -1.0), pair)
     assert (a.t, b.t) == pytest.approx((0.9, -0.1), rel=1e-15, abs=0.0)
     assert (-other_a.t, -other_b.t) == pytest.approx((1.1, 0.1), rel=1e-15, abs=0.0)

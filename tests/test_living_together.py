@@ -47,14 +47,14 @@ def test_a_box_and_a_ball_push_each_other() -> None:
     steps(space, 0.5)
     assert shape.body.velocity.x > 0.5
     assert striker.body.velocity.x < -0.5
-    at, left = striker.body.position.x, striker.body.velocity.x
+    at, speed = striker.body.position.x, striker.body.velocity.x
     steps(space, 8.0)
-    assert striker.body.position.x == pytest.approx(at - left**2 / (2 * A), abs=1e-2)
+    assert striker.body.position.x == pytest.approx(at - speed**2 / (2 * A), abs=1e-2)
 
 
 @pytest.mark.parametrize("friction", ["joint", "callback"])
 def test_a_push_leaves_the_roll_as_it_was(friction: str) -> None:
-    """A ball that is pushed across its way rolls at 5/7 of its velocity and 2/7 of its roll."""
+    """A ball that is pushed across its track rolls at 5/7 of its velocity and 2/7 of its roll."""
     space, table = plane(rolling=0.2, friction=friction)
     one, shape = ball(table, 0.0), box(space, 0.1, 0.3)
     one.circle.elasticity, shape.elasticity, shape.body.velocity = 1.0, 0.5, (0.0, -1.0)

@@ -268,7 +268,7 @@ def test_exactly_max_events_are_listed_and_the_run_ends_at_the_last(solver: str,
     assert cut.events == whole.events[:most]
     assert cut.duration == cut.events[-1].t
     assert cut.end.position == pytest.approx(whole.at(cut.duration)[0], abs=1e-12)
-    assert all(knots[-1, 0] <= cut.duration for knots in cut.knots)
+    assert all(breakpoints[-1, 0] <= cut.duration for breakpoints in cut.knots)
 
 
 @every_solver
@@ -278,7 +278,7 @@ def test_the_run_ends_where_the_last_event_is_though_the_solver_went_on(solver: 
     whole, run = played(solver, scene), played(solver, scene, max_events=1)
     assert [event.balls for event in run.events] == [("slow",)]
     assert run.duration == whole.events[0].t < whole.duration
-    assert all(knots[-1, 0] <= run.duration for knots in run.knots)
+    assert all(breakpoints[-1, 0] <= run.duration for breakpoints in run.knots)
     assert run.end.velocity[1] == pytest.approx((1.0, 0.0), rel=1e-2)
 
 
@@ -572,7 +572,7 @@ def test_numbers_that_were_written_in_units_come_back_as_short(number: float, un
 
 
 def test_where_no_number_in_the_units_is_exact_the_file_is_in_si() -> None:
-    """3.3 m are no float in inches: the nearest ones give 3.3 m but for the last bit."""
+    """3.3 m are no float in inches: the nearest ones give 3.3 m except for the last bit."""
     scene = replace(plane(disc("a", 3.3, 0)), units=Units("in"))
     assert 'length = "in"\nnumbers = "SI"' in scenario_text(scene)
     assert "position = [3.3, 0.0]" in scenario_text(scene)

@@ -96,10 +96,10 @@ def test_the_velocity_keeps_its_direction_and_loses_a_t(
 ) -> None:
     vx, vy = along(speed, angle)
     _, _, wx, wy = slide(x, y, vx, vy, a, t)
-    left = max(math.hypot(vx, vy) - a * t, 0.0)
+    speed_now = max(math.hypot(vx, vy) - a * t, 0.0)
     # v - a t is formed as v (1 - a t / v), so an error of EPSILON in the bracket is one of v's
     # size.
-    assert abs(math.hypot(wx, wy) - left) <= 8 * EPSILON * speed
+    assert abs(math.hypot(wx, wy) - speed_now) <= 8 * EPSILON * speed
     assert abs(wx * vy - wy * vx) <= 8 * EPSILON * speed**2
     assert wx * vx + wy * vy >= 0.0
 
@@ -146,10 +146,12 @@ def test_no_time_no_change(x: float, y: float, speed: float, angle: float, a: fl
 def test_free_motions_are_those_of_paths(
     rows: list[tuple[float, float, float, float, float, float]], a: float
 ) -> None:
-    knots = [(t, x, y, *along(speed, angle), a, -a / 3.0) for t, x, y, speed, angle, _ in rows]
-    at = np.array([knot[0] for knot in knots]) + np.array([row[-1] for row in rows])
-    position, velocity = free_motions(np.array(knots).reshape(-1, 7), at)
-    for k, (t, *motion) in enumerate(knots):
+    breakpoints = [
+        (t, x, y, *along(speed, angle), a, -a / 3.0) for t, x, y, speed, angle, _ in rows
+    ]
+    at = np.array([row[0] for row in breakpoints]) + np.array([row[-1] for row in rows])
+    position, velocity = free_motions(np.array(breakpoints).reshape(-1, 7), at)
+    for k, (t, *motion) in enumerate(breakpoints):
         assert (*position[k], *velocity[k]) == motion_at(from_breakpoint(t, *motion), at[k])
 
 
@@ -171,7 +173,7 @@ def test_friction_does_the_work_that_the_energy_loses(
 
 
 def test_slide_by_hand() -> None:
-    """At 5 m/s and 2 m/s^2 for 1.5 s a ball travels 5 * 1.5 - 1.5^2 = 5.25 m and has 2 m/s left.
+    """At 5 m/s and 2 m/s^2 for 1.5 s a ball travels 5 * 1.5 - 1.5^2 = 5.25 m and still has 2 m/s.
 
     Its velocity is (3, -4) m/s.
     """

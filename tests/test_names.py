@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,24 @@ def test_every_exported_name_stays() -> None:
     assert set(LISTED["exported"]) <= set(pool_pymunk.__all__)
     for name in LISTED["exported"]:
         assert getattr(pool_pymunk, name) is not None
+
+
+@pytest.mark.parametrize(
+    ("module", "old", "new"),
+    [("world", "Ball", "TableBall"), ("solvers", "yardstick", "reference_solver")],
+)
+def test_a_former_name_warns_and_means_the_new_one(module: str, old: str, new: str) -> None:
+    home = import_module(f"pool_pymunk.{module}")
+    with pytest.warns(DeprecationWarning, match=f"{old} is now {new}"):
+        assert getattr(home, old) is getattr(home, new)
+    with pytest.raises(AttributeError, match="no attribute 'Bill'"):
+        _ = home.Bill
+
+
+def test_the_former_name_of_the_contact_distance_warns() -> None:
+    hit = pool_pymunk.collide(pool_pymunk.Disc(1.0, 0.1, (1.0, 0.0)), pool_pymunk.Disc(1.0, 0.1))
+    with pytest.warns(DeprecationWarning, match="reach is now contact_distance"):
+        assert hit.reach == hit.contact_distance == 0.2
 
 
 if __name__ == "__main__":

@@ -96,7 +96,7 @@ def asked(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> st
 
 
 def played(speed: float, law: str | Law, scene: Scene | None = None) -> Run:
-    """Return the exact run of the cue ball struck along x at a speed (m/s)."""
+    """Return the reference run of the cue ball struck along x at a speed (m/s)."""
     shot = Shot("S", "C", (speed, 0.0))
     return simulate(replace(scene or laid_out(), shots=(shot,)), solver="event-driven", law=law)
 

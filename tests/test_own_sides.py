@@ -128,8 +128,8 @@ def test_derivatives_know_how_its_normal_turns() -> None:
     found = simulate(scene, solver="event-driven").derivatives(("vx.C", "vy.C")).final
     for column, axis in enumerate(np.eye(2)):
         shots = [
-            Shot("one", "C", velocity=tuple((np.array((2.0, 0.9)) + way * step * axis).tolist()))
-            for way in (-1.0, 1.0)
+            Shot("one", "C", velocity=tuple((np.array((2.0, 0.9)) + sign * step * axis).tolist()))
+            for sign in (-1.0, 1.0)
         ]
         low, high = (
             ends(simulate(replace(scene, shots=(shot,)), solver="event-driven")) for shot in shots

@@ -48,13 +48,13 @@ def test_the_reports_four_shots_are_small(report: list[Run]) -> None:
     assert len(page([[run] for run in report]).encode()) < 150_000
 
 
-def test_knots_keep_every_bit(report: list[Run]) -> None:
+def test_breakpoints_keep_every_bit(report: list[Run]) -> None:
     shots = content_of(page([[run] for run in report]))["shots"]
     for run, shot in zip(report, shots, strict=True):
         shown = shot["runs"][0]
         assert shown["duration"] == run.duration
-        for knots, its in zip(run.knots, shown["knots"], strict=True):
-            assert np.array_equal(knots, np.array(its))
+        for breakpoints, its in zip(run.knots, shown["knots"], strict=True):
+            assert np.array_equal(breakpoints, np.array(its))
 
 
 def test_a_page_needs_no_other_file(report: list[Run]) -> None:
@@ -110,8 +110,8 @@ def test_runs_of_other_tables_are_refused(report: list[Run]) -> None:
 
 def test_numbers_out_of_range_become_null(report: list[Run]) -> None:
     last = [1.0, np.inf, np.nan, 0.0, 0.0, 0.0, 0.0]
-    knots = tuple(np.vstack([rows, [last]]) for rows in report[0].knots)
-    document = replace(report[0], knots=knots, status="non_finite").to_html()
+    breakpoints = tuple(np.vstack([rows, [last]]) for rows in report[0].knots)
+    document = replace(report[0], knots=breakpoints, status="non_finite").to_html()
     assert content_of(document)["shots"][0]["runs"][0]["knots"][0][-1][:3] == [1.0, None, None]
 
 

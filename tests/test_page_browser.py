@@ -122,7 +122,7 @@ def test_a_ball_that_slides_then_rolls(visit: Any, tmp_path: Path) -> None:
         seen.press("ArrowRight")
         assert seen.time() == t and t not in begins
     hit, end = run.events[0].t, begins[1]
-    corners = np.array(seen.ask("(t) => player.table.way(player.run, 0, t, 1)[0]", end))
+    corners = np.array(seen.ask("(t) => player.table.track(player.run, 0, t, 1)[0]", end))
     steps = np.linspace(0.0, len(corners) - 1.0, 4_000)
     track = np.stack([np.interp(steps, range(len(corners)), xy) for xy in corners.T], axis=-1)
     curve = run.at(np.linspace(hit, end, 50))[0][:, 0]
@@ -162,7 +162,7 @@ def test_one_loop_plays_however_often_play_is_called(visit: Any, report: Path) -
 
 
 def test_slower_is_slower(visit: Any, report: Path) -> None:
-    """In the same time on the screen, a hundredth of the way is shown."""
+    """In the same time on the screen, a hundredth of the track is shown."""
     seen = visit(report)
     seen.page.select_option("#speed", "0.01")
     between = """(pace) => new Promise((done) => {
@@ -259,10 +259,10 @@ def test_the_ball_under_the_pointer_says_what_it_does(
     place = "([x, y]) => player.table.place(x, y).map((p) => p / player.table.ratio)"
     px, py = seen.ask(place, [x, y])
     seen.page.locator("#table").hover(position={"x": px, "y": py})
-    told = seen.text("ball")
+    text = seen.text("ball")
     speed, unit = run.scene.units.from_si(math.hypot(vx, vy), "speed"), run.scene.units.speed
     angle = float(np.degrees(np.arctan2(vy, vx)))
-    assert told.startswith(f"C: {speed:.3f} {unit} at {angle:.1f}°")
+    assert text.startswith(f"C: {speed:.3f} {unit} at {angle:.1f}°")
     seen.page.mouse.move(2, 2)
     assert not seen.page.locator("#ball").is_visible()
 

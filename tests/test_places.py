@@ -32,7 +32,7 @@ from pool_pymunk.fast.places import FEW, may_lie
 from pool_pymunk.model.places import SUNK, TOUCHING, overlap, room_beside
 from pool_pymunk.model.units import Units
 from pool_pymunk.page.live.answers import Answers
-from pool_pymunk.physics.sides import Post
+from pool_pymunk.physics.sides import RoundSide
 
 pytest.importorskip("gymnasium")
 
@@ -91,9 +91,12 @@ def borders(scene: Scene, share: float) -> Iterator[tuple[Callable[[float], Plac
         yield beside((dx + 1.25, dy + 0.25), RIM, n), RIM, TOUCHING
 
 
-def beside(middle: Place, reach: float, n: Place) -> Callable[[float], Place]:
+def beside(middle: Place, touching: float, n: Place) -> Callable[[float], Place]:
     """Return the places, by their depth (m), beside a circle whose normal there is ``n``."""
-    return lambda depth: (middle[0] + (reach - depth) * n[0], middle[1] + (reach - depth) * n[1])
+    return lambda depth: (
+        middle[0] + (touching - depth) * n[0],
+        middle[1] + (touching - depth) * n[1],
+    )
 
 
 def cases(scene: Scene, share: float) -> list[Case]:
@@ -270,7 +273,7 @@ def test_arrays_have_the_answers_of_numbers(
 
 
 def test_shapes_of_pymunk_have_the_same_borders() -> None:
-    """pymunk works a distance out in its own way, so the last digits may differ."""
+    """pymunk works a distance out by itself, so the last digits may differ."""
     scene = scene_at(0.0, 0.0)
     table = table_of(scene, by_shapes=True)
     ball = put(table, FREE, R)
@@ -306,16 +309,16 @@ def test_layouts_keep_balls_off_pockets() -> None:
 
 
 def test_a_ball_whose_centre_is_within_a_post_lies_in_it() -> None:
-    """What is behind a face is not in it; a post is solid as far as its centre."""
-    post = Post((1.0, 0.0), 0.5)
+    """What is behind a face is not in it; a round side is solid as far as its centre."""
+    corner = RoundSide((1.0, 0.0), 0.5)
     for x in (1.0, 1.1, 1.499):
-        assert room_beside([post], x, 0.0, 0.1) < 0.0
+        assert room_beside([corner], x, 0.0, 0.1) < 0.0
     face = scene_at(0.0, 0.0).table
     assert face is not None
     assert room_beside(face.walls[0].sides, 0.5, -0.2, R) == math.inf
     table = Billiards(pymunk.Space(), 1 / 60, pair=same_balls(0.9, 0.0))
     shape = pymunk.Circle(table.space.static_body, 0.5, (1.0, 0.0))
-    table.add_wall(shape, 0.8, sides=(post,))
+    table.add_wall(shape, 0.8, sides=(corner,))
     assert not accepted(lambda: put(table, (1.0, 0.0), 0.1))
 
 
@@ -354,8 +357,8 @@ def test_two_balls_give_one_answer_in_either_order() -> None:
     rng = np.random.default_rng(11)
     for _ in range(2000):
         x, y, turn = (float(each) for each in rng.uniform(-5.0, 5.0, 3))
-        reach = R + SMALL - TOUCHING * SMALL * (1.0 + float(rng.uniform(-1e-9, 1e-9)))
-        u, v = x + reach * math.cos(turn), y + reach * math.sin(turn)
+        touching = R + SMALL - TOUCHING * SMALL * (1.0 + float(rng.uniform(-1e-9, 1e-9)))
+        u, v = x + touching * math.cos(turn), y + touching * math.sin(turn)
         assert overlap(x, y, R, u, v, SMALL, TOUCHING) == overlap(u, v, SMALL, x, y, R, TOUCHING)
 
 

@@ -22,7 +22,7 @@ import pytest
 from commands import exit_code, refusal
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from programs import PATIENCE, interrupt, is_alive, start, wait_until
+from programs import TIMEOUT, interrupt, is_alive, start, wait_until
 
 from pool_pymunk import SOLVERS, Run, Scene, Shot, State, load, simulate
 from pool_pymunk.fast import compiled
@@ -54,7 +54,7 @@ def question(scene: Scene, **more: Any) -> Question:
     } | more
 
 
-def told(scene: Scene, name: str, asked: object) -> tuple[int, Any]:
+def answered(scene: Scene, name: str, asked: object) -> tuple[int, Any]:
     """Return the status and the content of an answer."""
     text = asked if isinstance(asked, bytes) else json.dumps(asked).encode()
     answer = Answers(scene).to(name, text)
@@ -77,8 +77,8 @@ def assert_same(shown: Any, run: Run) -> None:
     assert shown["duration"] == run.duration
     assert shown["solver"] == run.solver
     assert len(shown["events"]) == len(run.events)
-    for knots, its in zip(run.knots, shown["knots"], strict=True):
-        assert np.array_equal(knots, np.array(its))
+    for breakpoints, its in zip(run.knots, shown["knots"], strict=True):
+        assert np.array_equal(breakpoints, np.array(its))
 
 
 # -- answers -------------------------------------------------------------------------------------
@@ -88,7 +88,7 @@ def assert_same(shown: Any, run: Run) -> None:
 def test_a_shot_is_what_simulate_plays_beside_the_exact_run(solver: str) -> None:
     scene = load("report")
     asked = question(scene, solver=solver)
-    status, content = told(scene, "shot", asked)
+    status, content = answered(scene, "shot", asked)
     assert status == 200
     (shot,) = content["shots"]
     assert_same(shot["runs"][0], simulated(scene, asked, solver=solver))
@@ -99,7 +99,7 @@ def test_a_shot_is_what_simulate_plays_beside_the_exact_run(solver: str) -> None
 def test_step_and_law_are_those_that_were_asked_for() -> None:
     scene = load("report")
     asked = question(scene, solver="pymunk-discrete", dt=1 / 60, law="coulomb")
-    run, exact = told(scene, "shot", asked)[1]["shots"][0]["runs"]
+    run, exact = answered(scene, "shot", asked)[1]["shots"][0]["runs"]
     assert_same(run, simulated(scene, asked, solver="pymunk-discrete", dt=1 / 60, law="coulomb"))
     assert_same(exact, simulated(scene, asked, solver="event-driven", law="coulomb"))
 
@@ -111,7 +111,7 @@ def test_the_next_shot_goes_on_from_the_end_of_the_one_before() -> None:
     end = first.end
     asked = question(scene, position=end.position, velocity=end.velocity, off=sorted(end.off))
     asked["ball"] = next(ball.id for ball in scene.balls if ball.id not in end.off)
-    shown = told(scene, "shot", asked)[1]["shots"][0]["runs"][0]
+    shown = answered(scene, "shot", asked)[1]["shots"][0]["runs"][0]
     assert_same(shown, simulated(scene, asked))
     assert [scene.balls[i].id for i in shown["off"]] == [
         ball.id for ball in scene.balls if ball.id in end.off
@@ -121,16 +121,16 @@ def test_the_next_shot_goes_on_from_the_end_of_the_one_before() -> None:
 def test_the_aim_is_the_exact_run() -> None:
     scene = load("l-shaped")
     asked = question(scene, solver="pymunk-builtin")
-    assert_same(told(scene, "aim", asked)[1], simulated(scene, asked, solver="event-driven"))
+    assert_same(answered(scene, "aim", asked)[1], simulated(scene, asked, solver="event-driven"))
 
 
 def test_runs_have_an_end() -> None:
     scene = load("two-balls")
-    assert told(scene, "aim", question(scene))[1]["duration"] == scene.physics.max_time
+    assert answered(scene, "aim", question(scene))[1]["duration"] == scene.physics.max_time
     free = replace(scene, physics=replace(scene.physics, max_time=1e6))
-    assert told(free, "aim", question(scene))[1]["duration"] == answers.LONGEST
+    assert answered(free, "aim", question(scene))[1]["duration"] == answers.LONGEST
     report = load("report")
-    fast = told(report, "aim", question(report, speed=1e6))[1]
+    fast = answered(report, "aim", question(report, speed=1e6))[1]
     assert len(fast["events"]) <= answers.MOST_EVENTS
 
 
@@ -143,7 +143,7 @@ ROLLS = load("follow-and-draw")
 @pytest.mark.parametrize("rolls", [None, [[0.3, 0.1], [0.0, -0.4]]])
 def test_roll_is_sent_with_the_shot(name: str, rolls: list[list[float]] | None) -> None:
     asked = question(ROLLS, solver="event-driven", angle=0.0, roll=-1.3, rolls=rolls)
-    answer = told(ROLLS, name, asked)[1]
+    answer = answered(ROLLS, name, asked)[1]
     shown = answer if name == "aim" else answer["shots"][0]["runs"][0]
     assert_same(shown, simulated(ROLLS, asked, solver="event-driven"))
     if name == "shot":
@@ -165,13 +165,13 @@ def test_lines_say_how_the_balls_roll() -> None:
     again = simulate(loads(lines(ROLLS, asked)), 1, solver="event-driven")
     assert again.end == simulated(ROLLS, asked, solver="event-driven").end
     curves = asked | {"rolls": [[0.0, 0.0], [0.0, 0.1]]}
-    status, answer = told(ROLLS, "scenario", curves)
+    status, answer = answered(ROLLS, "scenario", curves)
     assert status == 400 and "rolls across its velocity" in answer["problems"][0]
 
 
 def test_a_cloud_of_balls_that_roll() -> None:
     asked = question(ROLLS, angle=0.0, roll=-1.0, angle_error=0.01)
-    status, cloud = told(ROLLS, "cloud", asked)
+    status, cloud = answered(ROLLS, "cloud", asked)
     end = simulated(ROLLS, asked, solver="event-driven").final["cue"]
     assert status == 200
     assert np.median(cloud["ends"][0], axis=0) == pytest.approx(end, abs=0.01)
@@ -187,7 +187,7 @@ def test_a_cloud_of_balls_that_roll() -> None:
     ],
 )
 def test_a_roll_that_cannot_be_gets_one_line(scene: Scene, more: Question, line: str) -> None:
-    status, answer = told(scene, "shot", question(scene, solver="event-driven", **more))
+    status, answer = answered(scene, "shot", question(scene, solver="event-driven", **more))
     assert status == 400
     assert len(answer["problems"]) == 1 and line in answer["problems"][0]
 
@@ -209,7 +209,7 @@ def placed(scene: Scene, ball: str, x: float, y: float) -> tuple[int, Any]:
     asked["position"][scene.index[ball]] = [x, y]
     for key in ("speed", "angle"):
         del asked[key]
-    return told(scene, "place", asked | {"ball": ball})
+    return answered(scene, "place", asked | {"ball": ball})
 
 
 def test_a_ball_may_lie_where_it_is_free() -> None:
@@ -236,9 +236,11 @@ def test_what_is_wrong_with_other_balls_is_not_held_against_this_one() -> None:
     asked = question(scene, ball="cue")
     asked["position"][scene.index["3"]] = asked["position"][scene.index["4"]]
     del asked["speed"], asked["angle"]
-    assert told(scene, "place", asked) == (200, {})
-    assert told(scene, "place", asked | {"ball": "3"})[0] == 400
-    assert told(scene, "place", asked | {"ball": "x"})[1]["problems"][0].startswith('ball = "x"')
+    assert answered(scene, "place", asked) == (200, {})
+    assert answered(scene, "place", asked | {"ball": "3"})[0] == 400
+    assert answered(scene, "place", asked | {"ball": "x"})[1]["problems"][0].startswith(
+        'ball = "x"'
+    )
 
 
 # -- scenario lines ------------------------------------------------------------------------------
@@ -246,7 +248,7 @@ def test_what_is_wrong_with_other_balls_is_not_held_against_this_one() -> None:
 
 def lines(scene: Scene, asked: Question) -> str:
     """Return the scenario lines of a shot."""
-    status, answer = told(scene, "scenario", asked)
+    status, answer = answered(scene, "scenario", asked)
     assert status == 200, answer
     return str(answer["text"])
 
@@ -266,8 +268,8 @@ def test_where_nothing_was_moved_the_lines_are_the_shot_alone(name: str) -> None
 def test_else_the_lines_are_the_whole_scenario() -> None:
     scene = load("eight-ball")
     end = simulate(scene, 1).end
-    left = next(ball.id for ball in scene.balls if ball.id not in end.off)
-    asked = question(scene, position=end.position, off=sorted(end.off), ball=left, dt=1 / 240)
+    remaining = next(ball.id for ball in scene.balls if ball.id not in end.off)
+    asked = question(scene, position=end.position, off=sorted(end.off), ball=remaining, dt=1 / 240)
     text = lines(scene, asked)
     assert text.startswith("# played by --solver pymunk --dt 1/240\n")
     again, run = simulate(loads(text), 1), simulated(scene, asked)
@@ -286,7 +288,7 @@ def test_another_law_is_in_the_lines() -> None:
 def test_a_cloud_has_the_ends_of_shots_with_errors() -> None:
     scene = load("report")
     asked = question(scene, angle_error=0.5, speed_error=0.02)
-    status, cloud = told(scene, "cloud", asked)
+    status, cloud = answered(scene, "cloud", asked)
     assert status == 200 and cloud["compiled"] == compiled.is_there()
     first, struck = cloud["samples"] - 1, scene.index["C"]
     errors = np.random.default_rng(0).standard_normal((answers.SAMPLES, 2))[first]
@@ -302,12 +304,12 @@ def test_a_cloud_has_the_ends_of_shots_with_errors() -> None:
 
 def test_a_player_who_never_errs_has_no_cloud() -> None:
     scene = load("report")
-    assert not any(told(scene, "cloud", question(scene))[1]["ends"])
+    assert not any(answered(scene, "cloud", question(scene))[1]["ends"])
 
 
 def test_a_ball_off_the_table_has_no_cloud() -> None:
     scene = load("eight-ball")
-    cloud = told(scene, "cloud", question(scene, off=["1"], angle_error=1.0))[1]
+    cloud = answered(scene, "cloud", question(scene, off=["1"], angle_error=1.0))[1]
     assert cloud["ends"][scene.index["1"]] == [] and cloud["ends"][scene.index["cue"]]
 
 
@@ -316,7 +318,7 @@ def test_without_numba_a_cloud_is_small_and_says_so(monkeypatch: pytest.MonkeyPa
     scene = load("report")
     monkeypatch.setattr(answers, "SOME", 4)
     monkeypatch.setattr(answers, "CLOUD_TIME", 1e-9)
-    cloud = told(scene, "cloud", question(scene, angle_error=0.5))[1]
+    cloud = answered(scene, "cloud", question(scene, angle_error=0.5))[1]
     assert cloud["compiled"] is False and cloud["samples"] == 4
 
 
@@ -343,7 +345,7 @@ def test_without_numba_a_cloud_is_small_and_says_so(monkeypatch: pytest.MonkeyPa
 )
 def test_a_bad_question_gets_one_line_a_problem(more: Question, line: str) -> None:
     scene = load("report")
-    status, answer = told(scene, "shot", question(scene, **more))
+    status, answer = answered(scene, "shot", question(scene, **more))
     assert status == 400
     assert any(line in problem for problem in answer["problems"]), answer
     assert all("\n" not in problem for problem in answer["problems"])
@@ -355,7 +357,7 @@ def test_a_bad_question_gets_one_line_a_problem(more: Question, line: str) -> No
     ids=["empty", "open", "null", "list", "bytes", "nan", "deep", "long"],
 )
 def test_what_is_no_question_is_refused(text: bytes) -> None:
-    status, answer = told(load("report"), "shot", text)
+    status, answer = answered(load("report"), "shot", text)
     assert status == 400 and 1 <= len(answer["problems"]) <= answers.MOST_LINES
 
 
@@ -399,7 +401,7 @@ def test_no_question_makes_it_stumble(name: str, odd: Question, tail: bytes) -> 
 # -- the server ----------------------------------------------------------------------------------
 
 
-class Table:
+class LiveTable:
     """A table is a server in a thread, and asks itself."""
 
     def __init__(self, scene: Scene) -> None:
@@ -411,7 +413,7 @@ class Table:
         self, method: str = "POST", path: str = "/api/aim", body: Any = None, **headers: str
     ) -> tuple[int, str]:
         """Send one request and return status and text; an empty header is left out."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=PATIENCE)
+        connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=TIMEOUT)
         sent = {"x-pool-token": self.server.token} | {
             key.replace("_", "-"): value for key, value in headers.items()
         }
@@ -437,14 +439,14 @@ class Table:
 
     def close(self) -> None:
         self.server.stop()
-        self.thread.join(PATIENCE)
+        self.thread.join(TIMEOUT)
         assert not self.thread.is_alive()
 
 
 @pytest.fixture(scope="module")
-def table() -> Iterator[Table]:
+def table() -> Iterator[LiveTable]:
     """Give a table whose server has begun to answer."""
-    made = Table(load("report"))
+    made = LiveTable(load("report"))
     wait_until(lambda: made.ask()[0] == 200)
     yield made
     made.close()
@@ -457,14 +459,14 @@ def _with_all_requests_left(request: pytest.FixtureRequest) -> None:
         time.sleep(0.5)
 
 
-def test_it_answers(table: Table) -> None:
+def test_it_answers(table: LiveTable) -> None:
     scene = table.server.scene
     status, text = table.ask()
     assert status == 200
     assert_same(json.loads(text), simulated(scene, question(scene), solver="event-driven"))
 
 
-def test_the_page_wants_the_token_in_its_address(table: Table) -> None:
+def test_the_page_wants_the_token_in_its_address(table: LiveTable) -> None:
     path = table.server.address.removeprefix(f"http://127.0.0.1:{table.server.port}")
     status, text = table.ask("GET", path, "", x_pool_token="")
     assert status == 200 and 'id="shoot"' in text and "connect-src 'self'" in text
@@ -474,33 +476,33 @@ def test_the_page_wants_the_token_in_its_address(table: Table) -> None:
 
 
 @pytest.mark.parametrize("token", ["", "x", "ä", "0" * 10_000])
-def test_without_the_token_nothing_is_answered(table: Table, token: str) -> None:
+def test_without_the_token_nothing_is_answered(table: LiveTable, token: str) -> None:
     status, text = table.ask(x_pool_token=token)
     assert status == 403 and "the token is wrong or missing" in text
 
 
 @pytest.mark.parametrize("host", ["", "example.com", "127.0.0.1", "127.0.0.1.evil.example:80"])
-def test_foreign_hosts_are_refused(table: Table, host: str) -> None:
+def test_foreign_hosts_are_refused(table: LiveTable, host: str) -> None:
     status, text = table.ask(host=host)
     assert status in (400, 403) and "Traceback" not in text
 
 
-def test_it_has_two_names(table: Table) -> None:
+def test_it_has_two_names(table: LiveTable) -> None:
     port = table.server.port
     for name in ("127.0.0.1", "localhost"):
         assert table.ask(host=f"{name}:{port}", origin=f"http://{name}:{port}")[0] == 200
 
 
 @pytest.mark.parametrize("origin", ["http://example.com", "null", "http://127.0.0.1:1", "x"])
-def test_foreign_origins_are_refused(table: Table, origin: str) -> None:
+def test_foreign_origins_are_refused(table: LiveTable, origin: str) -> None:
     status, text = table.ask(origin=origin)
     assert status == 403 and "this page is not the table's" in text
 
 
-def test_it_listens_on_one_address_only(table: Table) -> None:
+def test_it_listens_on_one_address_only(table: LiveTable) -> None:
     assert table.server.socket.getsockname()[0] == "127.0.0.1"
     with pytest.raises(OSError):
-        socket.create_connection(("127.0.0.2", table.server.port), timeout=PATIENCE)
+        socket.create_connection(("127.0.0.2", table.server.port), timeout=TIMEOUT)
 
 
 @pytest.mark.parametrize(
@@ -516,7 +518,7 @@ def test_it_listens_on_one_address_only(table: Table) -> None:
     ],
 )
 def test_other_requests_get_a_clear_answer(
-    table: Table, method: str, path: str, status: int
+    table: LiveTable, method: str, path: str, status: int
 ) -> None:
     answered, text = table.ask(method, path)
     assert answered == status
@@ -525,7 +527,7 @@ def test_other_requests_get_a_clear_answer(
 
 
 @pytest.mark.parametrize("chunked", [False, True])
-def test_large_questions_are_refused(table: Table, chunked: bool) -> None:
+def test_large_questions_are_refused(table: LiveTable, chunked: bool) -> None:
     most = table.server.most_bytes
     parts = ["x" * 1000] * (most // 1000 + 1)
     status, text = table.ask(body=parts if chunked else "".join(parts))
@@ -533,23 +535,23 @@ def test_large_questions_are_refused(table: Table, chunked: bool) -> None:
 
 
 def test_a_question_that_never_comes_is_given_up(
-    table: Table, monkeypatch: pytest.MonkeyPatch
+    table: LiveTable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(server, "PATIENCE", 0.1)
+    monkeypatch.setattr(server, "ANSWER_TIMEOUT", 0.1)
     with connected(table, b"content-length: 10\r\n\r\n{") as line:
         assert b" 408 " in line.recv(1000)
 
 
-def connected(table: Table, rest: bytes) -> socket.socket:
+def connected(table: LiveTable, rest: bytes) -> socket.socket:
     """Return a connection on which a question has begun."""
     port, token = table.server.port, table.server.token
-    line = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+    line = socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT)
     head = f"POST /api/aim HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\nx-pool-token: {token}\r\n"
     line.sendall(head.encode() + rest)
     return line
 
 
-def test_lost_connections_harm_nobody(table: Table, capfd: pytest.CaptureFixture[str]) -> None:
+def test_lost_connections_harm_nobody(table: LiveTable, capfd: pytest.CaptureFixture[str]) -> None:
     for _ in range(20):
         connected(table, b"content-length: 10\r\n\r\n{").close()
     asked = json.dumps(question(table.server.scene)).encode()
@@ -562,15 +564,17 @@ def test_lost_connections_harm_nobody(table: Table, capfd: pytest.CaptureFixture
 
 @given(st.binary(max_size=300))
 @settings(max_examples=30)
-def test_bytes_that_are_no_request_harm_nobody(table: Table, bytes_: bytes) -> None:
-    with socket.create_connection(("127.0.0.1", table.server.port), timeout=PATIENCE) as line:
+def test_bytes_that_are_no_request_harm_nobody(table: LiveTable, bytes_: bytes) -> None:
+    with socket.create_connection(("127.0.0.1", table.server.port), timeout=TIMEOUT) as line:
         line.sendall(bytes_ + b"\r\n\r\n")
         line.shutdown(socket.SHUT_WR)
         assert b"Traceback" not in line.recv(10_000)
     assert table.ask()[0] in (200, 429)
 
 
-def test_a_flood_is_slowed_down_and_goes_by(table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_flood_is_slowed_down_and_goes_by(
+    table: LiveTable, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(server, "RATE", 10.0)
     monkeypatch.setattr(server, "BURST", 20.0)
     answered = [table.ask(body="{}") for _ in range(60)]
@@ -579,7 +583,7 @@ def test_a_flood_is_slowed_down_and_goes_by(table: Table, monkeypatch: pytest.Mo
     wait_until(lambda: table.ask()[0] == 200)
 
 
-def test_many_ask_at_once(table: Table) -> None:
+def test_many_ask_at_once(table: LiveTable) -> None:
     """Tabs do not disturb each other: the server keeps nothing of them."""
     found: list[tuple[int, str]] = []
     asked = [json.dumps(question(table.server.scene, angle=float(k))) for k in range(8)]
@@ -590,13 +594,13 @@ def test_many_ask_at_once(table: Table) -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(PATIENCE)
+        thread.join(TIMEOUT)
     again = [table.ask(body=body) for body in asked]
     assert sorted(found) == sorted(again) and len(set(again)) == 8
 
 
-def test_no_other_page_may_show_or_keep_it(table: Table) -> None:
-    connection = http.client.HTTPConnection("127.0.0.1", table.server.port, timeout=PATIENCE)
+def test_no_other_page_may_show_or_keep_it(table: LiveTable) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", table.server.port, timeout=TIMEOUT)
     connection.request("GET", f"/?token={table.server.token}")
     headers = connection.getresponse().headers
     connection.close()
@@ -611,7 +615,7 @@ def test_no_other_page_may_show_or_keep_it(table: Table) -> None:
 @pytest.fixture
 def player() -> Iterator[Worker]:
     """Give a worker that has begun to answer."""
-    made = Worker(load("report"), patience=PATIENCE)
+    made = Worker(load("report"), timeout=TIMEOUT)
     assert made.ask("aim", json.dumps(question(made.scene)).encode()).status == 200
     yield made
     made.end()
@@ -621,16 +625,16 @@ def player() -> Iterator[Worker]:
 def test_a_shot_that_takes_too_long_is_cut(player: Worker) -> None:
     asked = question(player.scene)
     slow = json.dumps(asked | {"solver": "time-slice", "dt": 1e-9}).encode()
-    before, player.patience = player.process.pid, 0.2
+    before, player.timeout = player.process.pid, 0.2
     cut = player.ask("shot", slow)
     assert cut.status == 400 and "takes longer than 0.2 s, so it was cut" in cut.text
-    player.patience = PATIENCE
+    player.timeout = TIMEOUT
     assert player.ask("aim", json.dumps(asked).encode()).status == 200
     assert player.process.pid != before
 
 
 def test_who_comes_while_another_is_played_is_told(player: Worker) -> None:
-    player.patience = 0.1
+    player.timeout = 0.1
     with player.turn:
         assert player.ask("aim", b"{}").status == 503
 
@@ -645,7 +649,7 @@ def test_a_process_that_dies_is_started_again(player: Worker) -> None:
 
 def test_a_process_that_has_not_begun_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(worker, "BEGINNING", 0.0)
-    made = Worker(load("report"), patience=PATIENCE)
+    made = Worker(load("report"), timeout=TIMEOUT)
     try:
         assert made.ask("aim", b"{}").status == 503
     finally:
@@ -662,7 +666,7 @@ def playing() -> Iterator[subprocess.Popen[str]]:
     assert process.stdout is not None
     address = process.stdout.readline().removeprefix("The table is at ").strip()
     port, token = int(address.split(":")[2].split("/")[0]), address.partition("token=")[2]
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=TIMEOUT)
     asked, aimed = question(load("report")), {"x-pool-token": token}
     connection.request("POST", "/api/aim", json.dumps(asked), aimed)
     assert json.loads(connection.getresponse().read())
@@ -690,9 +694,9 @@ def test_a_ctrl_c_that_comes_as_it_begins_is_not_lost() -> None:
 def test_its_processes_do_not_outlive_it() -> None:
     with playing() as process:
         process.send_signal(signal.SIGKILL)
-        process.wait(PATIENCE)
+        process.wait(TIMEOUT)
         wait_until(lambda: not is_alive(process.pid))
-        process.communicate(timeout=PATIENCE)
+        process.communicate(timeout=TIMEOUT)
 
 
 def test_a_port_in_use_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:

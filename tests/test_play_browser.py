@@ -29,7 +29,7 @@ picture = browsers.picture
 pytestmark = pytest.mark.browser
 
 FAILED = "Failed to load resource"  # The browser complains so of every refusal.
-PATIENCE = 60.0  # s
+TIMEOUT = 60.0  # s
 
 
 class Server:
@@ -47,7 +47,7 @@ class Server:
 
     def end(self) -> None:
         self.live.stop()
-        self.thread.join(PATIENCE)
+        self.thread.join(TIMEOUT)
         assert not self.thread.is_alive()
 
     def begin_again(self) -> None:
@@ -275,10 +275,10 @@ def test_another_solver_plays_the_same_shot_beside_the_exact_one(
     assert np.array_equal(player.lies(), run.end.position)
     gaps = {id_: math.dist(end, exact.final[id_]) for id_, end in run.final.items()}
     worst = max(gaps, key=gaps.__getitem__)
-    told = player.text("cost")
-    assert told.startswith(f"Ball {worst} ends ") and told.endswith(" in from its exact end.")
+    text = player.text("cost")
+    assert text.startswith(f"Ball {worst} ends ") and text.endswith(" in from its exact end.")
     inches = player.scene.units.from_si(gaps[worst], "length")
-    assert float(told.split()[3]) == pytest.approx(inches, rel=1e-2)
+    assert float(text.split()[3]) == pytest.approx(inches, rel=1e-2)
     assert player.page.locator("#plot").is_visible()
     assert player.ask("live.before.length") == 1
 
@@ -296,10 +296,10 @@ def test_a_ghost_that_was_put_away_stays_away(sit_down: Any, report: Server) -> 
 # -- the table -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("way", ["button", "shift"])
-def test_balls_can_be_moved(way: str, sit_down: Any, report: Server) -> None:
+@pytest.mark.parametrize("by", ["button", "shift"])
+def test_balls_can_be_moved(by: str, sit_down: Any, report: Server) -> None:
     player = sit_down(report)
-    if way == "button":
+    if by == "button":
         player.page.click("#move")
     else:
         player.page.keyboard.down("Shift")

@@ -184,7 +184,7 @@ def test_a_finer_step_comes_nearer_to_the_time_of_the_pocket(solver: str) -> Non
 
 
 def test_a_pocketed_ball_is_in_nobodys_way() -> None:
-    """The second ball goes the same way, and through where the first one lies."""
+    """The second ball takes the same line, and through where the first one lies."""
     first, second = rolling(id_="a"), Ball("b", (-1.2, 0.0), R, 0.2, velocity=(0.9, 0.0))
     run = simulate(plane(first, second), solver="event-driven")
     assert run.pocketed == {"a": "hole", "b": "hole"}

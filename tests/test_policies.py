@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hard_scenes import R, disc, exact, pressed, squeezed
+from hard_scenes import R, disc, exact, persistent, squeezed
 from scenes import largest_distance
 
 from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
@@ -19,7 +19,7 @@ from pool_pymunk.physics import collapse
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.path import Path, set_off
-from pool_pymunk.physics.sides import Face, Post, Wall, face_between
+from pool_pymunk.physics.sides import Face, RoundSide, Wall, face_between
 from pool_pymunk.physics.surface import Sliding
 
 # -- one instant -----------------------------------------------------------------------------------
@@ -67,9 +67,9 @@ def test_a_ball_that_a_cushion_leads_along_by_rounding_goes_on() -> None:
     lane = Table(((0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (0.0, 1.0)))
     balls = (disc("a", (1.0, R + 1e-16), (1.0, -1e-15)),)
     run = exact(Scene(balls, lane, Restitution(None, None, 0.5), Friction(0.1)))
-    reach = 1.0 / (2 * 0.1 * 9.80665)
+    length = 1.0 / (2 * 0.1 * 9.80665)
     assert [event.kind for event in run.events] == ["stop"]
-    assert run.final["a"] == pytest.approx((1.0 + reach, R), abs=1e-15)
+    assert run.final["a"] == pytest.approx((1.0 + length, R), abs=1e-15)
 
 
 def test_a_ball_that_others_press_to_a_cushion_does_not_hit_it_for_nothing() -> None:
@@ -79,10 +79,10 @@ def test_a_ball_that_others_press_to_a_cushion_does_not_hit_it_for_nothing() -> 
     cushion to it again and again.
     """
     pitch = 2.1 * R
-    ways = ((-1.59, -0.42), (-1.73, -0.39), (1.2, 1.06), (0.15, -0.89), (-1.58, -1.14))
+    directions = ((-1.59, -0.42), (-1.73, -0.39), (1.2, 1.06), (0.15, -0.89), (-1.58, -1.14))
     balls = tuple(
-        disc(str(k), ((k % 3 + 0.6) * pitch, (k // 3 + 0.6) * pitch), way)
-        for k, way in enumerate(ways)
+        disc(str(k), ((k % 3 + 0.6) * pitch, (k // 3 + 0.6) * pitch), direction)
+        for k, direction in enumerate(directions)
     )
     box = Table.rectangle(3.2 * pitch, 3.2 * pitch)
     scene = Scene(balls, box, Restitution(0.0, None, 0.0), Friction(0.1, 0.05, 0.05))
@@ -101,7 +101,7 @@ def test_what_rounding_leaves_of_a_hit_is_rest(fast: float) -> None:
     assert [event.kind for event in run.events] == ["ball-ball", "stop"]
 
 
-# -- hits without end ------------------------------------------------------------------------------
+# -- inelastic collapse ----------------------------------------------------------------------------
 
 
 SQUEEZES = [
@@ -110,7 +110,7 @@ SQUEEZES = [
     for e, e_cushion in ((0.0, 0.5), (0.5, 0.5), (0.8, 0.8), (0.8, 1.0), (0.9, 0.0))
     for mu, beside in ((0.0, 0.0), (0.0, 1e-3), (0.1, 0.0), (0.1, 1e-3), (0.02, 1e-2))
 ]
-# They take a thousand hits and more until nothing is left.
+# They take a thousand hits and more until nothing closes.
 LONG = [one for one in SQUEEZES if one[0] == 1e3 and one[3] > 0.0 and one[4] > 0.0]
 
 
@@ -122,7 +122,7 @@ LONG = [one for one in SQUEEZES if one[0] == 1e3 and one[3] > 0.0 and one[4] > 0
 def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
     squeeze: tuple[float, float, float, float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Hit by hit, until nothing is left but rounding; and by leaps over cycles of hits."""
+    """Hit by hit, until nothing but rounding closes; and by leaps over cycles of hits."""
     scene = squeezed(*squeeze)
     limit = exact(scene)
     monkeypatch.setattr(Law, "hits_are_coulombs", False)
@@ -164,7 +164,7 @@ def deepest(run: Run) -> float:
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
 @pytest.mark.parametrize("speed", [0.01, 0.1, 1.0, 10.0])
 def test_balls_in_persistent_contact_hardly_sink(e: float, speed: float) -> None:
-    run = exact(pressed(e, speed))
+    run = exact(persistent(e, speed))
     assert run.status == "settled"
     assert deepest(run) < decisions.DEEPEST
 
@@ -172,12 +172,12 @@ def test_balls_in_persistent_contact_hardly_sink(e: float, speed: float) -> None
 @pytest.mark.parametrize("speed", [0.02, 0.1])
 def test_a_persistent_contact_takes_hundreds_of_hits_not_millions(speed: float) -> None:
     """They hit once in a contact time, 3/1000 of the stopping time: this is its purpose."""
-    run = exact(pressed(0.0, speed))
+    run = exact(persistent(0.0, speed))
     assert 100 < run.steps < 3000
 
 
 def test_micro_collisions_are_not_events_and_stops_between_them_are_none() -> None:
-    run = exact(pressed(0.0))
+    run = exact(persistent(0.0))
     kinds = [event.kind for event in run.events]
     assert kinds.count("ball-ball") <= 3
     assert kinds.count("stop") == 2
@@ -226,7 +226,7 @@ def test_a_hit_runs_down_a_row() -> None:
 
 @pytest.mark.parametrize("when", [0.0, 0.2, 0.45])
 def test_a_ball_that_is_removed_is_met_by_nobody(when: float) -> None:
-    """A ball is removed at the start, on its way, or between its hits.
+    """A ball is removed at the start, in motion, or between its hits.
 
     The balls behind it then pass where it was.
     """
@@ -262,7 +262,7 @@ def test_a_wall_with_two_faces_back_to_back_turns_the_nearer_one_to_the_ball() -
 
 
 def test_a_wall_is_met_where_its_first_side_is() -> None:
-    wall = Wall((face_between((0.0, 0.0), (1.0, 0.0)), Post((1.0, 0.0))), 1.0, 0.0, 0)
+    wall = Wall((face_between((0.0, 0.0), (1.0, 0.0)), RoundSide((1.0, 0.0))), 1.0, 0.0, 0)
     down: Path = set_off(0.0, (0.5, 1.0), (0.0, -1.0), 0.0)
     past: Path = set_off(0.0, (1.0 + R / 2, 1.0), (0.0, -1.0), 0.0)
     beside: Path = set_off(0.0, (1.0 + 2 * R, 1.0), (0.0, -1.0), 0.0)

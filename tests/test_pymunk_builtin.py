@@ -28,7 +28,7 @@ from pool_pymunk.solvers.pymunk_builtin import LOOKS, Builtin
 
 R = 0.05
 FINE = 1e-6  # s
-LATE = 2.0 * FINE / R  # By so much (rad) the normal turns at 2 m/s until a contact is found.
+LATE = 2.0 * FINE / R  # rad; how far the normal turns at 2 m/s until a contact is found
 ROUGH = 10.0  # This coefficient of friction ends every slip here.
 
 
@@ -92,7 +92,7 @@ def test_a_cushion_has_its_restitution_for_the_cue_ball_and_for_others(e: float,
 def test_a_product_with_zero_is_zero() -> None:
     """Coefficients of two shapes multiply, so balls that do not bounce make dead cushions.
 
-    In the same way smooth balls make smooth cushions.
+    Likewise smooth balls make smooth cushions.
     """
     ball = Ball("a", (0.5, 0.5), R, 0.2, velocity=(1.0, 0.25))
     other = Ball("b", (0.5, 0.2), R, 0.2)
@@ -114,13 +114,13 @@ def test_a_ball_stops_half_a_step_late(dt: float) -> None:
     ball = Ball("a", (0.0, 0.0), R, 0.2, velocity=velocity)
     scene = Scene((ball,), friction=Friction(0.1), physics=Physics(max_time=9.0))
     a = scene.deceleration
-    way = sum((speed - k * a * dt) * dt for k in range(math.ceil(speed / (a * dt))))
+    distance = sum((speed - k * a * dt) * dt for k in range(math.ceil(speed / (a * dt))))
     run = builtin(scene, dt=dt)
     assert run.status == "settled"
     x, y = run.final["a"]
-    assert math.hypot(x, y) == pytest.approx(way, abs=1e-12)
+    assert math.hypot(x, y) == pytest.approx(distance, abs=1e-12)
     assert math.atan2(y, x) == pytest.approx(angle, abs=1e-12)
-    assert way - speed**2 / (2.0 * a) == pytest.approx(speed * dt / 2.0, rel=0.01)
+    assert distance - speed**2 / (2.0 * a) == pytest.approx(speed * dt / 2.0, rel=0.01)
     (stop,) = run.events
     assert (stop.kind, stop.balls, stop.t) == ("stop", ("a",), run.duration)
     # A stop is looked for only now and then.
@@ -192,7 +192,7 @@ def test_a_rough_cushion_leaves_two_thirds_of_the_speed_along_it() -> None:
 def test_spin_takes_up_what_the_speed_along_a_cushion_loses() -> None:
     """About the point of contact, m v r - m r^2 w / 2 is kept, and the next cushion meets the spin.
 
-    There the spin adds to the speed, so that of 0.4 m/s a third is left.
+    There the spin adds to the speed, so that of 0.4 m/s a third remains.
     """
     scene = on_table(
         Ball("a", (0.5, R), R, 0.2, velocity=(0.6, -1.0)), e=1.0, mu=ROUGH, width=0.4, time=1.0

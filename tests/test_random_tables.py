@@ -1,7 +1,7 @@
 """Random calls from everywhere: between steps, from callbacks, and from a handler of pymunk.
 
-Whatever is called, in whatever order, balls never overlap, each stop is told once, nothing grows
-without bound, and a table that is set up anew from a saved state goes on in the same way.
+Whatever is called, in whatever order, balls never overlap, stops are reported once, nothing grows
+without bound, and a table that is set up anew from a saved state goes on alike.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import pymunk
 import pytest
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import Ball, TableState
+from pool_pymunk.world import TableBall, TableState
 from pool_pymunk.world.state import Phase
 
 R, M, A = 0.03, 0.17, 0.4
@@ -40,13 +40,13 @@ class RandomTable:
         corners = [(-SIZE, -SIZE), (SIZE, -SIZE), (SIZE, SIZE), (-SIZE, SIZE)]
         for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
             self.wall(a, b)
-        self.told: list[tuple[int, float]] = []  # each stop
+        self.stops: list[tuple[int, float]] = []  # each stop
         self.at_rest_by_hand: set[int] = set()
         self.depth = 0
         table = self.table
         table.on_contact = lambda _contact: self.heard()
         table.on_stop = self.stopped
-        table.on_stop_revoked = lambda ball, t: self.told.remove((ball.number, t))
+        table.on_stop_revoked = lambda ball, t: self.stops.remove((ball.number, t))
         table.on_pocket = lambda _ball, _pocket, _t: self.heard()
         self.guest = pymunk.Segment(self.space.static_body, (-0.2, -0.9), (0.1, 0.9), 0.0)
         self.guest.sensor, self.guest.collision_type = True, 5
@@ -57,8 +57,8 @@ class RandomTable:
 
     # -- what happens ------------------------------------------------------------------------------
 
-    def stopped(self, ball: Ball, t: float) -> None:
-        self.told.append((ball.number, t))
+    def stopped(self, ball: TableBall, t: float) -> None:
+        self.stops.append((ball.number, t))
         self.heard()
 
     def heard(self) -> None:
@@ -97,12 +97,12 @@ class RandomTable:
         angle = self.rnd.uniform(0, math.tau)
         return speed * math.cos(angle), speed * math.sin(angle)
 
-    def some(self) -> Ball:
+    def some(self) -> TableBall:
         """One of the balls on the table, or now and then one that was there."""
         balls = self.table.on_table() if self.rnd.random() < 0.9 else []
         return self.rnd.choice(balls or self.table.balls[-MOST:])
 
-    def rested(self, ball: Ball) -> None:
+    def rested(self, ball: TableBall) -> None:
         self.at_rest_by_hand.add(ball.number)
 
     def add(self) -> None:
@@ -201,15 +201,15 @@ class RandomTable:
             self.step(LONGEST)
 
     def step(self, dt: float) -> None:
-        """Make a step, and look whether each ball that has come to rest in it was told."""
-        table, told = self.table, len(self.told)
+        """Make a step, and look whether each ball that has come to rest in it was reported."""
+        table, known = self.table, len(self.stops)
         table.save_state()  # follows what was done by hand
         before = set(table.moving)
         if table.state.phase not in (Phase.ANSWERING, Phase.TELLING):
             self.at_rest_by_hand.clear()
         table.step(dt) if self.alone else self.space.step(dt)
         rest = {i for i in before - set(table.moving) if table.balls[i].is_on_table}
-        assert rest <= {i for i, _ in self.told[told:]} | self.at_rest_by_hand
+        assert rest <= {i for i, _ in self.stops[known:]} | self.at_rest_by_hand
 
     def keep(self) -> None:
         self.saved = self.table.save_state()
@@ -217,7 +217,7 @@ class RandomTable:
     def undo(self) -> None:
         if self.saved is not None:
             self.table.restore_state(self.saved)
-            self.told.clear()
+            self.stops.clear()
 
     # -- what must hold ----------------------------------------------------------------------------
 
@@ -228,7 +228,7 @@ class RandomTable:
         for k, one in enumerate(places):
             assert all(math.dist(one, other) > 2 * R - OVERLAP for other in places[:k])
         assert all(abs(x) < SIZE - 0.99 * R and abs(y) < SIZE - 0.99 * R for x, y in places)
-        assert len(set(self.told)) == len(self.told)
+        assert len(set(self.stops)) == len(self.stops)
         assert len(table.engine.queue) <= 1001
         assert len(table.engine.walls) < 60
         there = {ball.body for ball in table.on_table()}
@@ -283,7 +283,7 @@ class RandomTable:
         table.restore_state(state)
         table.on_contact, table.on_stop, table.on_pocket = heard
         self.guest.collision_type = 5
-        self.told.clear()
+        self.stops.clear()
 
 
 CHANGES = ["add", "strike", "strike", "halt", "place", "remove", "again", "new_wall", "old_wall",

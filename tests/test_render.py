@@ -39,7 +39,7 @@ from pool_pymunk.render import (
     picture,
     style,
 )
-from pool_pymunk.render.balls import Disc, Labels, track_width, tracks, way
+from pool_pymunk.render.balls import DrawnBall, Labels, track_of, track_width, tracks
 from pool_pymunk.render.canvas import Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import picture_layout
@@ -181,7 +181,7 @@ def test_film_is_h264_that_plays_everywhere(filmed: Path, run: Run) -> None:
 
 
 def test_the_options_of_the_codec_are_used(filmed: Path) -> None:
-    """The way to set them is no public one of imageio; x264 writes into the film what it used."""
+    """imageio has no public call that sets them; x264 writes into the film what it used."""
     with av.open(str(filmed)) as opened:
         codec = opened.streams.video[0].codec_context
         assert (codec.colorspace, codec.color_range) == (6, 1)  # BT.601's matrix, limited range
@@ -434,7 +434,7 @@ def test_tracks_show_where_balls_came_from(run: Run) -> None:
 
 def test_tracks_are_as_new_where_balls_were_last() -> None:
     path = np.array([[20.0, 20.0], [80.0, 20.0], [20.0, 20.0]])
-    ball = Disc(0.0, 0.0, 10.0, "#ff00ff", "1", 7.0)
+    ball = DrawnBall(0.0, 0.0, 10.0, "#ff00ff", "1", 7.0)
     old = tracks([path], [ball], "#000000", solid=True)
     red = np.array(old.get_colors())[len(old.get_segments()) // 2 :, 0]  # those of halos come first
     assert red[0] == pytest.approx(LOOK.oldest, abs=0.02)
@@ -445,10 +445,10 @@ def test_tracks_are_as_new_where_balls_were_last() -> None:
 def test_track_that_comes_back_on_itself_is_drawn_once() -> None:
     ground, track = there_and_back()
     for t in np.linspace(0.0, 1.0, 40):
-        track.reach(ground, t, np.array([20.0 + 60.0 * t, 20.0]))
+        track.extend_to(ground, t, np.array([20.0 + 60.0 * t, 20.0]))
     once = ground.seen.copy()
     for t in np.linspace(1.0, 2.0, 40):
-        track.reach(ground, t, np.array([80.0 - 60.0 * (t - 1.0), 20.0]))
+        track.extend_to(ground, t, np.array([80.0 - 60.0 * (t - 1.0), 20.0]))
     assert np.abs(once[19, 24:70].astype(int) - 100).max() <= 3
     assert np.abs(ground.seen.astype(int) - once).max() <= 3
 
@@ -464,7 +464,7 @@ def test_tracks_in_films_fade_with_their_age_and_are_new_again_where_balls_retur
     ground, track = there_and_back()
     for t in np.linspace(0.0, 1.5, 61):
         ground.fade(t)
-        track.reach(ground, t, np.array([80.0 - 60.0 * abs(t - 1.0), 20.0]))
+        track.extend_to(ground, t, np.array([80.0 - 60.0 * abs(t - 1.0), 20.0]))
     strength = ground.seen[19, :, 0] / 100.0
     for x, age in ((30, 1.5 - 1 / 6), (40, 1.5 - 1 / 3), (70, 1 / 3), (75, 5 / 12)):
         expected = LOOK.oldest + (1.0 - LOOK.oldest) * np.exp(-age)
@@ -684,10 +684,10 @@ def test_an_open_plane_has_a_scale_bar_in_its_units(unit: str, words: str, metre
 
 
 def test_a_label_beside_a_ball_lies_on_no_other_ball() -> None:
-    ball = Disc(50.0, 50.0, 6.0, "#ff00ff", "a long name", 7.0)
+    ball = DrawnBall(50.0, 50.0, 6.0, "#ff00ff", "a long name", 7.0)
     others = [ball._replace(label="1", x=x, y=y) for x, y in ((70, 60), (70, 40))]
 
-    def corner(discs: list[Disc]) -> list[float]:
+    def corner(discs: list[DrawnBall]) -> list[float]:
         labels = Labels(discs)
         labels.place(np.array([(disc.x, disc.y) for disc in discs]))
         return list(map(float, labels.corners[0]))
@@ -783,7 +783,7 @@ def test_tracks_end_at_the_rim_of_a_pocket(monkeypatch: pytest.MonkeyPatch) -> N
     scene = loads(POCKETS.replace("velocity = [0.0, 1.0]", "velocity = [0.08, 1.0]"))
     run = simulate(scene, solver="event-driven")
     assert run.pocketed == {"12": "side"}
-    (x, y), hole = way(run, 0)[-1, 1:3], run.scene.pockets[0]
+    (x, y), hole = track_of(run, 0)[-1, 1:3], run.scene.pockets[0]
     assert np.hypot(x - hole.position[0], y - hole.position[1]) == pytest.approx(hole.radius)
     drawn: list[Any] = []
 
@@ -931,9 +931,9 @@ def test_matplotlib_is_imported_late_and_without_pyplot() -> None:
 @pytest.mark.slow
 def test_numbers_that_are_none_are_left_out(run: Run, tmp_path: Path) -> None:
     """A run that left the range of floating point is drawn as far as it went."""
-    knots = run.knots[1].copy()
-    knots[-1, 1:] = np.nan
-    broken = replace(run, knots=(run.knots[0], knots, *run.knots[2:]))
+    breakpoints = run.knots[1].copy()
+    breakpoints[-1, 1:] = np.nan
+    broken = replace(run, knots=(run.knots[0], breakpoints, *run.knots[2:]))
     for what, seen in ((run, True), (broken, False)):
         picture(what, tmp_path / "a.png", when="end", dpi=40)
         film(what, tmp_path / "a.mp4", replace(SMALL, end=0.1))

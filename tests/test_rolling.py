@@ -188,18 +188,18 @@ def test_ends_of_tables_are_those_of_the_exact_solver(
 
 @pytest.mark.parametrize("alone", [True, False])
 def test_a_ball_does_not_stop_while_it_has_a_roll(alone: bool) -> None:
-    table, told = table_of(alone=alone), list[str]()
+    table, heard = table_of(alone=alone), list[str]()
     cue, other = table.add_ball(circle()), table.add_ball(circle(0.5))
-    table.on_contact = lambda contact: told.append("hit")
-    table.on_stop = lambda ball, t: told.append(f"stop {ball.number}")
+    table.on_contact = lambda contact: heard.append("hit")
+    table.on_stop = lambda ball, t: heard.append(f"stop {ball.number}")
     table.strike(cue, (1.0, 0.0), roll=1.0)
-    way = table.predict(cue, (1.0, 0.0), roll=1.0)
+    seen = table.predict(cue, (1.0, 0.0), roll=1.0)
     ends = rest(table, 1 / 60)
-    assert told == ["hit", "stop 0", "stop 1"]
-    assert way.met is other
-    assert way.way[1] == pytest.approx((0.5 - 2 * R, 0.0), abs=1e-12)
-    assert [*way.way[-1], *way.other_way[-1]] == pytest.approx(ends, abs=1e-9)
-    assert len(way.way) == len(way.other_way) + 1 == 4
+    assert heard == ["hit", "stop 0", "stop 1"]
+    assert seen.met is other
+    assert seen.way[1] == pytest.approx((0.5 - 2 * R, 0.0), abs=1e-12)
+    assert [*seen.way[-1], *seen.other_way[-1]] == pytest.approx(ends, abs=1e-9)
+    assert len(seen.way) == len(seen.other_way) + 1 == 4
 
 
 @pytest.mark.parametrize("alone", [True, False])
@@ -317,8 +317,8 @@ def test_a_cushion_slows_the_roll_into_it() -> None:
     assert hit.kind == "ball-cushion"
     v = math.sqrt(1.0 - 2.0 * ROLLING * G * (2.0 - R))
     assert run.at(hit.t)[1][0].tolist() == pytest.approx([-e * v, 0.0], rel=1e-12)
-    left = v - 2.5 * mu * (1.0 + e) * v
-    assert run.roll_at(hit.t)[0].tolist() == pytest.approx([left, 0.0], rel=1e-12)
+    kept = v - 2.5 * mu * (1.0 + e) * v
+    assert run.roll_at(hit.t)[0].tolist() == pytest.approx([kept, 0.0], rel=1e-12)
 
 
 def test_friction_at_a_cushion_never_turns_the_roll_round() -> None:

@@ -26,21 +26,21 @@ def shot(
     e: float = 0.9,
     friction: float = 0.0,
     far: float = 0.0,
-    way: float = 1.0,
+    distance: float = 1.0,
     max_time: float = 3.0,
     mass: float = 0.2,
 ) -> Scene:
-    """Return a ball on its way to another, which it meets ``across`` of the reach off the line."""
+    """Return a ball that meets another ``across`` of the contact distance off the line."""
     turn, side, speed = rng.uniform(-3, 3), rng.uniform(-3, 3), rng.uniform(0.5, 3.0)
     u, r = (math.cos(turn), math.sin(turn)), (rng.uniform(0.02, 0.07), rng.uniform(0.02, 0.07))
     x, y = far * math.cos(side), far * math.sin(side)
     off = across * (r[0] + r[1])
     balls = (
         Ball("a", (x, y), r[0], 0.2, velocity=(speed * u[0], speed * u[1])),
-        Ball("b", (x + u[0] * way - u[1] * off, y + u[1] * way + u[0] * off), r[1], mass),
+        Ball("b", (x + u[0] * distance - u[1] * off, y + u[1] * distance + u[0] * off), r[1], mass),
     )
     return Scene(balls, None, Restitution(e), Friction(0.0, 0.0, friction),
-                 Physics(max_time=max_time + way / speed))  # fmt: skip
+                 Physics(max_time=max_time + distance / speed))  # fmt: skip
 
 
 def along_a_cushion(rng: random.Random) -> Scene:
@@ -61,7 +61,9 @@ CLASSES: dict[str, Callable[[random.Random], Scene]] = {
     "a hit": lambda rng: shot(rng, rng.uniform(-0.9, 0.9)),
     "with friction": lambda rng: shot(rng, rng.uniform(-0.9, 0.9), friction=0.2),
     "far away": lambda rng: shot(rng, rng.uniform(-0.9, 0.9), far=10 ** rng.uniform(1, 6)),
-    "a long way": lambda rng: shot(rng, rng.uniform(-0.8, 0.8), way=10 ** rng.uniform(1, 4)),
+    "a long distance": lambda rng: shot(
+        rng, rng.uniform(-0.8, 0.8), distance=10 ** rng.uniform(1, 4)
+    ),
     "a graze": lambda rng: shot(rng, 1.0 - 10 ** rng.uniform(-10, -1)),
     "nearly plastic": lambda rng: shot(
         rng, 0.0, e=10 ** rng.uniform(-16, -1), max_time=10 ** rng.uniform(1, 6)
@@ -90,8 +92,8 @@ def test_the_figure_covers_what_rounding_did(name: str, monkeypatch: pytest.Monk
 
 def folded(place: Fraction, low: Fraction, high: Fraction) -> Fraction:
     """Return where a ball is between two cushions, from where it would be without them."""
-    way = (place - low) % (2 * (high - low))
-    return low + min(way, 2 * (high - low) - way)
+    distance = (place - low) % (2 * (high - low))
+    return low + min(distance, 2 * (high - low) - distance)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.7])
@@ -101,9 +103,11 @@ def test_the_errors_of_like_contacts_add_up(slope: float) -> None:
     scene = Scene((ball,), Table.rectangle(2.0, 1.0), Restitution(cushion=1.0),
                   physics=Physics(max_time=4_000.0))  # fmt: skip
     run, r = simulate(scene, solver="event-driven"), Fraction(0.05)
-    ways = [Fraction(p) + 4_000 * Fraction(v)
+    distances = [Fraction(p) + 4_000 * Fraction(v)
             for p, v in zip(ball.position, ball.velocity, strict=True)]  # fmt: skip
-    truth = [folded(way, r, side - r) for way, side in zip(ways, (2, 1), strict=True)]
+    truth = [
+        folded(distance, r, side - r) for distance, side in zip(distances, (2, 1), strict=True)
+    ]
     ends = zip(run.end.position[0], truth, strict=True)
     off = math.hypot(*(float(Fraction(p) - q) for p, q in ends))
     assert off <= run.rounding <= 100.0 * off

@@ -137,7 +137,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
         lambda: Shot("s", "C", speed=-1.0, aim="1"),
         ["speed = -1.0: must be 0 or more"],
     ),
-    "shot: two ways": (
+    "shot: two launches": (
         lambda: Shot("s", "C", velocity=(1.0, 0.0), aim="1"),
         ['aim = "1": stands beside velocity: one of the two'],
     ),
@@ -314,7 +314,7 @@ def test_polygon_with_a_corner_that_sticks_out() -> None:
 
 def test_corners_in_line_are_allowed() -> None:
     table = Table(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)))
-    assert not table.is_rectangle  # Its cushions are numbered in another way.
+    assert not table.is_rectangle  # Its cushions are numbered differently.
     assert table.edges[0].normal == table.edges[1].normal == (0.0, 1.0)
     assert table.reflex_corners == ()
 
@@ -444,10 +444,10 @@ def test_rounded_coordinates_may_overlap_by_a_millionth_of_the_smaller_radius() 
     one_on(Table.rectangle(2.0, 1.0), R - 0.99e-6 * R, 0.5)
     assert problems(lambda: scene(ball("1", 0, 0), ball("2", 2 * R - 1.01e-6 * R, 0)))
     assert problems(lambda: one_on(Table.rectangle(2.0, 1.0), R - 1.01e-6 * R, 0.5))
-    small, reach = 0.01 * R, 1.01 * R
-    scene(ball("1", 0, 0), ball("2", reach - 0.99e-6 * small, 0, radius=small))
+    small, touching = 0.01 * R, 1.01 * R
+    scene(ball("1", 0, 0), ball("2", touching - 0.99e-6 * small, 0, radius=small))
     assert problems(
-        lambda: scene(ball("1", 0, 0), ball("2", reach - 1.01e-6 * small, 0, radius=small))
+        lambda: scene(ball("1", 0, 0), ball("2", touching - 1.01e-6 * small, 0, radius=small))
     )
 
 

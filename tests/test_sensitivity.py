@@ -33,7 +33,7 @@ from pool_pymunk import (
 )
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.balls import Disc
+from pool_pymunk.render.balls import DrawnBall
 from pool_pymunk.render.canvas import canvas
 from pool_pymunk.render.clouds import _cloud
 from pool_pymunk.studies.sensitivity import digits_that_hold
@@ -112,10 +112,10 @@ def test_a_faster_ball_comes_farther_back() -> None:
 
 def test_a_turned_cue_misses_sideways() -> None:
     found = played(off_one_cushion(), Uncertainty(angle=0.001))
-    way = 1.5 - RADIUS - 0.7
+    distance = 1.5 - RADIUS - 0.7
     # This is to first order, if friction did not matter.
-    sideways = way + (way - RESTITUTION**2 * way)
-    assert found.balls[0].std[1] > 0.001 * way / math.sqrt(3.0)
+    sideways = distance + (distance - RESTITUTION**2 * distance)
+    assert found.balls[0].std[1] > 0.001 * distance / math.sqrt(3.0)
     assert found.balls[0].std[1] < 0.001 * 2.0 * sideways / math.sqrt(3.0)
     assert found.balls[0].std[0] < 1e-6
 
@@ -381,7 +381,7 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     printed = capsys.readouterr().out
     assert printed.startswith("100 samples a shot with starts within ±0.005 in; seed 3\n")
     assert "Ball 8 spreads most: its end has a standard deviation of" in printed
-    assert "half of the runs are more than 0.01 in off the unperturbed one" in printed
+    assert "half of the runs are more than 0.01 in off the reference run" in printed
     rows = list(csv.DictReader((tmp_path / "spread.csv").read_text("utf-8").splitlines()))
     assert [row["ball"] for row in rows] == [ball.id for ball in load("report").balls]
     found = json.loads(data.read_text(encoding="utf-8"))["shots"][0]
@@ -480,7 +480,7 @@ def test_a_break_has_its_chances(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 def test_a_cloud_is_of_dots_without_rims() -> None:
     _, axes = canvas(100.0, 100.0)
-    ball = Disc(50.0, 50.0, 10.0, "#ff0000", "1", 7.0)
+    ball = DrawnBall(50.0, 50.0, 10.0, "#ff0000", "1", 7.0)
     _cloud(axes, ball, np.array([[20.0, 20.0], [30.0, 20.0], [40.0, 25.0]]))
     (dots,) = axes.collections
     assert np.asarray(dots.get_offsets()).shape == (3, 2)

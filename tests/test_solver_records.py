@@ -33,13 +33,13 @@ from pool_pymunk.render import heatmap
 from pool_pymunk.render.diagram import draw, figure_of
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import Settings, Solver, find_solver, yardstick
+from pool_pymunk.solvers import Settings, Solver, find_solver, reference_solver
 from pool_pymunk.studies.compare import Comparison
 from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite, table
 from pool_pymunk.studies.tolerance import simulate_within
 from pool_pymunk.studies.tradeoff import ladders_of, order, sentences, tradeoff
 
-# By so much (m) an end in the scenario two-balls is off for each second by which the hit is late:
+# m; how far an end in the scenario two-balls is off for each second by which the hit is late:
 # the balls close at 2.5 m/s, and then go 0.7 m in a direction that is off by that over 2 r.
 LATENESS = 2.5 * (1.0 + 0.7 / 0.1143)
 HEAD_ON = next(extreme for extreme in EXTREMES if extreme.name == "head-on hits")
@@ -57,7 +57,7 @@ def explicit(scene: Scene, start: State, settings: Settings) -> Trace:
             if answered(scene, settings.law_of(scene), (i, j), x, v):
                 trace.ball_ball(step * settings.dt, i, j)
                 for ball in (i, j):
-                    trace.knot(ball, step * settings.dt, point(x[ball]), point(v[ball]))
+                    trace.breakpoint(ball, step * settings.dt, point(x[ball]), point(v[ball]))
     trace.status, trace.duration = "max_time", trace.steps * settings.dt
     return trace
 
@@ -121,7 +121,7 @@ def test_it_simulates_at_its_own_step(added: Solver) -> None:
     scene = load("two-balls")
     run = simulate(scene, solver=added.name)
     assert (run.solver, run.dt, run.steps) == (added.name, added.dt, 500)
-    beside = Comparison(simulate(scene, solver=yardstick().name), run)
+    beside = Comparison(simulate(scene, solver=reference_solver().name), run)
     assert beside.divergence is None
     assert 0.0 < beside.largest < LATENESS * 1e-3
     with pytest.raises(SettingError, match="explicit has no such option \\(it has none\\)"):
@@ -129,8 +129,10 @@ def test_it_simulates_at_its_own_step(added: Solver) -> None:
 
 
 def test_its_work_and_precision_are_measured_and_drawn(added: Solver, tmp_path: Path) -> None:
-    assert list(ladders_of())[-2:] == [added.name, yardstick().name]
-    result = tradeoff(load("two-balls"), ladders_of([added.name, yardstick().name]), budget=0)
+    assert list(ladders_of())[-2:] == [added.name, reference_solver().name]
+    result = tradeoff(
+        load("two-balls"), ladders_of([added.name, reference_solver().name]), budget=0
+    )
     found = result.of(added.name)
     assert tuple(setting.dt for setting in found) == added.ladder
     assert all(setting.dt and setting.largest < LATENESS * setting.dt for setting in found)
@@ -202,9 +204,9 @@ def test_the_command_line_runs_and_compares_it(added: Solver, tmp_path: Path) ->
     assert data["solver"] == {"name": added.name, "dt": added.dt}
     assert exit_code("compare", "two-balls", "--dt", "1e-3", *where) == 0
     data = json.loads((tmp_path / "data.json").read_text(encoding="utf-8"))
-    assert data["reference"] == yardstick().name
+    assert data["reference"] == reference_solver().name
     compared = [one["solver"]["name"] for one in data["comparisons"]]
-    assert compared == [name for name in SOLVERS if name != yardstick().name]
+    assert compared == [name for name in SOLVERS if name != reference_solver().name]
     assert added.name in compared
 
 
@@ -225,9 +227,9 @@ def test_an_unknown_name_answers_with_the_valid_ones(
     arguments: tuple[str, ...], added: Solver, capsys: pytest.CaptureFixture[str]
 ) -> None:
     line = refusal(capsys, *arguments, "magic")
-    told = re.fullmatch(r"error: (--)?solvers? = magic: there is no such solver \((.*)\)", line)
-    assert told is not None
-    assert set(told[2].split(", ")) == {*SOLVERS} >= {added.name, yardstick().name}
+    found = re.fullmatch(r"error: (--)?solvers? = magic: there is no such solver \((.*)\)", line)
+    assert found is not None
+    assert set(found[2].split(", ")) == {*SOLVERS} >= {added.name, reference_solver().name}
 
 
 # -- the records -----------------------------------------------------------------------------------
@@ -265,12 +267,12 @@ def test_a_record_that_contradicts_itself_is_an_error(
         Solver(name="odd", solve=explicit, about="", **facts)  # type: ignore[arg-type]
 
 
-def test_the_yardstick_is_found_by_what_it_can_do(
+def test_the_reference_solver_is_found_by_what_it_can_do(
     registry: dict[str, Solver], tmp_path: Path
 ) -> None:
     """It serves all studies as before under another name, though it is last in the registry."""
     registry["truth"] = replace(registry.pop("event-driven"), name="truth")
-    assert yardstick() is registry["truth"]
+    assert reference_solver() is registry["truth"]
     scene, data = load("two-balls"), tmp_path / "data.json"
     assert list(ladders_of())[-1] == columns()[0].name == "truth"
     result = tradeoff(scene, {"pymunk": (1 / 60,), "truth": (None,)}, budget=0)

@@ -67,7 +67,7 @@ ROWS = [
 def test_every_row(key: Key, monkeypatch: pytest.MonkeyPatch) -> None:
     """A cell breaks where the table says and nowhere else, and whatever breaks has a reason."""
     if key.row in LONG:  # No claim asks how far policies may have moved the ends.
-        monkeypatch.setattr(import_module("pool_pymunk.solvers.request"), "PATIENCE", -1.0)
+        monkeypatch.setattr(import_module("pool_pymunk.solvers.request"), "QUICK", -1.0)
     cell, listed = played(key), expected_breaks.table().get(key, Entry())
     assert all(outcome.measures or outcome.not_run for outcome in cell.outcomes)
     assert breaks(cell) - listed.undecided == listed.expected
@@ -163,10 +163,10 @@ def broken(trial: Trial) -> set[str]:
 
 
 def tampered(run: Run, change: Callable[[np.ndarray], None]) -> Run:
-    """Return the run with the last knot of its first ball changed."""
-    knots = [ball.copy() for ball in run.knots]
-    change(knots[0][-1])
-    return replace(run, knots=tuple(knots))
+    """Return the run with the last breakpoint of its first ball changed."""
+    breakpoints = [ball.copy() for ball in run.knots]
+    change(breakpoints[0][-1])
+    return replace(run, knots=tuple(breakpoints))
 
 
 def test_an_honest_run_holds() -> None:
@@ -189,8 +189,8 @@ def test_an_honest_run_holds() -> None:
 def test_a_changed_number_is_noticed(claim: str, column: int, value: float) -> None:
     run = simulate(two_balls(), solver="event-driven")
 
-    def change(knot: np.ndarray) -> None:
-        knot[column] = value if claim == "overlap" else knot[column] + value
+    def change(row: np.ndarray) -> None:
+        row[column] = value if claim == "overlap" else row[column] + value
 
     assert claim in broken(trial_of(tampered(run, change)))
 

@@ -11,29 +11,31 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from reference import DIGITS, product, real_roots, value
 
-from pool_pymunk.physics.motion import Vector, path_to_disc, pressing, time_of_impact
+from pool_pymunk.physics.motion import Vector, closing_acceleration, path_to_disc, time_of_impact
 from pool_pymunk.physics.path import Path, pair_time, set_off
-from pool_pymunk.physics.sides import Face, Post
+from pool_pymunk.physics.sides import Face, RoundSide
 
 EPSILON = 2.0**-52
 R = 0.05
 
 
 def first_touch(
-    offset: Vector, velocity: Vector, pull: Vector, reach: float, horizon: float
+    offset: Vector, velocity: Vector, pull: Vector, touching: float, horizon: float
 ) -> float:
-    """Return the first root of the quartic |offset + velocity t + pull t^2 / 2|^2 = reach^2."""
+    """Return the first root of the quartic |offset + velocity t + pull t^2 / 2|^2 = touching^2."""
     with mp.workdps(DIGITS):
         x, y = (
             [mpf(p), mpf(v), mpf(a) / 2] for p, v, a in zip(offset, velocity, pull, strict=True)
         )
         gap = [a + b for a, b in zip(product(x, x), product(y, y), strict=True)]
-        gap[0] -= mpf(reach) ** 2
+        gap[0] -= mpf(touching) ** 2
         roots = real_roots(gap, mpf(0), mpf(horizon))
         return float(roots[0]) if roots else math.inf
 
 
-def smallest_gap(offset: Vector, velocity: Vector, pull: Vector, reach: float, t: float) -> float:
+def smallest_gap(
+    offset: Vector, velocity: Vector, pull: Vector, touching: float, t: float
+) -> float:
     """Return how near to each other discs come until ``t``, in forty digits."""
     with mp.workdps(DIGITS):
         x, y = (
@@ -41,7 +43,7 @@ def smallest_gap(offset: Vector, velocity: Vector, pull: Vector, reach: float, t
         )
         square = [a + b for a, b in zip(product(x, x), product(y, y), strict=True)]
         turns = real_roots([k * c for k, c in enumerate(square)][1:], mpf(0), mpf(t))
-        return float(min(mp.sqrt(value(square, s)) for s in (0, *turns, mpf(t))) - mpf(reach))
+        return float(min(mp.sqrt(value(square, s)) for s in (0, *turns, mpf(t))) - mpf(touching))
 
 
 def closing_speed_at(offset: Vector, velocity: Vector, pull: Vector, t: float) -> float:
@@ -60,20 +62,20 @@ vectors = st.tuples
     vectors(places, places), vectors(speeds, speeds), vectors(pulls, pulls), st.floats(0.01, 0.3)
 )
 def test_it_is_the_first_root_of_the_quartic(
-    offset: Vector, velocity: Vector, pull: Vector, reach: float
+    offset: Vector, velocity: Vector, pull: Vector, touching: float
 ) -> None:
     """Coordinates are good to a few roundings, and so is the time, divided by the closing speed."""
-    assume(math.hypot(*offset) > reach * (1 + 1e-12))
-    t = time_of_impact(offset, velocity, pull, reach, 10.0)
-    expected = first_touch(offset, velocity, pull, reach, 10.0)
+    assume(math.hypot(*offset) > touching * (1 + 1e-12))
+    t = time_of_impact(offset, velocity, pull, touching, 10.0)
+    expected = first_touch(offset, velocity, pull, touching, 10.0)
     if t == math.inf or expected == math.inf:
         until = 10.0 if t == expected else min(t, expected)
-        assert t == expected or abs(smallest_gap(offset, velocity, pull, reach, until)) < 1e-14
+        assert t == expected or abs(smallest_gap(offset, velocity, pull, touching, until)) < 1e-14
         return
-    way = math.hypot(*offset) + t * math.hypot(*velocity) + t * t * math.hypot(*pull)
-    slack = 16 * EPSILON * (way + reach)
+    distance = math.hypot(*offset) + t * math.hypot(*velocity) + t * t * math.hypot(*pull)
+    slack = 16 * EPSILON * (distance + touching)
     closing = max(closing_speed_at(offset, velocity, pull, expected), 1e-300)
-    curving = math.sqrt(2 * slack / max(abs(pressing(offset, velocity, pull)), 1e-3))
+    curving = math.sqrt(2 * slack / max(abs(closing_acceleration(offset, velocity, pull)), 1e-3))
     assert abs(t - expected) <= min(2 * slack / closing, 10 * curving) + 4 * EPSILON * t
 
 
@@ -89,15 +91,15 @@ def test_decelerations_that_are_equal_or_parallel_are_no_special_case(pull: Vect
 @pytest.mark.parametrize("across", [1.0 - 1e-12, 1.0 - 1e-9, 1.0 + 1e-12, 1.0 + 1e-9])
 @pytest.mark.parametrize("pull", [0.0, 0.3])
 def test_a_millionth_of_a_micrometre_decides_a_grazing_hit(across: float, pull: float) -> None:
-    """Discs pass at ``across`` times their reach, resting or both moving, and hit or do not."""
-    reach = 2 * R
-    y = across * reach
-    length = path_to_disc((1.0, y), (1.0, 0.0), reach)
-    t = time_of_impact((1.0, y), (-2.0, 0.0), (pull, 0.0), reach, 9.0)
+    """Discs pass at ``across`` contact distances, resting or both moving, and hit or do not."""
+    touching = 2 * R
+    y = across * touching
+    length = path_to_disc((1.0, y), (1.0, 0.0), touching)
+    t = time_of_impact((1.0, y), (-2.0, 0.0), (pull, 0.0), touching, 9.0)
     if across > 1.0:
         assert (length, t) == (math.inf, math.inf)
         return
-    chord = math.sqrt((reach - y) * (reach + y))
+    chord = math.sqrt((touching - y) * (touching + y))
     assert length == pytest.approx(1.0 - chord, rel=1e-9)  # The root of a rounding of y is 1e-8 R.
     assert 2.0 * t - 0.5 * pull * t * t == pytest.approx(1.0 - chord, rel=1e-9)
 
@@ -131,11 +133,11 @@ def test_concentric_discs_have_an_answer() -> None:
 
 @pytest.mark.parametrize("miss", [1e-18, 1e-16, 1e-15, 1e-14])
 def test_a_path_that_passes_within_a_hair_ends(miss: float) -> None:
-    """Discs that part never meet; on their way they meet where they pass, or not at all."""
+    """Discs that part never meet; in motion they meet where they pass, or not at all."""
     slow = (1e-9, 0.0)
     assert time_of_impact((0.0, 1.0 + miss), slow, (0.0, 0.0), 1.0, 1e10, 1e-20) == math.inf
     t = time_of_impact((-1.0, 1.0 + miss), slow, (0.0, 0.0), 1.0, 1e10, 1e-20)
-    # Rounding of 8 EPSILON in the gap changes the time by so much.
+    # Rounding of 8 EPSILON in the gap changes the time by this much.
     passes = pytest.approx(1e9, abs=math.sqrt(16.0 * EPSILON) * 1e9)
     assert t == math.inf or (t == passes and miss < 8.0 * EPSILON)
 
@@ -149,10 +151,10 @@ def test_pressing_is_minus_the_second_derivative_of_the_distance() -> None:
                 *(mpf(x) + mpf(s) * t + mpf(c) * t * t / 2 for x, s, c in zip(p, v, a, strict=True))
             )
             expected = -float(mp.diff(distance, 0, 2))
-        assert pressing(p, v, a) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        assert closing_acceleration(p, v, a) == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
-# -- paths: balls that stop on the way -------------------------------------------------------------
+# -- paths: balls that stop before they meet -------------------------------------------------------
 
 
 def slid(x: float, speed: float, deceleration: float = 0.5) -> Path:
@@ -161,7 +163,7 @@ def slid(x: float, speed: float, deceleration: float = 0.5) -> Path:
 
 @pytest.mark.parametrize("short", [-1e-9, -1e-15, 0.0, 1e-15, 1e-9])
 def test_a_ball_that_stops_at_contact_stops(short: float) -> None:
-    """2 m/s and 0.5 m/s^2 reach 4 m: a ball at 4 m + 2 R is touched, but not hit."""
+    """2 m/s and 0.5 m/s^2 last for 4 m: a ball at 4 m + 2 R is touched, but not hit."""
     t = pair_time(slid(0.0, 2.0), slid(4.0 + 2 * R + short, 0.0), 2 * R, 0.0, math.inf)
     if short == -1e-9:  # It comes in at the speed sqrt(2 a s), which is 3e-5 m/s.
         assert t == pytest.approx(4.0 - math.sqrt(2 * 1e-9 / 0.5), abs=1e-9)
@@ -197,7 +199,7 @@ def test_both_stop_before_they_meet() -> None:
 # -- walls -----------------------------------------------------------------------------------------
 
 FLOOR = Face((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), 1.0)
-CORNER = Post((1.0, 0.0))
+CORNER = RoundSide((1.0, 0.0))
 
 
 def flying(x: float, y: float, vx: float, vy: float) -> Path:
@@ -225,14 +227,14 @@ def test_a_corner_is_grazed_or_missed_to_a_millionth_of_a_micrometre(
 
 
 @given(st.floats(-1.5, 1.5), st.floats(0.5, 1.5))
-def test_between_a_cushion_and_its_corner_there_is_no_hole(angle: float, way: float) -> None:
+def test_between_a_cushion_and_its_corner_there_is_no_hole(angle: float, distance: float) -> None:
     """A ball may aim at face or corner, anywhere about the seam: one of them answers."""
     for across in (-1e-9, -1e-15, -1e-16, 0.0, 1e-16, 1e-15, 1e-9):
         ux, uy = math.sin(angle), -math.cos(angle)
-        x, y = 1.0 + across - way * ux, R - way * uy
+        x, y = 1.0 + across - distance * ux, R - distance * uy
         path = flying(x, y, ux, uy)
         length = min(FLOOR.time_of_contact(path, R, 0.0), CORNER.time_of_contact(path, R, 0.0))
-        assert length == pytest.approx(way, abs=1e-8)
+        assert length == pytest.approx(distance, abs=1e-8)
 
 
 def test_a_ball_beside_or_behind_a_cushion_does_not_hit_it() -> None:

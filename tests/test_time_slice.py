@@ -24,7 +24,7 @@ Point = tuple[float, float]
 class PlainLoop:
     """In every slice, move all balls, answer all cushions, then all pairs in their order.
 
-    Nothing is skipped, and only overlapping pairs are remembered. A knot is written down wherever a
+    Nothing is skipped, and only overlapping pairs are remembered. A breakpoint is written where a
     velocity changes, and a stop where it becomes zero.
     """
 
@@ -153,7 +153,7 @@ class PlainLoop:
 
     def note(self, i: int) -> None:
         if self.moves(i):
-            self.trace.knot(i, self.t, self.place(i), (self.v[i][0], self.v[i][1]))
+            self.trace.breakpoint(i, self.t, self.place(i), (self.v[i][0], self.v[i][1]))
         else:
             self.trace.stop(i, self.t, self.place(i))
 
@@ -162,7 +162,7 @@ class PlainLoop:
             self.trace.ball_cushion(self.t, i, number)
             self.note(i)
         else:  # It is only put back.
-            self.trace.knot(i, self.t, self.place(i), (self.v[i][0], self.v[i][1]))
+            self.trace.breakpoint(i, self.t, self.place(i), (self.v[i][0], self.v[i][1]))
 
 
 def assert_same_bits(scene: Scene, shot: Shot | None, dt: float, max_time: float) -> Run:
@@ -176,11 +176,11 @@ def assert_same_bits(scene: Scene, shot: Shot | None, dt: float, max_time: float
     ]
     assert [(e.t, e.kind, e.balls, e.cushion) for e in run.events] == events
     plain.complete(scene.surface)
-    for i, knots in enumerate(run.knots):
-        found = knots.tolist()
+    for i, breakpoints in enumerate(run.knots):
+        found = breakpoints.tolist()
         if run.status != "settled" and len(found) > len(plain.knots[i]):
             found.pop()  # Here the ball still moved when the time was up.
-        assert found == [list(knot) for knot in plain.knots[i]]
+        assert found == [list(row) for row in plain.knots[i]]
     return run
 
 
@@ -379,9 +379,9 @@ def test_one_ball_stops_where_and_when_eq_10_says(dt: float) -> None:
     assert run.status == "settled" and [event.kind for event in run.events] == ["stop"]
     assert 0.0 <= run.duration - speed / a <= dt * (1 + 1e-9)  # It is seen at the end of a slice.
     assert run.steps == round(run.duration / dt)
-    way = math.dist(run.final["1"], (0.5, 0.5))
+    distance = math.dist(run.final["1"], (0.5, 0.5))
     # The slice in which it stops errs by a dt^2 / 8 at most, and the sum of all others by rounding.
-    assert abs(way - speed**2 / (2 * a)) <= a * dt**2 / 8 + run.steps * 2.0**-52 * way
+    assert abs(distance - speed**2 / (2 * a)) <= a * dt**2 / 8 + run.steps * 2.0**-52 * distance
 
 
 def test_a_scene_at_rest_is_settled_at_once() -> None:

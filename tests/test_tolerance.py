@@ -162,8 +162,8 @@ def off_one_cushion() -> tuple[Scene, dict[str, Point]]:
     scene = Scene(
         (ball,), Table.rectangle(1.5, 1.0), Restitution(cushion=RESTITUTION), Friction(surface=0.2)
     )
-    way = 1.5 - RADIUS - 0.7
-    back = RESTITUTION**2 * (SPEED**2 - 2 * BRAKE * way) / (2 * BRAKE)
+    distance = 1.5 - RADIUS - 0.7
+    back = RESTITUTION**2 * (SPEED**2 - 2 * BRAKE * distance) / (2 * BRAKE)
     return scene, {"C": (1.5 - RADIUS - back, 0.5)}
 
 
@@ -172,10 +172,10 @@ def head_on_pair() -> tuple[Scene, dict[str, Point]]:
     a = Ball("A", (0.0, 0.0), RADIUS, 0.2, velocity=(SPEED, 0.0))
     b = Ball("B", (0.5, 0.0), RADIUS, 0.2)
     scene = Scene((a, b), None, Restitution(ball_ball=RESTITUTION), Friction(surface=0.2))
-    way = 0.5 - 2 * RADIUS
-    after = (SPEED**2 - 2 * BRAKE * way) / (2 * BRAKE)
+    distance = 0.5 - 2 * RADIUS
+    after = (SPEED**2 - 2 * BRAKE * distance) / (2 * BRAKE)
     slow, fast = ((1 + sign * RESTITUTION) / 2 for sign in (-1, 1))
-    return scene, {"A": (way + slow**2 * after, 0.0), "B": (0.5 + fast**2 * after, 0.0)}
+    return scene, {"A": (distance + slow**2 * after, 0.0), "B": (0.5 + fast**2 * after, 0.0)}
 
 
 @pytest.mark.parametrize("known", [off_one_cushion, head_on_pair])

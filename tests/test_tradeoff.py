@@ -68,11 +68,11 @@ def test_the_end_of_one_cushion_is_the_one_on_paper() -> None:
     scene = _one_cushion()
     a, v = scene.deceleration, math.hypot(1.5, 0.3)
     ux, uy = 1.5 / v, 0.3 / v
-    way = 0.45 / ux
-    left = math.sqrt(v * v - 2 * a * way)
-    vn, vt = -0.8 * left * ux, left * uy - 0.1 * 1.8 * left * ux
-    reach = math.hypot(vn, vt) / (2 * a)
-    end = (0.95 + vn * reach, 0.5 + way * uy + vt * reach)
+    distance = 0.45 / ux
+    fast = math.sqrt(v * v - 2 * a * distance)
+    vn, vt = -0.8 * fast * ux, fast * uy - 0.1 * 1.8 * fast * ux
+    length = math.hypot(vn, vt) / (2 * a)
+    end = (0.95 + vn * length, 0.5 + distance * uy + vt * length)
     for solver in ("event-driven", "pymunk"):
         assert simulate(scene, solver=solver).final["1"] == pytest.approx(end, abs=1e-14)
 

@@ -83,10 +83,10 @@ def test_a_small_push_is_noticed(steps: str, push: float) -> None:
     pushed = table.save_state().motions[0]
     assert pushed[3] == pytest.approx(push, rel=1e-4)
     assert pushed[2] == pytest.approx(1.0 - A * table.time, abs=0.5 * A * LONGEST)
-    left = math.hypot(*pushed[2:]) / A
+    time = math.hypot(*pushed[2:]) / A
     while table.moving:
         space.step(next(lengths))
-    assert one.body.position.y == pytest.approx(push * left / 2.0, rel=1e-4)
+    assert one.body.position.y == pytest.approx(push * time / 2.0, rel=1e-4)
 
 
 @every_step
@@ -171,12 +171,12 @@ def test_a_refused_step_changes_nothing(wrong: float, then: str) -> None:
 def test_a_step_refused_for_a_wall_that_moved_is_made_again() -> None:
     """Nothing of it stays: the wall is put up again, and the ball meets it there."""
     space, table = plane(max_dt=LONGEST)
-    post = pymunk.Body(body_type=pymunk.Body.STATIC)
-    shape = pymunk.Segment(post, (0.5, -1), (0.5, 1), 0.0)
-    space.add(post)
+    carrier = pymunk.Body(body_type=pymunk.Body.STATIC)
+    shape = pymunk.Segment(carrier, (0.5, -1), (0.5, 1), 0.0)
+    space.add(carrier)
     wall, one = table.add_wall(shape, 0.8), ball(table, 0.0)
     table.strike(one, (1.0, 0.0))
-    post.position = 0.01, 0.0
+    carrier.position = 0.01, 0.0
     with pytest.raises(ValueError, match="a wall's body stands still"):
         for _ in range(20):
             space.step(LONGEST)
@@ -192,7 +192,7 @@ def test_a_step_refused_for_a_wall_that_moved_is_made_again() -> None:
         space.step(LONGEST)
     assert heard == [pytest.approx((1 - math.sqrt(1 - 2 * A * (0.51 - R))) / A, abs=1e-12)]
     table.remove_wall(1)
-    post.position = 0.3, 0.0  # It carries no wall any more.
+    carrier.position = 0.3, 0.0  # It carries no wall any more.
     table.strike(one, (1.0, 0.0))
     space.step(LONGEST)
 
@@ -201,7 +201,7 @@ def test_a_step_refused_for_a_wall_that_moved_is_made_again() -> None:
 def test_nothing_grows_with_use(alone: bool) -> None:
     """Strikes without a step, and balls and walls that come and go, cost what they cost at first.
 
-    Counted are the places where something could be left; the time is compared with that at first.
+    Counted are the places where something could remain; the time is compared with that at first.
     """
     space, table = plane(max_dt=LONGEST, alone=alone)
     balls = [ball(table, 0.1 * k) for k in range(6)]
@@ -215,11 +215,11 @@ def test_nothing_grows_with_use(alone: bool) -> None:
         for _ in range(25):
             table.remove_ball(balls[0])
             balls[0] = table.add_ball(balls[0].circle)
-            post = pymunk.Body(body_type=pymunk.Body.STATIC)
-            space.add(post)
-            wall = table.add_wall(pymunk.Segment(post, (2, -1), (2, 1), 0.0), 0.8)
+            carrier = pymunk.Body(body_type=pymunk.Body.STATIC)
+            space.add(carrier)
+            wall = table.add_wall(pymunk.Segment(carrier, (2, -1), (2, 1), 0.0), 0.8)
             table.remove_wall(wall)
-            space.remove(post)
+            space.remove(carrier)
         times.append(time.process_time() - began)
     assert len(table.engine.walls) == 1
     assert len(table.near.numbers) == 6

@@ -1,9 +1,10 @@
-"""Docstrings begin with a sentence, and the glossary names modules that exist."""
+"""Docstrings begin with a sentence, a word means one thing, and the glossary names modules."""
 
 from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,7 +13,8 @@ import pytest
 import pool_pymunk
 
 HOME = Path(pool_pymunk.__file__).parent
-DOCS = Path(__file__).parent.parent / "docs"
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
 GLOSSARY = (DOCS / "glossary.md").read_text(encoding="utf-8")
 
 # These words begin a clause without a verb of its own: "What a solver returns."
@@ -29,11 +31,37 @@ GIVEN_UP = (
     "is wanted",
 )
 
+# These words meant several things, or one thing had several of them. Each pattern leaves out the
+# uses that stay: public names, JSON keys, verbs, and `left` as a side.
+MEANT_SEVERAL = (
+    r"(?<![.`\w])ways?\b(?![=:])",  # `Prediction.way` stays.
+    r"(?<![.\w])reach(?=[,)\]:]| [-+*/<=>])|\bthe reach\b",
+    r"\b(?:is|are|be|nothing|time) left\b(?! out| over| empty| to | halfway)",
+    r"(?<!\w)[Tt]old\b",
+    r"(?<![\w\"])yardstick(?! is now)",
+    r"(?<!\w)(?:[Ll]asting|is_pressed|PRESSED|unperturbed|_Search|Meeting|PATIENCE)\b",
+    r"(?<![-.\w\"])pressed\b(?! (?:together|on|=|&&))",
+    r"(?<![.\w`\"'])[Kk]not\b|(?<![.\w`\"'])knots\b(?![\"':]|=[^=])",
+    r"\b[Hh]its without end\b",
+    r"\bthe exact run\b",
+)
+
 
 def modules() -> Iterator[tuple[str, ast.Module]]:
     """Yield the path of every module in the package, and its syntax tree."""
     for path in sorted(HOME.rglob("*.py")):
         yield path.relative_to(HOME).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+
+
+def files() -> Iterator[Path]:
+    """Yield the files that people read, except this one and the changelog."""
+    found = [path for path in ROOT.glob("*.md") if path.name != "CHANGELOG.md"]
+    for room in ("pool_pymunk", "docs", "tests", "examples", "scenarios"):
+        found += (ROOT / room).rglob("*.*")
+    for path in found:
+        is_text = path.suffix in {".py", ".js", ".html", ".md", ".rst", ".toml"}
+        if is_text and path != Path(__file__) and "_build" not in path.parts:
+            yield path
 
 
 def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -57,10 +85,26 @@ def test_no_docstring_dangles(module: str) -> None:
 
 
 def test_what_was_given_up_does_not_come_back() -> None:
-    files = [*HOME.rglob("*.py"), *HOME.rglob("*.js"), *DOCS.glob("*.md")]
-    for path in files:
+    for path in files():
         text = path.read_text(encoding="utf-8").lower()
         assert not [turn for turn in GIVEN_UP if re.search(rf"\b{turn}\b", text)], path
+
+
+def test_each_word_means_one_thing() -> None:
+    said = re.compile("|".join(MEANT_SEVERAL))
+    for path in files():
+        lines = path.read_text(encoding="utf-8").splitlines()
+        assert not [line for line in lines if said.search(line)], path
+
+
+def test_each_class_has_a_name_of_its_own() -> None:
+    names = Counter(
+        node.name
+        for _, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_what_dangles() -> None:

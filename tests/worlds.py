@@ -8,7 +8,7 @@ from typing import Any
 import pymunk
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import Ball
+from pool_pymunk.world import TableBall
 
 Point = tuple[float, float]
 
@@ -17,7 +17,7 @@ PAIR = same_balls(0.95, 0.05)
 STEP = 1 / 60  # s
 
 
-def ball(table: Billiards, x: float, y: float = 0.0, velocity: Point = (0.0, 0.0)) -> Ball:
+def ball(table: Billiards, x: float, y: float = 0.0, velocity: Point = (0.0, 0.0)) -> TableBall:
     """Put a ball on the table."""
     body = pymunk.Body(M, 1e-4)
     body.position, body.velocity = (x, y), velocity

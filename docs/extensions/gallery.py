@@ -96,6 +96,6 @@ def remove_folder(_app: Sphinx, _error: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Remove what is left when the pages are made."""
+    """Remove what remains when the pages are made."""
     app.connect("build-finished", remove_folder)
     return {"parallel_read_safe": True}

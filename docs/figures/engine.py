@@ -24,7 +24,7 @@ BOXES = {
     "instant": (7.2, 0.9, 1.9, 1.2, "engine", "One instant\nall contacts whose\ngaps are closed"),
     "law": (4.2, 0.9, 2.2, 1.2, "physics", "Resolver and law\nvelocities after,\nor a policy"),
     "paths": (1.2, 0.9, 1.9, 1.2, "engine", "New paths\nof the balls\nthat were hit"),
-    "run": (4.2, -0.9, 2.2, 0.9, "results", "Recorder\nknots and events: a Run"),
+    "run": (4.2, -0.9, 2.2, 0.9, "results", "Recorder\nbreakpoints, events: a Run"),
 }  # fmt: skip
 ARROWS = (
     ("scene", "near"), ("near", "predict"), ("predict", "queue"), ("queue", "instant"),

@@ -20,7 +20,7 @@ WINDOW, SCALE = (1000, 650), 0.8  # the page's size, and pixels of the film for 
 FPS = 10
 AIM = (1.05, 0.62)  # m; where the drag ends
 LONG = 18  # frames; so long is something shown that is to be read
-PATIENCE = 60_000  # ms; numba may have to compile first
+TIMEOUT = 60_000  # ms; numba may have to compile first
 
 Frame = tuple[Pixels, int]  # a picture, and for how many frames it is shown
 
@@ -97,7 +97,7 @@ def _pixel(page: Any, x: float, y: float) -> tuple[float, float]:
 
 
 def _wait(page: Any, script: str) -> None:
-    for _ in range(PATIENCE // 20):
+    for _ in range(TIMEOUT // 20):
         if page.evaluate(f"Boolean({script})"):
             return
         page.wait_for_timeout(20)

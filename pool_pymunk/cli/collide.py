@@ -24,7 +24,7 @@ def collide(
     velocity_a: Annotated[tuple[str, str], opt.option("Of ball A.", "VX VY")],
     velocity_b: Annotated[tuple[str, str], opt.option("Of ball B.", "VX VY")] = ("0", "0"),
     radius_b: Annotated[str | None, opt.option("Of ball B, if it is another.", "LENGTH")] = None,
-    offset: Annotated[str, opt.option("Of B's centre to the left of A's way.", "LENGTH")] = "0",
+    offset: Annotated[str, opt.option("Of B's centre to the left of A's line.", "LENGTH")] = "0",
     angle: Annotated[
         float | None, opt.option("Of the line from A to B, instead of an offset.", "DEGREES")
     ] = None,
@@ -41,7 +41,7 @@ def collide(
 ) -> int:
     """Two balls meet at an offset: velocities, impulses, momentum and energy before and after.
 
-    A's way is the line on which A comes, seen from B. Numbers may have their own units: 200g,
+    A's line is the one on which A comes, seen from B. Numbers may have their own units: 200g,
     2.25in, 2m/s; bare ones are in those of --units, as in a scenario (m cm mm in, kg g, m/s in/s).
     """
     typed = {
@@ -101,14 +101,14 @@ def _collision(typed: Mapping[str, Any], units: str) -> tuple[lib.Collision, lib
 
 
 def _print(hit: lib.Collision, units: lib.Units) -> None:
-    offset, reach = (units.from_si(x, "length") for x in (hit.offset, hit.reach))
+    offset, touching = (units.from_si(x, "length") for x in (hit.offset, hit.contact_distance))
     before, after = hit.energy
     typer.echo(
-        f"Offset {_six(offset)} of {_six(reach)} {units.length}; line of centres from A to B at "
+        f"Offset {_six(offset)} of {_six(touching)} {units.length}; line of centres from A to B at "
         f"{_six(math.degrees(hit.angle))}° to x"
     )
     headings = ("", "unit", "x", "y", "n", "t")
-    lib.terminal.show(lib.terminal.Table(headings, _rows(hit, units), left=("", "unit")))
+    lib.terminal.show(lib.terminal.TextTable(headings, _rows(hit, units), left=("", "unit")))
     change = f", {_change(1.0 - after / before)}" if before > 0.0 else ""
     typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{change}")
     for warning in hit.warnings:

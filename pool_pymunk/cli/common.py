@@ -15,7 +15,7 @@ from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.safety.files import whole
 
 
-class Setting(NamedTuple):
+class Setup(NamedTuple):
     """A setting is a solver, its step (s; None: its own), its law (None: the scene's), options."""
 
     solver: str
@@ -25,7 +25,7 @@ class Setting(NamedTuple):
 
 
 class How(NamedTuple):
-    """These options say how shots are played, whatever the solver; None is the usual way."""
+    """These options say how shots are played, whatever the solver; None is as usual."""
 
     law: str | None = None
     friction: str | None = None
@@ -56,18 +56,18 @@ class How(NamedTuple):
                 lib.solvers.request(scene, name, **found[name])
         return found
 
-    def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> Setting:
+    def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> Setup:
         """Return the solver at a step as typed; InputError names what it cannot take."""
         step = read.seconds("--dt", dt)
         lib.solvers.request(scene, solver, law=self.law, **self.options)
         if dt is not None and lib.solvers.find_solver(solver).dt is None:
             raise InputError(f"--dt = {dt}: {solver} has no time step")
-        return Setting(solver, step, options=self.options)
+        return Setup(solver, step, options=self.options)
 
 
 def read_setting(
     text: str, key: str = "--overlay", dt: float | None = None, laws: Collection[str] = LAWS
-) -> Setting:
+) -> Setup:
     """Return a solver, and in any order a step and a contact law, as typed.
 
     A solver that has steps and is typed without one gets ``dt`` (s).
@@ -84,11 +84,11 @@ def read_setting(
     if steps and not has_step:
         raise InputError(f"{key} = {text}: {solver} has no time step")
     step = read.seconds("--dt", steps[0]) if steps else dt if has_step else None
-    return Setting(solver, step, law[0] if law else None)
+    return Setup(solver, step, law[0] if law else None)
 
 
 def simulate_beside(
-    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setting]
+    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setup]
 ) -> list[tuple[lib.Run, ...]]:
     """Simulate every shot by each of the settings: a row a shot, a column a setting."""
     asked = [shot for shot in shots if shot is not None] or None

@@ -13,7 +13,7 @@ from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.choices import solver_lists
 from pool_pymunk.cli.common import (
     How,
-    Setting,
+    Setup,
     place,
     read_setting,
     simulate_beside,
@@ -45,7 +45,7 @@ def compare(
     out: opt.OutDir = None,
     pictures: Annotated[bool, opt.option("Draw exact and compared ends and paths.")] = True,
 ) -> int:  # fmt: skip
-    """Run every shot through several solvers: ends, distances, and where they first part ways."""
+    """Run every shot through several solvers: ends, distances, and where they first diverge."""
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
     settings = _settings(how, scene, solvers, read.seconds("--dt", dt))
@@ -68,23 +68,23 @@ def compare(
     return 0
 
 
-def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) -> list[Setting]:
+def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) -> list[Setup]:
     """Return the solver that others are compared with, then those, as typed or else all.
 
     Solvers typed without a step get ``dt``, if they have steps at all.
     """
-    exact = lib.solvers.yardstick().name
+    exact = lib.solvers.reference_solver().name
     if text is not None and not text.strip():
         raise InputError("--solvers = : name one solver or more")
     names = read.names(text) if text else [name for name in lib.solvers.SOLVERS if name != exact]
     settings = [read_setting(name, "--solvers", dt, laws=()) for name in names]
     options = how.options_of(scene, (one.solver for one in settings), named=text is not None)
     played = [one for one in settings if one.solver in options]
-    return [Setting(exact), *(one._replace(options=options[one.solver]) for one in played)]
+    return [Setup(exact), *(one._replace(options=options[one.solver]) for one in played)]
 
 
 def _compared(
-    scene: lib.Scene, shot: lib.Shot | None, settings: list[Setting]
+    scene: lib.Scene, shot: lib.Shot | None, settings: list[Setup]
 ) -> list[lib.Comparison]:
     ((reference, *runs),) = simulate_beside(scene, [shot], settings)
     return [lib.compare.Comparison(reference, run) for run in runs]
@@ -96,12 +96,12 @@ def _compared(
 def _print(found: list[lib.Comparison]) -> None:
     reference = found[0].reference
     runs = (reference, *(one.run for one in found))
-    costs = lib.terminal.Table(COSTS, map(_cost, runs), left=("solver", "status"))
+    costs = lib.terminal.TextTable(COSTS, map(_cost, runs), left=("solver", "status"))
     heading = f"\n[bold]{reference.name}[/bold]"
     lib.terminal.show(heading, _distances(found), costs, *sentences(found))
 
 
-def _distances(found: list[lib.Comparison]) -> lib.terminal.Table:
+def _distances(found: list[lib.Comparison]) -> lib.terminal.TextTable:
     """Return each ball's exact end, and how far from it the others end."""
     reference = found[0].reference
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
@@ -115,14 +115,14 @@ def _distances(found: list[lib.Comparison]) -> lib.terminal.Table:
             row.append(f"{unit.from_si(math.dist(end, published[id_]), 'length'):.3f}")
         rows.append(row)
     title = f"Exact ends, and how far from them the others end ({unit.length})"
-    return lib.terminal.Table(headings + ["published"] * bool(published), rows, title=title)
+    return lib.terminal.TextTable(headings + ["published"] * bool(published), rows, title=title)
 
 
 def _cost(run: lib.Run) -> tuple[str, ...]:
-    left = run.energy["final"] / run.energy["initial"] if run.energy["initial"] else 0.0
+    share = run.energy["final"] / run.energy["initial"] if run.energy["initial"] else 0.0
     contacts = sum(event.is_contact for event in run.events)
     time = f"{run.wall_time * 1e3:.1f} ms"
-    return _name(run), str(contacts), str(run.steps), time, f"{left:.1%}", run.status
+    return _name(run), str(contacts), str(run.steps), time, f"{share:.1%}", run.status
 
 
 def sentences(found: list[lib.Comparison]) -> list[str]:

@@ -48,7 +48,7 @@ def fit(
     except ImportError as missing:
         raise InputError(str(missing)) from None
     headings = ("number", "fitted", "standard error", "scenario's", "unit")
-    table = lib.terminal.Table(headings, _rows(found), left=("number", "unit"))
+    table = lib.terminal.TextTable(headings, _rows(found), left=("number", "unit"))
     lib.terminal.show(*[table] * bool(found.values), *sentences(found))
     folder = place(out, scenario, "fit")
     _save(found, folder, pictures)

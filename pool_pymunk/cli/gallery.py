@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pool_pymunk import Run, load, simulate, simulate_all
 from pool_pymunk.render import FilmSettings, Show, film, picture
-from pool_pymunk.solvers import yardstick
+from pool_pymunk.solvers import reference_solver
 
 DPI = 120.0
 GIF = FilmSettings(size=(720, 406), fps=25.0)
@@ -19,7 +19,7 @@ GIF = FilmSettings(size=(720, 406), fps=25.0)
 def draw_gallery(folder: Path) -> None:
     """Draw the report's four shots, an overlay, a polygon, a break, and follow and draw."""
     report = load("report")
-    runs = [simulate(report, shot, solver=yardstick().name) for shot in report.shots]
+    runs = [simulate(report, shot, solver=reference_solver().name) for shot in report.shots]
     for k, run in enumerate(runs, start=1):
         _start_and_end(run, folder, f"shot-{k}")
     film(runs[0], folder / "shot-1.gif", GIF)
@@ -30,11 +30,11 @@ def draw_gallery(folder: Path) -> None:
     film(overlay, folder / "overlay.gif", GIF)
 
     for name in ("hexagon", "eight-ball"):
-        run = simulate(load(name), "Break", solver=yardstick().name)
+        run = simulate(load(name), "Break", solver=reference_solver().name)
         _start_and_end(run, folder, name)
         film(run, folder / f"{name}.gif", GIF)
 
-    for run in simulate_all(load("follow-and-draw"), solver=yardstick().name):
+    for run in simulate_all(load("follow-and-draw"), solver=reference_solver().name):
         picture(run, folder / f"{run.name}-end.png", when="end", dpi=DPI / 2.0)
 
 

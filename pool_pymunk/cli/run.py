@@ -9,7 +9,7 @@ from typing import Annotated, Literal, NamedTuple
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, Setting, place, stem, write_json
+from pool_pymunk.cli.common import How, Setup, place, stem, write_json
 from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
 
@@ -64,7 +64,7 @@ def run(
     folder = place(out, scenario)
     for line in lib.listing.opening(scene):
         typer.echo(line)
-    done: list[Played] = []
+    done: list[PlayedShot] = []
     try:
         with lib.terminal.progress("simulating", len(shots)) as bar:
             for one in _played(scene, shots, setting, limit, bar):
@@ -90,7 +90,7 @@ def _read_tolerance(
     return lib.quantities.positive("--tolerance", text, "length", scene.units)
 
 
-class Played(NamedTuple):
+class PlayedShot(NamedTuple):
     """A shot is finished; ``choice`` tells of its step, where that was chosen by a tolerance."""
 
     run: lib.Run
@@ -100,15 +100,15 @@ class Played(NamedTuple):
 def _played(
     scene: lib.Scene,
     shots: Sequence[lib.Shot | None],
-    setting: Setting,
+    setting: Setup,
     limit: float | None,
     bar: lib.terminal.Bar,
-) -> Iterator[Played]:
+) -> Iterator[PlayedShot]:
     """Yield each shot as soon as it is there; a ``limit`` (m) of errors chooses its step."""
     solver, dt, _, options = setting
     if limit is not None:
         for run, choice in lib.tolerance.simulate_within(scene, shots, limit, solver, **options):
-            yield Played(run, choice)
+            yield PlayedShot(run, choice)
             bar.step()
         return
     estimates = lib.tradeoff.estimate(scene, shots, solver, dt, **options)
@@ -117,7 +117,7 @@ def _played(
     share = lib.terminal.Share(bar, estimates)
     settings = {"solver": solver, "dt": dt, "on_time": share.move, **options}
     for run in lib.solvers.simulate_all(scene, shots, **settings):
-        yield Played(run)
+        yield PlayedShot(run)
         share.finish()
 
 
@@ -138,7 +138,7 @@ def announcement(estimates: Sequence[lib.tradeoff.Estimate], solver: str) -> str
     return f"This will take about {size} ({work}); Ctrl-C keeps finished shots."
 
 
-def _log(one: Played) -> None:
+def _log(one: PlayedShot) -> None:
     for line in lib.listing.shot_lines(one.run):
         typer.echo(line)
     if one.choice is not None:
@@ -168,7 +168,7 @@ def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:
     typer.echo(f"{what} of {lib.words.counted(len(runs), 'shot')}: {folder}")
 
 
-def _results(done: Sequence[Played]) -> dict[str, object]:
+def _results(done: Sequence[PlayedShot]) -> dict[str, object]:
     """Return the shots as they stand in the JSON."""
     records = []
     for run, choice in done:
@@ -182,7 +182,7 @@ def _results(done: Sequence[Played]) -> dict[str, object]:
     return {"solver": solver, "shots": records}
 
 
-def _verdict(done: Sequence[Played]) -> int:
+def _verdict(done: Sequence[PlayedShot]) -> int:
     """Name the shots that are no full results; return the exit code."""
     code = 0
     for run, choice in done:

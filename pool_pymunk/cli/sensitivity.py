@@ -97,7 +97,7 @@ def _uncertainty(
 def _print(found: lib.Sensitivity | None, line: lib.Linear | None) -> dict[str, object]:
     """Say what the samples, the derivatives or both tell of a shot; return what the JSON has."""
     record: dict[str, object] = {}
-    tables: list[lib.terminal.Table] = []
+    tables: list[lib.terminal.TextTable] = []
     said: list[str] = []
     if found is not None:
         record, name = found.as_dict(), found.reference.name
@@ -111,16 +111,16 @@ def _print(found: lib.Sensitivity | None, line: lib.Linear | None) -> dict[str, 
     return record
 
 
-def _line_table(line: lib.Linear) -> lib.terminal.Table:
+def _line_table(line: lib.Linear) -> lib.terminal.TextTable:
     run = line.reference
     rows = []
     for i, (id_, end) in enumerate(run.final.items()):
         x, y = (run.scene.units.from_si(v, "length") for v in end)
         rows.append((id_, f"{x:.4f}, {y:.4f}", _both(line, i)))
-    return lib.terminal.Table(("ball", f"end ({run.scene.units.length})", DERIVED), rows)
+    return lib.terminal.TextTable(("ball", f"end ({run.scene.units.length})", DERIVED), rows)
 
 
-def _table(found: lib.Sensitivity, line: lib.Linear | None) -> lib.terminal.Table:
+def _table(found: lib.Sensitivity, line: lib.Linear | None) -> lib.terminal.TextTable:
     scene = found.reference.scene
     text = f"ball|end ({scene.units.length})|holds|std of x, y|95 % off x|95 % off y|amplified"
     headings = [*text.split("|"), "apart from"]
@@ -129,7 +129,7 @@ def _table(found: lib.Sensitivity, line: lib.Linear | None) -> lib.terminal.Tabl
         _row(scene, ball) + ([] if line is None else [_both(line, i)])
         for i, ball in enumerate(found.balls)
     ]
-    return lib.terminal.Table(headings, rows, left=("pocketed",))
+    return lib.terminal.TextTable(headings, rows, left=("pocketed",))
 
 
 def _row(scene: lib.Scene, ball: lib.Spread) -> list[str]:
@@ -184,10 +184,10 @@ def sentences(found: lib.Sensitivity) -> list[str]:
         first = min(found.balls, key=lambda ball: ball.horizon).ball
         lines.append(
             f"From {found.horizon:.2f} s on, half of the runs are more than {off} off the "
-            f"unperturbed one (ball {first} first)."
+            f"reference run (ball {first} first)."
         )
     else:
-        lines.append(f"Half of the runs stay within {off} of the unperturbed one.")
+        lines.append(f"Half of the runs stay within {off} of the reference run.")
     lines.append(f"In {found.same:.0%} of the runs every ball has the same contacts in its order.")
     if found.rejected:
         moved = f"{found.rejected:,} balls overlapped something as drawn"

@@ -33,7 +33,7 @@ def show(*parts: str | rich.table.Table) -> None:
         console.print(part, soft_wrap=isinstance(part, str))
 
 
-class Table(rich.table.Table):
+class TextTable(rich.table.Table):
     """A table has columns that are right-aligned, except ``left``; a line follows an empty row."""
 
     def __init__(

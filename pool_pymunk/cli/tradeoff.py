@@ -75,7 +75,9 @@ def tradeoff(
 def _report(result: lib.tradeoff.Tradeoff, folder: Path) -> None:
     """Print the table and what it says, and write the files."""
     title = f"Errors at the end ({result.scene.units.length}) and time for all shots"
-    lib.terminal.show(lib.terminal.Table(HEADINGS, _rows(result), left=("solver",), title=title))
+    lib.terminal.show(
+        lib.terminal.TextTable(HEADINGS, _rows(result), left=("solver",), title=title)
+    )
     for line in lib.tradeoff.sentences(result):
         typer.echo(line)
     machine = lib.tradeoff.machine()

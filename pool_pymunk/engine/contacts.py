@@ -25,7 +25,7 @@ from pool_pymunk.engine.due import Due, Hit, Queue, What, hit_of
 from pool_pymunk.engine.instant import Instant, velocities
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.persistent import PersistentContacts
-from pool_pymunk.engine.policies import Errors, Policy, Variant
+from pool_pymunk.engine.policies import Policy, RandomErrors, Variant
 from pool_pymunk.engine.recorder import Motions, Recorder
 from pool_pymunk.engine.resolver import (
     HIT,
@@ -44,7 +44,7 @@ from pool_pymunk.physics.surface import NO_ROLL, Surface
 
 
 class Tally:
-    """A tally counts instants, events, and instants without an event, and knows how many may be."""
+    """A tally counts instants, events, and instants without an event, up to its bounds."""
 
     def __init__(self, most: float = math.inf, most_unlisted: float = math.inf) -> None:
         self.answered = self.listed = self.unlisted = 0
@@ -59,10 +59,9 @@ class Tally:
 class ContactEngine:
     """The contact engine knows what happens to the balls next, and lets it happen.
 
-    ``noises`` (m/s) tells how much of each ball's velocity may be rounding. ``rested`` (s) is since
-    when a ball rests; it is infinite for a ball that moves. ``is_finite`` is False once a ball is
-    lost: within one rounding error of the time it travels more than ``LOST`` radii, so that contact
-    times mean nothing, or a number has overflowed.
+    ``noises`` (m/s) tells how much of each ball's velocity may be rounding. ``rested`` (s) is the
+    time at which a ball came to rest, infinite for one that moves. ``is_finite`` is False once a
+    ball is lost (:meth:`~pool_pymunk.physics.path.Path.is_lost`) or a number has overflowed.
     """
 
     near: Near
@@ -83,7 +82,7 @@ class ContactEngine:
         self.noises: list[float] = []
         self.rested: list[float] = []
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
-        self.ends: list[float] = []  # the time (s) until which each path is looked at
+        self.ends: list[float] = []  # the horizon (s) of each path: later contacts are found later
         persistent = PersistentContacts(self.paths, self.radii, surface)
         self.resolver = Resolver(law, persistent, self.noises)
         self.history = persistent.history
@@ -92,8 +91,8 @@ class ContactEngine:
         self.push = self.queue.push
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
-        self.policy = Policy(Errors())
-        self._told: tuple[Answer, ...] = ()  # that of the contact of which the recorder is told
+        self.policy = Policy(RandomErrors())
+        self._reported: tuple[Answer, ...] = ()  # that of the contact that is reported
 
     # -- setting up ----------------------------------------------------------------------------
 
@@ -158,7 +157,7 @@ class ContactEngine:
         self._look_ahead(balls)
 
     def _look_ahead(self, balls: Collection[int]) -> None:
-        """Predict which others these balls meet, as far as their paths are looked at."""
+        """Predict which others these balls meet, up to the horizon of their paths."""
         near = self.near
         for i in balls:
             path, end = self.paths[i], self.path_ends[i]
@@ -186,18 +185,18 @@ class ContactEngine:
         until = until if until < other else other
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
-        history, lasting = self.history, NOT_MET
+        history, persistent = self.history, NOT_MET
         if (i, j) in history:
-            lasting = self.resolver.persistent.lasting(i, j, since)
-        t = pair_time(a, b, radii[i] + radii[j], since, until, lasting, noise)
+            persistent = self.resolver.persistent.between(i, j, since)
+        t = pair_time(a, b, radii[i] + radii[j], since, until, persistent, noise)
         if t == math.inf:
             return
         hit, waits = What("pair", i, j), just_missed
-        if t <= since and lasting.time > 0.0:
-            if lasting.faint > 0.0 and not just_missed:
+        if t <= since and persistent.time > 0.0:
+            if persistent.faint > 0.0 and not just_missed:
                 motions, [contact] = self.contacts([hit])
-                waits = closing_speed(contact, velocities(motions)) < lasting.faint
-            t = since + lasting.time if waits else t
+                waits = closing_speed(contact, velocities(motions)) < persistent.faint
+            t = since + persistent.time if waits else t
             if waits and t > min(until, max(a.end, b.end)):
                 return
         self.push(t, hit)
@@ -219,7 +218,7 @@ class ContactEngine:
 
     @property
     def is_over(self) -> bool:
-        """Tell whether as much has happened as may happen."""
+        """Tell whether the run has come to its bounds."""
         tally = self.tally
         return tally.listed >= tally.most or tally.unlisted >= tally.most_unlisted
 
@@ -265,7 +264,7 @@ class ContactEngine:
                 self.predict([i])
 
     def _latest(self, hit: Hit) -> float:
-        """Return up to when (s) contacts may be of the instant of this one."""
+        """Return the latest time (s) of contacts that may be of the same instant as this one."""
         speed = self.speeds[hit.i]
         if hit.kind == "pair":
             speed = max(speed, self.speeds[hit.j])
@@ -338,8 +337,8 @@ class ContactEngine:
     def is_closed(self, hit: Hit, motions: Motions, times: float = 1.0) -> bool:
         """Tell whether a gap is closed, to rounding, or no more than this many times wider."""
         x, y, _, _ = motions[hit.i]
-        reach = self.radii[hit.i] + (self.radii[hit.j] if hit.kind == "pair" else 0.0)
-        return decisions.is_closed(self.gap(hit, motions) / times, x, y, reach)
+        touching = self.radii[hit.i] + (self.radii[hit.j] if hit.kind == "pair" else 0.0)
+        return decisions.is_closed(self.gap(hit, motions) / times, x, y, touching)
 
     def noise(self, balls: Iterable[int]) -> float:
         """Return how much of these balls' velocities (m/s) may be rounding."""
@@ -363,7 +362,7 @@ class ContactEngine:
         return 0.0 if self.policy.closes(hit, self.now) else known
 
     def touching(self, hits: Iterable[Hit], balls: Iterable[int] = ()) -> list[Hit]:
-        """Return these hits, and what touches their balls or the others now, and so on."""
+        """Return these hits, and all that touches their balls or ``balls``, or touches that."""
         found: dict[Hit, None] = dict.fromkeys(hits)
         balls = list(dict.fromkeys([*balls, *(i for hit in found for i in hit.balls)]))
         for i in balls:  # This list grows.
@@ -421,7 +420,7 @@ class ContactEngine:
             has_many_hits = cluster.hits > decisions.LISTED  # They may have no end.
             is_played_out = has_many_hits and self.resolver.loses_speed(cluster.contacts)
             if is_played_out:
-                resolution, collapse = self.resolver.play_out(order.left(), velocity)
+                resolution, collapse = self.resolver.play_out(order.now(), velocity)
                 self.recorder.no_end(cluster.contacts, collapse, self.now)
             else:
                 moving = {i: velocity[i] for contact in closing for i in contact.balls}
@@ -467,7 +466,7 @@ class ContactEngine:
         for answer in resolution.answers:
             if answer.kind == HIT:
                 tally.listed += 1
-                self._told = (answer,)
+                self._reported = (answer,)
                 self.recorder.contact(answer.contact, self.now)
         tally.unlisted += tally.listed == listed
         for answer in resolution.answers:
@@ -481,8 +480,8 @@ class ContactEngine:
 
     @property
     def impulse(self) -> float:
-        """The impulse (N s) of the contact of which the recorder is told, along its normal."""
-        return self._told[0].impulse
+        """The impulse (N s) of the contact that is reported, along its normal."""
+        return self._reported[0].impulse
 
     def _stop(self, i: int, t: float, position: Vector) -> None:
         self.tally.listed += 1

@@ -1,8 +1,7 @@
 """These pure functions of numbers make the engine's decisions.
 
-Contacts that surface friction makes last have a *contact time* (the TC model of Luding and
-McNamara, Granular Matter 1, 1998, 113). Two balls that friction presses together hit each other
-once in every contact time, in micro-collisions, instead of infinitely often.
+Persistent contacts have a *contact time* (the TC model of Luding and McNamara, Granular Matter 1,
+1998, 113): balls hit each other once in it, in micro-collisions, instead of infinitely often.
 """
 
 from __future__ import annotations
@@ -15,21 +14,21 @@ from pool_pymunk.physics.path import BARELY, NOISE, Path, least_bounce
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
 NEARLY_CLOSED = 16.0  # A gap is this many times wider than a closed one if it closes in a moment.
 FEW_ROUNDS = 3  # After this many rounds of contacts at one instant, what touches is looked at once.
-LISTED = 100  # After this many hits more they are taken to have no end, and not listed any more.
-LEFT = 64.0 * EPSILON  # Hits without end leave closing speeds of this share of the speeds.
-PILE = 20  # After this many collapses of more than two contacts, balls are a pile,
-MOST_IN_PILE = 200  # and at most this many hits of each collapse are played.
+LISTED = 100  # More hits at one instant are a collapse, and are not listed one by one.
+CONVERGED = 64.0 * EPSILON  # A collapse is over at closing speeds of this share of the speeds.
+PILE = 20  # After this many collapses of more than two contacts, balls are a pile.
+MOST_IN_PILE = 200  # In a pile at most this many hits of a collapse are played.
 DOUBTS = 10  # After this many instants whose order matters, variants of the run show what it does.
 MOST_IN_ORDER = 200  # This many hits of one instant come in the order of their gaps.
-MOST_OTHER = 1_000  # This many hits are played in another order; if they go on, it tells nothing.
+MOST_OTHER = 1_000  # Another order is left out if it has more hits than this.
 # Outcomes of one instant are the same, to rounding, if they differ by this share of the speeds for
-# each hit. It is 70 times what hits leave (LEFT); orders that matter differ by 1e-7 and more.
+# each hit. It is 70 times CONVERGED; orders that matter differ by 1e-7 and more.
 SAME_OUTCOME = 1e-12
 CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
 DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
 FAINT = 0.02  # of the speed that friction gives in a contact time: slower hits come later
-MANY_TIMES = 200  # After this many hits of two balls, their contact time is not below
-SHORTEST = 1 / 64  # of the longest one.
+MANY_TIMES = 200  # After this many hits the contact time of two balls has a lower bound.
+SHORTEST = 1 / 64  # of the longest contact time: that lower bound
 WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
 
 
@@ -43,9 +42,9 @@ def known_gap(gap: float, x: float, y: float, radius: float) -> float:
     return gap if gap > 2.0 * EPSILON * (abs(x) + abs(y) + radius) else 0.0
 
 
-def is_closed(gap: float, x: float, y: float, reach: float) -> bool:
+def is_closed(gap: float, x: float, y: float, touching: float) -> bool:
     """Tell whether a gap (m) at a place (m) is closed, to rounding."""
-    return gap <= 32.0 * EPSILON * (abs(x) + abs(y) + reach)
+    return gap <= 32.0 * EPSILON * (abs(x) + abs(y) + touching)
 
 
 def is_hit(closing: float, noise: float, least: float) -> bool:
@@ -53,19 +52,19 @@ def is_hit(closing: float, noise: float, least: float) -> bool:
     return closing > max(noise, BARELY * least)
 
 
-def contact_time(since_met: float, left: float, radius: float, pull: float, many: bool) -> float:
-    """Return how long (s) one contact of balls lasts that met and have some time (s) left.
+def contact_time(since_met: float, to_go: float, radius: float, pull: float, many: bool) -> float:
+    """Return the contact time (s) of balls that met ``since_met`` s ago and stop in ``to_go`` s.
 
     They sink into each other by ``DEEPEST`` radii at most, at this ``pull`` (m/s^2). After ``many``
     hits it is not much shorter, because other balls push these two on whenever they would rest.
     """
     shallow = math.sqrt(4.0 * DEEPEST * radius / pull)
     least = SHORTEST * shallow if many else 0.0
-    return min(max(CONTACT_TIME * max(since_met, left), least), shallow)
+    return min(max(CONTACT_TIME * max(since_met, to_go), least), shallow)
 
 
 def faint(since_last: float, contact_time: float, pull: float) -> float:
-    """Return the closing speed (m/s) below which balls that hit a moment ago (s) hit later."""
+    """Return the closing speed (m/s) below which balls that have just hit hit again later."""
     return FAINT * pull * contact_time if since_last < contact_time / 2.0 else 0.0
 
 
@@ -81,8 +80,8 @@ def noise_after(fastest: float, noise: float) -> float:
     return max(NOISE * math.sqrt(fastest), noise)
 
 
-def lasts(since_last: float, contact_time: float) -> bool:
-    """Tell whether a contact goes on, because its balls hit each other a moment ago (s)."""
+def persists(since_last: float, contact_time: float) -> bool:
+    """Tell whether a contact persists, because its balls hit each other a moment ago (s)."""
     return since_last <= WINDOW * contact_time
 
 

@@ -1,6 +1,6 @@
-"""A small tagged event is due: a hit of two balls or on a wall, a stop, or a look ahead.
+"""A queue keeps predictions: a hit of two balls or on a wall, a stop, or a look ahead.
 
-A queue keeps the earliest one first. What is due is void if a ball in it has a new path by then.
+The earliest one is first. A prediction is void once one of its balls has a new path.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SHORT = 1000  # A shorter queue is not looked through for void predictions: that
 
 
 class What(NamedTuple):
-    """An event of ball ``i`` has a kind, and of a hit ``j`` is the higher ball, or the wall.
+    """A prediction has a kind and a ball ``i``; ``j`` is the higher ball of a hit, or the wall.
 
     At a "stop" the ball comes to rest, at a "look" it comes to where its path was last looked at.
     """

@@ -30,7 +30,7 @@ class Cluster:
     def __init__(self, motions: Motions, contacts: Sequence[Contact]) -> None:
         self.motions = motions
         self.contacts = contacts
-        self.velocity: Velocities = velocities(motions)  # m/s; what the rounds have left
+        self.velocity: Velocities = velocities(motions)  # m/s; after the rounds so far
         self.order = Order(contacts)
         self.changed: dict[int, None] = {}  # the balls that the rounds have moved
         self.missed: list[Contact] = []  # These touch, but did not close.

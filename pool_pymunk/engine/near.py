@@ -14,7 +14,7 @@ from pool_pymunk.physics.path import Path, motion_at, speed_of
 
 MANY = 200  # From this many balls on, one array is faster than a loop.
 FEW = 40  # From this many balls on, paths are looked at in pieces.
-AHEAD = 1.5  # of the balls' mean distance; so long are the pieces.
+AHEAD = 1.5  # of the balls' mean distance; this is the length of a piece
 
 
 class Near(Protocol):
@@ -81,14 +81,14 @@ def turning(path: Path, since: float, last: float) -> Vector:
 
 
 def piece(balls: int, width: float, height: float) -> float:
-    """Return how far (m) a path is looked at at once, for balls that cover so much (m)."""
+    """Return the length (m) of the pieces of paths, for balls in a region of this size (m)."""
     if balls < FEW or width * height == 0.0:
         return math.inf
     return AHEAD * math.sqrt(width * height / balls)
 
 
 def horizon(path: Path, now: float, ahead: float) -> float:
-    """Return the time (s) at which a ball has travelled ``ahead`` (m), were it not slowed down."""
+    """Return the time (s) at which a ball would have gone ``ahead`` (m) at its present speed."""
     speed = speed_of(path) if ahead < math.inf else 0.0
     return now + ahead / speed if speed > 0.0 else math.inf
 
@@ -99,14 +99,12 @@ class Boxes:
     def __init__(self, balls: int, walls: int) -> None:
         self.boxes: Any = [NOWHERE] * balls
         self.every_wall = range(walls)
-        self.ahead = math.inf  # m; so far is a path looked at
+        self.ahead = math.inf  # m; the length of a path that is looked at
 
     def walls(self, i: int) -> Iterable[int]:
-        """Return all walls, because there are few."""
         return self.every_wall
 
     def horizon(self, path: Path, now: float) -> float:
-        """Return the time (s) until which the ball travels no farther than its neighbours."""
         return horizon(path, now, self.ahead) if self.ahead < math.inf else math.inf
 
     def measure(self, paths: Sequence[Path]) -> None:
@@ -115,15 +113,12 @@ class Boxes:
         self.ahead = piece(len(paths), max(x) - min(x), max(y) - min(y)) if paths else math.inf
 
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
-        """Put a box around this part of ball ``i``'s path."""
         self.boxes[i] = box(path, radius, since, end)
 
     def remove(self, i: int) -> None:
-        """Leave ball ``i`` out from now on."""
         self.boxes[i] = NOWHERE
 
     def touching(self, i: int, now: float) -> Iterable[int]:
-        """Return the balls whose boxes overlap that of ball ``i``, and all walls."""
         return [*self.balls(i, now), *(-1 - wall for wall in self.every_wall)]
 
     def balls(self, i: int, now: float) -> Iterable[int]:

@@ -24,8 +24,8 @@ FEW = 12  # Each of up to this many contacts is once the only one with a gap, an
 # times as many 6 % more (``python -m tests.frozen``).
 RANDOM = 24
 DECADES = 4.0  # Random gaps differ by up to this power of ten.
-# m; nobody sees a gap of 1e-6 m between balls that lie frozen. A few random draws seldom meet the
-# worst one, so they are four times as wide.
+# m; a gap of 1e-6 m between frozen balls is invisible. A few random draws seldom meet the worst
+# one, so they are four times as wide.
 WIDEST = 4e-6
 # This pattern has no gaps. Its outcome is that of velocities which differ a little. Contacts are
 # unstable if, in one of KICKS tries, a difference of KICK of the fastest speed becomes GROWS times
@@ -36,14 +36,14 @@ KICKS = 4
 GROWS = 1e3
 
 
-class Outcome(NamedTuple):
-    """An outcome holds velocities (m/s) after an instant, its hits, and whether these ended."""
+class OrderEnd(NamedTuple):
+    """This holds the velocities (m/s) after an instant, its hits, and whether these ended."""
 
     velocity: Velocities
     hits: int
     is_over: bool
 
-    def off(self, other: Outcome) -> float:
+    def off(self, other: OrderEnd) -> float:
         """Return how far (m/s) the velocities of two outcomes lie apart at most."""
         return max(math.dist(v, other.velocity[i]) for i, v in self.velocity.items())
 
@@ -57,22 +57,22 @@ class Doubts:
         self.count = 0  # instants whose order was found to matter
 
     def doubt(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Doubt | None:
-        """Return what the order decides in which the contacts of one instant come.
+        """Return what the order of the contacts of one instant decides.
 
         Strong friction may wedge a ball between two others, so that tiny closing speeds grow from
-        hit to hit. So what the hits leave gets tiny changes, too, to see whether these grow.
+        hit to hit. So the velocities after the hits get tiny changes, too, which may grow.
         """
         closing = [closing_speed(contact, before) for contact in contacts]
         if len(contacts) < 2 or self.count >= decisions.DOUBTS:
             return None
         if self.spread > 0.0 and 4.0 * max(closing) <= self.spread:
             return None  # They cannot spread farther than is known already.
-        first = self._outcome(closed(contacts), before)
+        first = self._end(closed(contacts), before)
         take_turns = len(contacts) == 2 and min(closing) <= 0.0
         found = [] if take_turns else self._other_outcomes(first, contacts, before)
         kick = KICK * fastest(before)
         for number in range(KICKS):
-            other = self._outcome(closed(contacts), kicked(first.velocity, kick, number))
+            other = self._end(closed(contacts), kicked(first.velocity, kick, number))
             if first.off(other) > GROWS * kick:
                 found.append((other, UNSTABLE))
         if not found:
@@ -82,31 +82,31 @@ class Doubts:
         return Doubt(far[0][0], tuple(pattern for _, pattern in far))
 
     def _other_outcomes(
-        self, first: Outcome, contacts: Sequence[Contact], before: Mapping[int, Vector]
-    ) -> list[tuple[Outcome, int]]:
+        self, first: OrderEnd, contacts: Sequence[Contact], before: Mapping[int, Vector]
+    ) -> list[tuple[OrderEnd, int]]:
         """Return the outcomes of all patterns that differ from the first, and from each other."""
-        found: list[tuple[Outcome, int]] = []
+        found: list[tuple[OrderEnd, int]] = []
         for pattern in patterns(len(contacts)):
-            other = self._outcome(with_gaps(contacts, pattern), before)
+            other = self._end(with_gaps(contacts, pattern), before)
             rounding = decisions.SAME_OUTCOME * fastest(before) * (1 + other.hits)
             known = [first, *(outcome for outcome, _ in found)]
             if other.is_over and all(each.off(other) > rounding for each in known):
                 found.append((other, pattern))
         return found
 
-    def _outcome(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Outcome:
+    def _end(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> OrderEnd:
         """Play the contacts in the order of their gaps; after ``MOST_IN_ORDER`` all are closed."""
         velocity, resolver = dict(before), self.resolver
         order, hits = Order(contacts), 0
         while hits < decisions.MOST_IN_ORDER:
-            closing = order.next(velocity, decisions.LEFT * fastest(velocity))
+            closing = order.next(velocity, decisions.CONVERGED * fastest(velocity))
             if not closing:
-                return Outcome(velocity, hits, is_over=True)
+                return OrderEnd(velocity, hits, is_over=True)
             resolver.answer(closing, velocity, resolver.respond)
             hits += len(closing)
         order.forget()
-        collapse = resolver.play(order.left(), velocity, resolver.respond, decisions.MOST_OTHER)
-        return Outcome(velocity, hits + collapse.hits, collapse.is_over)
+        collapse = resolver.play(order.now(), velocity, resolver.respond, decisions.MOST_OTHER)
+        return OrderEnd(velocity, hits + collapse.hits, collapse.is_over)
 
 
 def patterns(count: int) -> range:
@@ -124,7 +124,7 @@ def with_gaps(contacts: Sequence[Contact], pattern: int) -> list[Contact]:
 
 
 def kicked(velocity: Mapping[int, Vector], most: float, number: int) -> Velocities:
-    """Return velocities that differ by up to ``most`` (m/s), in a different way for each number."""
+    """Return velocities that differ by up to ``most`` (m/s), differently for each number."""
     rnd = Random(number)
     return {
         i: (vx + rnd.uniform(-most, most), vy + rnd.uniform(-most, most))

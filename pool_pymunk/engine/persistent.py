@@ -1,9 +1,9 @@
 """Persistent contacts are those of balls that surface friction presses together.
 
-They would touch without end. Instead they hit each other once in a contact time, in
+They would touch all the time. Instead they hit each other once in a contact time, in
 micro-collisions (:mod:`pool_pymunk.engine.decisions`), which are no events; a warning names the
 balls. The error is of second order in the contact time for two balls, of first for a cluster. A
-ball that its roll presses to a wall hits this in the same way.
+ball that its roll presses to a wall is played alike.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.physics.contact import NO_BALL, Contact
-from pool_pymunk.physics.path import NOT_MET, Lasting, Path
+from pool_pymunk.physics.path import NOT_MET, Path, Persistent
 from pool_pymunk.physics.surface import Surface
 
 # the numbers of two balls, the lower one first; a wall is -1 less the number of its cushion
@@ -29,7 +29,7 @@ class History(NamedTuple):
     hits: int  # micro-collisions
 
 
-class Stage(NamedTuple):
+class ContactStage(NamedTuple):
     """A stage says how far a persistent contact has come when its balls touch again."""
 
     least: float = 0.0  # m/s; the least bounce
@@ -38,7 +38,7 @@ class Stage(NamedTuple):
     is_micro: bool = False
 
 
-MEETS = Stage()
+MEETS = ContactStage()
 
 
 class PersistentContacts:
@@ -57,50 +57,50 @@ class PersistentContacts:
         for pair in [pair for pair in self.history if i in pair]:
             del self.history[pair]
 
-    def lasting(self, i: int, j: int, now: float) -> Lasting:
+    def between(self, i: int, j: int, now: float) -> Persistent:
         """Return how long one persistent contact of two balls takes, and what is faint in it."""
         past = self.history.get((i, j))
         if past is None:
             return NOT_MET
         balls = (i, j) if j >= 0 else (i,)
         ends = [self.paths[k].end for k in balls if self.paths[k].end < math.inf]
-        left = max(ends, default=now) - now
+        to_go = max(ends, default=now) - now
         radius = min([self.radii[k] for k in balls])
         many = past.hits > decisions.MANY_TIMES
-        time = decisions.contact_time(now - past.met, left, radius, self.pull, many) * self.longer
-        return Lasting(time, decisions.faint(now - past.last, time, self.pull) if many else 0.0)
+        time = decisions.contact_time(now - past.met, to_go, radius, self.pull, many) * self.longer
+        return Persistent(time, decisions.faint(now - past.last, time, self.pull) if many else 0.0)
 
-    def is_pressed(self, pair: Two, now: float) -> bool:
+    def is_persistent(self, pair: Two, now: float) -> bool:
         """Tell whether two balls are in persistent contact."""
         past = self.history.get(pair)
         if past is None or past.hits == 0:
             return False
-        return decisions.lasts(now - past.last, self.lasting(*pair, now).time)
+        return decisions.persists(now - past.last, self.between(*pair, now).time)
 
-    def pressed(self, now: float) -> list[Two]:
+    def pairs(self, now: float) -> list[Two]:
         """Return the pairs of balls in persistent contact."""
-        return [pair for pair in self.history if self.is_pressed(pair, now)]
+        return [pair for pair in self.history if self.is_persistent(pair, now)]
 
-    def stage(self, contact: Contact, closing: float, now: float) -> Stage:
+    def stage(self, contact: Contact, closing: float, now: float) -> ContactStage:
         """Return how far the persistent contact of two balls has come that close now (m/s)."""
         i, j = pair = pair_of(contact)
         past = self.history.get(pair) if self.history else None
         if past is None:
             return MEETS
-        time, faint = self.lasting(i, j, now)
+        time, faint = self.between(i, j, now)
         if j < 0:
             least = self._least_off(contact, time)
         else:
             least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
-        if not decisions.lasts(now - past.last, time):
-            return Stage(least, faint)
-        return Stage(least, faint, past, decisions.is_micro(closing, time, self.pull))
+        if not decisions.persists(now - past.last, time):
+            return ContactStage(least, faint)
+        return ContactStage(least, faint, past, decisions.is_micro(closing, time, self.pull))
 
     def begin(self, contact: Contact, now: float) -> float:
         """Return the least bounce (m/s) of a ball that lies at a wall; 0 if nothing presses it."""
         pair = pair_of(contact)
         self.history.setdefault(pair, History(now, now, 0))
-        return self._least_off(contact, self.lasting(*pair, now).time)
+        return self._least_off(contact, self.between(*pair, now).time)
 
     def _least_off(self, contact: Contact, time: float) -> float:
         """Return the speed (m/s) at which a ball leaves a wall and is back in a time (s)."""
@@ -108,7 +108,7 @@ class PersistentContacts:
         drive = -(path.ax * nx + path.ay * ny)
         return max(drive * time / 2.0, self.too_slow_to_move(contact.a)) if drive > 0.0 else 0.0
 
-    def note(self, contact: Contact, stage: Stage, now: float) -> int:
+    def note(self, contact: Contact, stage: ContactStage, now: float) -> int:
         """Note a hit of two balls, and return how many micro-collisions they have had."""
         if self.pull == 0.0:
             return 0

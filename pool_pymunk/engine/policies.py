@@ -36,7 +36,7 @@ class Variant(NamedTuple):
 
     def policy(self, resolver: Resolver, measures: bool = False) -> Policy:
         """Return the policy of this variant; that of the run itself may measure other orders."""
-        errors = Errors(self.seed)
+        errors = RandomErrors(self.seed)
         if self.gaps is not None:
             return InOrder(errors, self.gaps)
         if self.longer is not None:
@@ -47,7 +47,7 @@ class Variant(NamedTuple):
 AS_IT_IS = Variant()
 
 
-class Errors:
+class RandomErrors:
     """Places and velocities have random errors of the size of rounding; without a seed, none."""
 
     def __init__(self, seed: int | None = None) -> None:
@@ -83,7 +83,7 @@ class Errors:
 class Policy:
     """This policy is that of the run itself."""
 
-    def __init__(self, errors: Errors) -> None:
+    def __init__(self, errors: RandomErrors) -> None:
         self.errors = errors
 
     def begin(self, engine: ContactEngine, hits: Sequence[Hit]) -> None:
@@ -108,7 +108,7 @@ class Policy:
 class Measuring(Policy):
     """This policy is that of the run itself, and measures once an instant what order decides."""
 
-    def __init__(self, errors: Errors, resolver: Resolver) -> None:
+    def __init__(self, errors: RandomErrors, resolver: Resolver) -> None:
         super().__init__(errors)
         self.doubts = Doubts(resolver)
 
@@ -131,7 +131,7 @@ class Measuring(Policy):
 class Otherwise(Policy):
     """Contact times are longer, zero slips count as slip, and what presses together touches."""
 
-    def __init__(self, errors: Errors, resolver: Resolver, longer: float) -> None:
+    def __init__(self, errors: RandomErrors, resolver: Resolver, longer: float) -> None:
         super().__init__(errors)
         self.persistent = resolver.persistent
         resolver.jumps, self.persistent.longer = True, longer
@@ -139,13 +139,13 @@ class Otherwise(Policy):
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         """Tell whether a ball is hit that presses on yet another one, whose gap is then closed."""
         met = {hit.balls for hit in hits}
-        pressed = self.persistent.pressed(engine.now)
-        others = {i for pair in pressed if pair not in met for i in pair}
+        pairs = self.persistent.pairs(engine.now)
+        others = {i for pair in pairs if pair not in met for i in pair}
         near = [hit for hit in hits if not others.isdisjoint(hit.balls)]
         return not all(self.closes(hit, engine.now) for hit in near)
 
     def closes(self, hit: Hit, now: float) -> bool:
-        return hit.kind == "pair" and self.persistent.is_pressed((hit.i, hit.j), now)
+        return hit.kind == "pair" and self.persistent.is_persistent((hit.i, hit.j), now)
 
     def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
         cluster = super().cluster(engine, hits)
@@ -156,7 +156,7 @@ class Otherwise(Policy):
 class InOrder(Policy):
     """Contacts of one instant have the gaps of a pattern, and come in that order."""
 
-    def __init__(self, errors: Errors, pattern: int) -> None:
+    def __init__(self, errors: RandomErrors, pattern: int) -> None:
         super().__init__(errors)
         self.pattern = pattern
 

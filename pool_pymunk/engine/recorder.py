@@ -16,7 +16,7 @@ Motions = dict[int, Motion]  # by ball number
 class Doubt(NamedTuple):
     """A doubt tells what the order of the contacts of one instant decides."""
 
-    spread: float = 0.0  # m/s; how far velocities may lie elsewhere
+    spread: float = 0.0  # m/s; by how much velocities may differ
     orders: tuple[int, ...] = ()  # a pattern for each other outcome, the farthest one first
 
 
@@ -36,7 +36,7 @@ class Recorder:
         """Take note that ball ``i`` comes to rest."""
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        """Take note that a pocket took ball ``i`` in, which came like this, to its ``center``."""
+        """Take note that a pocket took in ball ``i``, which came with this ``motion``."""
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Take note that ball ``i`` was not at rest at ``t``: a persistent contact drives it on."""

@@ -4,8 +4,8 @@
   (:meth:`~pool_pymunk.physics.laws.Law.together`).
 - *A row of touching balls*: a contact that closes only because of a hit is hit next, at the same
   instant.
-- *A ball that stops at contact* stops: a closing speed below rounding is no hit, and a speed below
-  rounding that a hit leaves is none.
+- *Rounding*: a closing speed of the size of rounding is no hit, and a ball rests that has only such
+  a speed after a hit.
 - *Inelastic collapse*: infinitely many hits in finite time come to an end at one instant. After
   ``LISTED`` hits at one instant the others are played out (:mod:`pool_pymunk.physics.collapse`).
   They are not events; a warning gives their number.
@@ -45,7 +45,7 @@ COLLAPSED = "collapsed"  # The law answered many hits of an inelastic collapse.
 LED = "led"  # A cushion leads a ball along itself.
 MISSED = "missed"  # Two balls touch, but do not close.
 
-# Notes on answers are what a recorder is told beside the hits:
+# Notes on answers are what a recorder gets beside the hits:
 ZERO_SLIP = "zero_slip"  # Only rounding knew the slip, and the law jumps there.
 PERSISTENT = "persistent"  # The balls part at their least bounce, or have hit very often.
 
@@ -79,7 +79,7 @@ class Resolution:
         self.answers = answers
         self.missed: list[Contact] = []  # balls that touch, but do not close
         self.velocity: dict[int, Vector] = {}  # m/s; of balls that begin a new path, or stop
-        self.noise = 0.0  # m/s; so much of it may be rounding
+        self.noise = 0.0  # m/s; how much of it may be rounding
 
 
 class Resolver:
@@ -139,12 +139,12 @@ class Resolver:
             self.answer(closing, velocity, one)
 
         leaps = self.law.hits_are_coulombs
-        collapse = play_out(contacts, decisions.LEFT, velocity, answer, leaps, most)
-        left = dict(velocity)
-        settle(contacts, velocity)  # mostly no more than rounding is left
+        collapse = play_out(contacts, decisions.CONVERGED, velocity, answer, leaps, most)
+        played = dict(velocity)
+        settle(contacts, velocity)  # mostly there is no more than rounding
         if collapse.is_over:
             return collapse
-        return collapse._replace(forced=max(math.dist(left[i], velocity[i]) for i in left))
+        return collapse._replace(forced=max(math.dist(played[i], velocity[i]) for i in played))
 
     def answer(self, contacts: Sequence[Contact], velocity: Velocities, one: Respond) -> None:
         """Change the velocities (m/s) by the law, group by group of contacts that share a ball."""
@@ -168,7 +168,7 @@ class Resolver:
         hit.changed = before, velocity[i]
 
     def _answer_together(self, hits: Sequence[Answer], velocity: Velocities) -> None:
-        """Answer several hits of an instant, and keep what tells their impulses."""
+        """Answer several hits of an instant, and keep the data from which impulses follow."""
         before, calls, contacts = dict(velocity), list[Call](), [hit.contact for hit in hits]
         self.answer(contacts, velocity, self._noting(hits, calls))
         shared = Shared(contacts, before, dict(velocity), calls)
@@ -176,7 +176,7 @@ class Resolver:
             hit.shared = shared
 
     def _noting(self, answers: Iterable[Answer], calls: list[Call] | None = None) -> Respond:
-        """Return what answers one contact by the law, and notes where it jumps, and all calls."""
+        """Return a function that answers one contact by the law, and notes jumps and calls."""
         of = {answer.contact[:3]: answer for answer in answers}
 
         def one(contact: Contact, velocity: Velocities) -> None:
@@ -198,8 +198,8 @@ class Resolver:
             noise = max(noise, noises[contact.b])
         is_noted = contact.b != NO_BALL or persistent.has_walls
         if closing < faint or not decisions.is_hit(closing, noise, least):
-            is_pressed = is_noted and contact.b == NO_BALL and closing >= -max(noise, least)
-            return self._pressed(contact, now) if is_pressed else Answer(contact, MISSED)
+            touches_wall = is_noted and contact.b == NO_BALL and closing >= -max(noise, least)
+            return self._at_wall(contact, now) if touches_wall else Answer(contact, MISSED)
         e = contact.pair.restitution
         is_least = e * closing < least
         is_micro = is_micro and (contact.b != NO_BALL or is_least)
@@ -215,8 +215,8 @@ class Resolver:
             answer.notes += (PERSISTENT,)
         return answer
 
-    def _pressed(self, contact: Contact, now: float) -> Answer:
-        """Answer for a ball that lies at a wall: if its roll presses it there, it bounces least."""
+    def _at_wall(self, contact: Contact, now: float) -> Answer:
+        """Answer the contact of a ball that lies at a wall; its roll may press it there."""
         answer = Answer(contact, MISSED)
         answer.parting = self.persistent.begin(contact, now)
         if answer.parting > 0.0:
@@ -245,7 +245,7 @@ class Resolver:
     def _conclude(
         self, before: Mapping[int, Vector], velocity: Velocities, hits: list[Answer], to: Resolution
     ) -> None:
-        """Keep the new velocities, and set to zero what rounding alone left of them."""
+        """Keep the new velocities, and set to zero those that are rounding alone."""
         fastest = noise = 0.0  # the square of a speed, and a speed
         for i, (wx, wy) in before.items():
             vx, vy = velocity[i]
@@ -253,14 +253,14 @@ class Resolver:
             if self.noises[i] > noise:
                 noise = self.noises[i]
         to.noise = noise = decisions.noise_after(fastest, noise)
-        moved, pressed = set(to.velocity), set[int]()
+        moved, persistent = set(to.velocity), set[int]()
         for hit in hits:
             moved.update(hit.contact.balls)
             if hit.kind == MICRO:
-                pressed.update(hit.contact.balls)
+                persistent.update(hit.contact.balls)
         for i in sorted(moved):
             vx, vy = after = velocity[i]
-            least = max(noise, self.persistent.too_slow_to_move(i)) if i in pressed else noise
+            least = max(noise, self.persistent.too_slow_to_move(i)) if i in persistent else noise
             rests = vx * vx + vy * vy <= least * least
             to.velocity[i] = (0.0, 0.0) if rests else after
 
@@ -278,7 +278,7 @@ class Resolver:
 
 
 def distinct(contacts: Iterable[Contact]) -> list[Contact]:
-    """Return the contacts, but once those that two cushions give which run on straight."""
+    """Return the contacts; where two cushions lie on one line, they give one contact."""
     kept: list[Contact] = []
     of_sides: dict[tuple[int, int], list[Contact]] = {}
     for contact in contacts:

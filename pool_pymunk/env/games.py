@@ -31,7 +31,7 @@ from pool_pymunk.results.words import counted
 
 Flags = NDArray[np.bool_]
 Ints = NDArray[np.int64]
-Info = dict[str, NDArray[Any]]  # what is told beside the observation, one row a table
+Info = dict[str, NDArray[Any]]  # what is said beside the observation, one row a table
 
 LAYOUTS = ("random", "scenario")
 NOBODY = -1
@@ -107,7 +107,7 @@ class Game(ABC):
         x0, y0, x1, y1 = self.scene.table.bounds
         self.middle = np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0])
         self.scale = max(x1 - x0, y1 - y0) / 2.0
-        self.reach = np.array([x1 - x0, y1 - y0]) / 2.0 / self.scale
+        self.half_size = np.array([x1 - x0, y1 - y0]) / 2.0 / self.scale
 
     def _scene(self, scenario: str | Path | Scene | None, balls: int | None) -> Scene:
         """Return the table with the cue ball and the first of its other balls."""
@@ -135,12 +135,12 @@ class Game(ABC):
             message = f"must be between {self.least} and {len(others)}"
             raise setting_error("balls", count, message)
         kept = {ball.id for ball in others[:count]}
-        left = (
+        placed = (
             replace(ball, velocity=(0.0, 0.0))
             for ball in scene.balls
             if ball.cue or ball.id in kept
         )
-        return replace(scene, balls=tuple(left), shots=())
+        return replace(scene, balls=tuple(placed), shots=())
 
     @property
     def _enough(self) -> str:
@@ -188,8 +188,8 @@ class Game(ABC):
         if off[self.cue]:
             raise setting_error("position", "NaN", "the cue ball must be on the table")
         if np.count_nonzero(~off) - 1 < self.least:
-            left = counted(int(np.count_nonzero(~off)) - 1, "ball")
-            raise setting_error("position", left, f"{self.name} needs {self._enough}")
+            others = counted(int(np.count_nonzero(~off)) - 1, "ball")
+            raise setting_error("position", others, f"{self.name} needs {self._enough}")
         return found
 
     def _call(self, tables: Tables, hands: Hands, called: Any) -> Ints:
@@ -216,7 +216,7 @@ class Game(ABC):
         rest[batch.pocketed >= 0] = np.nan
         rest[is_lost] = tables.position[is_lost]
         after = tables._replace(position=rest)
-        reward, terminated, told = self._judge(batch, after, is_lost)
+        reward, terminated, info = self._judge(batch, after, is_lost)
         after = after._replace(points=after.points + reward.astype(np.int64))
         info = {
             "angle": angle,
@@ -228,7 +228,7 @@ class Game(ABC):
             "met": batch.met.sum(axis=1),
             "foul": batch.pocketed[:, self.cue] >= 0,
             "status": batch.status.astype(np.int64),
-            **told,
+            **info,
         }
         return Played(batch, after, reward, terminated, info)
 
@@ -255,7 +255,7 @@ class Game(ABC):
 
     @abstractmethod
     def _judge(self, batch: Batch, after: Tables, is_lost: Flags) -> tuple[Floats, Flags, Info]:
-        """Return the rewards, which episodes are over, and what else is told."""
+        """Return the rewards, which episodes are over, and the info."""
 
     # -- what is seen ------------------------------------------------------------------------------
 
@@ -264,7 +264,7 @@ class Game(ABC):
         """Return the least and the largest observation."""
         count = len(self.scene.balls)
         flags = count * (2 if self.calls else 1)
-        far = np.tile(self.reach, count)
+        far = np.tile(self.half_size, count)
         low, high = np.append(-far, np.zeros(flags)), np.append(far, np.ones(flags))
         return low.astype(np.float32), high.astype(np.float32)
 
@@ -285,8 +285,8 @@ class Game(ABC):
     def caption(self, tables: Tables, k: int) -> str:
         """Return what stands below a picture of table ``k``."""
 
-    def told_at_start(self, tables: Tables) -> Info:
-        """Return what is told of tables as they are laid out."""
+    def info_at_start(self, tables: Tables) -> Info:
+        """Return the info of tables as they are laid out."""
         return {"called": tables.called.copy()} if self.calls else {}
 
 
@@ -299,8 +299,8 @@ class Carom(Game):
         foul = batch.pocketed[:, self.cue] >= 0
         scores = (batch.met.sum(axis=1) >= 2) & ~foul & ~is_lost
         too_few = np.count_nonzero(~after.off, axis=1) - 1 < self.least
-        told = {"points": after.points + scores}
-        return scores.astype(float), ~scores | too_few, told
+        info = {"points": after.points + scores}
+        return scores.astype(float), ~scores | too_few, info
 
     def caption(self, tables: Tables, k: int) -> str:
         points = int(tables.points[k])
@@ -332,12 +332,12 @@ class Pot(Game):
         rows = np.arange(len(is_lost))
         foul = batch.pocketed[:, self.cue] >= 0
         scores = (batch.pocketed[rows, after.called] >= 0) & ~foul & ~is_lost
-        told = {
+        info = {
             "called": after.called.copy(),
             "pocketed": np.count_nonzero(batch.pocketed >= 0, axis=1),
             "is_success": scores,
         }
-        return scores.astype(float), np.ones(len(rows), np.bool_), told
+        return scores.astype(float), np.ones(len(rows), np.bool_), info
 
     def caption(self, tables: Tables, k: int) -> str:
         return f"ball {self.scene.balls[tables.called[k]].id} is called"

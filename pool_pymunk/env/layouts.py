@@ -14,7 +14,7 @@ from pool_pymunk.fast.tables import arrays_of, plain
 from pool_pymunk.model import Scene
 from pool_pymunk.model.places import TOUCHING
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.sides import Post, Wall
+from pool_pymunk.physics.sides import RoundSide, Wall
 from pool_pymunk.solvers.exact import walls
 
 Floats = NDArray[np.float64]
@@ -34,9 +34,9 @@ class Layouts:
 
     def __init__(self, scene: Scene) -> None:
         assert scene.table is not None, "a game has a table"
-        # No part of a ball shall lie over a pocket, so that pockets are posts here.
-        posts = [Wall((Post(each.position, each.radius),), 0.0, 0.0, 0) for each in scene.pockets]
-        table = arrays_of([*walls(scene), *posts], scene.table)
+        # No part of a ball shall lie over a pocket, so that pockets are walls here.
+        filled = [Wall((RoundSide(p.position, p.radius),), 0.0, 0.0, 0) for p in scene.pockets]
+        table = arrays_of([*walls(scene), *filled], scene.table)
         self.table = table if compiled.is_there() else plain(table)
         self.radius = np.array([ball.radius for ball in scene.balls])
         x0, y0, x1, y1 = scene.table.bounds

@@ -106,11 +106,11 @@ class BilliardsEnv(Playing, gymnasium.Env[Observation, Observation]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin a new episode: return what is seen and what is told of it."""
+        """Begin a new episode: return the observation and the info."""
         super().reset(seed=seed)
         self._tables = self.game.start([self.np_random], options)
         self._shots, self._is_over = None, False
-        return self.game.observe(self._tables)[0], _only(self.game.told_at_start(self._tables))
+        return self.game.observe(self._tables)[0], _only(self.game.info_at_start(self._tables))
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Play a shot: return what is seen, the reward, whether the episode is over, and more.
@@ -150,7 +150,7 @@ class CaromEnv(BilliardsEnv):
     A shot in which the cue ball meets two others or more scores 1 and the episode goes on from
     where the balls lie; any other shot scores 0 and ends it. Where there are pockets, a shot
     that pockets the cue ball scores 0, and the episode also ends when fewer than two other balls
-    are left. ``gym.make`` cuts a series off after 100 shots. ``info["points"]`` counts the series.
+    remain. ``gym.make`` cuts a series off after 100 shots. ``info["points"]`` counts the series.
 
     >>> env = CaromEnv()
     >>> observation, info = env.reset(seed=3)
@@ -187,5 +187,5 @@ class PotEnv(BilliardsEnv):
 
 
 def _only(info: dict[str, NDArray[Any]]) -> dict[str, Any]:
-    """Return what is told of the only table, in plain numbers."""
+    """Return the info of the only table, in plain numbers."""
     return {key: values[0].item() for key, values in info.items()}

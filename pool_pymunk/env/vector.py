@@ -112,7 +112,7 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
         seed: SupportsIndex | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observations, Infos]:
-        """Begin a new episode on every table: return what is seen and what is told of it.
+        """Begin a new episode on every table: return the observation and the info.
 
         Table i has the seed ``seed + i``, or the one in a list. ``options`` are those of one table,
         for all of them; ``reset_mask`` (S,) says which tables begin anew.
@@ -156,7 +156,7 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
         else:
             self._tables.put(rows, tables)
         self._steps[rows], self._done[rows], self._played[rows] = 0, False, -1
-        _tell(infos, rows, self.game.told_at_start(tables), self.num_envs)
+        _tell(infos, rows, self.game.info_at_start(tables), self.num_envs)
 
     # -- a shot on each table ----------------------------------------------------------------------
 
@@ -174,36 +174,36 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
             raise ResetNeeded(f"The episode of table {where} is over: reset it by reset_mask.")
         rows = np.flatnonzero(~ended)
         reward, terminated = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_)
-        told: Info = {}
+        info: Info = {}
         if len(rows):
             shots = self.game.play(tables.at(rows), wanted[rows], self._of(rows))
             tables.put(rows, shots.tables)
-            reward[rows], terminated[rows], told = shots.reward, shots.terminated, shots.info
+            reward[rows], terminated[rows], info = shots.reward, shots.terminated, shots.info
             self._batch, self._played[rows] = shots.batch, np.arange(len(rows))
         self._steps[rows] += 1
         truncated = (self._steps >= self.most) & ~ended
         self._done = terminated | truncated
-        seen, infos = self._go_on(rows, np.flatnonzero(ended), told)
+        seen, infos = self._go_on(rows, np.flatnonzero(ended), info)
         return seen, reward, terminated, truncated, infos
 
-    def _go_on(self, rows: Rows, ended: Rows, told: Info) -> tuple[Observations, Infos]:
-        """Begin new episodes where it is time to, and return what is seen and told."""
+    def _go_on(self, rows: Rows, ended: Rows, info: Info) -> tuple[Observations, Infos]:
+        """Begin new episodes where it is time to, and return what is seen and the info."""
         infos: Infos = {}
         done = self._done.copy()
         if self.mode is AutoresetMode.SAME_STEP:
             rows, ended = rows[~done], np.flatnonzero(done)
             if len(ended):
-                infos |= self._final(ended, {key: values[done] for key, values in told.items()})
-            told = {key: values[~done] for key, values in told.items()}
-        _tell(infos, rows, told, len(done))
+                infos |= self._final(ended, {key: values[done] for key, values in info.items()})
+            info = {key: values[~done] for key, values in info.items()}
+        _tell(infos, rows, info, len(done))
         if len(ended):
             self._set_up(ended, infos)
         return self.game.observe(self._now), infos
 
-    def _final(self, ended: Rows, told: Info) -> Infos:
-        """Return what is seen and told at the end of some episodes, as Gymnasium has it."""
+    def _final(self, ended: Rows, said: Info) -> Infos:
+        """Return what is seen and the info at the end of some episodes, as Gymnasium has it."""
         info: Infos = {}
-        _tell(info, ended, told, self.num_envs)
+        _tell(info, ended, said, self.num_envs)
         seen = np.full(self.num_envs, None, dtype=object)
         last = self.game.observe(self._now.at(ended))
         seen[ended] = np.fromiter(last, object, len(ended))
@@ -252,11 +252,11 @@ class PotVectorEnv(BilliardsVectorEnv):
     plays = Pot
 
 
-def _tell(infos: Infos, rows: Rows, told: Info, count: int) -> None:
-    """Write down what is told of some tables, and of which, as Gymnasium has it."""
+def _tell(infos: Infos, rows: Rows, info: Info, count: int) -> None:
+    """Write down the info of some tables, and of which, as Gymnasium has it."""
     if not len(rows):
         return
-    for key, values in told.items():
+    for key, values in info.items():
         mine = infos.setdefault(key, np.zeros(count, values.dtype))
         mask = infos.setdefault(f"_{key}", np.zeros(count, np.bool_))
         mine[rows], mask[rows] = values, True

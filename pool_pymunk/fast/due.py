@@ -11,9 +11,9 @@ import math
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.fast.kinds import time_of_contact
-from pool_pymunk.fast.records import NOTHING, Ball, Sides, Work
+from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
 from pool_pymunk.physics.contact import approach
-from pool_pymunk.physics.path import Lasting, Path, motion_at, pair_time
+from pool_pymunk.physics.path import Path, Persistent, motion_at, pair_time
 from pool_pymunk.physics.sides import unit
 
 # Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
@@ -22,13 +22,13 @@ MARGIN = 1e-9
 PARTING = 1e-6  # Balls that part surely do so faster than this share of their speeds.
 
 
-def path_of(ball: Ball) -> Path:
+def path_of(ball: Moving) -> Path:
     """Return the path of a ball."""
     b = ball
     return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, True, 0.0, 0.0)
 
 
-def put_box(ball: Ball, found: tuple[float, float, float, float]) -> None:
+def put_box(ball: Moving, found: tuple[float, float, float, float]) -> None:
     """Give a ball a new box."""
     ball.box[0], ball.box[1], ball.box[2], ball.box[3] = found
 
@@ -139,17 +139,17 @@ def meet(w: Work, i: int, j: int, just_missed: bool = False) -> None:
     a, b = w.ball[i], w.ball[j]
     since = max(w.now, a.t, b.t)
     until = min(w.due[i].until, w.due[j].until)
-    reach = a.radius + b.radius
-    if stay_apart(a, b, reach, since, until):
+    touching = a.radius + b.radius
+    if stay_apart(a, b, touching, since, until):
         return
-    lasting, noise = lasting_of(w, i, j, since), max(a.noise, b.noise)
-    t = pair_time(path_of(a), path_of(b), reach, since, until, lasting, noise)
+    persistent, noise = persistent_of(w, i, j, since), max(a.noise, b.noise)
+    t = pair_time(path_of(a), path_of(b), touching, since, until, persistent, noise)
     if (
         t <= since
-        and lasting.time > 0.0
-        and (just_missed or closes_faintly(w, i, j, lasting.faint))
+        and persistent.time > 0.0
+        and (just_missed or closes_faintly(w, i, j, persistent.faint))
     ):
-        t = since + lasting.time
+        t = since + persistent.time
         if t > min(until, max(a.end, b.end)):
             return
     w.pair_t[i, j] = min(w.pair_t[i, j], t)
@@ -164,45 +164,45 @@ def closes_faintly(w: Work, i: int, j: int, faint: float) -> bool:
     return approach((ax, ay), (bx, by), unit(u - x, v - y)) < faint
 
 
-def lasting_of(w: Work, i: int, j: int, now: float) -> Lasting:
+def persistent_of(w: Work, i: int, j: int, now: float) -> Persistent:
     """Return how long one persistent contact of two balls takes, and what is faint in it."""
     pair = w.pair[i, j]
     if pair.last == -math.inf:
-        return Lasting(0.0, 0.0)
-    left = max(w.ball[i].end, w.ball[j].end) - now
+        return Persistent(0.0, 0.0)
+    to_go = max(w.ball[i].end, w.ball[j].end) - now
     radius, many = min(w.ball[i].radius, w.ball[j].radius), pair.hits > decisions.MANY_TIMES
-    time = decisions.contact_time(now - pair.met, left, radius, w.scene.pull, many)
-    return Lasting(time, decisions.faint(now - pair.last, time, w.scene.pull) if many else 0.0)
+    time = decisions.contact_time(now - pair.met, to_go, radius, w.scene.pull, many)
+    return Persistent(time, decisions.faint(now - pair.last, time, w.scene.pull) if many else 0.0)
 
 
 # -- bounds ----------------------------------------------------------------------------------------
 
 
-def stay_apart(a: Ball, b: Ball, reach: float, since: float, until: float) -> bool:
+def stay_apart(a: Moving, b: Moving, touching: float, since: float, until: float) -> bool:
     """Tell whether balls of this sum of radii surely do not meet from ``since`` to ``until``."""
     if not a.moves:
-        return not b.moves or passes(b, a.rest[0], a.rest[1], reach)
+        return not b.moves or passes(b, a.rest[0], a.rest[1], touching)
     if not b.moves:
-        return passes(a, b.rest[0], b.rest[1], reach)
+        return passes(a, b.rest[0], b.rest[1], touching)
     end = min(a.end, b.end)
-    if not keep_apart(a, b, reach, since, min(until, end)):
+    if not keep_apart(a, b, touching, since, min(until, end)):
         return False
     if until < end:
         return True
     mover, rester = (a, b) if b.end <= a.end else (b, a)
     x, y, _, _ = motion_at(path_of(rester), end)
-    return passes(mover, x, y, reach)
+    return passes(mover, x, y, touching)
 
 
-def passes(mover: Ball, x: float, y: float, reach: float) -> bool:
-    """Tell whether a ball surely does not come as near as ``reach`` (m) to a place (m)."""
+def passes(mover: Moving, x: float, y: float, touching: float) -> bool:
+    """Tell whether a ball surely does not come as near as ``touching`` (m) to a place (m)."""
     dx, dy = x - mover.x, y - mover.y
-    margin = MARGIN * (abs(x) + abs(y) + abs(mover.x) + abs(mover.y) + reach)
+    margin = MARGIN * (abs(x) + abs(y) + abs(mover.x) + abs(mover.y) + touching)
     along, across = dx * mover.vx + dy * mover.vy, abs(dx * mover.vy - dy * mover.vx)
-    return bool(along < -margin * mover.speed or across > (reach + margin) * mover.speed)
+    return bool(along < -margin * mover.speed or across > (touching + margin) * mover.speed)
 
 
-def keep_apart(a: Ball, b: Ball, reach: float, since: float, until: float) -> bool:
+def keep_apart(a: Moving, b: Moving, touching: float, since: float, until: float) -> bool:
     """Tell whether two balls that both move surely do not meet.
 
     They part if their velocity at first and at last points away from their first offset, at an
@@ -223,6 +223,6 @@ def keep_apart(a: Ball, b: Ball, reach: float, since: float, until: float) -> bo
     share = min(max(share / length, 0.0), 1.0) if length > 0.0 else 0.0
     nx, ny = dx + share * cx, dy + share * cy
     bow = time * time * math.sqrt(ax * ax + ay * ay) / 8.0
-    size = abs(x) + abs(y) + abs(dx) + abs(dy) + time * (abs(vx) + abs(vy)) + reach
-    within = reach + bow + MARGIN * size
+    size = abs(x) + abs(y) + abs(dx) + abs(dy) + time * (abs(vx) + abs(vy)) + touching
+    within = touching + bow + MARGIN * size
     return bool(nx * nx + ny * ny > within * within)

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pool_pymunk.physics.laws import COMPILED
-from pool_pymunk.physics.sides import Face, Post, Rim
+from pool_pymunk.physics.sides import Face, Rim, RoundSide
 
 # These kinds of sides are compiled, each with how it is read from its numbers.
 KINDS: dict[type, Callable[[Any], Any]] = {
     Face: lambda p: Face((p[0], p[1]), (p[2], p[3]), (p[4], p[5]), p[6], p[7]),
-    Post: lambda p: Post((p[0], p[1]), p[2]),
+    RoundSide: lambda p: RoundSide((p[0], p[1]), p[2]),
     Rim: lambda p: Rim((p[0], p[1]), p[2]),
 }
 
@@ -23,8 +23,8 @@ def by_kind(methods: Sequence[Callable[..., Any]], number: int = 0) -> Callable[
         return first
     other = by_kind(others, number + 1)
 
-    def called(record: Any, *told: Any) -> Any:
-        return first(record, *told) if record.kind == number else other(record, *told)
+    def called(record: Any, *args: Any) -> Any:
+        return first(record, *args) if record.kind == number else other(record, *args)
 
     return called
 
@@ -33,8 +33,8 @@ def answer(question: str, kind: type) -> Callable[..., Any]:
     """Return a function of a record of SIDE that this kind of side answers."""
     ask, read = getattr(kind, question), KINDS[kind]
 
-    def answered(side: Any, *told: Any) -> Any:
-        return ask(read(side.numbers), *told)
+    def answered(side: Any, *args: Any) -> Any:
+        return ask(read(side.numbers), *args)
 
     return answered
 

@@ -16,11 +16,11 @@ from pool_pymunk.engine.near import NOWHERE, box, piece
 from pool_pymunk.fast.due import (
     due_next,
     forget,
-    lasting_of,
     look_ahead,
     look_for_walls,
     meet_others,
     path_of,
+    persistent_of,
     put_box,
     refresh,
 )
@@ -36,13 +36,13 @@ from pool_pymunk.fast.moves import (
     stop,
 )
 from pool_pymunk.fast.records import (
-    KNOT,
-    MOST_KNOTS,
+    COLUMNS,
+    MOST_ROWS,
     NOTHING,
     Out,
     Shots,
     Sides,
-    Table,
+    TableArrays,
     Tracks,
     Work,
 )
@@ -66,15 +66,15 @@ SETTLED, OUT_OF_TIME, HARD = 0, 1, -1  # how a shot ends; one that may not start
 
 
 def play_shots(
-    w: Work, table: Table, shots: Shots, out: Out, tracks: Tracks, first: int, last: int
+    w: Work, table: TableArrays, shots: Shots, out: Out, tracks: Tracks, first: int, last: int
 ) -> int:
     """Play the shots from ``first`` up to ``last``, and return how many were played.
 
     They are fewer if ``out.halt`` is set, or if the ``tracks`` have no room for another one.
     """
-    knots = contacts = 0
+    rows = contacts = 0
     for s in range(first, last):
-        if out.halt[0] != 0 or (w.scene.keeps and knots + MOST_KNOTS > len(tracks.knots)):
+        if out.halt[0] != 0 or (w.scene.keeps and rows + MOST_ROWS > len(tracks.rows)):
             return s - first
         read_shot(w, shots, s)
         status, balls, place, off = HARD, w.scene.balls, shots.position[s], shots.is_off[s]
@@ -85,9 +85,9 @@ def play_shots(
         if status >= 0:
             write_shot(w, out, s)
             if w.scene.keeps:
-                knots, contacts = write_track(w, tracks, knots, contacts)
+                rows, contacts = write_track(w, tracks, rows, contacts)
         if w.scene.keeps:
-            tracks.ends[s, 0], tracks.ends[s, 1] = knots, contacts
+            tracks.ends[s, 0], tracks.ends[s, 1] = rows, contacts
     return last - first
 
 
@@ -105,7 +105,7 @@ def read_shot(w: Work, shots: Shots, s: int) -> None:
 
 
 def misplaced(
-    table: Table, position: Any, is_off: Any, radius: Any, share: float, first: int, last: int
+    table: TableArrays, position: Any, is_off: Any, radius: Any, share: float, first: int, last: int
 ) -> int:
     """Return the first ball from ``first`` on that may not lie where it is, or else ``last``.
 
@@ -145,16 +145,16 @@ def write_shot(w: Work, out: Out, s: int) -> None:
     out.hits[s], out.cushions[s], out.first_hit[s] = count.hits, count.cushions, count.first_hit
 
 
-def write_track(w: Work, tracks: Tracks, knots: int, contacts: int) -> tuple[int, int]:
+def write_track(w: Work, tracks: Tracks, rows: int, contacts: int) -> tuple[int, int]:
     """Write down a shot's track after those of others; return where it ends."""
     track = w.track
-    for k in range(track.knots):
-        for n in range(KNOT):
-            tracks.knots[knots + k, n] = track.knot[k, n]
+    for k in range(track.rows):
+        for n in range(COLUMNS):
+            tracks.rows[rows + k, n] = track.row[k, n]
     for k in range(track.contacts):
         for n in range(2):
             tracks.contacts[contacts + k, n] = track.contact[k, n]
-    return knots + track.knots, contacts + track.contacts
+    return rows + track.rows, contacts + track.contacts
 
 
 def play(w: Work, sides: Sides) -> int:
@@ -174,7 +174,7 @@ def play(w: Work, sides: Sides) -> int:
         elif is_hit or is_wall:
             if not answer(w, sides, i, j, other_t):
                 return HARD
-            if w.count.events >= MOST_EVENTS or w.track.knots + 8 > MOST_KNOTS:
+            if w.count.events >= MOST_EVENTS or w.track.rows + 8 > MOST_ROWS:
                 return HARD
         else:
             look_ahead(w, i)
@@ -214,7 +214,7 @@ def may_come_together(w: Work, i: int, j: int, other_t: float) -> bool:
 
 
 def start(w: Work, sides: Sides, position: Any, velocity: Any) -> bool:
-    """Put the balls on their way; tell whether that is an ordinary start."""
+    """Set the balls in motion; tell whether that is an ordinary start."""
     clear(w)
     is_ordinary = True
     for i in range(w.scene.balls):
@@ -237,7 +237,7 @@ def clear(w: Work) -> None:
     """Forget the shot before: nothing is due, and nothing has happened."""
     count, track = w.count, w.track
     w.now, w.instant, w.rounds, count.duration, w.in_doubt = 0.0, -math.inf, 0, 0.0, 0
-    count.events = count.hits = count.cushions = track.knots = track.contacts = 0
+    count.events = count.hits = count.cushions = track.rows = track.contacts = 0
     count.first_hit, w.together.mets, w.together.unlisted = NOTHING, 0, 0
     for i in range(w.scene.balls):
         due = w.due[i]
@@ -280,13 +280,13 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
 
 
 def is_ordinary_hit(w: Work, i: int, j: int, closing: float, noise: float, e: float) -> bool:
-    """Tell whether two balls hit each other, and in no contact that lasts; note when they met."""
+    """Tell whether two balls hit each other, and in no persistent contact; note when they met."""
     a, b, pair, least, met = w.ball[i], w.ball[j], w.pair[i, j], 0.0, w.now
     if pair.last > -math.inf:
-        time, faint = lasting_of(w, i, j, w.now)
+        time, faint = persistent_of(w, i, j, w.now)
         if closing < faint:
             return False
-        if decisions.lasts(w.now - pair.last, time):
+        if decisions.persists(w.now - pair.last, time):
             if decisions.is_micro(closing, time, w.scene.pull):
                 return False
             met = pair.met

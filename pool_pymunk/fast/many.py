@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
 from pool_pymunk.fast.loop import HARD
-from pool_pymunk.fast.records import NOTHING, ROOM, Out, Table, tracks
+from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_source
 from pool_pymunk.fast.tables import can_compile, table_of
 from pool_pymunk.model import Scene, SceneError
@@ -25,10 +25,10 @@ from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 
-Done = Callable[[int], object]  # It is told how many more shots are done.
+Done = Callable[[int], object]  # It gets the number of shots that are done, too.
 CHUNK = 4_096  # A thread plays this many shots at most before it takes the next ones.
 FEW = 512  # So few shots are not shared out.
-PATIENCE = 0.1  # s; so often an interrupt is looked for
+POLL = 0.1  # s; so often an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
 LONG = 5_000  # This many shots take Python some seconds.
@@ -187,7 +187,7 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
                 running |= {pool.submit(work, part) for part in islice(parts, free)}
                 if not running:
                     return
-                finished, running = wait(running, PATIENCE, FIRST_COMPLETED)
+                finished, running = wait(running, POLL, FIRST_COMPLETED)
                 for each in finished:
                     done(each.result())
         except BaseException:
@@ -202,7 +202,7 @@ def _chunks(count: int, threads: int) -> list[slice]:
 
 
 def play_chunk(
-    play: Any, source: Source, table: Table, out: Out, part: slice, watcher: Any = None
+    play: Any, source: Source, table: TableArrays, out: Out, part: slice, watcher: Any = None
 ) -> int:
     """Play some shots by the compiled loop, and return how many."""
     work, shots, first = source.work(keeps=watcher is not None), source.shots(part), 0

@@ -8,14 +8,14 @@ from typing import Any
 from pool_pymunk.engine.near import box
 from pool_pymunk.fast.due import note_next, path_of, put_box
 from pool_pymunk.fast.kinds import gap
-from pool_pymunk.fast.records import NOTHING, Ball, Sides, Work
+from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, motion_at, set_off
 
 is_lost = Path.is_lost
 
 
-def put_path(ball: Ball, path: Path) -> bool:
+def put_path(ball: Moving, path: Path) -> bool:
     """Give a ball a new path; tell whether its contact times mean something."""
     ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end, _, _, _ = path
     ball.rest[0], ball.rest[1] = path.x, path.y
@@ -56,10 +56,10 @@ def stop(w: Work, i: int, t: float) -> None:
 def keep(w: Work, i: int, path: Path) -> None:
     """Keep the breakpoint at which a path begins, if tracks are wanted."""
     if w.scene.keeps:
-        knot = w.track.knot[w.track.knots]
-        knot[0], knot[1], knot[2], knot[3] = i, path.t, path.x, path.y
-        knot[4], knot[5], knot[6], knot[7] = path.vx, path.vy, path.ax, path.ay
-        w.track.knots += 1
+        row = w.track.row[w.track.rows]
+        row[0], row[1], row[2], row[3] = i, path.t, path.x, path.y
+        row[4], row[5], row[6], row[7] = path.vx, path.vy, path.ax, path.ay
+        w.track.rows += 1
 
 
 def keep_contact(w: Work, i: int, other: int) -> None:

@@ -13,12 +13,12 @@ import numpy as np
 from pool_pymunk.physics.contact import Pair
 
 Work = Any  # one record of WORK
-Ball = Any  # one record of BALL
+Moving = Any  # one record of BALL
 Sides = Any  # an array of SIDE
 
 MOST_BALLS = 64
 MOST_TOGETHER = 64  # A shot with more contacts at one instant goes to the engine.
-MOST_KNOTS = 4096  # A track with more breakpoints goes to the engine.
+MOST_ROWS = 4096  # A track with more breakpoints goes to the engine.
 ROOM = 65_536  # This many breakpoints of some shots are kept together, in 4 MB a thread.
 NOTHING = -1  # stands for no ball, no side, no pocket
 
@@ -65,13 +65,13 @@ COUNT = np.dtype(
 
 # A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay. A contact is that
 # of a ball with another one, or with a wall, which is -1 - its number.
-KNOT = 8
+COLUMNS = 8
 TRACK = np.dtype(
     [
-        ("knots", I),
+        ("rows", I),
         ("contacts", I),
-        ("knot", F, (MOST_KNOTS, KNOT)),
-        ("contact", I, (MOST_KNOTS, 2)),
+        ("row", F, (MOST_ROWS, COLUMNS)),
+        ("contact", I, (MOST_ROWS, 2)),
     ]
 )
 
@@ -91,7 +91,7 @@ TOGETHER = np.dtype(
      ("contact", CONTACT, C), ("answered", CONTACT, C), ("hitting", CONTACT, C + 1),
      ("group", CONTACT, C), ("place", F, (N, 2)), ("velocity", F, (N + 1, 2)),
      ("before", F, (N + 1, 2)),
-     ("moved", I, N + 1), ("pressed", I, N + 1), ("is_in", I, N + 1), ("changed", I, N + 1),
+     ("moved", I, N + 1), ("persistent", I, N + 1), ("is_in", I, N + 1), ("changed", I, N + 1),
      ("is_near", I, N), ("queue", I, N), ("first", I, N + 1), ("shares", I, N + 1),
      ("gap", F, C), ("closing", F, C), ("hits", I, C), ("response", F, (C, C)),
      ("factor", F, (C, C)), ("wanted", F, C), ("unit", F, C), ("impulse", F, C), ("rest", F, C),
@@ -107,7 +107,7 @@ WORK = np.dtype(
 
 
 # the sides of the walls, and the corners (C,) of the outline
-Table = namedtuple("Table", "sides xs ys")
+TableArrays = namedtuple("TableArrays", "sides xs ys")
 
 # The shots to play have positions and velocities (S, N, 2), in SI; `is_off` and `mass` are (S, N),
 # and `radius` is (N,). The `coefficients` (S, 6) are the restitutions of balls, of the cue ball and
@@ -121,9 +121,9 @@ Out = namedtuple(
 
 # the breakpoints (K, 8) and contacts (C, 2) of some shots, one shot after the other; those of shot
 # s end where `ends[s]` (S, 2) says, and a hard shot has none
-Tracks = namedtuple("Tracks", "knots contacts ends")
+Tracks = namedtuple("Tracks", "rows contacts ends")
 
 
 def tracks(count: int, room: int) -> Tracks:
     """Return arrays for the tracks of ``count`` shots, with room for this many breakpoints."""
-    return Tracks(np.empty((room, KNOT)), np.empty((room, 2), I), np.zeros((count, 2), I))
+    return Tracks(np.empty((room, COLUMNS)), np.empty((room, 2), I), np.zeros((count, 2), I))

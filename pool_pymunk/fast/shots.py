@@ -17,7 +17,7 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import request, yardstick
+from pool_pymunk.solvers import reference_solver, request
 from pool_pymunk.solvers.request import Request
 
 Floats = NDArray[np.float64]
@@ -153,7 +153,7 @@ def read_source(
 
     Raises SettingError, in one line that names the argument.
     """
-    asked = request(scene, yardstick().name, law=law, max_time=max_time)
+    asked = request(scene, reference_solver().name, law=law, max_time=max_time)
     given = {
         "position": _points("position", position, [ball.position for ball in scene.balls]),
         "velocity": _points("velocity", velocity, [ball.velocity for ball in scene.balls]),

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.fast.kinds import KINDS
-from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDE, Table
-from pool_pymunk.model import Scene
-from pool_pymunk.model import Table as Outline
+from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDE, TableArrays
+from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Law
 from pool_pymunk.physics.sides import Wall, core_of
 from pool_pymunk.physics.surface import Sliding
@@ -41,12 +40,12 @@ def together_number(law: Law) -> int:
     return known.index(own) if own in known else NOTHING
 
 
-def table_of(scene: Scene) -> Table:
+def table_of(scene: Scene) -> TableArrays:
     """Return the scene's walls and pockets in arrays."""
     return arrays_of([*walls(scene), *pockets(scene)], scene.table)
 
 
-def arrays_of(found: Sequence[Wall], outline: Outline | None) -> Table:
+def arrays_of(found: Sequence[Wall], outline: Table | None) -> TableArrays:
     """Return the sides of walls and pockets in arrays, with the corners of the table's outline."""
     sides: list[tuple[Any, ...]] = []
     for number, wall in enumerate(found):
@@ -57,7 +56,7 @@ def arrays_of(found: Sequence[Wall], outline: Outline | None) -> Table:
             numbers = np.pad(numbers, (0, NUMBERS - len(numbers)))
             sides.append((list(KINDS).index(type(side)), numbers, core_of(side), *its))
     xs, ys = np.array(outline.outline if outline else np.empty((0, 2))).T.copy()
-    return Table(np.array(sides, dtype=SIDE).view(np.recarray), xs, ys)
+    return TableArrays(np.array(sides, dtype=SIDE).view(np.recarray), xs, ys)
 
 
 def can_compile(scene: Scene, law: Law) -> bool:
@@ -67,11 +66,11 @@ def can_compile(scene: Scene, law: Law) -> bool:
     return is_known and law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
 
 
-def plain(table: Table) -> Table:
+def plain(table: TableArrays) -> TableArrays:
     """Return a table with objects for records: plain Python reads them several times as fast."""
     names = table.sides.dtype.names
     sides = [SimpleNamespace(**dict(zip(names, row, strict=True))) for row in table.sides.tolist()]
-    return Table(sides, table.xs.tolist(), table.ys.tolist())
+    return TableArrays(sides, table.xs.tolist(), table.ys.tolist())
 
 
 def cue_of(scene: Scene) -> int:

@@ -15,17 +15,17 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.resolver import SAME_NORMAL
 from pool_pymunk.fast.due import (
     forget,
-    lasting_of,
     look_ahead,
     look_for_walls,
     meet,
     meet_others,
     path_of,
+    persistent_of,
     refresh,
 )
 from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal, time_of_contact
 from pool_pymunk.fast.moves import begin, keep_contact, nearest, note_hit, squared
-from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Ball, Sides, Work
+from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Moving, Sides, Work
 from pool_pymunk.physics.collapse import go_on
 from pool_pymunk.physics.contact import NO_BALL, Pair, changed, closing_speed, first_of, join, split
 from pool_pymunk.physics.laws import as_listed
@@ -95,8 +95,8 @@ def meets_wall(w: Work, sides: Sides, i: int, n: int, latest: float) -> bool:
 def touch(w: Work, i: int, j: int, times: float) -> bool:
     """Tell whether two balls touch now, with a gap that is at most so many times wider."""
     x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
-    reach = w.ball[i].radius + w.ball[j].radius
-    return decisions.is_closed(gap_between(w, i, j) / times, x, y, reach)
+    touching = w.ball[i].radius + w.ball[j].radius
+    return decisions.is_closed(gap_between(w, i, j) / times, x, y, touching)
 
 
 def gap_between(w: Work, i: int, j: int) -> float:
@@ -174,7 +174,7 @@ def read_wall(w: Work, sides: Sides, contact: Any, i: int, n: int) -> None:
 # -- instants --------------------------------------------------------------------------------------
 
 
-def has_many_rounds(w: Work, ball: Ball) -> bool:
+def has_many_rounds(w: Work, ball: Moving) -> bool:
     """Count the rounds of this instant, by its fastest ball; tell whether there were many."""
     at = w.together
     length = decisions.instant(w.now, ball.x, ball.y, ball.radius, ball.speed)
@@ -374,7 +374,7 @@ def resolve(w: Work, count: int) -> int:
     """Answer the contacts of a round; return how many were hits, or -1 if they are hard."""
     at, hits = w.together, 0
     for i in range(w.scene.balls):
-        at.moved[i] = at.pressed[i] = at.is_in[i] = 0
+        at.moved[i] = at.persistent[i] = at.is_in[i] = 0
     for k in range(count):
         one = at.answered[k]
         for i in (one.a, one.b):
@@ -400,9 +400,9 @@ def look_at(w: Work, one: Any) -> None:
         noise = max(noise, w.ball[one.b].noise)
         if pair.last > -math.inf:
             a, b = path_of(w.ball[one.a]), path_of(w.ball[one.b])
-            time, faint = lasting_of(w, one.a, one.b, w.now)
+            time, faint = persistent_of(w, one.a, one.b, w.now)
             least = decisions.least_parting(a, b, w.now, time, w.ball[one.a].radius)
-            if decisions.lasts(w.now - pair.last, time):
+            if decisions.persists(w.now - pair.last, time):
                 met, one.last = pair.met, pair.last
                 is_micro = decisions.is_micro(closing, time, w.scene.pull)
     if closing < faint or not decisions.is_hit(closing, noise, least):
@@ -482,7 +482,7 @@ def leave_out(w: Work, count: int) -> bool:
         if one.kind != MISSED:
             at.moved[one.a] = at.moved[one.b] = HIT
             if one.kind == MICRO:
-                at.pressed[one.a] = at.pressed[one.b] = 1
+                at.persistent[one.a] = at.persistent[one.b] = 1
     for k in range(count):
         one = at.answered[k]
         if one.kind != MISSED or at.moved[one.a] == HIT:
@@ -542,7 +542,7 @@ def carry_out(w: Work) -> bool:
         if at.moved[i]:
             ball, vx, vy = w.ball[i], at.velocity[i][0], at.velocity[i][1]
             slow = decisions.too_slow_to_move(w.scene.pull, ball.x, ball.y, ball.radius)
-            if at.pressed[i] and vx * vx + vy * vy <= slow * slow:
+            if at.persistent[i] and vx * vx + vy * vy <= slow * slow:
                 vx = vy = 0.0
             is_sound &= begin(w, i, (at.place[i][0], at.place[i][1]), (vx, vy), noise)
             at.velocity[i], at.changed[i] = (ball.vx, ball.vy), 1

@@ -1,4 +1,4 @@
-"""Keys: what a part of a scene may be told, said once for Python and for scenario files.
+"""Keys: what a part of a scene may say, defined once for Python and for scenario files.
 
 The fields of a part are annotated with a type that has its key: how the value is read and checked,
 and in which unit a file has it. From these keys parts check themselves when they are made, and

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from pool_pymunk.model.keys import Corners, Part
 from pool_pymunk.model.plain import problems_of, size
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
-from pool_pymunk.physics.sides import Face, Post, Wall
+from pool_pymunk.physics.sides import Face, RoundSide, Wall
 
 
 class Edge(NamedTuple):
@@ -75,7 +75,7 @@ class Table(Part):
                 k_before = (k - 1) % len(self.outline)
                 yield self._problem(f"has two equal corners in a row ({k_before} and {k})")
                 return
-        meeting = _meeting(self.edges, slack)
+        meeting = _crossing(self.edges, slack)
         if meeting is not None:
             yield self._problem("crosses itself (cushion {} meets cushion {})".format(*meeting))
         elif _area(self.outline) <= 0.0:
@@ -109,7 +109,7 @@ class Table(Part):
         found = []
         for k, edge in enumerate(self.edges):
             face = Face(edge.start, edge.tangent, edge.normal, edge.length)
-            corner = (Post(edge.start),) if k in self.reflex_corners else ()
+            corner = (RoundSide(edge.start),) if k in self.reflex_corners else ()
             found.append(Wall((face, *corner), 0.0, 0.0, k))
         return tuple(found)
 
@@ -158,7 +158,7 @@ def _area(outline: Sequence[Point]) -> float:
     return sum(_cross(a, b) for a, b in zip(shifted, shifted[1:] + shifted[:1], strict=True)) / 2
 
 
-def _meeting(edges: Sequence[Edge], slack: float) -> tuple[int, int] | None:
+def _crossing(edges: Sequence[Edge], slack: float) -> tuple[int, int] | None:
     """Two sides of a closed polygon that meet where they should not, by a sweep along x."""
     active: list[int] = []
     for i in sorted(range(len(edges)), key=lambda k: min(edges[k].start[0], edges[k].end[0])):

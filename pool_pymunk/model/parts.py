@@ -32,7 +32,7 @@ from pool_pymunk.physics.laws import LAWS
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 NEAREST = "nearest"  # what a shot may aim at instead of a ball's id
-LAUNCH = ("velocity", "speed", "angle", "aim")  # what a shot may be told of how it starts
+LAUNCH = ("velocity", "speed", "angle", "aim")  # what a shot may say about its start
 
 
 def _ball_id(value: Any) -> str:
@@ -167,7 +167,7 @@ class Shot(Part):
         return (math.cos(angle) * self.speed, math.sin(angle) * self.speed)
 
     def _problems(self) -> Iterator[Problem]:
-        """Find out whether the shot says in one way how it starts."""
+        """Find out whether the shot says once how it starts."""
         if self.velocity is not None:
             yield from beside("velocity", speed=self.speed, angle=self.angle, aim=self.aim)
         elif self.angle is not None and self.speed is not None:

@@ -1,6 +1,6 @@
 """May a ball lie here? This module answers, and says in words what is wrong with a place.
 
-Balls, walls, pockets and the outline are asked in the same way: how much ``room`` (m) is there? It
+Balls, walls, pockets and the outline are asked the same: how much ``room`` (m) is there? It
 is negative where a ball lies in them. What sinks in by no more than rounded coordinates do is taken
 as touching. numba compiles the rules for many layouts at once (:mod:`pool_pymunk.fast.places`).
 """
@@ -17,19 +17,19 @@ from pool_pymunk.model.parts import Ball, Pocket
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, listed, shown
 from pool_pymunk.model.state import State
 from pool_pymunk.model.units import Units
-from pool_pymunk.physics.sides import Post, Side, Wall, core_of, pocket
+from pool_pymunk.physics.sides import RoundSide, Side, Wall, core_of, pocket
 
 # A ball touches what it sinks into by this share of its radius, or of the smaller radius of two
 # balls, because somebody rounded the coordinates of a frozen rack. For a pocket, which asks for the
 # ball's centre, it is a share of the pocket's radius.
 TOUCHING = 1e-6
 # This is that share where a run starts, as balls lie where others end: in persistent contacts they
-# sink in by 1e-4, where contacts are found late by the way that a ball travels in a step.
+# sink in by 1e-4, where contacts are found late by the distance of a step.
 SUNK = 1e-2
 MOST_OVERLAPS = 100  # reported of one scene
 METRES = Units()
 
-room_at_post = Post.gap
+room_at_round = RoundSide.gap
 
 
 class Placed(NamedTuple):
@@ -71,7 +71,7 @@ def sinks(room: float, size: float, x: float, y: float, share: float) -> bool:
 
 def room_beside_ball(x: float, y: float, r: float, u: float, v: float, q: float) -> float:
     """Return the room (m) between a ball of radius ``r`` at (x, y) and one of ``q`` at (u, v)."""
-    return room_at_post(Post((u, v), q), x, y, r)
+    return room_at_round(RoundSide((u, v), q), x, y, r)
 
 
 def overlap(

@@ -74,7 +74,7 @@ def _run(run: Run, label: str) -> dict[str, Any]:
         "duration": run.duration,
         "off": sorted(index[id_] for id_ in run.off - run.pocketed.keys()),
         "events": list(_events(run)),
-        "knots": [[list(map(_finite, knot)) for knot in knots.tolist()] for knots in run.knots],
+        "knots": [[list(map(_finite, row)) for row in rows.tolist()] for rows in run.knots],
     }
 
 

@@ -1,4 +1,4 @@
-"""Hits without end come to an end at one instant, and this module plays them to it.
+"""An inelastic collapse ends at one instant, and this module plays its hits up to it.
 
 A light ball that a heavy one squeezes to a cushion is the usual case. Its hits are played in
 rounds: every contact that closes is answered. Soon the rounds repeat: the same contacts close, and
@@ -28,13 +28,13 @@ from pool_pymunk.physics.together import lines, push
 
 MOST_HITS = 30_000  # This many hits are played one by one at most.
 MOST_IN_TIME = 2_000  # This many hits come in the order of their times; then all gaps are closed.
-CLUSTER = 8  # With more contacts than this, gaps do not count any more,
-MOST_IN_CLUSTER = 1_000  # and at most this many hits are played.
+CLUSTER = 8  # With more contacts than this, all gaps count as closed.
+MOST_IN_CLUSTER = 1_000  # At most this many hits of such a cluster are played.
 TOGETHER_IN_TIME = 1e-9  # Hits whose times differ by this share come together.
 TOGETHER = 20  # Contacts that share a ball, and leaps, take the time of this many hits.
 LONGEST_CYCLE = 24  # rounds
 MOST_DOUBLINGS = 60  # A leap is shorter than 2 to this power cycles.
-TO_BE_SURE = 0.25  # A leap may go so far below the noise, so that it is over for sure.
+TO_BE_SURE = 0.25  # of the noise; a leap may go down to it, so that the collapse is surely over.
 SHORT = 8  # After a leap over fewer cycles, the next one is tried later.
 
 STICKS = 0  # This is how friction acts where it takes the whole slip; else it is the slip's sign.
@@ -62,7 +62,7 @@ def play_out(
 
     ``noise`` is the share of the speeds that may be rounding. ``answer`` answers contacts that
     close. With ``can_leap``, which needs Coulomb's law, cycles of hits are leapt over. At most
-    ``most`` hits are played one by one; if these do not come to an end, the answer tells so.
+    ``most`` hits are played one by one; ``is_over`` tells whether that was enough.
     """
     order = Order(contacts)
     if len(contacts) > CLUSTER:
@@ -92,7 +92,7 @@ def play_out(
 
 
 class Order:
-    """An order tells which contacts hit next, by the gaps that are left between them.
+    """An order tells which contacts hit next, by the gaps between them.
 
     In the moment of a collapse balls move along straight lines, and normals do not turn. So a gap g
     that closes at c is closed after g / c. Contacts without a gap hit at once, all together.
@@ -104,15 +104,15 @@ class Order:
 
     @property
     def is_closed(self) -> bool:
-        """Tell whether no gap is left."""
+        """Tell whether all gaps are closed."""
         return not any(self.gaps)
 
     def forget(self) -> None:
         """Let all gaps be closed from now on."""
         self.gaps = [0.0] * len(self.gaps)
 
-    def left(self) -> list[Contact]:
-        """Return the contacts, each with the gap that is left now."""
+    def now(self) -> list[Contact]:
+        """Return the contacts, each with its present gap."""
         return [
             contact._replace(gap=gap) for contact, gap in zip(self.contacts, self.gaps, strict=True)
         ]
@@ -161,7 +161,7 @@ class Leaps:
         mass = np.repeat([masses[i] for i in self.balls], 2)
         self.relative = -(self.pushes.T * mass)  # velocities -> closing speeds and slips
         self.lightness = -(self.relative * self.pushes.T).sum(axis=1)  # 1 / m_eff
-        self.least = 0.0  # m/s; a contact that closes more slowly does not
+        self.least = 0.0  # m/s; what closes more slowly counts as open
         self.hits: dict[Round, Array] = {}
         self.rounds: list[Round] = []
         self.wait, self.pause = 0, 1
@@ -209,7 +209,7 @@ class Leaps:
         return None
 
     def _leap(self, cycle: Sequence[Round], v: Array) -> tuple[Array, int]:
-        """Return the velocities after as many cycles as stay the same, and how many these are."""
+        """Leap while cycles stay the same; return the velocities, and the number of cycles."""
         at = [2 * k + n for k in sorted({k for k, _ in chain(*cycle)}) for n in (0, 1)]
         relative, hits = self.relative[at], [self._hit(this)[:, at] for this in cycle]
         t, q = np.eye(len(at)), np.zeros((len(v), len(at)))
@@ -254,5 +254,5 @@ class Leaps:
 
 
 def times(a: Array, b: Array) -> Array:
-    """Return the product of two matrices, which BLAS rounds otherwise on other machines."""
+    """Return the product of two matrices; BLAS would round it differently on each machine."""
     return np.asarray((a[:, :, np.newaxis] * b).sum(axis=1))

@@ -34,8 +34,7 @@ class Contact(NamedTuple):
     ``b`` is ``NO_BALL`` if ball ``a`` touches a cushion. ``normal`` is the unit vector from a to b,
     or from the cushion into the table. A cushion uses ``m_a``, ``restitution`` and ``friction`` of
     ``pair``. ``point`` (m) is the place where the two touch. ``cushion`` is the number by which the
-    cushion is reported. ``gap`` (m) is what is left between the two, as far as
-    rounding lets it be known.
+    cushion is reported. ``gap`` (m) is the distance between the two; 0 where rounding hides it.
     """
 
     a: int

@@ -192,7 +192,7 @@ def _sides(
         here, jacobian = _jacobian(answer, inputs)
         if all(_is_straight(answer, inputs, here.tolist(), steps) for steps in directions):
             return jacobian[np.newaxis]
-    both = [[way * step for step in steps] for steps in directions for way in (1.0, -1.0)]
+    both = [[sign * step for step in steps] for steps in directions for sign in (1.0, -1.0)]
     found = [_jacobian(answer, _moved(inputs, steps)) for steps in both]
     answers = np.array([values for values, _ in found])
     size = max(map(abs, inputs))
@@ -206,7 +206,7 @@ def _is_straight(
 ) -> bool:
     """Tell whether the answers on either side and ``here`` lie on a line, to rounding."""
     wide = [WIDE * step for step in steps]
-    above, below = (answer(_moved(inputs, [way * step for step in wide])) for way in (1.0, -1.0))
+    above, below = (answer(_moved(inputs, [sign * step for step in wide])) for sign in (1.0, -1.0))
     bend = max(abs(a - 2.0 * b + c) for a, b, c in zip(above, here, below, strict=True))
     return bool(bend <= STRAIGHT * max(map(abs, inputs)))
 

@@ -2,7 +2,7 @@
 
 A contact's impulse is the change of momentum that it gives its two sides along its normal. A single
 hit's follows from the change of one velocity. For contacts that a law has answered together there
-are three ways, and the first one that explains the change of all velocities holds:
+are three methods, and the first one that explains the change of all velocities holds:
 
 1. The law has called ``respond`` for each contact, perhaps in several orders, of which it has taken
    the mean. So the impulses of its calls are added up, and divided by a common number.
@@ -18,8 +18,8 @@ from collections.abc import Mapping, Sequence
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed, groups
 from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
 
-# of the change of velocities; what explains all but this share of it explains it. Rounding of some
-# thousand calls is less than that, and a wrong way errs by parts in a hundred.
+# A method explains a change of velocities if it errs by less than this share. Rounding in some
+# thousand calls is less, and a wrong method errs by parts in a hundred.
 EXPLAINED = 1e-9
 
 UNIT = Pair(1.0, 1.0, 0.0, 0.0)  # The masses are in the momenta.
@@ -61,7 +61,7 @@ class Shared:
         return self._found[contact]
 
     def _of_group(self, group: Sequence[Contact]) -> list[float]:
-        """Return the impulses (N s) of contacts that hang together."""
+        """Return the impulses (N s) of contacts that share balls."""
         balls = sorted({i for contact in group for i in contact.balls})
         change = {i: _less(self.after[i], self.before[i]) for i in balls}
         found = self._of_calls(group, change)

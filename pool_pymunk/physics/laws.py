@@ -38,9 +38,8 @@ def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
     """Answer a hit by Eqs. 1-7, with Coulomb friction against the slip.
 
     J_n = (1 + e) m_eff (a_n - b_n); J_t = m_eff s against the slip s = a_t - b_t, or mu J_n if that
-    is less.
-    Momentum is kept, energy never grows, and nothing jumps. Balls that already part keep their
-    velocities.
+    is less. Momentum is kept, energy never grows, and nothing jumps. Balls that already part keep
+    their velocities.
 
     >>> coulomb(NT(1.0, 0.0), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.0))
     (NT(n=0.0, t=0.0), NT(n=1.0, t=0.0))
@@ -197,7 +196,7 @@ COMPILED: tuple[type[Law], ...] = (Coulomb, Published)
 
 
 def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
-    """Give hits without end their limit: a plastic hit (e = 0) without friction."""
+    """Give an inelastic collapse its limit: a plastic hit (e = 0) without friction."""
     plastic = [
         contact._replace(pair=contact.pair._replace(restitution=0.0, friction=0.0))
         for contact in contacts

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
 EPSILON = 2.0**-52  # This is the spacing of floating-point numbers at 1.
-# Resting discs that touch meet when they are nearer by this share of the reach.
+# Resting discs that touch meet when they are nearer by this share of the contact distance.
 STILL_TOUCHING = 1e-12
 MOST_ITERATIONS = 200  # Only a path that stays within rounding of a touch comes near this number.
 
@@ -51,8 +51,8 @@ def time_to_slide(distance: float, speed: float, pull: float) -> float:
     >>> time_to_slide(1.75, 2.0, 0.5), time_to_slide(4.0, 2.0, 0.5)
     (1.0, inf)
     """
-    left = speed * speed - 2.0 * pull * distance if distance < math.inf else 0.0
-    return 2.0 * distance / (speed + math.sqrt(left)) if left > 0.0 else math.inf
+    square = speed * speed - 2.0 * pull * distance if distance < math.inf else 0.0
+    return 2.0 * distance / (speed + math.sqrt(square)) if square > 0.0 else math.inf
 
 
 def time_to_return(gap: float, parting: float, pull: float) -> float:
@@ -63,15 +63,15 @@ def time_to_return(gap: float, parting: float, pull: float) -> float:
     >>> time_to_return(0.0, 1.0, 2.0), time_to_return(1.5, 1.0, 1.0), time_to_return(1.0, 1.0, 0.0)
     (1.0, 3.0, inf)
     """
-    left = parting * parting + 2.0 * gap * pull
-    return (math.sqrt(left) + parting) / pull if left >= 0.0 and pull > 0.0 else math.inf
+    square = parting * parting + 2.0 * gap * pull
+    return (math.sqrt(square) + parting) / pull if square >= 0.0 and pull > 0.0 else math.inf
 
 
-def path_to_disc(offset: Vector, direction: Vector, reach: float) -> float:
+def path_to_disc(offset: Vector, direction: Vector, touching: float) -> float:
     """Return the path length (m) after which a straight path touches a resting disc.
 
     The length is infinite if the path misses the disc. ``offset`` points from the moving centre to
-    the resting one, ``direction`` is a unit vector, and ``reach`` is the sum of the radii (for a
+    the resting one, ``direction`` is a unit vector, and ``touching`` is the sum of the radii (for a
     corner: the radius). The distance of the centre from the path decides, in full precision,
     whether a grazing path hits. A disc that touches already is hit now if the path leads into it,
     and otherwise never.
@@ -85,31 +85,31 @@ def path_to_disc(offset: Vector, direction: Vector, reach: float) -> float:
     if along <= 0.0:
         return math.inf
     across = abs(dx * uy - dy * ux)
-    if across >= reach:
+    if across >= touching:
         return math.inf
     distance = math.sqrt(dx * dx + dy * dy)
-    chord = math.sqrt((reach - across) * (reach + across))
-    return max((distance - reach) * (distance + reach) / (along + chord), 0.0)
+    chord = math.sqrt((touching - across) * (touching + across))
+    return max((distance - touching) * (distance + touching) / (along + chord), 0.0)
 
 
 def time_of_impact(
     offset: Vector,
     velocity: Vector,
     acceleration: Vector,
-    reach: float,
+    touching: float,
     horizon: float,
     noise: float = 0.0,
 ) -> float:
     """Return the time (s) at which two discs first touch; infinite if not in time.
 
     Their relative acceleration is constant. ``offset`` (m), ``velocity`` (m/s) and ``acceleration``
-    (m/s^2) are those of B relative to A, ``reach`` is the sum of the radii (m), and ``horizon`` (s)
-    is how far to look.
+    (m/s^2) are those of B relative to A, ``touching`` is the sum of the radii (m), and
+    ``horizon`` (s) is how far to look.
 
     Three rules apply to discs that touch at the start. If they close faster than ``noise`` (m/s),
     they have an impact now. If they part, they have an impact when they are as near as now again.
     If they are at rest relative to each other, to rounding, they have an impact when they are
-    nearer by a share ``STILL_TOUCHING`` of ``reach``.
+    nearer by a share ``STILL_TOUCHING`` of ``touching``.
 
     The method is a Newton iteration that cannot overshoot. The distance d has d'' >=
     -|acceleration|, so d + d' t - |acceleration| t^2 / 2 bounds it from below, and the root of this
@@ -123,7 +123,7 @@ def time_of_impact(
     (dx, dy), (vx, vy), (ax, ay) = offset, velocity, acceleration
     pull = math.sqrt(ax * ax + ay * ay)
     t = 0.0
-    tiny = 4.0 * EPSILON * (abs(dx) + abs(dy) + reach)
+    tiny = 4.0 * EPSILON * (abs(dx) + abs(dy) + touching)
     for iteration in range(MOST_ITERATIONS):
         x = dx + t * (vx + 0.5 * t * ax)
         y = dy + t * (vy + 0.5 * t * ay)
@@ -131,14 +131,15 @@ def time_of_impact(
         if distance == 0.0:
             return t
         rate = (x * (vx + t * ax) + y * (vy + t * ay)) / distance
-        gap = distance - reach
+        gap = distance - touching
         if gap <= tiny:
             if rate < (0.0 if iteration else -noise):
                 return t
             if iteration == 0:
                 at_rest = rate <= noise or rate * rate <= 4.0 * pull * tiny
-                reach = min(reach, distance - STILL_TOUCHING * reach if at_rest else distance)
-            gap = max(distance - reach, tiny)
+                nearer = STILL_TOUCHING * touching if at_rest else 0.0
+                touching = min(touching, distance - nearer)
+            gap = max(distance - touching, tiny)
         root = math.sqrt(rate * rate + 2.0 * pull * gap)
         if rate < 0.0:
             step = 2.0 * gap / (root - rate)
@@ -154,13 +155,13 @@ def time_of_impact(
     return t
 
 
-def pressing(offset: Vector, velocity: Vector, acceleration: Vector) -> float:
-    """Return how strongly (m/s^2) two discs are driven together: -d'' of their distance d.
+def closing_acceleration(offset: Vector, velocity: Vector, acceleration: Vector) -> float:
+    """Return the acceleration (m/s^2) at which two discs close: -d'' of their distance d.
 
     The arguments are those of :func:`time_of_impact`. A relative motion across the line of centres
     drives the discs apart.
 
-    >>> pressing((2.0, 0.0), (0.0, 1.0), (-3.0, 0.0))
+    >>> closing_acceleration((2.0, 0.0), (0.0, 1.0), (-3.0, 0.0))
     2.5
     """
     (dx, dy), (vx, vy), (ax, ay) = offset, velocity, acceleration

@@ -12,15 +12,15 @@ from typing import NamedTuple
 from pool_pymunk.physics.motion import (
     EPSILON,
     Vector,
+    closing_acceleration,
     path_to_disc,
-    pressing,
     stopping_time,
     time_of_impact,
     time_to_slide,
 )
 
-# A path passes a ball by if its distance squared is this many times the reach squared. One that is
-# nearer is looked at in full precision.
+# A path passes a ball by if its distance squared is this many times that of touching balls. A
+# nearer one is looked at in full precision.
 FAR_OFF = 1.001
 LOST = 1e-3  # radii; a ball is lost that travels farther within one rounding error of the time
 NOISE = 16.0 * EPSILON  # This share of the speeds in a contact may be rounding.
@@ -28,8 +28,8 @@ SLIGHT = 1e-12  # A path that leads into a disc by less than this share of its s
 BARELY = 0.9  # of the least bounce: touching balls that close more slowly have no hit yet
 
 
-class Lasting(NamedTuple):
-    """A lasting contact is one of two balls that have met and that friction presses together.
+class Persistent(NamedTuple):
+    """A persistent contact is one of two balls that have met and that friction presses together.
 
     ``time`` (s) is how long one contact of theirs takes (:func:`least_bounce`); it is 0 for balls
     that have not met. Balls that touch and close more slowly than ``faint`` (m/s) meet a contact
@@ -40,7 +40,7 @@ class Lasting(NamedTuple):
     faint: float = 0.0
 
 
-NOT_MET = Lasting()
+NOT_MET = Persistent()
 
 
 class Path(NamedTuple):
@@ -109,8 +109,8 @@ class Path(NamedTuple):
     def is_lost(self, radius: float) -> bool:
         """Tell whether one rounding error of the time moves the ball by ``LOST`` radii."""
         speed = math.sqrt(self.vx * self.vx + self.vy * self.vy)
-        way = speed * EPSILON * self.t
-        return not (way <= LOST * radius and math.isfinite(self.x + self.y + speed))
+        moved = speed * EPSILON * self.t
+        return not (moved <= LOST * radius and math.isfinite(self.x + self.y + speed))
 
 
 def speed_of(path: Path) -> float:
@@ -164,52 +164,53 @@ def arrival(path: Path, length: float, now: float) -> float:
     return t if t > now else now
 
 
-def disc_time(path: Path, center: Vector, reach: float, now: float) -> float:
-    """Return when (s), not before now, a ball comes as near as ``reach`` (m) to a place (m)."""
+def disc_time(path: Path, center: Vector, touching: float, now: float) -> float:
+    """Return when (s), not before now, a ball comes as near as ``touching`` (m) to a place (m)."""
     vx, vy, dx, dy = path.vx, path.vy, center[0] - path.x, center[1] - path.y
     if not path.slows:
         time, noise = path.end - path.t, SLIGHT * speed_of(path)
-        t = path.t + time_of_impact((dx, dy), (-vx, -vy), (-path.ax, -path.ay), reach, time, noise)
+        velocity, pull = (-vx, -vy), (-path.ax, -path.ay)
+        t = path.t + time_of_impact((dx, dy), velocity, pull, touching, time, noise)
         return t if t > now else now
     if dx * vx + dy * vy <= 0.0:
         return math.inf
     speed = math.sqrt(vx * vx + vy * vy)
-    length = path_to_disc((dx, dy), (vx / speed, vy / speed), reach)
+    length = path_to_disc((dx, dy), (vx / speed, vy / speed), touching)
     return arrival(path, length, now) if length < math.inf else math.inf
 
 
 def pair_time(
     a: Path,
     b: Path,
-    reach: float,
+    touching: float,
     since: float,
     until: float,
-    lasting: Lasting = NOT_MET,
+    persistent: Persistent = NOT_MET,
     noise: float = 0.0,
 ) -> float:
     """Return the time (s) at which two balls meet; infinite if they do not.
 
-    Look between ``since`` and ``until`` (s). ``reach`` is the sum of the radii (m). Each ball may
-    stop on the way and rest. ``lasting`` is for balls that have met. ``noise`` (m/s) is how much of
-    the velocities may be rounding, beyond that of their own numbers.
+    Look between ``since`` and ``until`` (s). Balls meet when they are ``touching`` (m) apart, the
+    sum of their radii. Each may stop before and rest. ``persistent`` is for balls that have met.
+    ``noise`` (m/s) is how much of the velocities may be rounding, beyond that of their numbers.
     """
     first_end = a.end if a.end < b.end else b.end
     if since < first_end:
-        t = _both_move(a, b, reach, since, min(until, first_end), lasting, noise)
+        t = _both_move(a, b, touching, since, min(until, first_end), persistent, noise)
         if t < math.inf:
             return t
     mover, rester = (a, b) if b.end <= a.end else (b, a)
     if rester.end > until or rester.end == math.inf or mover.end <= since or not rester.slows:
         return math.inf
     if mover.slows:
-        t = _one_moves(mover, rester, reach)
+        t = _one_moves(mover, rester, touching)
         return t if since <= t <= until else math.inf
     x, y, _, _ = motion_at(rester, rester.end)
     at_rest, since = standing(rester.end, x, y), max(since, rester.end)
-    return _both_move(mover, at_rest, reach, since, min(until, mover.end), lasting, noise)
+    return _both_move(mover, at_rest, touching, since, min(until, mover.end), persistent, noise)
 
 
-def _one_moves(mover: Path, rester: Path, reach: float) -> float:
+def _one_moves(mover: Path, rester: Path, touching: float) -> float:
     """Return the time (s) at which the mover meets the other, which rests; infinite if never."""
     t, x, y, ux, uy, _, _, _, _, _, _ = mover
     rx, ry, vx, vy = rester.x, rester.y, ux, uy
@@ -220,25 +221,26 @@ def _one_moves(mover: Path, rester: Path, reach: float) -> float:
         x, y, vx, vy = motion_at(mover, t)
     dx, dy = rx - x, ry - y
     across, square = dx * uy - dy * ux, ux * ux + uy * uy
-    if dx * ux + dy * uy <= 0.0 or across * across > FAR_OFF * reach * reach * square:
+    if dx * ux + dy * uy <= 0.0 or across * across > FAR_OFF * touching * touching * square:
         return math.inf
     speed = math.sqrt(square)
-    length = path_to_disc((dx, dy), (ux / speed, uy / speed), reach)
+    length = path_to_disc((dx, dy), (ux / speed, uy / speed), touching)
     if length == math.inf:
         return math.inf
     return t + time_to_slide(length, math.sqrt(vx * vx + vy * vy), pull_of(mover))
 
 
 def _both_move(
-    a: Path, b: Path, reach: float, since: float, until: float, lasting: Lasting, noise: float
+    a: Path, b: Path, touching: float, since: float, until: float, persistent: Persistent,
+    noise: float,
 ) -> float:  # fmt: skip
     offset, velocity, pull = _relative(a, b, since)
     noise += NOISE * (speed_of(a) + speed_of(b))
-    if lasting.time > 0.0:
-        (dx, dy), size = offset, abs(a.x) + abs(a.y) + abs(b.x) + abs(b.y) + reach
-        if math.sqrt(dx * dx + dy * dy) - reach <= 16.0 * EPSILON * size:
-            reach -= _allowed_penetration(offset, velocity, pull, reach, lasting)
-    return since + time_of_impact(offset, velocity, pull, reach, until - since, noise)
+    if persistent.time > 0.0:
+        (dx, dy), size = offset, abs(a.x) + abs(a.y) + abs(b.x) + abs(b.y) + touching
+        if math.sqrt(dx * dx + dy * dy) - touching <= 16.0 * EPSILON * size:
+            touching -= _allowed_penetration(offset, velocity, pull, touching, persistent)
+    return since + time_of_impact(offset, velocity, pull, touching, until - since, noise)
 
 
 def _relative(a: Path, b: Path, t: float) -> tuple[Vector, Vector, Vector]:
@@ -259,13 +261,13 @@ def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
     if contact_time == 0.0 or t >= min(a.end, b.end):
         return 0.0
     offset, velocity, pull = _relative(a, b, t)
-    return max(pressing(offset, velocity, pull), 0.0) * contact_time / 2.0
+    return max(closing_acceleration(offset, velocity, pull), 0.0) * contact_time / 2.0
 
 
 def _allowed_penetration(
-    offset: Vector, velocity: Vector, pull: Vector, reach: float, lasting: Lasting
+    offset: Vector, velocity: Vector, pull: Vector, touching: float, persistent: Persistent
 ) -> float:
-    """Return how far (m) touching balls get nearer than ``reach`` until they hit each other.
+    """Return how far (m) touching balls get nearer than ``touching`` until they hit each other.
 
     Friction drives these balls together. If they close or part more slowly than ``BARELY`` times
     the least bounce, they get nearer until they close as fast as the least bounce. Balls that close
@@ -274,9 +276,9 @@ def _allowed_penetration(
     (dx, dy), (vx, vy) = offset, velocity
     distance = math.sqrt(dx * dx + dy * dy)
     rate = (dx * vx + dy * vy) / distance
-    drive = pressing(offset, velocity, pull)
-    least = drive * lasting.time / 2.0
+    drive = closing_acceleration(offset, velocity, pull)
+    least = drive * persistent.time / 2.0
     if drive <= 0.0 or abs(rate) >= BARELY * least:
-        sunk = max(reach - distance, 0.0)
-        return sunk - rate * lasting.time if -lasting.faint < rate < 0.0 else 0.0
-    return (least * least - rate * rate) / (2.0 * drive) + max(reach - distance, 0.0)
+        sunk = max(touching - distance, 0.0)
+        return sunk - rate * persistent.time if -persistent.faint < rate < 0.0 else 0.0
+    return (least * least - rate * rate) / (2.0 * drive) + max(touching - distance, 0.0)

@@ -1,11 +1,11 @@
 """This module linearises motion and contacts: how a small change before becomes one after.
 
 A change is that of a ball's state (x, y, vx, vy) at a fixed time, so it lives on while the ball
-moves on (:class:`~pool_pymunk.physics.surface.Surface`). A :class:`Meeting` takes changes through a
-contact, in four steps. The contact comes at another time. At that time the states are changed by
-more, because they went on changing until then. The law answers other velocities, along a normal
-that has turned. And the balls have been on their new paths for more or less time. The four together
-are the saltation matrix
+moves on (:class:`~pool_pymunk.physics.surface.Surface`). A :class:`Saltation` takes changes
+through a contact, in four steps. The contact comes at another time. At that time the states are
+changed by more, because they went on changing until then. The law answers other velocities, along a
+normal that has turned. And the balls have been on their new paths for more or less time. The four
+together are the saltation matrix
 
     S = R + (f_after - R f_before) G / (G f_before)
 
@@ -29,7 +29,7 @@ from pool_pymunk.physics.motion import Array
 Motion6 = tuple[float, float, float, float, float, float]
 
 
-class Meeting(NamedTuple):
+class Saltation(NamedTuple):
     """A meeting takes changes of a ball's state (K = 4), or of two (K = 8), through their contact.
 
     ``guard`` (K,) is the gradient of the gap, ``closing`` (m/s) how fast the gap shrinks, ``rate``
@@ -69,7 +69,7 @@ class Meeting(NamedTuple):
         return np.asarray(found - np.array(rates).ravel()[:, np.newaxis] * times)
 
 
-def hit(a: Motion6, b: Motion6) -> Meeting:
+def hit(a: Motion6, b: Motion6) -> Saltation:
     """Return the meeting of two balls that move like this."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     distance = math.sqrt(dx * dx + dy * dy)
@@ -80,7 +80,7 @@ def hit(a: Motion6, b: Motion6) -> Meeting:
     return _meeting((a, b), (nx, ny), guard, closing, turning)
 
 
-def bounce(a: Motion6, normal: Vector, curvature: float) -> Meeting:
+def bounce(a: Motion6, normal: Vector, curvature: float) -> Saltation:
     """Return the meeting of a ball with a cushion; ``normal`` points into the table.
 
     ``curvature`` (1/m) says how fast the normal turns as the ball moves along the side: 0 at a
@@ -94,7 +94,7 @@ def bounce(a: Motion6, normal: Vector, curvature: float) -> Meeting:
 
 def _meeting(
     motions: Sequence[Motion6], normal: Vector, guard: Array, closing: float, turning: Array
-) -> Meeting:
+) -> Saltation:
     nx, ny = normal
     count = len(motions)
     split, join = np.zeros((2 * count, 4 * count)), np.zeros((4 * count, 2 * count))
@@ -104,4 +104,4 @@ def _meeting(
         split[2 * k + 1, 4 * k + 2 : 4 * k + 4] = join[4 * k + 2 : 4 * k + 4, 2 * k + 1] = (-ny, nx)
         spun += [vy * nx - vx * ny, -(vx * nx + vy * ny)]
     split += np.array(spun)[:, np.newaxis] * turning
-    return Meeting(guard, closing, np.array(motions)[:, 2:].ravel(), turning, split, join)
+    return Saltation(guard, closing, np.array(motions)[:, 2:].ravel(), turning, split, join)

@@ -1,4 +1,4 @@
-"""Balls bounce off walls; a wall consists of sides, which are straight faces and round posts.
+"""Balls bounce off walls; a wall consists of sides, which are straight faces and round sides.
 
 A pocket is a wall of another kind, which takes balls in. Its only side is its rim.
 
@@ -26,7 +26,7 @@ class Side(Protocol):
     meets the side; it is infinite if the ball does not. ``gap`` is the distance (m) from a ball at
     (x, y); it is infinite if the ball is not beside the side. ``normal`` is the unit vector from
     the side to a ball there. ``curvature`` (1/m) is how fast the normal turns as a ball moves along
-    the side: 0 at a straight side, one over the distance of the centres around a post.
+    the side: 0 at a straight side, one over the distance of the centres at a round one.
 
     A side may have a ``core``: how far (m) it is solid below its surface, 0 if it does not say. A
     ball whose centre is deeper lies behind the side, and not in it.
@@ -127,10 +127,10 @@ class Face(NamedTuple):
         if closing <= 0.0:
             time = time_to_return(gap, -closing, pull)
         elif gap > 0.0:
-            left = closing * closing + 2.0 * gap * pull
-            if left <= 0.0:
+            square = closing * closing + 2.0 * gap * pull
+            if square <= 0.0:
                 return math.inf
-            time = 2.0 * gap / (closing + math.sqrt(left))
+            time = 2.0 * gap / (closing + math.sqrt(square))
         if not path.slows and (time == math.inf or time > path.end - path.t):
             return math.inf
         along = path.vx * tx + path.vy * ty + time * (path.ax * tx + path.ay * ty) / 2.0
@@ -147,8 +147,8 @@ class Face(NamedTuple):
         return Straight((x + far * nx, y + far * ny), self.outward)
 
 
-class Post(NamedTuple):
-    """A post is a round wall, or with radius 0 a corner."""
+class RoundSide(NamedTuple):
+    """A round side is a circle, or with radius 0 a corner."""
 
     center: Vector
     radius: float = 0.0
@@ -169,15 +169,15 @@ class Post(NamedTuple):
         return 1.0 / math.sqrt(dx * dx + dy * dy)
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
-        """Return when (s) a ball meets the post; never if its path is tangent, to rounding."""
+        """Return when (s) a ball meets the circle; never if its path is tangent, to rounding."""
         dx, dy = self.center[0] - path.x, self.center[1] - path.y
         rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
-        reach = r + self.radius - rounding
-        along, near = dx * path.vx + dy * path.vy, reach + 2.0 * rounding
-        is_tangent = along <= GRAZING * reach * speed_of(path) and path.slows
+        touching = r + self.radius - rounding
+        along, near = dx * path.vx + dy * path.vy, touching + 2.0 * rounding
+        is_tangent = along <= GRAZING * touching * speed_of(path) and path.slows
         if is_tangent and dx * dx + dy * dy <= near * near:
             return math.inf
-        return disc_time(path, self.center, reach, now)
+        return disc_time(path, self.center, touching, now)
 
     def edge(self, r: float) -> Round:
         """Return the circle on which the centre of a touching ball lies."""
@@ -259,7 +259,7 @@ class Wall:
         return min([side.time_of_contact(path, r, now) for side in self.sides], default=math.inf)
 
     def length_along(self, path: Path, r: float) -> float:
-        """Return the path length (m) after which a ball meets the wall; better ask when."""
+        """Return the path length (m) after which a ball meets the wall, if its path is straight."""
         t = self.time_of_contact(path, r, path.t)
         return math.dist(path.at(t)[0], (path.x, path.y)) if t < math.inf else math.inf
 

@@ -135,7 +135,7 @@ class Rolling(NamedTuple):
         return Path(t, x, y, vx, vy, -pull * ux, -pull * uy, t + time, False, wx, wy)
 
     def then(self, path: Path) -> Path | None:
-        """Return the path on which a ball rolls; it rests if only rounding is left of its speed."""
+        """Return the path on which a ball rolls; it rests if its speed is only rounding."""
         if path.slows:
             return None
         x, y, vx, vy = motion_at(path, path.end)
@@ -245,13 +245,13 @@ def _slowing(velocity: Array, time: Array, pull: float) -> tuple[Array, Array]:
     if pull > 0.0:
         time = np.minimum(time, speed / pull)
     lost = pull * time / np.where(moves, speed, 1.0)
-    left = np.where(moves, 1.0 - lost, is_free)
+    kept = np.where(moves, 1.0 - lost, is_free)
     along = ux[..., :, np.newaxis] * ux[..., np.newaxis, :]
     by_state = np.zeros((*speed.shape, 4, 4))
     by_state[..., :2, :2] = np.eye(2)
     by_state[..., :2, 2:] = _grid(time * (1.0 - lost / 2.0)) * np.eye(2)
     by_state[..., :2, 2:] += _grid(time * lost / 2.0) * along
-    by_state[..., 2:, 2:] = _grid(left) * np.eye(2) + _grid(lost) * along
+    by_state[..., 2:, 2:] = _grid(kept) * np.eye(2) + _grid(lost) * along
     by_pull = -np.concatenate((_row(time**2 / 2.0) * ux, _row(time) * ux), axis=-1)
     return by_state, by_pull[..., np.newaxis]
 

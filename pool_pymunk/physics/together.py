@@ -96,8 +96,8 @@ def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
 
 
 # A room has lists, or arrays. `response[k][m]` is the speed by which a unit impulse at contact m
-# opens contact k (1/kg), `wanted` that (m/s) by which each has to open, and `impulse` (N s) what
-# comes of it. `shares` says by ball how many contacts push it. The others are for work.
+# opens contact k (1/kg), `wanted` that (m/s) by which each has to open, and `impulse` (N s) the
+# answer. `shares` says by ball how many contacts push it. The others are for work.
 Room = namedtuple("Room", "response factor wanted unit impulse rest pushing chosen shares")
 
 
@@ -142,9 +142,9 @@ def push_at_once(contacts: Any, count: int, velocity: Any, room: Room) -> bool:
 
 def coupling(one: Contact, other: Contact) -> float:
     """Return the speed (m/s) by which a unit impulse at one contact opens another."""
-    shared = way(other, one.a) / one.pair.m_a  # 1/kg
+    shared = push_sign(other, one.a) / one.pair.m_a  # 1/kg
     if one.b != NO_BALL:
-        shared = way(other, one.b) / one.pair.m_b - shared
+        shared = push_sign(other, one.b) / one.pair.m_b - shared
     if shared == 0.0:
         return 0.0
     return shared * (one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1])
@@ -159,7 +159,7 @@ def lines(contacts: Iterable[Contact]) -> list[Contact]:
     ]
 
 
-def way(contact: Contact, ball: int) -> float:
+def push_sign(contact: Contact, ball: int) -> float:
     """Return the sign with which a contact pushes a ball along its normal; 0: not at all."""
     if ball == contact.b:
         return 1.0
@@ -181,7 +181,7 @@ def push(contact: Contact, along: float, across: float, velocity: Any) -> None:
 
 
 def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> float:
-    """Return the impulse (N s) against the slip: of what would end it, a contact takes its share.
+    """Return the impulse (N s) against the slip; contacts of one ball share what would end it.
 
     ``shares`` has the number of contacts that push each ball.
     """
@@ -243,7 +243,7 @@ def find_impulses(room: Room, count: int) -> bool:
 
 
 def exchange_sides(room: Room, count: int, all_at_once: bool) -> bool:
-    """Let contacts on the wrong side change sides, or the last one; tell whether any did."""
+    """Let contacts on the wrong side change sides, all or the last; tell whether any did."""
     lacking, impulse, pushing, last = room.rest, room.impulse, room.pushing, -1
     widest = pushed = 0.0
     for k in range(count):
@@ -256,7 +256,7 @@ def exchange_sides(room: Room, count: int, all_at_once: bool) -> bool:
                 total += abs(part)
         lacking[k] = room.wanted[k] - opened
         widest, pushed = max(widest, abs(room.wanted[k])), max(pushed, total)
-    slack = 1e-12 * widest + SPEED_ROUNDING * pushed  # m/s; so much may be rounding
+    slack = 1e-12 * widest + SPEED_ROUNDING * pushed  # m/s; how much may be rounding
     for k in range(count):
         is_wrong = lacking[k] > slack
         if pushing[k]:
@@ -273,8 +273,8 @@ def exchange_sides(room: Room, count: int, all_at_once: bool) -> bool:
 def least_impulses(room: Room, count: int) -> None:
     """Find the impulses of least norm that open the pushing contacts by ``wanted``.
 
-    The response of these contacts is L L^T, as far as they are not redundant. What the redundant
-    ones leave free are the impulses that open nothing, and of these the answer has no part.
+    The response of these contacts is L L^T, as far as they are not redundant. Where
+    some are redundant, there are impulses that open nothing; the answer has no part along these.
     """
     factor, chosen, found, many = room.factor, room.chosen, room.rest, 0
     for k in range(count):
@@ -306,7 +306,7 @@ def least_impulses(room: Room, count: int) -> None:
 def decompose(response: Any, chosen: Any, many: int, factor: Any, rest: Any) -> int:
     """Find the rows of L, with pivots, and return its rank; put redundant contacts at the end.
 
-    ``rest`` has what is left of the response of each contact itself.
+    ``rest`` has the rest of the response of each contact itself.
     """
     for p in range(many):
         rest[chosen[p]] = response[chosen[p]][chosen[p]]

@@ -1,6 +1,6 @@
 """This module draws an atlas: what comes of a shot at every angle and speed, one shot a pixel.
 
-Its colours can be told apart with any kind of colour vision: ends go from blue to orange along x
+Its colours can be distinguished with any kind of colour vision: ends go from blue to orange along x
 and from dark to light along y, numbers go along viridis or cividis, and names have Okabe and Ito's
 palette.
 """
@@ -115,10 +115,10 @@ def _ends(found: Atlas, key: Axes, letter: float) -> Pieces:
     units = found.scene.units
     extent = tuple(units.from_si(float(each), "length") for each in (x0, x1, y0, y1))
     axes = key.inset_axes((0.2, 0.5, 0.75, 0.5), anchor="NW")
-    axes.imshow(_two_ways(u, v), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
+    axes.imshow(_two_colors(u, v), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
     axes.set(xlabel=f"x of the end ({units.length})", ylabel="y")
     return _in_pieces(
-        lambda end: _two_ways((end[..., 0] - x0) / wide, (end[..., 1] - y0) / high), found.end
+        lambda end: _two_colors((end[..., 0] - x0) / wide, (end[..., 1] - y0) / high), found.end
     )
 
 
@@ -128,7 +128,7 @@ def _in_pieces(color: Callable[[NDArray[Any]], Image], values: NDArray[Any]) -> 
         yield color(values[first : first + AT_ONCE])
 
 
-def _two_ways(u: Array, v: Array) -> Image:
+def _two_colors(u: Array, v: Array) -> Image:
     """Return colours that go from blue to orange along u, and from dark to light along v."""
     u, v = (np.clip(np.nan_to_num(each, nan=0.0), 0.0, 1.0)[..., np.newaxis] for each in (u, v))
     cold, warm = (np.array(to_rgb(color)) for color in (COLD, WARM))

@@ -37,7 +37,7 @@ CHORDS = 16  # A parabola is drawn as this number of straight lines.
 HALO = 0.6  # the strength of the halo around tracks, rings and balls
 
 
-class Disc(NamedTuple):
+class DrawnBall(NamedTuple):
     """A disc is a ball on the canvas, in points.
 
     It has a centre, a radius, and the size of small letters there.
@@ -63,18 +63,18 @@ class Disc(NamedTuple):
         return self.spot * height > LEGIBLE * self.letter
 
 
-def discs(scene: Scene, position: Array, view: View) -> list[Disc]:
+def discs(scene: Scene, position: Array, view: View) -> list[DrawnBall]:
     """Return the scene's balls as ``view`` shows them at ``position`` (N, 2), m."""
     places = [view.place((float(x), float(y))) for x, y in position]
     return [
-        Disc(*place, view.scale * ball.radius, color, ball.id, view.letter, stripe)
+        DrawnBall(*place, view.scale * ball.radius, color, ball.id, view.letter, stripe)
         for ball, place, color, stripe in zip(
             scene.balls, places, ball_colors(scene), striped(scene), strict=True
         )
     ]
 
 
-def draw_balls(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
+def draw_balls(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
     """Draw balls with their labels: inside, or beside those that are too small."""
     draw_bodies(axes, balls, style)
     labels = Labels(balls)
@@ -83,7 +83,7 @@ def draw_balls(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
         draw_label(axes, ball, middle, style)
 
 
-def draw_bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
+def draw_bodies(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
     """Draw balls, each with shadow, dark outline and soft light, and with a label if it has room.
 
     The label stands in a white spot.
@@ -103,7 +103,7 @@ def draw_bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
             axes.add_artist(_label(ball, style.outline, zorder=2.4))
 
 
-def draw_ghosts(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
+def draw_ghosts(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
     """Draw ghosts of balls: pale, clear discs with a ring in the ball's colour and a label."""
     for ball in balls:
         width = min(0.14 * ball.radius, 4.0)
@@ -119,7 +119,7 @@ def draw_ghosts(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
 
 
 def _circles(
-    axes: Axes, balls: Sequence[Disc], offset: Point, size: float, color: Color, zorder: float
+    axes: Axes, balls: Sequence[DrawnBall], offset: Point, size: float, color: Color, zorder: float
 ) -> None:
     """Draw one circle a ball, all of them as one area.
 
@@ -133,7 +133,7 @@ def _circles(
     axes.add_artist(PathPatch(outline, facecolor=color, edgecolor="none", zorder=zorder))
 
 
-def _bodies(axes: Axes, balls: Sequence[Disc], style: Style) -> None:
+def _bodies(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
     """Draw the discs; outlines lie inside the radius, so that balls that touch are seen to."""
     lines = [min(0.07 * ball.radius, 1.6) for ball in balls]
     for ball, line in zip(balls, lines, strict=True):
@@ -156,7 +156,7 @@ def _band() -> Outline:
     return Outline(np.stack([np.cos(angles), np.sin(angles)], axis=1), closed=False)
 
 
-def _label(ball: Disc, color: str, **looks: Any) -> PathPatch:
+def _label(ball: DrawnBall, color: str, **looks: Any) -> PathPatch:
     """Return a ball's label as an outline that fills its spot, whatever the ball's size."""
     shape = Affine2D().scale(ball.spot).translate(ball.x, ball.y)
     path = _lettering(ball.label).transformed(shape)
@@ -186,7 +186,7 @@ class Labels:
     room, so that it stands still when balls move.
     """
 
-    def __init__(self, discs: Sequence[Disc]) -> None:
+    def __init__(self, discs: Sequence[DrawnBall]) -> None:
         beside = [k for k, disc in enumerate(discs) if not disc.is_labelled_inside]
         self.of = np.array(beside, dtype=int)
         self.balls = [discs[k] for k in beside]
@@ -228,7 +228,7 @@ def half_size(label: str, letter: float) -> Point:
     return max(float(box.width), 1.0) / 2, CAPITAL * letter / 2
 
 
-def draw_label(axes: Axes, ball: Disc, middle: Point, style: Style) -> None:
+def draw_label(axes: Axes, ball: DrawnBall, middle: Point, style: Style) -> None:
     """Draw the label of a ball, light with a dark rim, around its middle."""
     x, y = middle
     text = axes.text(x, y - CAPITAL * ball.letter / 2, ball.label, parse_math=False, zorder=2.4)
@@ -239,22 +239,22 @@ def draw_label(axes: Axes, ball: Disc, middle: Point, style: Style) -> None:
 # -- where balls come from and go to -----------------------------------------------------------
 
 
-def way(run: Run, i: int) -> Array:
+def track_of(run: Run, i: int) -> Array:
     """Return times and places (K, 3) on the track of ball ``i``, as far as it is on the table.
 
     These are its breakpoints, and on a parabola some places between two. The last is on the rim if
     a pocket takes the ball.
     """
-    knots = run.knots[i]
+    breakpoints = run.knots[i]
     if run.scene.balls[i].id in run.pocketed:
-        knots = knots[:-1]
-    vx, vy, ax, ay = knots[:-1, 3:7].T
+        breakpoints = breakpoints[:-1]
+    vx, vy, ax, ay = breakpoints[:-1, 3:7].T
     bends = np.abs(vx * ay - vy * ax) > STRAIGHT * np.abs(vx * ay)
-    times = np.linspace(knots[:-1, 0], knots[1:, 0], CHORDS, endpoint=False, axis=1)
+    times = np.linspace(breakpoints[:-1, 0], breakpoints[1:, 0], CHORDS, endpoint=False, axis=1)
     kept = bends[:, None] | (np.arange(CHORDS) == 0)
-    rows = np.repeat(knots[:-1], CHORDS, axis=0)[kept.ravel()]
+    rows = np.repeat(breakpoints[:-1], CHORDS, axis=0)[kept.ravel()]
     places, _ = free_motions(rows, times[kept])
-    return np.vstack((np.column_stack((times[kept], places)), knots[-1:, :3]))
+    return np.vstack((np.column_stack((times[kept], places)), breakpoints[-1:, :3]))
 
 
 def track_width(count: int) -> float:
@@ -268,7 +268,7 @@ def track_width(count: int) -> float:
 
 def tracks(
     paths: Sequence[Array],
-    balls: Sequence[Disc],
+    balls: Sequence[DrawnBall],
     ground: str,
     *,
     solid: bool,
@@ -310,7 +310,7 @@ def _pieces(path: Array) -> tuple[list[Array], Array]:
     return list(np.stack([points[:-1], points[1:]], axis=1)), strength
 
 
-def draw_rings(axes: Axes, balls: Sequence[Disc]) -> None:
+def draw_rings(axes: Axes, balls: Sequence[DrawnBall]) -> None:
     """Draw a thin ring in the ball's colour where each ball started."""
     for ball in balls:
         line = min(max(0.07 * ball.radius, 0.9), 2.0)
@@ -321,7 +321,7 @@ def draw_rings(axes: Axes, balls: Sequence[Disc]) -> None:
 
 
 def draw_arrows(
-    axes: Axes, balls: Sequence[Disc], velocities: Array, scale: float, style: Style
+    axes: Axes, balls: Sequence[DrawnBall], velocities: Array, scale: float, style: Style
 ) -> list[FancyArrowPatch]:
     """Draw an arrow at every ball that moves, from its edge along its velocity (m/s)."""
     arrows = []

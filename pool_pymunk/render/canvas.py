@@ -128,13 +128,13 @@ class Sprite:
 
 
 def sprites(
-    count: int, reach: float, draw: Callable[[Axes, list[Point]], None]
+    count: int, extent: float, draw: Callable[[Axes, list[Point]], None]
 ) -> tuple[Sprite, ...]:
-    """Return this many sprites that reach so far (pixels) from their middles, drawn all at once.
+    """Return this many sprites of this ``extent`` (pixels) around their middles, drawn at once.
 
     ``draw`` gets axes and the points around which it must draw each sprite.
     """
-    half = math.ceil(reach) + 1
+    half = math.ceil(extent) + 1
     columns = math.ceil(math.sqrt(count))
     rows = math.ceil(count / columns)
     figure, axes = canvas(2 * half * columns, 2 * half * rows)
@@ -176,8 +176,8 @@ def glow(
     frame: Pixels, at: Point, radius: float, soft: float, color: Array, strength: float
 ) -> None:
     """Draw a ring of light around ``at``, which fades over ``soft`` pixels on both sides."""
-    reach = radius + 2.2 * soft
-    seen = window(frame, np.array([at[0] - reach, at[1] - reach, at[0] + reach, at[1] + reach]))
+    extent = radius + 2.2 * soft
+    seen = window(frame, np.array([at[0] - extent, at[1] - extent, at[0] + extent, at[1] + extent]))
     if seen is None:
         return
     rows, columns, x, y = seen

@@ -12,7 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
-from pool_pymunk.render.balls import HALO, Disc, discs, draw_balls, draw_rings
+from pool_pymunk.render.balls import HALO, DrawnBall, discs, draw_balls, draw_rings
 from pool_pymunk.render.pictures import as_set_up, save_figure
 from pool_pymunk.render.sheet import Sheet, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import PRINT, Style, halo_color
@@ -44,7 +44,7 @@ def cloud_picture(
     dpi: float = 200.0,
     style: Style = PRINT,
 ) -> None:
-    """Draw the clouds of ends: starts as rings, unperturbed ends as discs, samples as points.
+    """Draw the clouds of ends: starts as rings, reference ends as discs, samples as points.
 
     A ball whose ends hardly spread is drawn without a cloud. With a ``linear`` sensitivity, beside
     samples or alone, ellipses have 95 % of the ends within them as the derivatives say. The suffix
@@ -98,7 +98,7 @@ def _sheet(run: Run, style: Style, *words: str) -> Sheet:
 
 
 def _draw_ends(
-    sheet: Sheet, scene: Scene, balls: list[Disc], ends: Array, spread: Array, style: Style
+    sheet: Sheet, scene: Scene, balls: list[DrawnBall], ends: Array, spread: Array, style: Style
 ) -> None:
     """Draw the ``ends`` (S, N, 2) with clouds where their ``spread`` (m) shows.
 
@@ -115,7 +115,7 @@ def _draw_ends(
         _faded(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
 
 
-def _draw_ellipses(sheet: Sheet, linear: Linear, balls: list[Disc]) -> None:
+def _draw_ellipses(sheet: Sheet, linear: Linear, balls: list[DrawnBall]) -> None:
     """Draw an ellipse around the end of every ball whose ends spread so that it shows."""
     view = sheet.views[0]
     for i, ball in enumerate(balls):
@@ -127,7 +127,7 @@ def _draw_ellipses(sheet: Sheet, linear: Linear, balls: list[Disc]) -> None:
             sheet.axes.add_patch(line)
 
 
-def _cloud(axes: Axes, ball: Disc, points: Array) -> None:
+def _cloud(axes: Axes, ball: DrawnBall, points: Array) -> None:
     """Draw the points in the ball's colour, without rims, in a faint common haze."""
     circle = Outline.unit_circle()
     around = points[:, None] + HAZE * np.asarray(circle.vertices)
@@ -141,8 +141,10 @@ def _cloud(axes: Axes, ball: Disc, points: Array) -> None:
     axes.add_collection(dots, autolim=False)
 
 
-def _faded(axes: Axes, ball: Disc, points: Array, others: list[Disc], style: Style) -> None:
-    """Draw the unperturbed end of a ball that may as well end elsewhere.
+def _faded(
+    axes: Axes, ball: DrawnBall, points: Array, others: list[DrawnBall], style: Style
+) -> None:
+    """Draw the reference run's end of a ball that may as well end elsewhere.
 
     Its label is on the rim, where it is farthest from the cloud and other balls.
     """

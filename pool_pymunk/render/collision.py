@@ -44,7 +44,7 @@ def collision_picture(hit: Collision, path: Path, units: Units, *, dpi: float = 
     left, right = (_Panel(axes, hit, scale) for axes in figure.subplots(1, 2))
     _approach(left, hit, units)
     _contact(right, hit)
-    left.axes.set_title("before (dash-dotted: A's way, as B sees it)", fontsize=LETTER, color=INK)
+    left.axes.set_title("before (dash-dotted: A's line, as B sees it)", fontsize=LETTER, color=INK)
     right.axes.set_title("after (n: line of centres, t: tangent)", fontsize=LETTER, color=INK)
     boxes = [panel.axes.dataLim for panel in (left, right)]
     width, height = (0.2 + max(each) for each in zip(*(box.size for box in boxes), strict=True))
@@ -71,7 +71,7 @@ class _Panel(NamedTuple):
 
     def ball(self, name: str, at: Point, **looks: Any) -> None:
         """Draw a ball as a disc, or with other looks."""
-        radius = (self.hit.a if name == "A" else self.hit.b).radius / self.hit.reach
+        radius = (self.hit.a if name == "A" else self.hit.b).radius / self.hit.contact_distance
         looks = {"facecolor": FILLS[name], "edgecolor": INK, "linewidth": 1.6} | looks
         self.axes.add_patch(Circle(at, radius, zorder=1, **looks))
 
@@ -119,13 +119,13 @@ def _along(a: Point, v: Point, by: float) -> Point:
 
 
 def _approach(panel: _Panel, hit: Collision, units: Units) -> None:
-    """Draw A on its way to B, with the line on which it comes and the offset across it."""
+    """Draw A as it comes to B, with the line on which it comes and the offset across it."""
     speed = math.hypot(*hit.approach)
     u = (hit.approach[0] / speed, hit.approach[1] / speed)
-    offset = hit.offset / hit.reach
+    offset = hit.offset / hit.contact_distance
     b, touching = (0.0, 0.0), _along((0.0, 0.0), hit.normal, -1.0)
     a = _along(touching, u, -AHEAD)
-    foot = _along(b, (-u[1], u[0]), -offset)  # of the perpendicular from B's centre on A's way
+    foot = _along(b, (-u[1], u[0]), -offset)  # of the perpendicular from B's centre on A's line
     panel.ball("A", a)
     panel.ball("B", b)
     panel.ball("A", touching, facecolor="none", linestyle=":", linewidth=1.2)
@@ -143,12 +143,12 @@ def _approach(panel: _Panel, hit: Collision, units: Units) -> None:
 def _contact(panel: _Panel, hit: Collision) -> None:
     """Draw the balls as they touch: line of centres, tangent, impact angle, velocities after."""
     n, t, origin = hit.normal, (-hit.normal[1], hit.normal[0]), (0.0, 0.0)
-    a, b = (_along(origin, n, r / hit.reach) for r in (-hit.a.radius, hit.b.radius))
+    a, b = (_along(origin, n, r / hit.contact_distance) for r in (-hit.a.radius, hit.b.radius))
     panel.ball("A", a)
     panel.ball("B", b)
     after = hit.after[1]
     on_n = after.n > 0.0 and abs(after.t) < 0.2 * after.n  # B's arrow lies on the normal.
-    beyond = hit.b.radius / hit.reach + panel.scale * after.n + 0.35 if on_n else 0.0
+    beyond = hit.b.radius / hit.contact_distance + panel.scale * after.n + 0.35 if on_n else 0.0
     for axis, name, tip in ((n, "n", max(1.2, beyond)), (t, "t", 1.2)):
         panel.line(_along(origin, axis, -1.2), _along(origin, axis, tip))
         panel.arrow(_along(origin, axis, tip), _along(origin, axis, tip + 0.1), FAINT, "-|>", 1.0)

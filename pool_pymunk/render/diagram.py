@@ -168,7 +168,7 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
 
 def _about(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
     """Say how the solver's error shrinks with the step, or nothing where that is not known."""
-    if solver.is_yardstick:
+    if solver.is_reference:
         return "exact to rounding, no step"
     if max(s.largest for s in settings) < 100 * result.rounding:
         return "exact to rounding at every step"

@@ -75,7 +75,7 @@ def _write_mp4(path: Path, frames: Iterable[Pixels], pace: float) -> None:
         film = iio.imopen(file, "w", plugin="pyav", extension=".mp4", container_options=FASTSTART)  # type: ignore[call-overload]
         try:
             film.init_video_stream(CODEC, fps=pace)
-            film._video_stream.options = OPTIONS  # imageio has no public way to set them.
+            film._video_stream.options = OPTIONS  # imageio has no public call that sets them.
             with ThreadPoolExecutor(1) as thread:
                 done: Future[object] = thread.submit(int)  # There is nothing to wait for yet.
                 for frame in frames:

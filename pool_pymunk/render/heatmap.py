@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from pool_pymunk.model import Point
 
-# Blue against yellow to brown can be told apart by the colour-blind, and in grey by lightness.
+# Blue against yellow to brown can be distinguished by the colour-blind, and in grey by lightness.
 FAINT, EDGE = "#555555", "#bbbbbb"
 HOLDS, NOT_RUN = "#cde2f2", "#ececec"
 DEGREES = (  # Each row has a severity, the colour up to it, and its words.
@@ -38,8 +38,8 @@ HOLDING = (
     "holds: all is finite and ends as it must, energy and momentum are kept, no ball is off the "
     "table or in another, a second run and another order of the balls give the same,\n"
     "time runs backwards, and until the scene makes chaos of rounding the balls are where the "
-    "exact run has them: to rounding, and for solvers that answer at the end of a step, "
-    "to a step's way"
+    "reference run has them: to rounding, and for solvers that answer at the end of a step, "
+    "to the distance of a step"
 )
 SCALE = "error as a share of a ball's radius, of the energy, or of the speed"
 
@@ -91,12 +91,12 @@ def _headings(axes: Axes, used: Mapping[str, Sequence[float]], in_steps: str) ->
     for column, (solver, steps) in enumerate(used.items()):
         left = LABEL + WIDE * column + 0.05
         about = ", ".join(map(step_text, steps))
-        about = "exact, no step" if find_solver(solver).is_yardstick else about
+        about = "exact, no step" if find_solver(solver).is_reference else about
         axes.text(left, HEAD - 0.34, solver, fontsize=11, weight="bold", va="bottom")
         axes.text(left, HEAD - 0.12, about, fontsize=9, color=FAINT, va="bottom")
     left = LABEL + WIDE * len(used) + GAP + 0.05
     if in_steps in used:
-        text = f"{in_steps}: largest distance from\nthe exact run (m), before chaos"
+        text = f"{in_steps}: largest distance from\nthe reference run (m), before chaos"
         axes.text(left, HEAD - 0.38, text, fontsize=9, color=FAINT, va="bottom")
     for column, dt in enumerate(used.get(in_steps, [])):
         axes.text(left + NARROW * column, HEAD - 0.12, step_text(dt), fontsize=10, va="bottom")

@@ -17,8 +17,8 @@ from pool_pymunk.render.balls import (
     draw_balls,
     draw_ghosts,
     draw_rings,
+    track_of,
     tracks,
-    way,
 )
 from pool_pymunk.render.sheet import draw_caption, draw_sheet, draw_tray, picture_layout
 from pool_pymunk.render.style import PRINT, Style
@@ -98,9 +98,9 @@ def as_set_up(scene: Scene) -> Run:
     start = scene.start(None)
     rolls = start.roll or ((),) * len(start.position)
     motions = zip(start.position, start.velocity, rolls, strict=True)
-    knots = [np.array([[0.0, *p, *v, 0.0, 0.0, *w]]) for p, v, w in motions]
+    breakpoints = [np.array([[0.0, *p, *v, 0.0, 0.0, *w]]) for p, v, w in motions]
     return Run(
-        scene=scene, shot=None, solver="", law=scene.physics.law, dt=None, knots=tuple(knots),
+        scene=scene, shot=None, solver="", law=scene.physics.law, dt=None, knots=tuple(breakpoints),
         events=(), status="settled", duration=0.0, steps=0, warnings=(), wall_time=0.0,
     )  # fmt: skip
 
@@ -114,7 +114,7 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
     if when == "end":
         if solid:
             starts = zip(discs(run.scene, before, view), run.knots, strict=True)
-            draw_rings(axes, [ball for ball, knots in starts if knots[:, 3:5].any()])
+            draw_rings(axes, [ball for ball, breakpoints in starts if breakpoints[:, 3:5].any()])
         ground = style.plane if run.scene.table is None else style.cloth
         paths = [_path(run, i, view) for i in range(len(balls))]
         axes.add_collection(tracks(paths, balls, ground, solid=solid), autolim=False)
@@ -128,8 +128,8 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
 
 
 def _path(run: Run, i: int, view: View) -> Array:
-    """Return the way of ball ``i`` on the canvas, up to the rim of a pocket that takes it."""
-    places = way(run, i)[:, 1:3]
+    """Return the track of ball ``i`` on the canvas, up to the rim of a pocket that takes it."""
+    places = track_of(run, i)[:, 1:3]
     if run.scene.balls[i].id not in run.pocketed:
         places = np.concatenate([places, [run.end.position[i]]])
     return view.scale * places + (view.x, view.y)

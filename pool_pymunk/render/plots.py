@@ -117,7 +117,7 @@ def energy_and_momentum(run: Run) -> tuple[Array, Array, Array]:
 
     Every breakpoint comes twice: just before it, and when it has happened.
     """
-    breaks = np.concatenate([knots[:, 0] for knots in run.knots])
+    breaks = np.concatenate([breakpoints[:, 0] for breakpoints in run.knots])
     even = np.linspace(0.0, run.duration, SAMPLES)
     t = np.unique(np.concatenate([even, breaks, np.nextafter(breaks, -np.inf)]))
     t = t[(t >= 0.0) & (t <= run.duration)]

@@ -135,8 +135,8 @@ def _draw_frame(axes: Axes, found: Fit, drawn: Mask, style: Style) -> None:
     axes.plot(*shown[beyond].T, "D", color=OUT, ms=5.0, mew=0)
     count = int(beyond.sum())
     words = f"; {count} beyond the frame (at its edge)" if count else ""
-    length, reach = found.scene.units.length, FRAME * sigma
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    length, limit = found.scene.units.length, FRAME * sigma
+    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
     axes.set_xlabel(f"measured less fitted x ({length}){words}")
     axes.set_ylabel(f"measured less fitted y ({length})")
     for line in (axes.axhline, axes.axvline):

@@ -19,7 +19,7 @@ from PIL import Image, ImageDraw, ImageFont
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import (
-    Disc,
+    DrawnBall,
     Labels,
     discs,
     draw_arrows,
@@ -27,8 +27,8 @@ from pool_pymunk.render.balls import (
     draw_ghosts,
     draw_label,
     half_size,
+    track_of,
     track_width,
-    way,
 )
 from pool_pymunk.render.canvas import Pixels, Sprite, canvas, glow, mix, pixels, sprites
 from pool_pymunk.render.sheet import Layout, draw_caption, draw_sheet, draw_tray, film_layout
@@ -37,7 +37,7 @@ from pool_pymunk.render.tracks import LIFE, Ground, Track
 from pool_pymunk.render.view import Box, Show, View, contact_places
 from pool_pymunk.results.run import Run
 
-Draw = Callable[[Axes, Sequence[Disc], Style], None]
+Draw = Callable[[Axes, Sequence[DrawnBall], Style], None]
 TRACK_STRENGTH = 0.5  # of a new track
 CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
 
@@ -60,10 +60,10 @@ class Cast:
 
     def _track(self, i: int) -> Track:
         """Return a ball's track; a ghost's is thin and has no halo."""
-        disc, knots = self.discs[i], way(self.run, i)
-        places = self.view.scale * knots[:, 1:3] + (self.view.x, self.view.y)
+        disc, breakpoints = self.discs[i], track_of(self.run, i)
+        places = self.view.scale * breakpoints[:, 1:3] + (self.view.x, self.view.y)
         wide = max(1.2 * track_width(len(self.discs)) * disc.radius, 1.5)
-        corners = np.column_stack([knots[:, 0], places])
+        corners = np.column_stack([breakpoints[:, 0], places])
         width, halo = (wide, _rgb(halo_color(disc.color))) if self.solid else (0.5 * wide, None)
         return Track(corners, width, _rgb(disc.color), TRACK_STRENGTH, halo)
 
@@ -71,7 +71,7 @@ class Cast:
         """Draw the tracks on the ground up to where the balls are."""
         places = self.view.scale * position + (self.view.x, self.view.y)
         for disc, track, place in zip(self.discs, self.tracks, places, strict=True):
-            track.reach(ground, t, place if t < self.taken.get(disc.label, math.inf) else None)
+            track.extend_to(ground, t, place if t < self.taken.get(disc.label, math.inf) else None)
 
     def appear(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
         """Put the balls on the frame; light around them shines from below and hides nothing."""
@@ -95,7 +95,7 @@ class Cast:
         if id_ not in self.taken or t < self.taken[id_]:
             return (x, y), 1.0
         age = min((t - self.taken[id_]) * self.slow / LOOK.drop, 1.0)
-        x0, y0 = way(self.run, i)[-1, 1:3].tolist()  # on the rim
+        x0, y0 = track_of(self.run, i)[-1, 1:3].tolist()  # on the rim
         return (x0 + age * (x - x0), y0 + age * (y - y0)), 1.0 - age
 
     def _halos(self, frame: Pixels, position: Array, velocity: Array) -> None:
@@ -292,7 +292,7 @@ class Stage:
 
 
 @lru_cache(maxsize=8)
-def _balls(discs: tuple[Disc, ...], style: Style, draw_them: Draw) -> tuple[Sprite, ...]:
+def _balls(discs: tuple[DrawnBall, ...], style: Style, draw_them: Draw) -> tuple[Sprite, ...]:
     """Return the sprites of balls, wherever they are."""
 
     def draw(axes: Axes, middles: list[Point]) -> None:
@@ -304,15 +304,15 @@ def _balls(discs: tuple[Disc, ...], style: Style, draw_them: Draw) -> tuple[Spri
 
 
 @lru_cache(maxsize=8)
-def _names(balls: tuple[Disc, ...], style: Style) -> tuple[Sprite, ...]:
+def _names(balls: tuple[DrawnBall, ...], style: Style) -> tuple[Sprite, ...]:
     """Return the sprites of the labels that stand beside balls."""
 
     def draw(axes: Axes, middles: list[Point]) -> None:
         for ball, middle in zip(balls, middles, strict=True):
             draw_label(axes, ball, middle, style)
 
-    reach = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in balls), default=0.0)
-    return sprites(len(balls), reach, draw) if balls else ()
+    extent = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in balls), default=0.0)
+    return sprites(len(balls), extent, draw) if balls else ()
 
 
 def _rgb(color: str) -> Array:

@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex, to_rgb
 
 from pool_pymunk.model import Ball, Scene
 
-# This is Okabe and Ito's palette, which can be told apart with any kind of colour vision.
+# This is Okabe and Ito's palette, which can be distinguished with any kind of colour vision.
 # The eighth is black, as players have it.
 PALETTE = ("#e69f00", "#0072b2", "#f0e442", "#d55e00", "#56b4e9", "#cc79a7", "#009e73", "#000000")
 CUE = "#ffffff"

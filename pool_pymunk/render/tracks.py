@@ -41,10 +41,10 @@ class Ground:
         """Let the tracks fade up to the time ``t`` (s), unless that would not show."""
         if t - self.now < TICK * self.life / LIFE:
             return
-        left = math.exp((self.now - t) / self.life)
+        kept = math.exp((self.now - t) / self.life)
         strength, self.now = self.strength.reshape(-1), t
         fading = np.flatnonzero(strength > FADED)
-        strength[fading] = LOOK.oldest + left * (strength[fading] - LOOK.oldest)
+        strength[fading] = LOOK.oldest + kept * (strength[fading] - LOOK.oldest)
         bare, new, seen = (each.reshape(-1, 3) for each in (self.bare, self.new, self.seen))
         seen[fading] = _mixed(bare[fading], new[fading], strength[fading])
 
@@ -85,7 +85,7 @@ class Track:
         self.end = corners[0, 1:]
         self.passed = 1
 
-    def reach(self, ground: Ground, t: float, at: Array | None) -> None:
+    def extend_to(self, ground: Ground, t: float, at: Array | None) -> None:
         """Draw the line on to where the ball is at ``t``; steps too short to see can wait.
 
         A ball that a pocket has taken is nowhere (None).

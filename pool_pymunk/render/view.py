@@ -77,16 +77,16 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Box:
         x0, y0, x1, y1 = scene.table.bounds
         short = min(x1 - x0, y1 - y0)
         return Box(x0, y0, x1, y1).grown((CUSHION + RAIL) * short)
-    reach = max(ball.radius for ball in scene.balls)
+    largest = max(ball.radius for ball in scene.balls)
     points = [ball.position for ball in scene.balls]
     for run in runs:
-        points += [(knot[1], knot[2]) for knots in run.knots for knot in knots.tolist()]
+        points += [(row[1], row[2]) for breakpoints in run.knots for row in breakpoints.tolist()]
         points += run.end.position
     for hole in scene.pockets:
         (x, y), r = hole.position, hole.radius
         points += [(x - r, y - r), (x + r, y + r)]
     xs, ys = zip(*(point for point in points if all(map(math.isfinite, point))), strict=True)
-    box = Box(min(xs), min(ys), max(xs), max(ys)).grown(2.5 * reach)
+    box = Box(min(xs), min(ys), max(xs), max(ys)).grown(2.5 * largest)
     dx = max(0.0, box.height / MOST_LONG - box.width) / 2
     dy = max(0.0, box.width / MOST_LONG - box.height) / 2
     return Box(box.x0 - dx, box.y0 - dy, box.x1 + dx, box.y1 + dy)

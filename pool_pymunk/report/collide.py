@@ -28,6 +28,7 @@ is pushed with the slip, and tangential momentum is not kept.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
@@ -86,9 +87,15 @@ class Collision:
         return math.atan2(self.normal[1], self.normal[0])
 
     @property
-    def reach(self) -> float:
+    def contact_distance(self) -> float:
         """The distance of the centres (m), which is the sum of the radii."""
         return self.a.radius + self.b.radius
+
+    @property
+    def reach(self) -> float:
+        """The former name of ``contact_distance``."""
+        warnings.warn("reach is now contact_distance", DeprecationWarning, stacklevel=2)
+        return self.contact_distance
 
     @property
     def approach(self) -> Point:
@@ -99,7 +106,7 @@ class Collision:
     def offset(self) -> float:
         """Return how far B's centre lies left of the line on which A comes, seen from B (m)."""
         ux, uy = _unit(self.approach)
-        return self.reach * (ux * self.normal[1] - uy * self.normal[0])
+        return self.contact_distance * (ux * self.normal[1] - uy * self.normal[0])
 
     @property
     def before(self) -> tuple[NT, NT]:
@@ -187,15 +194,16 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
     pool_pymunk.SceneError: offset = -0.07: the balls miss: the radii add up to less
     """
     raise_any(_problems(a, b, material, offset=offset))
-    reach = a.radius + b.radius
-    if abs(offset) >= reach:
+    touching = a.radius + b.radius
+    if abs(offset) >= touching:
         message = "the balls miss: the radii add up to less"
         raise SceneError([Problem("offset", offset, message)])
     if a.velocity == b.velocity:
         message = "is that of ball a: the balls never meet"
         raise SceneError([Problem("b.velocity", list(b.velocity), message)])
     ux, uy = _unit(_approach(a, b))
-    along, across = math.sqrt((reach - offset) * (reach + offset)) / reach, offset / reach
+    along = math.sqrt((touching - offset) * (touching + offset)) / touching
+    across = offset / touching
     return _answered(a, b, material, (along * ux - across * uy, along * uy + across * ux))
 
 

@@ -12,7 +12,7 @@ from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
 
-PATIENCE = 1.0  # s
+QUICK = 1.0  # s
 DECIMALS = {"m": 4, "cm": 2, "mm": 1, "in": 2}  # of lengths: tenths of a millimetre, except inches
 
 
@@ -67,7 +67,7 @@ def shot_lines(run: Run) -> Iterator[str]:
 def _doubts(run: Run) -> Iterator[str]:
     """Yield how far policies and rounding may have moved the ends, if the printed digits show it.
 
-    Both may take further runs, so rounding is not measured where one takes more than ``PATIENCE``.
+    Both may take further runs, so rounding is not measured where one takes more than ``QUICK``.
     """
     if run.again is None:
         return
@@ -79,7 +79,7 @@ def _doubts(run: Run) -> Iterator[str]:
             f"    Policies ({', '.join(sorted(run.policies))}): other answers would move the ends "
             f"by up to {shift:.2g} {units.length}"
         )
-    if run.wall_time > PATIENCE:
+    if run.wall_time > QUICK:
         yield "    Rounding was not measured: that may take four more runs as long as this one"
         return
     rounding = units.from_si(run.rounding, "length")

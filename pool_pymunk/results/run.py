@@ -71,9 +71,9 @@ class Event:
         return record | {key: value for key, value in said.items() if value is not None}
 
 
-def extent(scene: Scene, knots: Sequence[ArrayLike]) -> float:
+def extent(scene: Scene, breakpoints: Sequence[ArrayLike]) -> float:
     """Return how far apart (m) places on the table are at most, or those where balls were."""
-    places = [np.asarray(each)[:, 1:3] for each in knots]
+    places = [np.asarray(each)[:, 1:3] for each in breakpoints]
     if scene.table is not None:
         places.append(np.array(scene.table.outline))
     return float(np.linalg.norm(np.ptp(np.concatenate(places), axis=0)))
@@ -149,7 +149,7 @@ class Run:
         """Tell whether the run is what was asked for.
 
         That is so where every ball came to rest, and where the run lasted until the ``max_time``
-        that the caller or the scene set. It is not so at ``max_events``, which is a way out for
+        that the caller or the scene set. It is not so at ``max_events``, which is an end for
         runs without end, nor where a number left the range of floating point.
         """
         return self.status in ("settled", "max_time")
@@ -219,8 +219,10 @@ class Run:
     def _rolls(self, times: Array) -> Array:
         t = np.clip(times, 0.0, self.duration)
         found = np.empty((len(t), len(self.knots), 2))
-        for i, knots in enumerate(self.knots):
-            found[:, i] = rolls_of(knots[np.searchsorted(knots[:, 0], t, side="right") - 1], t)
+        for i, breakpoints in enumerate(self.knots):
+            found[:, i] = rolls_of(
+                breakpoints[np.searchsorted(breakpoints[:, 0], t, side="right") - 1], t
+            )
         return found
 
     def energy_at(self, times: Array | Sequence[float] | float) -> Array:
@@ -242,9 +244,9 @@ class Run:
         t = np.clip(times, 0.0, self.duration)
         position = np.empty((len(t), len(self.knots), 2))
         velocity = np.empty_like(position)
-        for i, knots in enumerate(self.knots):
-            last = np.searchsorted(knots[:, 0], t, side="right") - 1
-            position[:, i], velocity[:, i] = free_motions(knots[last], t)
+        for i, breakpoints in enumerate(self.knots):
+            last = np.searchsorted(breakpoints[:, 0], t, side="right") - 1
+            position[:, i], velocity[:, i] = free_motions(breakpoints[last], t)
         return position, velocity
 
     def on_table(self, times: Array | Sequence[float] | float) -> NDArray[np.bool_]:

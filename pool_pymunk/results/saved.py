@@ -42,7 +42,7 @@ def save(run: Run, path: str | Path) -> None:
             file,
             about=np.array(json.dumps(about)),
             knots=np.concatenate(run.knots),
-            counts=np.array([len(knots) for knots in run.knots]),
+            counts=np.array([len(breakpoints) for breakpoints in run.knots]),
         )
 
 
@@ -51,17 +51,18 @@ def load(path: str | Path) -> Run:
     try:
         with np.load(path, allow_pickle=False) as archive:
             about = json.loads(str(archive["about"]))
-            knots = np.split(archive["knots"], np.cumsum(archive["counts"])[:-1])
+            breakpoints = np.split(archive["knots"], np.cumsum(archive["counts"])[:-1])
     except (ValueError, KeyError, TypeError, EOFError, BadZipFile):
         raise _no_run(path) from None
     if about.get("format") not in (FORMAT, BEFORE):
         raise _no_run(path)
     scene = loads(about["scene"])
     if about["format"] == BEFORE:
-        knots = [
-            np.array(completed(rows.tolist(), scene.surface, about["duration"])) for rows in knots
+        breakpoints = [
+            np.array(completed(rows.tolist(), scene.surface, about["duration"]))
+            for rows in breakpoints
         ]
-    return Run(scene=scene, knots=tuple(knots), **_parts(about, scene))
+    return Run(scene=scene, knots=tuple(breakpoints), **_parts(about, scene))
 
 
 def _no_run(path: str | Path) -> SettingError:

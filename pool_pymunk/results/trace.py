@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 # t (s), x, y (m), vx, vy (m/s), ax, ay (m/s^2), and where balls roll wx, wy (m/s)
-Knot = tuple[float, ...]
+Breakpoint = tuple[float, ...]
 UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface is to tell
 NONE = (0.0, 0.0)
 
@@ -44,7 +44,7 @@ class Trace:
 
     def __init__(self, start: State) -> None:
         rolls = start.roll or ((),) * len(start.position)
-        self.knots: list[list[Knot]] = [
+        self.knots: list[list[Breakpoint]] = [
             [(0.0, *p, *v, *UNKNOWN, *w)]
             for p, v, w in zip(start.position, start.velocity, rolls, strict=True)
         ]
@@ -75,7 +75,7 @@ class Trace:
         has_others = bool(self.policies - {ONE_INSTANT, FROZEN})
         return (*OTHERWISE[:has_others], *gaps)
 
-    def knot(
+    def breakpoint(
         self,
         i: int,
         t: float,
@@ -109,7 +109,7 @@ class Trace:
 
     def stop(self, i: int, t: float, position: Point) -> None:
         """Ball ``i`` came to rest."""
-        self.knot(i, t, position, NONE, NONE)
+        self.breakpoint(i, t, position, NONE, NONE)
         self.events.append((t, "stop", (i,), None))
         self.duration = max(self.duration, t)
 
@@ -122,8 +122,8 @@ class Trace:
         center: Point,
     ) -> None:
         """Ball ``i`` came to a pocket with this ``motion`` (m, m/s), and lies at its ``center``."""
-        self.knot(i, t, motion[:2], motion[2:], NONE)
-        self.knot(i, t, center, NONE, NONE)
+        self.breakpoint(i, t, motion[:2], motion[2:], NONE)
+        self.breakpoint(i, t, center, NONE, NONE)
         self.events.append((t, POCKET, (i,), pocket))
         self.duration = max(self.duration, t)
 
@@ -145,15 +145,15 @@ class Trace:
         if len(self.events) < most or self.status != "max_events":
             return
         self.duration = self.events[-1][0]
-        for knots in self.knots:
-            while knots[-1][0] > self.duration:
-                knots.pop()
+        for rows in self.knots:
+            while rows[-1][0] > self.duration:
+                rows.pop()
 
     def complete(self, surface: Surface) -> None:
         """Let balls slide on from those breakpoints that know no acceleration."""
-        for i, knots in enumerate(self.knots):
-            if any(math.isnan(knot[5]) for knot in knots):
-                self.knots[i] = completed(knots, surface, self.duration)
+        for i, rows in enumerate(self.knots):
+            if any(math.isnan(row[5]) for row in rows):
+                self.knots[i] = completed(rows, surface, self.duration)
 
     def warn(self, text: str, t: float, figure: float = 0.0) -> None:
         """Note what the user should know of what happened at ``t`` (s).
@@ -173,17 +173,17 @@ class Trace:
         )
 
 
-def completed(knots: Sequence[Sequence[float]], surface: Surface, end: float) -> list[Knot]:
+def completed(rows: Sequence[Sequence[float]], surface: Surface, end: float) -> list[Breakpoint]:
     """Return breakpoints; from those that know no acceleration a ball moves on as on the surface.
 
     Each may have five numbers. The ball rolls or rests if it does so before the next breakpoint, or
     before the ``end`` (s) of the run.
     """
-    found: list[Knot] = []
-    for knot, until in zip(knots, [*(later[0] for later in knots[1:]), end], strict=True):
-        t, x, y, vx, vy, *known = knot
+    found: list[Breakpoint] = []
+    for row, until in zip(rows, [*(later[0] for later in rows[1:]), end], strict=True):
+        t, x, y, vx, vy, *known = row
         if known and not math.isnan(known[0]):
-            found.append(tuple(knot))
+            found.append(tuple(row))
             continue
         roll = known[2:]
         path = surface.path(t, (x, y), (vx, vy), (roll[0], roll[1]) if roll else NO_ROLL)

@@ -6,6 +6,7 @@ A solver is a function of a scene, the state to start from and :class:`Settings`
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -18,9 +19,9 @@ from pool_pymunk.solvers.request import (
     SOLVERS,
     find_shot,
     find_solver,
+    reference_solver,
     request,
     shot_before,
-    yardstick,
 )
 
 
@@ -94,8 +95,15 @@ __all__ = [
     "Solver",
     "find_shot",
     "find_solver",
+    "reference_solver",
     "request",
     "simulate",
     "simulate_all",
-    "yardstick",
 ]
+
+
+def __getattr__(name: str) -> object:
+    if name != "yardstick":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warnings.warn("yardstick is now reference_solver", DeprecationWarning, stacklevel=2)
+    return reference_solver

@@ -34,7 +34,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
 
 
 def _set_up(engine: ContactEngine, scene: Scene, start: State) -> None:
-    """Put up the scene's walls, and send its balls on their way."""
+    """Put up the scene's walls, and set its balls in motion."""
     rolls = start.roll or (NO_ROLL,) * len(scene.balls)
     starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
     for ball, *motion in starts:

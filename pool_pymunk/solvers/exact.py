@@ -26,14 +26,14 @@ def walls(scene: Scene) -> list[Wall]:
 
 
 def pockets(scene: Scene) -> list[Wall]:
-    """Return the scene's pockets, as walls that take balls in."""
+    """Return the scene's pockets: walls that take balls in."""
     return [pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
 
 
 def begin(trace: Trace, engine: ContactEngine, settings: Settings) -> None:
-    """Write down how the balls set off, and tell the engine which variant to play, how far."""
-    for knots, path in zip(trace.knots, engine.paths, strict=True):
-        knots[0] = (*knots[0][:5], path.ax, path.ay, *knots[0][7:])
+    """Write down how the balls set off, and give the engine its variant and its bounds."""
+    for breakpoints, path in zip(trace.knots, engine.paths, strict=True):
+        breakpoints[0] = (*breakpoints[0][:5], path.ax, path.ay, *breakpoints[0][7:])
     engine.tally = Tally(settings.most, NEVER_SETTLES)
     engine.vary(settings.variant, settings.measures_policies, settings.touch)
 
@@ -53,7 +53,7 @@ def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
         if path.end > t or trace.knots[i][-1][3:5] != NONE:
             x, y, vx, vy = motion_at(path, t)
             pull, roll = (path.ax, path.ay), engine.surface.roll(path, t)
-            trace.knot(i, t, (x, y), (vx, vy), pull if path.end > t else NONE, roll)
+            trace.breakpoint(i, t, (x, y), (vx, vy), pull if path.end > t else NONE, roll)
 
 
 class TraceRecorder(Recorder):
@@ -63,34 +63,27 @@ class TraceRecorder(Recorder):
         self.scene, self.trace, self.law = scene, trace, law
 
     def contact(self, contact: Contact, t: float) -> None:
-        """List a hit."""
         if contact.cushion is None:
             self.trace.ball_ball(t, contact.a, contact.b)
         else:
             self.trace.ball_cushion(t, contact.a, contact.cushion)
 
     def path(self, i: int, path: Path) -> None:
-        """Write down where a new path begins."""
         self.trace.path(i, path)
 
     def roll(self, i: int, path: Path) -> None:
-        """List that a ball begins to roll."""
         self.trace.roll(i, path.t)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
-        """List a stop."""
         self.trace.stop(i, t, position)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        """List that a pocket took a ball in."""
         self.trace.pocketed(i, t, pocket, motion, center)
 
     def stop_revoked(self, i: int, t: float) -> None:
-        """Take a stop off the list."""
         self.trace.forget_stop(i, t)
 
     def zero_slip(self, contact: Contact, t: float) -> None:
-        """Warn of a law that jumps at zero slip."""
         text = (
             f"law {self.law.name} jumps at zero slip: in the head-on hit of balls "
             f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed and "
@@ -99,18 +92,16 @@ class TraceRecorder(Recorder):
         self._warn(ZERO_SLIP, text, t)
 
     def persistent(self, contact: Contact, t: float) -> None:
-        """Warn of balls that surface friction presses together."""
         presses = f"surface friction presses balls {self._balls([contact])} together"
         if contact.cushion is not None:
             presses = f"its roll presses ball {self._balls([contact])} to a cushion"
         text = (
-            f"{presses}: instead of hits without end there is one in each contact time (at most "
+            f"{presses}: instead of a collapse there is one hit in each contact time (at most "
             f"{CONTACT_TIME:g} of the time since the first hit or until rest)"
         )
         self._warn(PERSISTENT, text, t)
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
-        """Warn of hits without end."""
         text = (
             f"inelastic collapse of balls {self._balls(contacts)}: after {LISTED} hits "
             f"at one instant, {collapse.hits:,} more followed, which are not listed as events; "
@@ -125,7 +116,6 @@ class TraceRecorder(Recorder):
             self._warn(COLLAPSE, text, t, collapse.forced)
 
     def order_unknown(self, doubt: Doubt, t: float) -> None:
-        """Warn of contacts of one instant whose order matters."""
         self.trace.orders.update(dict.fromkeys(doubt.orders))
         self.trace.spread = max(self.trace.spread, doubt.spread)
         text = (

@@ -1,7 +1,7 @@
-"""Balls that lie frozen together, or to a cushion: the starts that tiny gaps make of theirs.
+"""This module opens tiny gaps between balls that lie frozen together, or to a cushion.
 
-Nobody can place balls without gaps. What a run says of frozen balls comes from runs with gaps of
-1e-6 m and less, which nobody sees.
+Real balls always have such gaps. What a run says of frozen balls comes from runs with invisible
+gaps of 1e-6 m and less.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
 from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.physics.contact import Vector
 
-# m; gaps of the starts, in turn. Nobody sees a gap of 1e-6 m; some gaps are four times as wide,
-# because a few draws seldom meet the worst one.
+# m; gaps of the starts, in turn. A gap of 1e-6 m is invisible; some are four times as wide, because
+# a few draws seldom meet the worst one.
 WIDTHS = (1e-13, 4e-6, 1e-9, 1e-6)
-# A gap of 1e-13 m decides the ends if these lie this far (m) elsewhere. Runs that tell so much from
-# so little amplify their rounding errors as much.
+# m; a gap of 1e-13 m decides the ends if it moves them by more than this: the run amplifies its
+# rounding errors as much.
 DECIDED = 1e-6
 TRIED = (0, 4, 8)  # the first starts with the smallest gaps
 HAIR = 1e-9  # of a radius and of a place; balls and cushions that are farther apart do not touch

@@ -124,7 +124,7 @@ class Builtin(Stepping):
             self.is_finite = self.is_finite and math.isfinite(x + y)
             moves = math.hypot(vx, vy) > AT_REST * self.scene.balls[i].radius
             if moves:
-                self.trace.knot(i, self.time, (x, y), (vx, vy))
+                self.trace.breakpoint(i, self.time, (x, y), (vx, vy))
             elif i in self.moving:
                 self.trace.stop(i, self.time, (x, y))
             (self.moving.add if moves else self.moving.discard)(i)

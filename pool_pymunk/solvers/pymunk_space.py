@@ -55,7 +55,7 @@ def _status(table: Billiards) -> str:
 def set_up(
     scene: Scene, start: State, settings: Settings, contacts: Contacts, friction: FrictionBy
 ) -> Billiards:
-    """Return a space with the scene's cushions, and its balls on their way."""
+    """Return a space with the scene's cushions, and its balls in motion."""
     assert settings.dt is not None
     space = pymunk.Space()
     space.iterations = 1  # Each friction joint pulls at its own ball alone.

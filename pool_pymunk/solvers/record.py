@@ -52,7 +52,7 @@ class Settings(NamedTuple):
 class Solver:
     """A solver's record says what the solver can do with its default options.
 
-    What a record leaves out does not hold. Raises ValueError for one that contradicts itself.
+    Raises ValueError for a record that contradicts itself.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Solver:
     no_tolerance: str = "its record names no finest step, so no tolerance can be asked of it"
 
     # How its line in diagrams looks, as matplotlib names colours and markers
-    color: str = "#cc79a7"  # Those in use are Okabe and Ito's, told apart by the colour-blind.
+    color: str = "#cc79a7"  # Those in use are Okabe and Ito's, distinguished by the colour-blind.
     marker: str = "o"  # It tells the line apart in grey.
 
     def __post_init__(self) -> None:
@@ -92,8 +92,8 @@ class Solver:
             raise ValueError(f"solver {self.name}: it has no step, but its record speaks of steps")
 
     @property
-    def is_yardstick(self) -> bool:
-        """Tell whether it is exact and has no step, so that the others can be measured by it."""
+    def is_reference(self) -> bool:
+        """Tell whether it is exact and has no step, so that the others are compared with it."""
         return self.exact and self.dt is None
 
 

@@ -30,7 +30,7 @@ from pool_pymunk.solvers.record import NEVER_SETTLES, OnTime, Settings, Solver
 from pool_pymunk.world.checks import check_choice, read_law
 
 GAINED = 1e-9  # A contact that gains a smaller share of the kinetic energy gained none.
-PATIENCE = 2.0  # s; a run that took longer is not played again to measure its policies
+QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
 
 SOLVERS: dict[str, Solver] = {
     solver.name: solver
@@ -52,9 +52,9 @@ def find_solver(name: str) -> Solver:
     return SOLVERS[name]
 
 
-def yardstick() -> Solver:
-    """Return the exact solver without a step, by which the others are measured."""
-    return next(solver for solver in SOLVERS.values() if solver.is_yardstick)
+def reference_solver() -> Solver:
+    """Return the exact solver without a step, with which the others are compared."""
+    return next(solver for solver in SOLVERS.values() if solver.is_reference)
 
 
 class Request(NamedTuple):
@@ -91,17 +91,14 @@ class Request(NamedTuple):
         began = time.perf_counter()
         trace = self._solve(state, touch=touch)
         wall_time = time.perf_counter() - began
-        trace.touch = touch and wall_time <= PATIENCE
+        trace.touch = touch and wall_time <= QUICK
         shift = self._policy_shift(state, trace, wall_time)
         if not self.solver.own_law and not settings.law_of(scene).hits_are_coulombs:
             warn_of_gained_energy(trace, scene)
         return self._run(shot, state, trace, wall_time, shift)
 
     def spread(self, start: State) -> float:
-        """Return how far (m/s) velocities lie elsewhere if contacts of one instant have an order.
-
-        It is the largest one of the run, which is played once for it.
-        """
+        """Play a run, and return by how much (m/s) orders of one instant change velocities."""
         return self._solve(self.scene.start(None, start)).spread
 
     def _solve(self, state: State, variant: Variant = AS_IT_IS, touch: bool = True) -> Trace:
@@ -118,8 +115,8 @@ class Request(NamedTuple):
     def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
         """Warn of how far (m) the ends would lie elsewhere if policies had answered otherwise.
 
-        A run that took long is not played again for it; then the answer is None. Nor is a run that
-        only met zero slips, because their warning says what they do.
+        The answer is None for a run that took long, and for one that only met zero slips, whose
+        warning says what they do: these are not played again.
         """
         if trace.touch and ONE_INSTANT not in trace.policies:
             tries = (self._solve(state, Variant(opened=k)) for k in TRIED)
@@ -129,7 +126,7 @@ class Request(NamedTuple):
                 trace.warn(text, 0.0)
         if not trace.policies:
             return 0.0
-        is_measured = self.settings.measures_policies and wall_time <= PATIENCE
+        is_measured = self.settings.measures_policies and wall_time <= QUICK
         if trace.policies == {ZERO_SLIP} or not is_measured:
             return None
         changed = 0.0
@@ -157,7 +154,7 @@ class Request(NamedTuple):
             solver=self.solver.name,
             law=self.law,
             dt=self.settings.dt,
-            knots=tuple(np.array(knots) for knots in trace.knots),
+            knots=tuple(np.array(rows) for rows in trace.knots),
             events=events,
             status=trace.status,
             duration=trace.duration,
@@ -268,22 +265,19 @@ def _given(key: str, value: object, read: Reader[Value]) -> Value | None:
 
 
 def farthest(one: Trace, other: Trace) -> float:
-    """Return how far (m) the balls of two traces lie apart at most when both have ended.
-
-    Where one of them is cut off, they are looked at before.
-    """
+    """Return the largest distance (m) of a ball's ends in two traces, or when one is cut off."""
     is_cut = "max_events" in (one.status, other.status)
     at = (min if is_cut else max)(one.duration, other.duration)
-    last = [[next(k for k in knots[::-1] if k[0] <= at) for knots in t.knots] for t in (one, other)]
-    ends = [[motion_at(from_breakpoint(*knot[:7]), at)[:2] for knot in knots] for knots in last]
+    last = [[next(k for k in rows[::-1] if k[0] <= at) for rows in t.knots] for t in (one, other)]
+    ends = [[motion_at(from_breakpoint(*row[:7]), at)[:2] for row in rows] for rows in last]
     return max(map(math.dist, *ends))
 
 
 def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     """Warn if contacts gained kinetic energy: how much, how often, and which was the first."""
-    masses, knots = [ball.mass for ball in scene.balls], trace.knots
-    initial = sum(kinetic_energy(m, *k[0][3:5]) for m, k in zip(masses, knots, strict=True))
-    steps = sorted((new[0], i, old, new) for i, k in enumerate(knots) for old, new in pairwise(k))
+    masses, rows = [ball.mass for ball in scene.balls], trace.knots
+    initial = sum(kinetic_energy(m, *k[0][3:5]) for m, k in zip(masses, rows, strict=True))
+    steps = sorted((new[0], i, old, new) for i, k in enumerate(rows) for old, new in pairwise(k))
     gains: list[tuple[float, float, list[int]]] = []
     for t, changes in groupby(steps, key=itemgetter(0)):
         before = after = 0.0

@@ -50,9 +50,9 @@ class Slices(Stepping):
         super().__init__(scene, start, settings.dt)
         self.loss = self.dt * scene.friction.surface * scene.physics.gravity
         self.rolls = scene.friction.rolling is not None
-        # in a slice a ball that rolls loses so much speed (m/s)
+        # m/s; the speed that a ball which rolls loses in a slice
         self.drag = self.dt * (scene.friction.rolling or 0.0) * scene.physics.gravity
-        # A roll presses balls on to others, and contacts that are no faster (m/s) are no events.
+        # m/s; slower contacts of balls that roll are persistent, and no events
         self.press = self.loss if self.rolls else 0.0
         self.law = settings.law_of(scene)
         self.radius = [ball.radius for ball in scene.balls]
@@ -96,19 +96,19 @@ class Slices(Stepping):
         """Advance a ball that slips until it rolls, and then until it rests."""
         travel, used = slide if self.drag > 0.0 else drift, 0
         while used < slices and self._moves(i):
-            (x, y, vx, vy), (wx, wy), left = self.motion[i], self.roll[i], slices - used
+            (x, y, vx, vy), (wx, wy), rest = self.motion[i], self.roll[i], slices - used
             slipped = (vx, vy) != (wx, wy)
             if slipped and self.loss > 0.0:
-                x, y, vx, vy, wx, wy, more = slip(x, y, vx, vy, wx, wy, self.loss, self.dt, left)
+                x, y, vx, vy, wx, wy, more = slip(x, y, vx, vy, wx, wy, self.loss, self.dt, rest)
             else:
-                x, y, vx, vy, more = travel(x, y, vx, vy, self.drag, self.dt, left)
+                x, y, vx, vy, more = travel(x, y, vx, vy, self.drag, self.dt, rest)
                 wx, wy = (wx, wy) if slipped else (vx, vy)
             used += more
             t = (self.trace.steps + used) * self.dt
             if slipped and (vx, vy) == (wx, wy):
                 if hypot(vx, vy) > self.drag:
                     self.trace.roll(i, t)
-                    self.trace.knot(i, t, (x, y), (vx, vy), roll=(wx, wy))
+                    self.trace.breakpoint(i, t, (x, y), (vx, vy), roll=(wx, wy))
                 else:  # It would rest within a slice.
                     vx = vy = wx = wy = 0.0
             self.motion[i], self.roll[i] = [x, y, vx, vy], (wx, wy)
@@ -256,7 +256,7 @@ class Slices(Stepping):
         if lists and not self._moves(i):
             self.trace.stop(i, self.time, (x, y))
         else:
-            self.trace.knot(i, self.time, (x, y), (vx, vy), roll=self.roll[i])
+            self.trace.breakpoint(i, self.time, (x, y), (vx, vy), roll=self.roll[i])
 
     def cut_off(self) -> None:
         for i in self.moving:
@@ -273,20 +273,20 @@ class Slices(Stepping):
         """
         if not self.moving:
             return 0.0
-        reach = [0.0] * len(self.motion)
+        travels = [0.0] * len(self.motion)
         for i in self.moving:
             x, y, _, _ = self.motion[i]
             rounding = 4.0 * EPSILON * (abs(x) + abs(y) + self.radius[i])
-            reach[i] = self._fastest(i) * self.dt + rounding
-        to_walls = [gap / reach[i] for i in self.moving for gap in self._wall_gaps(i)]
+            travels[i] = self._fastest(i) * self.dt + rounding
+        to_walls = [gap / travels[i] for i in self.moving for gap in self._wall_gaps(i)]
         least = min(to_walls, default=math.inf)
         for i in self.moving:
             x, y, _, _ = self.motion[i]
             for j in self.present:
-                if j > i or reach[j] == 0.0:
+                if j > i or travels[j] == 0.0:
                     u, v, _, _ = self.motion[j]
                     gap = abs(hypot(x - u, y - v) - self.radius[i] - self.radius[j])
-                    least = min(least, gap / (reach[i] + reach[j]))
+                    least = min(least, gap / (travels[i] + travels[j]))
         if least < math.inf:
             return least * SAFE - 2.0
         # There is nothing to meet: these are the slices until every ball has stopped.

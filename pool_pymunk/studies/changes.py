@@ -17,7 +17,7 @@ from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import NOISE, from_breakpoint, motion_at
-from pool_pymunk.physics.saltation import Meeting, Motion6, bounce, hit
+from pool_pymunk.physics.saltation import Motion6, Saltation, bounce, hit
 from pool_pymunk.physics.surface import GYRATION, roll_rate
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
@@ -31,19 +31,19 @@ EDGE = 1e-9  # of a radius; a ball that meets a cushion so near to its end may m
 
 ROLL = "roll"  # the input of that name
 
-Told = list[Array | None]
+ByInputs = list[Array | None]
 
 
 class Lost(Exception):
     """This error says why what happens has no derivative; it is empty where it had none before."""
 
 
-class Inputs:
+class VariedInputs:
     """The inputs are what is varied: each has a column in every change.
 
     ``start(i)`` is the change (K, P) of a ball's state at the start: of its place, velocity, and
     where balls roll its roll. ``unit(name)`` and ``of_ball(kind, i)`` are the changes (P,) of what
-    contacts are told; None stands for none.
+    contacts are given; None stands for none.
     """
 
     def __init__(self, run: Run, names: Names) -> None:
@@ -88,7 +88,7 @@ class Changes:
     they are given, and the changes. ``times`` are the changes (P,) of the times of the events.
     """
 
-    def __init__(self, run: Run, law: Law, inputs: Inputs) -> None:
+    def __init__(self, run: Run, law: Law, inputs: VariedInputs) -> None:
         self.run, self.law, self.inputs = run, law, inputs
         self.scene = run.scene
         self.surface = self.scene.surface
@@ -97,14 +97,14 @@ class Changes:
         # the changes of the surface's own numbers
         self.rubs = gravity @ [np.zeros(inputs.count) if each is None else each for each in rubs]
         self.walls = walls(self.scene)
-        self.knots = [knots.tolist() for knots in run.knots]
-        self.until = [np.append(knots[1:, 0], run.duration) for knots in run.knots]
+        self.breakpoints = [breakpoints.tolist() for breakpoints in run.knots]
+        self.until = [np.append(breakpoints[1:, 0], run.duration) for breakpoints in run.knots]
         self.jacobians = [
-            self.surface.jacobian(knots, until - knots[:, 0])
-            for knots, until in zip(run.knots, self.until, strict=True)
+            self.surface.jacobian(breakpoints, until - breakpoints[:, 0])
+            for breakpoints, until in zip(run.knots, self.until, strict=True)
         ]
-        self.at = [0] * len(self.knots)  # the number of each ball's last knot
-        self.change = [inputs.start(i) for i in range(len(self.knots))]
+        self.at = [0] * len(self.breakpoints)  # the number of each ball's last breakpoint
+        self.change = [inputs.start(i) for i in range(len(self.breakpoints))]
         self.kept = [[(0.0, 0, change)] for change in self.change]
         self.times: list[Array] = []
         self.warnings: dict[str, None] = {}
@@ -133,9 +133,9 @@ class Changes:
         """Return the changes (N, K, P) of the balls' states at the end."""
         t = self.run.duration
         changes = []
-        for i, knots in enumerate(self.knots):
-            if self.at[i] + 1 < len(knots) and knots[self.at[i] + 1][0] < t:
-                self._lose([i], "a contact lasts", knots[self.at[i] + 1][0])
+        for i, breakpoints in enumerate(self.breakpoints):
+            if self.at[i] + 1 < len(breakpoints) and breakpoints[self.at[i] + 1][0] < t:
+                self._lose([i], "a contact is persistent", breakpoints[self.at[i] + 1][0])
             change = self._moved(i, t)[1]
             if self.is_cut and change.any() and self._rests_just_at(i, t):
                 self._warn("a ball comes to rest just as the run ends", t)
@@ -145,14 +145,14 @@ class Changes:
 
     def at_times(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""
-        knots, kept = self.knots[i], self.kept[i]
+        breakpoints, kept = self.breakpoints[i], self.kept[i]
         begun = [t for t, _, _ in kept]
         changes = []
         for time in times:
             t = min(max(time, 0.0), self.run.duration)
             last = max(bisect_right(begun, t) - 1, 0)
             _, k, change = kept[last]
-            if k + 1 < len(knots) and knots[k + 1][0] < t:  # Nothing is known of what began there.
+            if k + 1 < len(breakpoints) and breakpoints[k + 1][0] < t:  # What began is unknown.
                 change = np.full_like(change, math.nan)
             if any(self._is_hit(i, n, t) for n in (last, last + 1) if 0 < n < len(kept)):
                 change = np.where(change.any(axis=0), math.nan, change)
@@ -162,9 +162,9 @@ class Changes:
     def _is_hit(self, i: int, n: int, t: float) -> bool:
         """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
         begun, k, _ = self.kept[i][n]
-        path = from_breakpoint(*self.knots[i][self.kept[i][n - 1][1]][:7])
+        path = from_breakpoint(*self.breakpoints[i][self.kept[i][n - 1][1]][:7])
         before, rounding = path.at(t)[1], NOISE * path.speed
-        after = self.knots[i][k][3:5]
+        after = self.breakpoints[i][k][3:5]
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
         if t == self.run.duration and not self.is_cut:  # It is held where balls rest.
             return False
@@ -222,14 +222,14 @@ class Changes:
         """Tell whether a time (s) is that of an instant, to rounding, in the motion of balls."""
         fastest, size = 0.0, 0.0
         for i in balls if t != now else ():
-            _, x, y, vx, vy = self.knots[i][self.at[i]][:5]
+            _, x, y, vx, vy = self.breakpoints[i][self.at[i]][:5]
             fastest = max(fastest, abs(vx), abs(vy))
             size = max(size, abs(x) + abs(y) + self.scene.balls[i].radius)
         return t == now or abs(t - now) * fastest < BLUR * (size * (fastest > 0.0) + now * fastest)
 
     def _rests_just_at(self, i: int, t: float) -> bool:
         """Tell whether a ball that moved comes to rest at this time (s)."""
-        t0, x, y, vx, vy, _, _, *roll = self.knots[i][self.at[i]]
+        t0, x, y, vx, vy, _, _, *roll = self.breakpoints[i][self.at[i]]
         moved = vx != 0.0 or vy != 0.0 or self.at[i] > 0
         end = self.surface.path(t0, (x, y), (vx, vy), (*roll, 0.0, 0.0)[:2]).end
         return moved and self._is_now(end, t, [i])
@@ -250,11 +250,11 @@ class Changes:
     def _contact(self, balls: list[int], event: Event) -> None:
         """Follow the changes through a hit."""
         if not all(self._is_next(i, event.t) for i in balls):
-            raise Lost("a contact lasts, or is answered by a policy")
+            raise Lost("a contact is persistent, or answered by a policy")
         before = [self._moved(i, event.t) for i in balls]
         states = [state for state, _ in before]
         change = np.concatenate([each[:4] for _, each in before])
-        rates = [self.knots[i][self.at[i] + 1][3:7] for i in balls]
+        rates = [self.breakpoints[i][self.at[i] + 1][3:7] for i in balls]
         meeting, normal = self._meeting(balls, states, event)
         fastest = max(abs(part) for state in states for part in state[2:4])
         size = sum(abs(x) + abs(y) + self.scene.balls[i].radius
@@ -269,14 +269,14 @@ class Changes:
         parts = meeting.split @ moved
         before_nt = [split(state[2:4], normal) for state in states]
         moves = [bool(row.any()) for row in parts[1::2]]
-        law, answer, told = self._asked(balls, before_nt, moves, fastest)
+        law, answer, given = self._asked(balls, before_nt, moves, fastest)
         if law is None:
             raise Lost(f"law {self.law.name} jumps or has a kink")
         after = (part for vx, vy, _, _ in rates for part in split((vx, vy), normal))
         said = chain.from_iterable(answer)
         if not all(abs(a - b) <= AGREE * fastest for a, b in zip(after, said, strict=True)):
             raise Lost("a contact is answered by a policy")
-        answered = self._answered(law, parts, told, event.t)
+        answered = self._answered(law, parts, given, event.t)
         self.times.append(times)
         change = meeting.after(moved, times, answered, rates)
         rolls = [
@@ -298,7 +298,7 @@ class Changes:
         """
         if not self.surface.rolls:
             return change
-        rate = np.array(roll_rate(self.knots[i][self.at[i] + later]))
+        rate = np.array(roll_rate(self.breakpoints[i][self.at[i] + later]))
         return np.asarray(change + rate[:, np.newaxis] * times)
 
     def _slowed(
@@ -309,7 +309,7 @@ class Changes:
         ``push`` (m/s) is how much the cushion changes the ball's speed along the normal ``n``, and
         ``pushed`` and ``turning`` (P,) are the changes of this and of the normal (rad).
         """
-        last, across = np.array(self.knots[i][self.at[i]]), np.array([-n[1], n[0]])
+        last, across = np.array(self.breakpoints[i][self.at[i]]), np.array([-n[1], n[0]])
         roll = last[7:9] + (t - last[0]) * np.array(roll_rate(last.tolist()))
         mu, unit = self.scene.friction.cushion, self.inputs.unit("friction.cushion")
         along, of_along = roll @ n, n @ change + (roll @ across) * turning
@@ -322,7 +322,7 @@ class Changes:
 
     def _meeting(
         self, balls: list[int], states: list[Motion6], event: Event
-    ) -> tuple[Meeting, Vector]:
+    ) -> tuple[Saltation, Vector]:
         """Return the geometry of a contact, and its normal."""
         x, y = states[0][:2]
         if len(states) == 2:
@@ -352,34 +352,34 @@ class Changes:
 
     def _asked(
         self, balls: list[int], before: list[NT], moves: list[bool], fastest: float
-    ) -> tuple[Array | None, Sequence[NT], Told]:
-        """Return the law's Jacobians within rounding of a hit, its answer, and what it is told."""
+    ) -> tuple[Array | None, Sequence[NT], ByInputs]:
+        """Return the law's Jacobians within rounding of a hit, its answer, and what it is given."""
         inputs, scene = self.inputs, self.scene
         if len(balls) == 2:
             (a, b), pair = before, scene.pair(*balls)
             of_cue = scene.restitution.cue_ball is not None and any(
                 scene.balls[i].cue for i in balls
             )
-            told = [inputs.of_ball("mass", i) for i in balls]
-            told += [inputs.unit(f"restitution.{'cue_ball' if of_cue else 'ball_ball'}"),
+            given = [inputs.of_ball("mass", i) for i in balls]
+            given += [inputs.unit(f"restitution.{'cue_ball' if of_cue else 'ball_ball'}"),
                      inputs.unit("friction.ball_ball")]  # fmt: skip
             law = hit_jacobian(self.law, a, b, pair, moves, fastest)
-            return law, self.law.ball_ball(a, b, pair), told
+            return law, self.law.ball_ball(a, b, pair), given
         e, mu = scene.restitution.cushion or 0.0, scene.friction.cushion
         law = cushion_jacobian(self.law, before[0], e, mu, moves[0], fastest)
-        told = [inputs.unit("restitution.cushion"), inputs.unit("friction.cushion")]
-        return law, [self.law.cushion(before[0], e, mu)], told
+        given = [inputs.unit("restitution.cushion"), inputs.unit("friction.cushion")]
+        return law, [self.law.cushion(before[0], e, mu)], given
 
-    def _answered(self, law: Array, parts: Array, told: Told, t: float) -> Array:
+    def _answered(self, law: Array, parts: Array, given: ByInputs, t: float) -> Array:
         """Return the velocities' changes after a contact; nan where the law's sides (S) differ."""
         sides = [np.asarray(side[:, : len(parts)] @ parts) for side in law]
         for found, side in zip(sides, law, strict=True):
-            for slopes, change in zip(side.T[len(parts) :], told, strict=True):
+            for slopes, change in zip(side.T[len(parts) :], given, strict=True):
                 if change is not None:
                     found += slopes[:, np.newaxis] * change
         if len(sides) == 1:
             return sides[0]
-        change = np.vstack([parts, *(row for row in told if row is not None)])
+        change = np.vstack([parts, *(row for row in given if row is not None)])
         size = np.abs(law).max() * np.abs(change).max(axis=0)
         bent = (np.abs(np.array(sides) - sides[0]) > SAME * size).any(axis=(0, 1))
         if bent.any():
@@ -393,13 +393,13 @@ class Changes:
 
     def _stop(self, i: int, event: Event) -> None:
         """Follow a ball to rest, at the end of its path."""
-        last = self.knots[i][self.at[i]]
+        last = self.breakpoints[i][self.at[i]]
         change = self.change[i]
         if not any(last[3:5]):  # A contact has stopped it.
             self._warn("a ball stops at contact, so the time of its stop has a kink", event.t)
             self.times.append(self.unknown)
         elif not self._is_next(i, event.t):
-            raise Lost("a contact lasts, or is answered by a policy")
+            raise Lost("a contact is persistent, or answered by a policy")
         else:
             self.times.append(self._end_times(i))
             change = self._moved(i, event.t)[1]
@@ -409,17 +409,17 @@ class Changes:
 
     def _end_times(self, i: int) -> Array:
         """Return how much later (P,) the ball's present path ends."""
-        by_state, by_friction = self.surface.end_slopes(np.array(self.knots[i][self.at[i]]))
+        by_state, by_friction = self.surface.end_slopes(np.array(self.breakpoints[i][self.at[i]]))
         return np.asarray(by_state @ self.change[i] + by_friction @ self.rubs)
 
     def _roll(self, i: int, event: Event) -> None:
         """Follow a ball that begins to roll: its acceleration changes, and its slip is gone."""
         if not self._is_next(i, event.t):
-            raise Lost("a contact lasts, or is answered by a policy")
+            raise Lost("a contact is persistent, or answered by a policy")
         times, change = self._end_times(i), self._moved(i, event.t)[1]
-        before = self.knots[i][self.at[i]]
+        before = self.breakpoints[i][self.at[i]]
         self._come_to(i, event.t)
-        after = self.knots[i][self.at[i]]
+        after = self.breakpoints[i][self.at[i]]
         change[2:4] += np.subtract(before[5:7], after[5:7])[:, np.newaxis] * times
         change[4:] = change[2:4]
         self.times.append(times)
@@ -440,9 +440,9 @@ class Changes:
     # -- states ------------------------------------------------------------------------------------
 
     def _is_next(self, i: int, t: float) -> bool:
-        """Tell whether the ball's next knot is at this time."""
-        knots, k = self.knots[i], self.at[i] + 1
-        return k < len(knots) and knots[k][0] == t
+        """Tell whether the ball's next breakpoint is at this time."""
+        breakpoints, k = self.breakpoints[i], self.at[i] + 1
+        return k < len(breakpoints) and breakpoints[k][0] == t
 
     def _moved(self, i: int, t: float) -> tuple[Motion6, Array]:
         """Return how a ball moves at the time t, and how that depends on the inputs."""
@@ -450,19 +450,19 @@ class Changes:
 
     def _slid(self, i: int, k: int, change: Array, t: float) -> tuple[Motion6, Array]:
         """Return how a ball moves at a time, from its ``k``-th breakpoint on, and its change."""
-        path = from_breakpoint(*self.knots[i][k][:7])
+        path = from_breakpoint(*self.breakpoints[i][k][:7])
         if t == self.until[i][k]:
             by_state, by_friction = (found[k] for found in self.jacobians[i])
         else:
-            row = np.array(self.knots[i][k])
+            row = np.array(self.breakpoints[i][k])
             by_state, by_friction = self.surface.jacobian(row, np.array(t - path.t))
         moved = by_state @ change + by_friction @ self.rubs
         return (*motion_at(path, t), path.ax, path.ay), moved
 
     def _come_to(self, i: int, t: float) -> None:
-        """Go on to a ball's last knot of this time."""
-        knots = self.knots[i]
-        while self.at[i] + 1 < len(knots) and knots[self.at[i] + 1][0] <= t:
+        """Go on to a ball's last breakpoint of this time."""
+        breakpoints = self.breakpoints[i]
+        while self.at[i] + 1 < len(breakpoints) and breakpoints[self.at[i] + 1][0] <= t:
             self.at[i] += 1
 
     def _lose(self, balls: list[int], why: str, t: float) -> None:
@@ -478,7 +478,7 @@ class Changes:
         self.warnings[text] = None
 
 
-def _depth(meeting: Meeting) -> float:
+def _depth(meeting: Saltation) -> float:
     """Return how deep (m) two sides would sink into each other, as balls slow down and pass on."""
     velocity, pull = meeting.rate.reshape(-1, 2, 2).swapaxes(0, 1)
     guard, turning = (row.reshape(-1, 2, 2)[:, 0] for row in (meeting.guard, meeting.turning))

@@ -1,4 +1,4 @@
-"""This module compares runs of one shot: how far their ends are apart, and where they part ways."""
+"""This module compares runs of one shot: how far their ends are apart, and where they diverge."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Event, Run
 
 # This is the balls, and the cushion or the pocket if one of them was met.
-Meeting = tuple[tuple[str, ...], int | str | None]
+ContactKey = tuple[tuple[str, ...], int | str | None]
 # This is a contact, and for each of its balls, the how-manieth contact of that ball it is.
-Place = tuple[Meeting, tuple[int, ...]]
+Place = tuple[ContactKey, tuple[int, ...]]
 INSTANTS = 256  # Runs are compared at this many times, besides their start.
 SAME_TIME = 1e-3  # s; the same contact at times that are further apart is late or early
 
@@ -74,7 +74,7 @@ class Comparison:
 
     @cached_property
     def divergence(self) -> Divergence | None:
-        """Return where the runs part ways; None if they share every contact."""
+        """Return where the runs diverge; None if they share every contact."""
         return first_divergence(self.reference, self.run)
 
     @cached_property
@@ -156,7 +156,7 @@ def describe(event: Event) -> str:
     return f"ball {event.balls[0]} on cushion {event.cushion}"
 
 
-def _contact(event: Event) -> Meeting:
+def _contact(event: Event) -> ContactKey:
     where = event.cushion if event.pocket is None else event.pocket
     return (tuple(sorted(event.balls)), where)
 
@@ -224,26 +224,26 @@ def reference_of(run: Run, agree: float) -> Reference:
 class Beside:
     """This watches shots, and compares each with the reference, which is made of ``run``.
 
-    ``left`` (S, N) is when (s; inf: never) each ball left it; ``same`` (S,) tells whether the run
-    has its contacts.
+    ``departure`` (S, N) is when (s; inf: never) each ball left it; ``same`` (S,) tells whether
+    the run has its contacts.
     """
 
     def __init__(self, run: Run, reference: Reference, out: Out) -> None:
         self.reference, self.duration = reference, out.duration
         self.order = contact_order(run)
-        self.left = np.empty(out.final.shape[:2])
+        self.departure = np.empty(out.final.shape[:2])
         self.same = np.empty(len(out.duration), np.bool_)
 
     def watch(self, part: slice, tracks: Tracks) -> None:
         """Compare these shots."""
         compiled.alone(compare)(
-            tracks, self.duration[part], self.reference, self.left[part], self.same[part],
-            np.zeros(self.left.shape[1], np.int64),
+            tracks, self.duration[part], self.reference, self.departure[part], self.same[part],
+            np.zeros(self.departure.shape[1], np.int64),
         )  # fmt: skip
 
     def see(self, k: int, run: Run) -> None:
         """Compare the run of shot ``k``, which was not compiled."""
-        self.left[k] = self.first_off(run.at(self.reference.times)[0] - self.reference.path)
+        self.departure[k] = self.first_off(run.at(self.reference.times)[0] - self.reference.path)
         self.same[k] = contact_order(run) == self.order
 
     def first_off(self, off: Array) -> Array:
@@ -256,35 +256,35 @@ class Beside:
 
 
 def compare(
-    tracks: Tracks, duration: Any, reference: Reference, left: Any, same: Any, count: Any
+    tracks: Tracks, duration: Any, reference: Reference, departure: Any, same: Any, count: Any
 ) -> int:
     """Compare some shots with the reference, and return how many; ``count`` (N,) is overwritten."""
     first = begun = 0
-    for s in range(len(left)):
+    for s in range(len(departure)):
         last, ended = tracks.ends[s, 0], tracks.ends[s, 1]
         if last > first:
-            for i in range(left.shape[1]):
-                left[s, i] = leaves(tracks.knots, first, last, duration[s], reference, i)
+            for i in range(departure.shape[1]):
+                departure[s, i] = leaves(tracks.rows, first, last, duration[s], reference, i)
             same[s] = has_same_contacts(tracks.contacts, begun, ended, reference, count)
         first, begun = last, ended
-    return len(left)
+    return len(departure)
 
 
 def leaves(
-    knots: Any, first: int, last: int, duration: float, reference: Reference, i: int
+    rows: Any, first: int, last: int, duration: float, reference: Reference, i: int
 ) -> float:
-    """Return when (s; inf: never) ball ``i`` leaves the reference; its knots end at ``last``."""
+    """Return when (s; inf: never) ball ``i`` leaves it; its breakpoints end at ``last``."""
     k = first + i  # The first breakpoints are those of the start, one a ball.
     coming = k + 1
     for n in range(len(reference.times)):
         t = min(reference.times[n], duration)
-        while coming < last and (knots[coming, 0] != i or knots[coming, 1] <= t):
-            if knots[coming, 0] == i:
+        while coming < last and (rows[coming, 0] != i or rows[coming, 1] <= t):
+            if rows[coming, 0] == i:
                 k = coming
             coming += 1
         path = from_breakpoint(
-            knots[k, 1], knots[k, 2], knots[k, 3], knots[k, 4], knots[k, 5], knots[k, 6],
-            knots[k, 7],
+            rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6],
+            rows[k, 7],
         )  # fmt: skip
         x, y, _, _ = motion_at(path, t)
         dx, dy = x - reference.path[n, i, 0], y - reference.path[n, i, 1]

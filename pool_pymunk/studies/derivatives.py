@@ -21,7 +21,7 @@ from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.solvers import SOLVERS, find_solver
-from pool_pymunk.studies.changes import Changes, Inputs, law_of
+from pool_pymunk.studies.changes import Changes, VariedInputs, law_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +108,10 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
     groups = names_in(run.scene, [] if run.shot is None else [""])
     groups["all"] = [name for names in groups.values() for name in names if name != "turn"]
     names = chosen("wrt", wrt, groups)
-    return differentiated(run, names, Inputs(run, names))
+    return differentiated(run, names, VariedInputs(run, names))
 
 
-def differentiated(run: Run, names: Names, inputs: Inputs) -> Derivatives:
+def differentiated(run: Run, names: Names, inputs: VariedInputs) -> Derivatives:
     """Differentiate the ends of an exact run by inputs that change its start as they say."""
     changes = Changes(run, law_of(run), inputs)
     changes.follow()
@@ -132,7 +132,7 @@ def follow(runs: Mapping[int, Run], names: Names) -> Iterator[tuple[int, Derivat
         yield k, last
 
 
-class _Chained(Inputs):
+class _Chained(VariedInputs):
     """These inputs change a shot, and what it goes on from: the end of the shot ``before``."""
 
     def __init__(self, run: Run, names: Names, number: int, before: Derivatives | None) -> None:
@@ -160,7 +160,7 @@ class _Chained(Inputs):
 def turn(run: Run, shot: Shot, place: Array) -> Array:
     """Return how far (rad) a shot that aims at a ball turns (P,) if balls move by ``place``."""
     scene = run.scene
-    starts = [tuple(knots[0, 1:3].tolist()) for knots in run.knots]
+    starts = [tuple(breakpoints[0, 1:3].tolist()) for breakpoints in run.knots]
     i = scene.index[shot.ball]
     gone = run.off - run.pocketed.keys()
     assert shot.aim is not None

@@ -34,7 +34,7 @@ ROLL_ERROR = 0.05  # That of a player whose rolls are not in doubt; it tells sho
 CANDIDATES = 12  # This many places are looked at closely, for each shot that is asked for.
 STEPS = 4  # So often a shot is moved to the middle of the tries around it that did it.
 MOST_STEPS = 20  # So often a shot is moved towards where balls shall end,
-SIZES = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)  # by one of these shares of the way,
+SIZES = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)  # by one of these shares of the distance,
 LEAST_GAIN = 1e-3  # as long as it brings them nearer by this share.
 NARROWER = 0.5  # The tries around it are drawn so much narrower each time.
 
@@ -109,7 +109,7 @@ def find(
     chosen = find_shot(scene, shot)
     if chosen is None:
         raise setting_error("shot", None, "is missing: the scene has none")
-    search = _Search(scene, chosen, wanted, angle_error, speed_error, seed, law)
+    search = _ShotSearch(scene, chosen, wanted, angle_error, speed_error, seed, law)
     search.doubt(errors or {})
     search.aim_for({} if ends is None else ends)
     search.read_ranges(angle, speed, roll)
@@ -125,7 +125,7 @@ def find(
     return sorted(found, key=lambda one: (one.off, -one.share))[:best]
 
 
-class _Search:
+class _ShotSearch:
     """A search knows the scene, what is asked for, and the player."""
 
     def __init__(

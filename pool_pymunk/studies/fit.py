@@ -192,7 +192,7 @@ def fit(
     if error is not None:
         error = argument("error", error, size)
     count, first = argument("starts", starts, whole(1)), argument("seed", seed, whole(0))
-    return _Search(Forecast(scene, names, rows, law), error, first).fit(count)
+    return _Minimizer(Forecast(scene, names, rows, law), error, first).fit(count)
 
 
 # -- what is free ----------------------------------------------------------------------------------
@@ -244,7 +244,7 @@ def _span(scene: Scene, name: str) -> tuple[float, float]:
     return own - half, own + half
 
 
-class _Search:
+class _Minimizer:
     """A search knows what is fitted, the error if it is stated, and where numbers may lie."""
 
     def __init__(self, forecast: Forecast, error: float | None, seed: int) -> None:
@@ -363,7 +363,7 @@ class _Search:
         a loss with too small a scale would take all places far from the answer for blunders.
         """
         here = self._at(values)
-        off, count = here.off[here.hangs] if self.names else here.off, here.told
+        off, count = here.off[here.hangs] if self.names else here.off, here.rank
         found = (scale and robust_scale(off, scale, count)) or first_scale(off, count)
         return max(found, self.error or 0.0)
 

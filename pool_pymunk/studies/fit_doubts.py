@@ -35,7 +35,7 @@ NOTHING = 1e-13  # of the largest derivative; rounding is smaller
 SAME = 1e-7  # Directions that matter less than this share of the strongest one do not matter.
 
 FAR = 5.0  # sigma; what is farther off is named
-ALIKE = 0.99  # Numbers that are correlated more strongly are told apart badly.
+ALIKE = 0.99  # Numbers that are correlated more strongly are distinguished badly.
 UPHILL = 0.5  # standard errors; a fit from which it goes downhill farther has not come to an end
 BENT = 0.5  # of what the derivatives say; places that are farther from there show a bend
 # of the smallest radius: a picture in which a ball is twenty pixels wide shows its centre to a
@@ -137,10 +137,10 @@ def hanging(jacobian: Array) -> Mask:
     return np.asarray(strength > SAME * strength.max(initial=0.0))
 
 
-def told(jacobian: Array) -> int:
+def rank(jacobian: Array) -> int:
     """Return how many numbers, or combinations of them, the data tell.
 
-    >>> told(np.array([[1.0, 0.0], [2.0, 0.0]]))
+    >>> rank(np.array([[1.0, 0.0], [2.0, 0.0]]))
     1
     """
     blind: float = np.trace(blind_part(jacobian))
@@ -207,14 +207,14 @@ class Optimum:
         return hanging(self.scaled)
 
     @cached_property
-    def told(self) -> int:
+    def rank(self) -> int:
         """Return how many numbers, or combinations of them, the data tell."""
-        return told(self.scaled)
+        return rank(self.scaled)
 
     @property
     def spare(self) -> int:
         """Count the data that depend on what is free, beyond those that are needed to find it."""
-        return int(self.hangs.sum()) - self.told
+        return int(self.hangs.sum()) - self.rank
 
     @property
     def knows_sigma(self) -> bool:
@@ -224,7 +224,7 @@ class Optimum:
     @cached_property
     def excess(self) -> float:
         """Return the root mean square of what remains, blunders and all, in sigmas."""
-        return excess(self.off[self.hangs], self.sigma, self.told)
+        return excess(self.off[self.hangs], self.sigma, self.rank)
 
     @property
     def is_coarse(self) -> bool:
@@ -234,7 +234,7 @@ class Optimum:
 
     @property
     def is_plausible(self) -> bool:
-        """Tell whether errors of measurement may have left what remains."""
+        """Tell whether errors of measurement may explain what remains."""
         if self.spare <= 0 or np.abs(self.off).max(initial=0.0) <= ROUNDING:
             return True
         return self.excess <= largest_excess(self.spare) and not self.is_coarse
@@ -261,14 +261,14 @@ class Optimum:
 
 def doubts(found: Optimum) -> Iterator[str]:
     """Say all that is to be doubted, a sentence each."""
-    yield from _untold(found)
+    yield from _undetermined(found)
     yield from _loose(found)
     yield from _bent(found)
     yield from _implausible(found)
 
 
-def _untold(found: Optimum) -> Iterator[str]:
-    """Name what no measured place depends on, and what cannot be told apart."""
+def _undetermined(found: Optimum) -> Iterator[str]:
+    """Name what no measured place depends on, and what cannot be distinguished."""
     if not found.used.all():
         _, why = found.forecast.derivatives(found.values)
         yield (
@@ -277,20 +277,20 @@ def _untold(found: Optimum) -> Iterator[str]:
             + "".join(f"; {reason}" for reason in why)
         )
     blind = found.blind
-    left = set(np.flatnonzero(np.diagonal(blind) > SAME).tolist())
-    while left:
-        first = min(left)
-        group = sorted(k for k in left if abs(blind[first, k]) > SAME)
-        left -= set(group)
+    unknown = set(np.flatnonzero(np.diagonal(blind) > SAME).tolist())
+    while unknown:
+        first = min(unknown)
+        group = sorted(k for k in unknown if abs(blind[first, k]) > SAME)
+        unknown -= set(group)
         *names, last = [found.names[k] for k in group]
         if names:
             them = f"{', '.join(names)} and {last}"
             yield f"{them}: the data tell only a combination of them, so one must be given"
         else:
             yield f"{last}: {_why(found, last)}"
-    if found.told and not found.knows_sigma:
+    if found.rank and not found.knows_sigma:
         yield (
-            f"{counted(found.told, 'number')} fitted to "
+            f"{counted(found.rank, 'number')} fitted to "
             f"{counted(int(found.hangs.sum()), 'measured coordinate')}: none is left over, so the "
             "errors are not known"
         )
@@ -325,12 +325,12 @@ def _why(found: Optimum, name: str) -> str:
 
 
 def _loose(found: Optimum) -> Iterator[str]:
-    """Doubt numbers that are hardly told apart, that end at a bound, or that end at a jump."""
+    """Doubt numbers that are hardly distinguished, that end at a bound, or that end at a jump."""
     for i, j in zip(*np.tril_indices(len(found.names), -1), strict=True):
         if abs(found.correlations[i, j]) > ALIKE:
             yield (
-                f"{found.names[j]} and {found.names[i]} are hardly told apart (their correlation "
-                f"is {found.correlations[i, j]:.4f})"
+                f"{found.names[j]} and {found.names[i]} are hardly distinguished (their "
+                f"correlation is {found.correlations[i, j]:.4f})"
             )
     for bounds in (found.forecast.low, found.forecast.high):
         near = np.abs(found.values - bounds) < 1e-3 * found.forecast.sizes

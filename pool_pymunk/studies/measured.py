@@ -21,7 +21,7 @@ from pool_pymunk.model.problems import LEFT_OUT, Problem, SceneError, listed, su
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import simulate_all, yardstick
+from pool_pymunk.solvers import reference_solver, simulate_all
 from pool_pymunk.studies import Mask
 from pool_pymunk.studies.derivatives import follow
 
@@ -241,7 +241,7 @@ class Forecast:
         try:
             scene = self.scene_of(values)
             shots = [scene.shots[k - 1] if scene.shots else None for k in self.chain]
-            played = simulate_all(scene, shots, solver=yardstick().name, law=self.law)
+            played = simulate_all(scene, shots, solver=reference_solver().name, law=self.law)
             runs = dict(zip(self.chain, played, strict=True))
         except SceneError:
             return None

@@ -30,9 +30,11 @@ from pool_pymunk.studies.changes import AGREE, law_of
 UNIT = EPSILON / 2.0 / math.sqrt(3.0)
 COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
 # Like contacts err alike: a ball that goes to and fro adds the same time to the time over and over,
-# rounded the same way. SURE times this share of UNIT is half a spacing.
+# rounded alike. SURE times this share of UNIT is half a spacing.
 ALIKE = 0.43
-POST = 4.0 * EPSILON  # SURE times this is twice the spacings by which time_of_contact shrinks posts
+CORNER = (
+    4.0 * EPSILON
+)  # SURE times this is twice the spacings by which time_of_contact shrinks corners
 PLACES = 16  # Contacts of this many kinds (by ball and cushion, or by balls) err alike each.
 CHUNK = 2048  # This many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
@@ -46,15 +48,15 @@ class Unfollowed(Exception):
 
 
 class Step(NamedTuple):
-    """A step is an event, with the numbers of its balls and of their knots before it."""
+    """A step is an event, with the numbers of its balls and of their breakpoints before it."""
 
     balls: tuple[int, ...]
-    knots: tuple[int, ...]
+    rows: tuple[int, ...]
     event: Event
 
 
 class Leap(NamedTuple):
-    """A leap takes errors (4 C, COLUMNS) of C balls from the knots before a step to those after it.
+    """A leap takes errors (4 C, COLUMNS) of C balls from one breakpoint to the next.
 
     They become ``matrix`` @ errors + ``own``. At a contact the gap is wrong by ``guard`` @ errors,
     the contact is late by that over ``closing`` (m/s), and ``late`` (4 C,) is what that does. The
@@ -93,9 +95,9 @@ def rounding(run: Run) -> float:
 
 
 class Errors:
-    """These are the errors ``now`` (N, 4, COLUMNS) of the balls' states at their last knots.
+    """These are the errors ``now`` (N, 4, COLUMNS) of the balls' states at their last breakpoints.
 
-    ``knots`` has the breakpoints of all balls, one ball after the other; ``until`` (s) tells when
+    ``breakpoints`` has those of all balls, one ball after the other; ``until`` (s) tells when
     their paths end, and ``masses`` and ``radii`` are those of their balls.
     """
 
@@ -103,12 +105,12 @@ class Errors:
         self.run, self.law, self.scene = run, law, run.scene
         self.walls = walls(run.scene)
         self.random = np.random.default_rng(0)
-        counts = [len(knots) for knots in run.knots]
+        counts = [len(each) for each in run.knots]
         ends = np.cumsum(counts)
-        self.at: list[int] = [0, *ends[:-1].tolist()]  # the number of each ball's last knot
+        self.at: list[int] = [0, *ends[:-1].tolist()]  # the number of each ball's last breakpoint
         self.ends: list[int] = ends.tolist()
-        self.knots = np.concatenate(run.knots)
-        self.until = np.append(self.knots[1:, 0], run.duration)
+        self.breakpoints = np.concatenate(run.knots)
+        self.until = np.append(self.breakpoints[1:, 0], run.duration)
         self.until[ends - 1] = run.duration
         self.masses = np.repeat([ball.mass for ball in run.scene.balls], counts)
         self.radii = np.repeat([ball.radius for ball in run.scene.balls], counts)
@@ -122,21 +124,21 @@ class Errors:
             self._follow(steps[k : k + CHUNK])
         if not is_whole:
             raise Unfollowed(math.nan)
-        knots = np.array(self.at)
-        state, by_state = self._slide(knots, np.full(len(knots), self.run.duration))
-        places = np.zeros(len(knots), dtype=int)
-        moved = (by_state @ self.now + self._misplaced(places, knots, state))[:, :2]
+        rows = np.array(self.at)
+        state, by_state = self._slide(rows, np.full(len(rows), self.run.duration))
+        places = np.zeros(len(rows), dtype=int)
+        moved = (by_state @ self.now + self._misplaced(places, rows, state))[:, :2]
         return float(SURE * np.sqrt((moved**2).sum(axis=1).mean(axis=1)).max())
 
     # -- steps -------------------------------------------------------------------------------------
 
     def _steps(self) -> tuple[list[Step], bool]:
-        """Return the steps of the run, and whether they are all; move ``at`` on to the last knots.
+        """Return the steps of the run, and whether they are all; move ``at`` to the last ones.
 
-        They end where contacts of one instant share a ball, one lasts, or a policy answers.
+        They end where contacts of one instant share a ball, one is persistent, or a policy answers.
         """
-        times, index, steps = self.knots[:, 0].tolist(), self.scene.index, list[Step]()
-        at_rest: list[bool] = np.all(self.knots[:, 3:5] == 0.0, axis=1).tolist()
+        times, index, steps = self.breakpoints[:, 0].tolist(), self.scene.index, list[Step]()
+        at_rest: list[bool] = np.all(self.breakpoints[:, 3:5] == 0.0, axis=1).tolist()
         at, instant, met = self.at, -1.0, set[int]()
         for event in self.run.events:
             balls = tuple([index[id_] for id_ in event.balls])
@@ -152,9 +154,9 @@ class Errors:
                 at[i] += 1
                 if at[i] == self.ends[i] or times[at[i]] != event.t:
                     return steps[:-1], False
-                at[i] += event.pocket is not None  # Its last knot is the pocket's centre.
-        left = zip(at, self.ends, strict=True)
-        return steps, all(times[k + 1] >= self.run.duration for k, end in left if k + 1 < end)
+                at[i] += event.pocket is not None  # Its last breakpoint is the pocket's centre.
+        last = zip(at, self.ends, strict=True)
+        return steps, all(times[k + 1] >= self.run.duration for k, end in last if k + 1 < end)
 
     def _follow(self, steps: Sequence[Step]) -> None:
         """Take the errors through these steps."""
@@ -203,17 +205,17 @@ class Errors:
 
     def _stops(self, steps: Sequence[Step]) -> list[Leap]:
         """Return how errors go on to where balls come to rest: their velocities do not."""
-        knots = np.array([step.knots[0] for step in steps])
-        state, by_state = self._slide(knots, self.until[knots])
+        rows = np.array([step.rows[0] for step in steps])
+        state, by_state = self._slide(rows, self.until[rows])
         by_state[:, 2:] = 0.0
-        own = self._misplaced(knots % PLACES, knots, state)
+        own = self._misplaced(rows % PLACES, rows, state)
         own[:, 2:] = 0.0
         return list(map(Leap, by_state, own))
 
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps of balls into pockets, which keep them; one at the rim may not fall."""
-        knots = np.array([step.knots[0] for step in steps])
-        states, path = self._slide(knots, self.until[knots])
+        rows = np.array([step.rows[0] for step in steps])
+        states, path = self._slide(rows, self.until[rows])
         own, leaps = np.zeros((4, COLUMNS)), []
         holes = {hole.id: hole for hole in self.scene.pockets}
         for step, (x, y, vx, vy), slid in zip(steps, states.tolist(), path, strict=True):
@@ -226,30 +228,30 @@ class Errors:
 
     def _contacts(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps of hits, or of bounces: the saltation matrices, and the errors made."""
-        knots = np.array([step.knots for step in steps])
-        count, many = knots.shape
+        rows = np.array([step.rows for step in steps])
+        count, many = rows.shape
         places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
-        states, slid = self._slide(knots, self.until[knots])
-        rates = self.knots[knots + 1][..., 3:]
-        ways, normal, curvature, offset = self._geometry(steps, states)
+        states, slid = self._slide(rows, self.until[rows])
+        rates = self.breakpoints[rows + 1][..., 3:]
+        signs, normal, curvature, offset = self._geometry(steps, states)
         tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
         axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
         before_nt = np.einsum("kai,kci->kca", axes, states[..., 2:])
         after_nt = np.einsum("kai,kci->kca", axes, rates[..., :2])
-        closing = -before_nt[..., 0] @ ways
-        slip = np.abs(before_nt[..., 1] @ ways)
+        closing = -before_nt[..., 0] @ signs
+        slip = np.abs(before_nt[..., 1] @ signs)
         law, missed, known = self._laws(steps, before_nt, after_nt)
 
         toward = np.zeros((count, 2, many, 4))  # what moves the contact along n and along t
-        toward[..., :2] = axes[:, :, np.newaxis] * ways[:, np.newaxis]
+        toward[..., :2] = axes[:, :, np.newaxis] * signs[:, np.newaxis]
         guard, along = toward.reshape(count, 2, -1).swapaxes(0, 1)
         spun = np.stack((before_nt[..., 1], -before_nt[..., 0]), axis=-1)
         turned = np.einsum("kai,kcadb,kdb->kci", axes, law, spun)
         turned += np.stack((-rates[..., 1], rates[..., 0]), axis=-1)
         jump = _jump(axes, law, turned, curvature[:, np.newaxis] * along)
-        before = np.concatenate((states[..., 2:], self.knots[knots][..., 5:]), axis=-1)
+        before = np.concatenate((states[..., 2:], self.breakpoints[rows][..., 5:]), axis=-1)
         late = np.einsum("kij,kj->ki", jump, before.reshape(count, -1)) - rates.reshape(count, -1)
-        gap = self._gap_errors(knots, states, offset, normal, curvature)
+        gap = self._gap_errors(rows, states, offset, normal, curvature)
         bend = np.maximum(curvature, 0.0)
         closing = np.maximum(closing, slip * np.sqrt(bend * gap / 2.0))  # See _check.
         slides = _diagonal(slid)
@@ -257,15 +259,15 @@ class Errors:
         delays = guard / closing[:, np.newaxis]
         matrix = jump @ slides + late[:, :, np.newaxis] * delays[:, np.newaxis]
 
-        delay = gap / closing + UNIT * self.until[knots[:, 0]]
-        own = jump @ self._misplaced(places, knots, states).reshape(count, -1, COLUMNS)
-        own += self._made(places, knots, axes, before_nt, after_nt, missed, turned)
+        delay = gap / closing + UNIT * self.until[rows[:, 0]]
+        own = jump @ self._misplaced(places, rows, states).reshape(count, -1, COLUMNS)
+        own += self._made(places, rows, axes, before_nt, after_nt, missed, turned)
         own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(0, places, 1)
         return list(map(Leap, matrix, own, known.tolist(), guard, along, late,
                         closing.tolist(), slip.tolist(), curvature.tolist()))  # fmt: skip
 
     def _geometry(self, steps: Sequence[Step], states: Array) -> tuple[Array, Array, Array, Array]:
-        """Return how each ball's way along n counts for the gap, the normals, and curvatures."""
+        """Return how each ball's motion along n counts for the gap, the normals, and curvatures."""
         if states.shape[1] == 2:
             offset = states[:, 1, :2] - states[:, 0, :2]
             distance = np.sqrt((offset**2).sum(axis=1))
@@ -291,13 +293,13 @@ class Errors:
         """
         count, many, _ = before.shape
         slip = before[:, 0, 1] - before[:, 1:, 1].sum(axis=1)
-        ways = np.ones((count, many, 2))
-        ways[:, :, 1] = np.where(slip < 0.0, -1.0, 1.0)[:, np.newaxis]
-        ways[:, -1] *= -1.0  # towards ball a, or into the cushion
+        signs = np.ones((count, many, 2))
+        signs[:, :, 1] = np.where(slip < 0.0, -1.0, 1.0)[:, np.newaxis]
+        signs[:, -1] *= -1.0  # towards ball a, or into the cushion
         if many == 1:
-            ways[:, 0, 1] *= -1.0
+            signs[:, 0, 1] *= -1.0
         fastest = np.abs(before).max(axis=(1, 2))
-        steps_aside = (ways * STEP * fastest[:, np.newaxis, np.newaxis]).reshape(count, -1)
+        steps_aside = (signs * STEP * fastest[:, np.newaxis, np.newaxis]).reshape(count, -1)
         asked = np.repeat(before.reshape(count, 1, -1), 1 + 2 * many, axis=1)
         for k in range(2 * many):
             asked[:, 1 + k, k] += steps_aside[:, k]
@@ -331,45 +333,46 @@ class Errors:
 
     # -- errors ------------------------------------------------------------------------------------
 
-    def _misplaced(self, places: Array, knots: Array, states: Array) -> Array:
+    def _misplaced(self, places: Array, rows: Array, states: Array) -> Array:
         """Return the errors (..., 4, COLUMNS) of the places at the ends of paths.
 
-        A coordinate errs by a unit of itself, and the way there, a product, by two.
+        A coordinate errs by a unit of itself, and the path there, a product, by two.
         """
-        at, own = states[..., :2], np.zeros((*knots.shape, 4))
-        ways = np.abs(at - self.knots[knots, 1:3])
-        own[..., :2] = UNIT * np.where(ways > 0.0, np.abs(at) + 2.0 * ways, 0.0)
+        at, own = states[..., :2], np.zeros((*rows.shape, 4))
+        moved = np.abs(at - self.breakpoints[rows, 1:3])
+        own[..., :2] = UNIT * np.where(moved > 0.0, np.abs(at) + 2.0 * moved, 0.0)
         if self.scene.surface.pull > 0.0:
-            own[..., 2:] = UNIT * np.abs(self.knots[knots, 3:5])
+            own[..., 2:] = UNIT * np.abs(self.breakpoints[rows, 3:5])
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
     def _gap_errors(
-        self, knots: Array, states: Array, offset: Array, normal: Array, curvature: Array
+        self, rows: Array, states: Array, offset: Array, normal: Array, curvature: Array
     ) -> Array:
         """Return the errors (K,) of the gaps that are found closed.
 
         A gap between balls errs by a unit of their offset at the start of a path, or by eight where
         both move. Where the ball that set off first still moved when the other one did, its place
-        was rounded then. A straight side asks for the way along its normal, and for the ``offset``
+        was rounded then. A straight side asks for the path along its normal, and for the ``offset``
         (m) from its start. A corner is smaller than it is by some spacings of the coordinates.
         """
         if states.shape[1] == 1:
-            start = self.knots[knots[:, 0], 1:3]
-            radius = self.radii[knots[:, 0]]
-            way = np.abs(states[:, 0, :2] - start) + np.abs(offset)
-            straight = UNIT * ((way * np.abs(normal)).sum(axis=1) + 2.0 * radius)
-            corner = POST * (np.abs(start).sum(axis=1) + radius)
+            start = self.breakpoints[rows[:, 0], 1:3]
+            radius = self.radii[rows[:, 0]]
+            moved = np.abs(states[:, 0, :2] - start) + np.abs(offset)
+            straight = UNIT * ((moved * np.abs(normal)).sum(axis=1) + 2.0 * radius)
+            corner = CORNER * (np.abs(start).sum(axis=1) + radius)
             return np.asarray(np.where(curvature > 0.0, corner, straight))
-        ways = np.abs(states[..., :2] - self.knots[knots, 1:3]).sum(axis=(1, 2))
-        size = ways + 2.0 * self.radii[knots].sum(axis=1)
-        starts, moves = self.knots[knots, 0], np.any(self.knots[knots, 3:5] != 0.0, axis=2)
+        moved = np.abs(states[..., :2] - self.breakpoints[rows, 1:3]).sum(axis=(1, 2))
+        size = moved + 2.0 * self.radii[rows].sum(axis=1)
+        starts = self.breakpoints[rows, 0]
+        moves = np.any(self.breakpoints[rows, 3:5] != 0.0, axis=2)
         first = np.take_along_axis(moves, starts.argmin(axis=1)[:, np.newaxis], axis=1)[:, 0]
         worked_out = first & (np.ptp(starts, axis=1) > 0.0)
         places = np.abs(states[..., :2]).sum(axis=(1, 2)) * worked_out
         return np.asarray(UNIT * (np.where(moves.all(axis=1), 2.0, 1.0) * size + places))
 
     def _made(
-        self, places: Array, knots: Array, axes: Array, before: Array, after: Array, missed: Array,
+        self, places: Array, rows: Array, axes: Array, before: Array, after: Array, missed: Array,
         turned: Array,
     ) -> Array:  # fmt: skip
         """Return the errors (K, 4 C, COLUMNS) that the contacts and the new paths make.
@@ -379,11 +382,11 @@ class Errors:
         """
         count, many, _ = before.shape
         own = np.zeros((count, many, 4))
-        own[..., 2:] = UNIT * np.abs(self.knots[knots + 1, 3:5])
+        own[..., 2:] = UNIT * np.abs(self.breakpoints[rows + 1, 3:5])
         own = own[..., np.newaxis] * self._signs(2, places, many, 4)
         share = np.ones((count, many))
         if many == 2:
-            masses = self.masses[knots]
+            masses = self.masses[rows]
             share = masses[:, ::-1] / masses.sum(axis=1)[:, np.newaxis]
         # |v_x n_x| + |v_y n_y| and |v_x t_x| + |v_y t_y|, of all balls in the contact
         velocity = np.abs(np.einsum("kai,kca->kci", axes, before))
@@ -409,9 +412,9 @@ class Errors:
 
     # -- motion ------------------------------------------------------------------------------------
 
-    def _slide(self, knots: Array, times: Array) -> tuple[Array, Array]:
-        """Return the states (..., 4) at times (s), and how (..., 4, 4) the knots change them."""
-        start = self.knots[knots]
+    def _slide(self, rows: Array, times: Array) -> tuple[Array, Array]:
+        """Return the states (..., 4) at times (s), and how (..., 4, 4) the paths change them."""
+        start = self.breakpoints[rows]
         state = np.concatenate(free_motions(start, times), axis=-1)
         return state, self.scene.surface.jacobian(start, times - start[..., 0])[0]
 

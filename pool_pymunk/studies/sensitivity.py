@@ -35,7 +35,7 @@ from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES as ENDS
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import SettingError, find_shot, simulate, simulate_all, yardstick
+from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simulate, simulate_all
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.compare import Beside, Reference, reference_of
@@ -329,11 +329,11 @@ class Study:
                 velocity[s], carried[s] = end.velocity, end.roll or 0.0
             for s, i in np.argwhere(pocketed >= 0).tolist():  # They lie in their pockets.
                 off = self.beside.path[:, i : i + 1] - position[s, i]
-                found.left[s, i] = found.first_off(off)[0]
+                found.departure[s, i] = found.first_off(off)[0]
             finished &= out.status <= MAX_TIME
             pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
             position = np.where(np.isnan(out.final), position, out.final)
-        arrays = {"ends": position, "left": found.left, "same_contacts": found.same}
+        arrays = {"ends": position, "left": found.departure, "same_contacts": found.same}
         return arrays | {"pocketed": pocketed}, finished
 
     @cached_property
@@ -355,7 +355,7 @@ def read_study(
         raise SettingError(f"shot = none: {said}")
     for name in uncertainty.inputs:
         row_of("inputs", name, scene, (), chain[0])
-    reference = simulate(scene, shot, solver=yardstick().name, law=law)
+    reference = simulate(scene, shot, solver=reference_solver().name, law=law)
     if reference.status in UNFINISHED:
         raise SettingError(f"shot = {reference.name}: {ENDS[reference.status]}")
     digit = 2.0 * float(uncertainty.widths(scene).max())
@@ -500,18 +500,18 @@ def linear(
     """
     study = read_study(scene, find_shot(scene, shot), uncertainty, law)
     errors = {name: width for name, width in study.errors().items() if width > 0.0}
-    exact = yardstick().name
+    exact = reference_solver().name
     runs = simulate_all(study.reference.scene, study.chain, solver=exact, law=study.law)
     warned: dict[str, None] = {}
     for _, found in follow(dict(enumerate(runs, start=1)), tuple(errors)):
         warned |= dict.fromkeys(found.warnings)
     by_errors = found.final * np.array(list(errors.values()))
     sound = np.isfinite(by_errors).all() and bool(np.any(by_errors))
-    holds = _reach(study, by_errors, seed) if sound else math.nan
+    holds = _linear_up_to(study, by_errors, seed) if sound else math.nan
     return Linear(study.reference, uncertainty, by_errors, holds, tuple(warned))
 
 
-def _reach(study: Study, by_errors: Array, seed: int) -> float:
+def _linear_up_to(study: Study, by_errors: Array, seed: int) -> float:
     """Return the multiple of the uncertainty within which the linear answer holds, to a tenth."""
     low, high = math.log2(NARROWEST), math.log2(WIDEST)
     while high - low > 0.1:
@@ -543,7 +543,7 @@ def ellipse(covariance: Array, share: float = MOST, points: int = 100) -> Array:
     [4.89, 2.45]
     """
     sizes, axes = np.linalg.eigh(covariance)
-    reach = np.sqrt(-2.0 * math.log(1.0 - share) * np.maximum(sizes, 0.0))
+    lengths = np.sqrt(-2.0 * math.log(1.0 - share) * np.maximum(sizes, 0.0))
     angle = np.linspace(0.0, 2.0 * math.pi, points)
     circle = np.stack([np.cos(angle), np.sin(angle)])
-    return np.asarray((axes @ (reach[:, np.newaxis] * circle)).T)
+    return np.asarray((axes @ (lengths[:, np.newaxis] * circle)).T)

@@ -97,11 +97,11 @@ def _pieces(run: Run) -> Pieces:
     """Return the pieces of a run's paths, as long as the balls are on the table."""
     rows: list[tuple[float, ...]] = []
     leaves = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
-    for i, (ball, knots) in enumerate(zip(run.scene.balls, run.knots, strict=True)):
+    for i, (ball, breakpoints) in enumerate(zip(run.scene.balls, run.knots, strict=True)):
         last = leaves.get(ball.id, -1.0 if ball.id in run.off else run.duration)
-        ends = np.minimum(np.append(knots[1:, 0], last), last).tolist()
-        pieces = zip(knots.tolist(), ends, strict=True)
-        rows += [(i, *knot[:7], end, ball.radius, 0.0) for knot, end in pieces if knot[0] < end]
+        ends = np.minimum(np.append(breakpoints[1:, 0], last), last).tolist()
+        pieces = zip(breakpoints.tolist(), ends, strict=True)
+        rows += [(i, *row[:7], end, ball.radius, 0.0) for row, end in pieces if row[0] < end]
     for k, (place, radius, rim, _) in enumerate(_at_rest(run)):
         rows.append((-1 - k, 0.0, *place, *[0.0] * 4, run.duration, radius, rim))
     table = np.array(rows).reshape(-1, 11)
@@ -135,9 +135,9 @@ def _closed(
     p, q, t = at
     names = [name for *_, name in _at_rest(run)]
     place, other = pieces.at(p, t)[0], pieces.at(q, t)[0]
-    reach, distance = _reach(pieces, p, q), np.sqrt(((other - place) ** 2).sum(axis=1))
-    blur = BLUR * (np.abs(place).sum(axis=1) + np.abs(other).sum(axis=1) + reach)
-    found = np.abs(distance - reach) <= blur
+    radii, distance = _radii(pieces, p, q), np.sqrt(((other - place) ** 2).sum(axis=1))
+    blur = BLUR * (np.abs(place).sum(axis=1) + np.abs(other).sum(axis=1) + radii)
+    found = np.abs(distance - radii) <= blur
     if begins:
         rate, fastest = _rate(pieces, p, q, t)
         found &= np.abs(rate) <= GRAZE * fastest * distance
@@ -155,7 +155,7 @@ def _rate(pieces: Pieces, p: Whole, q: Whole, t: Array) -> tuple[Array, Array]:
     return rate, np.abs([velocity, its]).max(axis=(0, 2))
 
 
-def _reach(pieces: Pieces, p: Whole, q: Whole) -> Array:
+def _radii(pieces: Pieces, p: Whole, q: Whole) -> Array:
     """Return the distance (m) of the centres at which pairs of pieces touch."""
     return np.asarray(np.where(pieces.rim[q], 0.0, pieces.size[p]) + pieces.size[q])
 
@@ -189,7 +189,7 @@ def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
     bends = pieces.moves[q] | pieces.bends[p]
     bow = np.where(bends, pull * (until - since) ** 2 / 8.0, 0.0)
     blur = BLUR * (np.abs(pieces.start[p, 1:3]) + np.abs(pieces.start[q, 1:3])).sum(axis=1)
-    within = (_reach(pieces, p, q) + bow) * (1.0 + BLUR) + 4.0 * blur
+    within = (_radii(pieces, p, q) + bow) * (1.0 + BLUR) + 4.0 * blur
     near = (nearest**2).sum(axis=1) <= within**2
     return p[near], q[near], since[near], until[near]
 

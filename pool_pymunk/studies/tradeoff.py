@@ -21,7 +21,14 @@ from pool_pymunk.model import Scene, Shot
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import SOLVERS, find_solver, request, simulate, simulate_all, yardstick
+from pool_pymunk.solvers import (
+    SOLVERS,
+    find_solver,
+    reference_solver,
+    request,
+    simulate,
+    simulate_all,
+)
 from pool_pymunk.studies.compare import Comparison, contacts
 from pool_pymunk.studies.tolerance import slope
 
@@ -120,7 +127,7 @@ def _references(
     scene: Scene, shots: Sequence[Shot | None] | None
 ) -> tuple[list[Run], tuple[str, ...]]:
     """Return the reference runs whose ends rounding does not decide, and the names of others."""
-    runs = list(simulate_all(scene, shots, solver=yardstick().name))
+    runs = list(simulate_all(scene, shots, solver=reference_solver().name))
     sound = [run for run in runs if not run.policies] or runs
     return sound, tuple(run.name for run in runs if run not in sound)
 
@@ -188,7 +195,7 @@ def estimate(
     if step is None:
         return found
     said = {key: options[key] for key in ("law", "max_time") if key in options}
-    asked = request(scene, yardstick().name, **said)
+    asked = request(scene, reference_solver().name, **said)
     asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
     for shot in shots:
         duration = asked.play(shot).duration
@@ -237,7 +244,7 @@ def sentences(result: Tradeoff) -> list[str]:
     lines += [
         f"Without a step: {one.solver} in {one.time * 1e3:.3g} ms, "
         f"to {units.from_si(one.largest, 'length'):.1g} {units.length}."
-        for one in result.of(yardstick().name)
+        for one in result.of(reference_solver().name)
     ]
     if result.spread is not None:
         lines.append(

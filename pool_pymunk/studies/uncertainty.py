@@ -227,15 +227,15 @@ class StartSampler:
         self.scene, self.widths, self.overlapping = scene, widths, 0
         self.base = np.array([ball.position for ball in scene.balls])
         self.radius = np.array([ball.radius for ball in scene.balls])
-        reach = NEIGHBORS * np.hypot(*widths.max(axis=0))
+        near = NEIGHBORS * np.hypot(*widths.max(axis=0))
         apart = np.hypot(*(self.base[:, None] - self.base[None]).transpose(2, 0, 1))
         gaps = apart - self.radius[:, None] - self.radius[None]
-        self.pairs = np.argwhere(np.triu(gaps < reach, 1)).tolist()
+        self.pairs = np.argwhere(np.triu(gaps < near, 1)).tolist()
         self.cushions = [
             (i, edge)
             for i, (x, y) in enumerate(self.base.tolist())
             for edge in (scene.table.edges if scene.table else ())
-            if edge.distance(x, y) < self.radius[i] + reach
+            if edge.distance(x, y) < self.radius[i] + near
         ]
 
     def starts(self, samples: int, rng: np.random.Generator) -> Array:
@@ -277,9 +277,9 @@ class StartSampler:
             worst[:] = 0.0
             for k, (i, j) in enumerate(self.pairs):
                 gap = np.hypot(*(starts[:, j] - starts[:, i]).T) - radius[i] - radius[j]
-                way = push(k, i, gap / 2.0) * lines[k]
-                starts[:, i] -= way
-                starts[:, j] += way
+                shift = push(k, i, gap / 2.0) * lines[k]
+                starts[:, i] -= shift
+                starts[:, j] += shift
             for k, (i, edge) in enumerate(self.cushions, start=len(self.pairs)):
                 gap = edge.height(*starts[:, i].T) - radius[i]
                 starts[:, i] += push(k, i, gap) * np.array(edge.normal)

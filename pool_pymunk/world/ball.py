@@ -19,7 +19,7 @@ from pool_pymunk.physics.path import Path
 SHARE, FROM_ZERO = between(0.0, 1.0), between(0.0)
 
 
-class Ball:
+class TableBall:
     """A ball has a number, its circle and body, and a sensor that feels what is near.
 
     ``is_on_table`` says whether it has not been pocketed or removed.
@@ -63,7 +63,7 @@ class ContactEvent(NamedTuple):
     """
 
     t: float
-    balls: tuple[Ball, ...]
+    balls: tuple[TableBall, ...]
     wall: int | None
     point: Vector
     normal: Vector
@@ -73,9 +73,7 @@ class ContactEvent(NamedTuple):
 def same_balls(
     restitution: float, friction: float, mass: float | None = None
 ) -> Callable[[int, int], Pair]:
-    """Return the ``pair`` of a table whose balls are all alike.
-
-    Without a ``mass`` (kg) it is that of the bodies.
+    """Return the ``pair`` of a table of equal balls, of this ``mass`` (kg) or that of their bodies.
 
     >>> same_balls(0.9, 0.05, mass=0.2)(0, 1)
     Pair(m_a=0.2, m_b=0.2, restitution=0.9, friction=0.05)
@@ -90,10 +88,9 @@ def _of_any_two(pair: Pair, i: int, j: int) -> Pair:
 
 
 class TableState(NamedTuple):
-    """A table's state has the time (s), each ball's motion (m, m/s), and which contacts last.
+    """A table's state has the time (s), each ball's motion (m, m/s), and which contacts persist.
 
-    Where balls roll, it has their ``rolls`` (m/s), too. Balls are numbers, so a state can be
-    pickled.
+    Where balls roll, it has their ``rolls`` (m/s). Balls are numbers, so it can be pickled.
     """
 
     time: float

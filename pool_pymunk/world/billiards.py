@@ -3,7 +3,7 @@
 pymunk moves the balls and finds what is near; the contact engine
 (:mod:`pool_pymunk.engine.contacts`) keeps each ball's exact path. With ``contacts="swept"`` it
 answers contacts at the time inside the step at which the paths meet. For this, a ball's sensor is
-larger than the ball by the way that the ball can travel in one step: what the ball touched during a
+larger than the ball by the distance that it can travel in one step: what the ball touched during a
 step is near at its end. With ``contacts="discrete"`` overlaps are answered at the end of the step.
 Friction is a per-step damping callback, or a joint inside the C step.
 """
@@ -27,7 +27,7 @@ from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Side, Wall, pocket
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world import checks
-from pool_pymunk.world.ball import FROM_ZERO, SHARE, Ball, ContactEvent, TableState
+from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
 from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep
 from pool_pymunk.world.others import SharedSteps
 from pool_pymunk.world.outlook import Prediction, free_spot, sketch
@@ -54,7 +54,7 @@ class Billiards:
     act once at the end of each step. If nothing else touches balls, say ``alone=True``: then the
     circles themselves are the sensors, and :meth:`step` steps the space, which is faster.
 
-    Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to be told
+    Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to hear
     what happens. They are called when the instant of which they tell is over; what you change from
     within them (all but :meth:`restore_state` and a step) counts from that instant on.
 
@@ -105,9 +105,9 @@ class Billiards:
         self.max_dt = argument("max_dt", max_dt, size)
         self.friction, self.alone, self._said_pair = friction, alone, pair
         self.on_contact: Callable[[ContactEvent], object] | None = None
-        self.on_stop: Callable[[Ball, float], object] | None = None
-        self.on_stop_revoked: Callable[[Ball, float], object] | None = None
-        self.on_pocket: Callable[[Ball, int, float], object] | None = None
+        self.on_stop: Callable[[TableBall, float], object] | None = None
+        self.on_stop_revoked: Callable[[TableBall, float], object] | None = None
+        self.on_pocket: Callable[[TableBall, int, float], object] | None = None
         surface = checks.read_surface(deceleration, rolling)
         self.engine = ContactEngine(checks.read_law(law), self._pair, surface, Recorder())
         is_swept = contacts == "swept"
@@ -193,17 +193,17 @@ class Billiards:
         walls = [wall for wall in self.engine.walls if wall.center is not None]
         return {wall.number: wall.sides[0][:2] for wall in walls}  # type: ignore[index]
 
-    def on_table(self) -> list[Ball]:
+    def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
         return self.state.on_table()
 
-    def ball_of(self, shape: pymunk.Shape) -> Ball | None:
+    def ball_of(self, shape: pymunk.Shape) -> TableBall | None:
         """Return the ball on the table to which a shape belongs, or None."""
         return None if shape.body is None else self.state.ball_of.get(shape.body)
 
     # -- setting up ------------------------------------------------------------------------------
 
-    def add_ball(self, circle: pymunk.Circle) -> Ball:
+    def add_ball(self, circle: pymunk.Circle) -> TableBall:
         """Make ``circle`` and its body a ball; both join the space if they are not in it.
 
         In a shared space the ball gets a second circle, its sensor, with the same filter. Raises
@@ -223,11 +223,11 @@ class Billiards:
             checks.check_pair(self._said_pair(other.number, number), masses, (other.number, number))
         return state.put_ball(circle, NO_ROLL)
 
-    def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> Ball:
+    def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> TableBall:
         """Do what :meth:`add_ball` does, with a roll (m/s), unchecked: nothing is wrong."""
         return self.state.put_ball(circle, roll)
 
-    def remove_ball(self, ball: Ball) -> None:
+    def remove_ball(self, ball: TableBall) -> None:
         """Take a ball off the table, and its body and shapes out of the space."""
         self._check_ball(ball)
         self.state.drop(ball)
@@ -237,9 +237,9 @@ class Billiards:
         for ball in self.on_table():
             self.remove_ball(ball)
 
-    def _check_ball(self, ball: Ball, changes_space: bool = False) -> None:
+    def _check_ball(self, ball: TableBall, changes_space: bool = False) -> None:
         own = self.balls
-        if not isinstance(ball, Ball) or own[ball.number : ball.number + 1] != [ball]:
+        if not isinstance(ball, TableBall) or own[ball.number : ball.number + 1] != [ball]:
             raise setting_error("ball", shown(ball), "must be what add_ball of this table returned")
         if not ball.is_on_table:
             message = "the ball is off the table: add_ball(ball.circle) makes a new one of it"
@@ -299,7 +299,7 @@ class Billiards:
 
     # -- moving balls ----------------------------------------------------------------------------
 
-    def strike(self, ball: Ball, velocity: Vector, roll: float = 0.0) -> None:
+    def strike(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> None:
         """Give a ball a velocity (m/s) now, and where balls roll a ``roll``, a share of it.
 
         With 1 the ball rolls at once, with 0 it slides without rotation, with less it draws back.
@@ -310,7 +310,7 @@ class Billiards:
         checks.check_unchanged(ball, self.engine.masses[ball.number])
         self.state.send(ball, None, velocity, turns)
 
-    def place(self, ball: Ball, position: Vector) -> None:
+    def place(self, ball: TableBall, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
 
         Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket.
@@ -320,7 +320,7 @@ class Billiards:
         checks.check_place(position, ball.radius, self.state.discs(without=ball), self._obstacles)
         self.state.send(ball, position, (0.0, 0.0), NO_ROLL)
 
-    def set_out(self, balls: Sequence[Ball]) -> None:
+    def set_out(self, balls: Sequence[TableBall]) -> None:
         """Predict what balls on new paths meet, and put their bodies on them."""
         self.state.set_out(balls)
 
@@ -353,7 +353,9 @@ class Billiards:
                 checks.check_place((x, y), self.balls[i].radius, {}, self._obstacles)
         self.state.restore(state)
 
-    def predict(self, ball: Ball, velocity: Vector, roll: float = 0.0) -> Prediction[Ball]:
+    def predict(
+        self, ball: TableBall, velocity: Vector, roll: float = 0.0
+    ) -> Prediction[TableBall]:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
 
         Nothing but the table's balls, walls and pockets is looked at.
@@ -366,12 +368,12 @@ class Billiards:
         return found._replace(met=None if found.met is None else self.balls[found.met])
 
     def free_spot(
-        self, near: Vector, radius: float | None = None, ball: Ball | None = None
+        self, near: Vector, radius: float | None = None, ball: TableBall | None = None
     ) -> Vector:
         """Return the place (m) nearest to ``near`` where a ball overlaps nothing: ball in hand.
 
-        It is for ``ball``, which is not in its own way; or for a new ball of this ``radius`` (m),
-        by default that of the first ball. The way from ``near`` crosses no wall; outside of the
+        It is for ``ball``, which does not block itself; or for a new ball of this ``radius`` (m),
+        by default that of the first ball. The line from ``near`` crosses no wall; outside of the
         table there is room, too. Raises ValueError if there is none.
         """
         self._catch_up()

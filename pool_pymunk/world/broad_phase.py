@@ -61,8 +61,7 @@ class BroadPhase:
         return [-1 - j for j in found if j < 0]
 
     def horizon(self, path: Path, now: float) -> float:
-        """Return infinity: the engine goes to the end of the step only."""
-        return math.inf
+        return math.inf  # The engine goes to the end of the step only.
 
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
         """Note that the body of ball ``i`` is to be put on a new path."""
@@ -82,12 +81,10 @@ class BroadPhase:
         return [j for j in others if j >= 0 and j != i]
 
     def touching(self, i: int, now: float) -> Iterable[int]:
-        """Return the balls and walls near ball ``i``."""
         found = dict.fromkeys((*self._look_around(i), *self._changed_near(i)))
         return [j for j in found if j != i]
 
     def remove(self, i: int) -> None:
-        """Leave ball ``i`` out from now on."""
         self.changed.pop(i, None)
         self._unboxed.pop(i, None)
         if i < len(self._boxes.boxes):
@@ -139,13 +136,11 @@ class EndOfStep(BroadPhase):
         self._touching: dict[Key, None] = {}  # the pairs that touched in this step
 
     def foresee(self) -> None:
-        """Put into the queue the pairs that touched, if they overlap and close."""
         self._touching, self.pairs = self.pairs, {}
         self._queue_if_closing(self._touching)
 
     def walls(self, i: int) -> Iterable[int]:
-        """Return nothing: a new path meets no wall before the step is over."""
-        return ()
+        return ()  # A new path meets no wall before the step is over.
 
     def balls(self, i: int, now: float) -> Iterable[int]:
         """Return nothing, either, but put into the queue what the ball touches already."""
@@ -153,11 +148,9 @@ class EndOfStep(BroadPhase):
         return ()
 
     def touching(self, i: int, now: float) -> Iterable[int]:
-        """Return what the ball touched in this step."""
         return [j for pair in self._touching if i in pair for j in pair if j != i]
 
     def leave_out(self, number: int) -> None:
-        """Forget what this ball or wall has touched."""
         self._touching = {pair: None for pair in self._touching if number not in pair}
 
     def _queue_if_closing(self, pairs: Iterable[Key]) -> None:

@@ -16,9 +16,9 @@ from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall
 from pool_pymunk.physics.surface import Rolling, Sliding, Surface
-from pool_pymunk.world.ball import FROM_ZERO, Ball
+from pool_pymunk.world.ball import FROM_ZERO, TableBall
 
-LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step so much longer
+LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step longer by this
 
 
 class Obstacle(NamedTuple):
@@ -28,10 +28,7 @@ class Obstacle(NamedTuple):
     wall: Wall
 
     def room(self, center: Vector, radius: float) -> float:
-        """Return how much room (m) a ball has; it is negative if the ball lies in the obstacle.
-
-        For a pocket it is the room between the ball's centre and the rim.
-        """
+        """Return the gap (m) of a ball, or of its centre to a pocket's rim; negative inside."""
         if self.shape is None:
             return places.room_beside(self.wall.sides, *center, radius)
         return self.shape.point_query(center).distance - radius
@@ -40,11 +37,11 @@ class Obstacle(NamedTuple):
         """Tell whether a ball lies in the obstacle."""
         return places.lies_in(self.wall, self.room(center, radius), *center, radius)
 
-    def lies_across(self, way: Path) -> bool:
+    def lies_across(self, path: Path) -> bool:
         """Tell whether a wall lies between where a path begins and where it is after 1 s."""
-        if self.wall.is_pocket or self.room((way.x, way.y), 0.0) <= 0.0:
+        if self.wall.is_pocket or self.room((path.x, path.y), 0.0) <= 0.0:
             return False
-        return self.wall.time_of_contact(way, 0.0, 0.0) <= 1.0
+        return self.wall.time_of_contact(path, 0.0, 0.0) <= 1.0
 
 
 def check_settings(space: Any, pair: Any, contacts: Any, friction: Any) -> None:
@@ -127,7 +124,7 @@ def check_circle(circle: Any) -> None:
     _check_type("circle", circle)
 
 
-def check_unchanged(ball: Ball, mass: float) -> None:
+def check_unchanged(ball: TableBall, mass: float) -> None:
     """Refuse a ball of which something is not what it was when it came to the table."""
     circle, body = ball.circle, ball.body
     values: list[tuple[str, Any, Any]] = [
@@ -176,14 +173,14 @@ def check_place(
     """Refuse a ball that lies in another ball, a wall or a pocket."""
     for obstacle in obstacles:
         if obstacle.holds(center, radius):
-            wall, left = obstacle.wall, obstacle.room(center, radius)
+            wall, room = obstacle.wall, obstacle.room(center, radius)
             how, what = ("is within", "pocket") if wall.is_pocket else ("overlaps", "wall")
-            message = places.said("the ball", f"{what} {wall.number}", left, radius, how=how)
+            message = places.said("the ball", f"{what} {wall.number}", room, radius, how=how)
             raise setting_error("position", list(center), message)
     for number, (place, other) in discs.items():
         if places.overlap(*center, radius, *place, other, places.TOUCHING):
-            left = places.room_beside_ball(*center, radius, *place, other)
-            message = places.said("the ball", f"ball {number}", left, min(radius, other))
+            room = places.room_beside_ball(*center, radius, *place, other)
+            message = places.said("the ball", f"ball {number}", room, min(radius, other))
             raise setting_error("position", list(center), message)
 
 

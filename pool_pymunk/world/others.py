@@ -17,7 +17,7 @@ from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.surface import SHARE
-from pool_pymunk.world.ball import Ball
+from pool_pymunk.world.ball import TableBall
 from pool_pymunk.world.checks import check_step
 from pool_pymunk.world.state import NOTHING, Moves, Phase, Snapshot, read_bodies
 from pool_pymunk.world.steps import Steps
@@ -43,9 +43,9 @@ class SharedSteps(Steps):
         # the bodies when all balls were last seen to be on their paths, and which of them are balls
         self._seen = Snapshot()
         self._rows: Sequence[Moves | None] = ()
-        self._balls: list[Ball | None] = []
+        self._balls: list[TableBall | None] = []
         self._entries = 0  # of balls, until then
-        self._forces: dict[Ball, Vector] = {}  # N, on balls then
+        self._forces: dict[TableBall, Vector] = {}  # N, on balls then
 
     # -- between two steps -----------------------------------------------------------------------
 
@@ -73,7 +73,7 @@ class SharedSteps(Steps):
             self.set_out(moved)
             self.catch_up()  # It sees them on their paths.
 
-    def _follow(self, ball: Ball, move: Moves) -> bool:
+    def _follow(self, ball: TableBall, move: Moves) -> bool:
         """Give a ball a new path if it is not on its own, and tell so: somebody has moved it."""
         x, y, vx, vy, fx, fy = move
         if fx != 0.0 or fy != 0.0:
@@ -167,7 +167,7 @@ class SharedSteps(Steps):
                 ball.body.activate()  # A ball that moves must not fall asleep.
             self.carry_all()
 
-    def _kicks(self, gravity: Vector, damping: float) -> dict[Ball, Vector]:
+    def _kicks(self, gravity: Vector, damping: float) -> dict[TableBall, Vector]:
         """Return the accelerations (m/s^2) of balls by gravity and forces, where there are any."""
         (gx, gy), masses, forces = gravity, self.engine.masses, self._forces
         falls = gx != 0.0 or gy != 0.0 or damping != 1.0
@@ -191,16 +191,16 @@ class SharedSteps(Steps):
                 surface.drag * self.dt if path else 0.0,
             )
             speed = math.sqrt(vx * vx + vy * vy)
-            left = 1.0 - most / speed if speed > most else 0.0
-            vx, vy = vx * left, vy * left
+            kept = 1.0 - most / speed if speed > most else 0.0
+            vx, vy = vx * kept, vy * kept
         sizes = abs(bx) + abs(by) + abs(vx) + abs(vy) + abs(wx) + abs(wy)
         is_pushed = abs(wx - vx) + abs(wy - vy) > PUSH_ROUNDING * sizes
         return (wx - vx, wy - vy) if is_pushed else NOTHING
 
-    def _kick(self, ball: Ball, gain: Vector, share: float) -> None:
+    def _kick(self, ball: TableBall, gain: Vector, share: float) -> None:
         """Add this to the damped velocity (m/s); friction holds a ball at rest against as much.
 
-        Of a push, 5/7 are left to a ball that rolls.
+        A ball that rolls keeps 5/7 of a push.
         """
         path, surface = self.engine.paths[ball.number], self.surface
         (gx, gy), (x, y, vx, vy) = gain, motion_at(path, self.time)

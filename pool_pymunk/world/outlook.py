@@ -21,19 +21,19 @@ HAIR = 1e-9  # radii; a ball is put so far off what it would touch
 MOST = 2_000  # This many instants are played at most.
 
 Who = TypeVar("Who")
-Edge = Round | Straight  # on which the centre of a touching ball lies
+Locus = Round | Straight  # on which the centre of a touching ball lies
 Disc = tuple[Vector, float]  # a place and a radius (m)
 Going = tuple[Vector, Vector]  # a velocity and a roll (m/s)
 
 
 class Prediction(NamedTuple, Generic[Who]):
-    """A prediction says what a ball would meet first, and the ways of both balls (m).
+    """A prediction says what a ball would meet first, and the lines that both balls follow (m).
 
     ``met`` is a ball, ``wall`` or ``pocket`` a number, each None if it meets none. That takes ``t``
     (s), which is infinite if nothing is met. ``way`` has the ball's turning points: its place,
     where it meets what it meets, and where it turns next or stops. ``other_way`` is that of the
     ball met, from its place at the contact on. Both have the places, too, where balls begin to
-    roll; until then a way may be curved.
+    roll; until then the line may be curved.
     """
 
     met: Who | None
@@ -54,35 +54,31 @@ class Witness(Recorder):
         self.pocket: int | None = None
         self.at = math.inf
         self.turns: defaultdict[int, list[Vector]] = defaultdict(list)
-        self.rolled: defaultdict[int, int] = defaultdict(int)  # so many of them are no turns
+        self.rolled: defaultdict[int, int] = defaultdict(int)  # how many of them are no turns
 
     def contact(self, contact: Contact, t: float) -> None:
-        """Note the first contact of the ball."""
         if self.at == math.inf and self.ball in contact.balls:
             self.wall, self.at = contact.cushion, t
             self.met = next((i for i in contact.balls if i != self.ball), None)
-            if self.met is not None:  # Its way begins here.
+            if self.met is not None:  # Its line begins here.
                 self.turns[self.met], self.rolled[self.met] = [], 0
 
     def path(self, i: int, path: Path) -> None:
-        """Note where a new path begins."""
         self.turns[i].append((path.x, path.y))
 
     def roll(self, i: int, path: Path) -> None:
-        """Note that the new path is no turn."""
         self.rolled[i] += len(self.turns[i]) - self.rolled[i] < 2
 
     def stop(self, i: int, t: float, position: Vector) -> None:
-        """Note where a path ends."""
         self.turns[i].append(position)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        """Note the way into a pocket."""
+        """Note the line into a pocket."""
         self.turns[i] += [motion[:2], center]
         if self.at == math.inf and i == self.ball:
             self.pocket, self.at = pocket, t
 
-    def way(self, i: int) -> list[Vector]:
+    def turns_of(self, i: int) -> list[Vector]:
         """Return the first two turns of ball ``i``, and where it began to roll before them."""
         return self.turns[i][: 2 + self.rolled[i]]
 
@@ -113,15 +109,15 @@ def sketch(
         wall=witness.wall,
         pocket=witness.pocket,
         t=witness.at,
-        way=((start.x, start.y), *(witness.way(witness.ball) or [start.rest])),
-        other_way=() if met is None else tuple(witness.way(met)),
+        way=((start.x, start.y), *(witness.turns_of(witness.ball) or [start.rest])),
+        other_way=() if met is None else tuple(witness.turns_of(met)),
     )
 
 
 def _copy(
     table: ContactEngine, numbers: list[int], witness: Witness, struck: Going, now: float
 ) -> ContactEngine:
-    """Return an engine with these balls on their way from now on, the struck one included."""
+    """Return an engine with these balls in motion from now on, the struck one included."""
 
     def pair(i: int, j: int) -> Pair:
         return table.pair(numbers[i], numbers[j])
@@ -147,7 +143,7 @@ def free_spot(
 ) -> Vector | None:
     """Return the place nearest to ``near`` (m) at which a disc overlaps nothing, or None.
 
-    The straight way there crosses no wall. The nearest place is ``near`` itself, or the nearest
+    The straight line there crosses no wall. The nearest place is ``near`` itself, or the nearest
     one at the edge of an obstacle, or one at which the edges of two obstacles cross.
     """
     size = (1.0 + HAIR) * radius
@@ -155,26 +151,26 @@ def free_spot(
     def is_free(spot: Vector) -> bool:
         if any(overlap(*spot, radius, *place, other, TOUCHING) for place, other in discs):
             return False
-        way = set_off(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
-        return not any(each.holds(spot, radius) or each.lies_across(way) for each in obstacles)
+        line = set_off(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
+        return not any(each.holds(spot, radius) or each.lies_across(line) for each in obstacles)
 
-    edges: list[Edge] = [Round(place, size + other) for place, other in discs]
+    edges: list[Locus] = [Round(place, size + other) for place, other in discs]
     sides = [side for each in obstacles for side in each.wall.sides]
     edges += [side.edge(size) for side in sides if hasattr(side, "edge")]
     away = [math.dist(near, edge.nearest(near)) for edge in edges]
-    farthest, reach = max(away, default=0.0), 0.0
-    while reach <= 2.0 * farthest:
-        reach = max(2.0 * reach, radius)
-        about = [edge for edge, far in zip(edges, away, strict=True) if far <= reach]
+    farthest, within = max(away, default=0.0), 0.0
+    while within <= 2.0 * farthest:
+        within = max(2.0 * within, radius)
+        about = [edge for edge, far in zip(edges, away, strict=True) if far <= within]
         spots = [near, *(edge.nearest(near) for edge in about)]
         spots += [spot for one, other in combinations(about, 2) for spot in crossings(one, other)]
         for spot in sorted(spots, key=lambda spot: math.dist(near, spot)):
-            if math.dist(near, spot) <= reach and is_free(spot):
+            if math.dist(near, spot) <= within and is_free(spot):
                 return spot
     return None
 
 
-def crossings(one: Edge, other: Edge) -> list[Vector]:
+def crossings(one: Locus, other: Locus) -> list[Vector]:
     """Return the points that two edges share, if there are any and not too many.
 
     >>> crossings(Round((0.0, 0.0), 5.0), Straight((3.0, 0.0), (1.0, 0.0)))

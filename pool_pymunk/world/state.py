@@ -22,7 +22,7 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL
-from pool_pymunk.world.ball import Ball, TableState
+from pool_pymunk.world.ball import TableBall, TableState
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_unchanged
 
@@ -32,11 +32,9 @@ NOTHING = (0.0, 0.0)
 # resting ball is smaller: then balls that rest in touch do not call in every step.
 HAIR = 1e-9
 
-
 # This is how a body moves: its position (m), velocity (m/s) and force (N).
 Moves = tuple[float, float, float, float, float, float]
 FIELDS = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY | BodyFields.FORCE
-
 
 Given = Vector | None
 
@@ -76,7 +74,7 @@ class Phase(Enum):
     TELLING = auto()  # a callback hears of an instant that is over
 
 
-class State:
+class LiveState:
     """The state of a table is changed by these methods alone (m, m/s, s)."""
 
     def __init__(
@@ -96,16 +94,16 @@ class State:
         self.since, self.count = 0.0, 0
         self.next_stop = math.inf
         self.wake = -math.inf  # when something is to be done; steps that end before it are bare
-        self.balls: list[Ball] = []
-        self.moving: dict[int, Ball] = {}
+        self.balls: list[TableBall] = []
+        self.moving: dict[int, TableBall] = {}
         self.damped: set[int] = set()  # the balls that move and are slowed by callbacks
-        self.ball_of: dict[pymunk.Body, Ball] = {}  # the balls on the table
+        self.ball_of: dict[pymunk.Body, TableBall] = {}  # the balls on the table
         self.entries = 0  # how often a ball has come to the table
         self.sent: list[int] = []  # balls that were sent off while pymunk was stepping
         # In the present step the table has put these bodies at positions with velocities, and has
         # sent these balls off: what others have done to them in the step does not count.
-        self.carried: dict[Ball, tuple[float, ...]] = {}
-        self.sent_off: set[Ball] = set()
+        self.carried: dict[TableBall, tuple[float, ...]] = {}
+        self.sent_off: set[TableBall] = set()
         self.error: Exception | None = None
 
     # -- the clock -------------------------------------------------------------------------------
@@ -147,7 +145,7 @@ class State:
 
     # -- balls come and go -----------------------------------------------------------------------
 
-    def put_ball(self, circle: pymunk.Circle, roll: Vector) -> Ball:
+    def put_ball(self, circle: pymunk.Circle, roll: Vector) -> TableBall:
         """Make a circle and its body a ball with this roll (m/s), unchecked."""
         body, radius = circle.body, circle.radius
         assert body is not None
@@ -159,7 +157,7 @@ class State:
             sensor.color = (0, 0, 0, 0)
         (x, y), (vx, vy) = body.position, body.velocity
         path = self.surface.path(self.now, (x, y), (vx, vy), roll)
-        ball = Ball(self.engine.add_ball(path, radius, body.mass), circle, sensor, self.engine)
+        ball = TableBall(self.engine.add_ball(path, radius, body.mass), circle, sensor, self.engine)
         self.balls.append(ball)
         self.near.sensors.append(sensor)
         self._enter(ball)
@@ -169,7 +167,7 @@ class State:
             sensor.unsafe_set_radius(radius * (1.0 - HAIR))
         return ball
 
-    def _enter(self, ball: Ball) -> None:
+    def _enter(self, ball: TableBall) -> None:
         """Put a ball's sensor into the space, and mark its circle as a ball's."""
         if not self.alone:
             ball.circle.collision_type = BALL
@@ -187,11 +185,11 @@ class State:
         """Put what is not in the space into it."""
         self.space.add(*[thing for thing in things if thing.space is None])
 
-    def on_table(self) -> list[Ball]:
+    def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
         return list(self.ball_of.values())
 
-    def drop(self, ball: Ball) -> None:
+    def drop(self, ball: TableBall) -> None:
         """Take a ball off the table now, unless it is off it already."""
         if ball.is_on_table:
             self.engine.now = self.now
@@ -220,7 +218,7 @@ class State:
                 ball.sensor.body = None  # Its body may come back as another ball.
             ball.shapes = tuple([each for each in there if self.alone or each is not ball.sensor])
 
-    def discs(self, without: Ball | None = None) -> dict[int, tuple[Vector, float]]:
+    def discs(self, without: TableBall | None = None) -> dict[int, tuple[Vector, float]]:
         """Return position and radius of each ball by its number, perhaps ``without`` one."""
         now, paths = self.now, self.engine.paths
         others = [ball for ball in self.ball_of.values() if ball is not without]
@@ -233,7 +231,7 @@ class State:
         return self.surface.roll(self.engine.paths[i], self.now)
 
     def begin_path(
-        self, ball: Ball, position: Vector, velocity: Vector, roll: Given = None
+        self, ball: TableBall, position: Vector, velocity: Vector, roll: Given = None
     ) -> None:
         """Give a ball a new path, by default with its roll; what it meets is not predicted yet."""
         now = self.engine.now = self.now
@@ -243,7 +241,7 @@ class State:
         if not path.moves:
             self.engine.rested[ball.number] = now
 
-    def send(self, ball: Ball, position: Given, velocity: Given, roll: Given = None) -> None:
+    def send(self, ball: TableBall, position: Given, velocity: Given, roll: Given = None) -> None:
         """Set a ball off from a position, with a velocity and a roll; by default with its own."""
         place, goes = self.engine.paths[ball.number].at(self.now)
         self.begin_path(ball, position or place, velocity or goes, roll)
@@ -252,7 +250,7 @@ class State:
             self._move_sensor(ball)
         self.set_out([ball])
 
-    def set_out(self, balls: Collection[Ball]) -> None:
+    def set_out(self, balls: Collection[TableBall]) -> None:
         """Predict what balls on new paths meet, and put their bodies on these paths."""
         for ball in balls:
             self.sent_off.add(ball)
@@ -284,20 +282,20 @@ class State:
         engine.predict(numbers)
         self.wake = -math.inf
 
-    def _move_sensor(self, ball: Ball) -> None:
+    def _move_sensor(self, ball: TableBall) -> None:
         """Let pymunk report anew what a ball's sensor touches, because the ball lies elsewhere."""
         self.space.remove(ball.sensor)
         self.space.add(ball.sensor)
         self.space.reindex_shapes_for_body(ball.body)
 
-    def beside(self, ball: Ball, x: float, y: float) -> Vector:
+    def beside(self, ball: TableBall, x: float, y: float) -> Vector:
         """Return where a ball lies that was pushed into balls and walls: it touches them."""
         radius = ball.radius
         for (u, v), other in self.discs(without=ball).values():
-            reach = radius + other
-            if math.dist((x, y), (u, v)) < reach:
+            touching = radius + other
+            if math.dist((x, y), (u, v)) < touching:
                 nx, ny = unit(x - u, y - v)
-                x, y = u + reach * nx, v + reach * ny
+                x, y = u + touching * nx, v + touching * ny
         for wall in self.engine.walls:
             for side in () if wall.is_pocket else wall.sides:
                 gap = side.gap(x, y, radius)
@@ -329,23 +327,23 @@ class State:
         _, _, vx, vy = motion_at(path, t)
         return self.mean_of(path, path.end - t, vx, vy)
 
-    def mean_of(self, path: Path, left: float, vx: float, vy: float) -> Vector:
-        """Return the mean velocity over a step of a ball whose path ends in ``left`` s."""
+    def mean_of(self, path: Path, rest: float, vx: float, vy: float) -> Vector:
+        """Return the mean velocity over a step of a ball whose path ends in ``rest`` s."""
         dt = self.dt
-        if left > dt:
+        if rest > dt:
             return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
         then = None if path.slows else self.surface.then(path)
-        if then is not None and left <= 0.0:
-            return self.mean_velocity(then, path.end - left)
+        if then is not None and rest <= 0.0:
+            return self.mean_velocity(then, path.end - rest)
         if then is not None:
-            time = min(dt - left, then.end - then.t)
-            x = left * (vx + left * path.ax / 2.0) + time * (then.vx + time * then.ax / 2.0)
-            y = left * (vy + left * path.ay / 2.0) + time * (then.vy + time * then.ay / 2.0)
+            time = min(dt - rest, then.end - then.t)
+            x = rest * (vx + rest * path.ax / 2.0) + time * (then.vx + time * then.ax / 2.0)
+            y = rest * (vy + rest * path.ay / 2.0) + time * (then.vy + time * then.ay / 2.0)
             return x / dt, y / dt
-        share = max(left, 0.0) / dt
-        return share * (vx + left * path.ax / 2.0), share * (vy + left * path.ay / 2.0)
+        share = max(rest, 0.0) / dt
+        return share * (vx + rest * path.ax / 2.0), share * (vy + rest * path.ay / 2.0)
 
-    def carry(self, ball: Ball) -> None:
+    def carry(self, ball: TableBall) -> None:
         """Put a ball's body on its path at the end of this step, or to rest."""
         path, goes = self.engine.paths[ball.number], NOTHING
         x, y, vx, vy = motion_at(path, self.time)
@@ -374,7 +372,7 @@ class State:
         for ball in list(self.moving.values()):
             self.carry(ball)
 
-    def _slow_down(self, ball: Ball, is_damped: bool) -> None:
+    def _slow_down(self, ball: TableBall, is_damped: bool) -> None:
         """Install friction: a callback, or a joint that pulls m a on a path that slows to rest."""
         if is_damped:
             self.damped.add(ball.number)
@@ -387,7 +385,7 @@ class State:
                 ball.joint.max_force = ball.body.mass * self.surface.drag
             self.space.add(ball.joint)
 
-    def _let_go(self, ball: Ball) -> None:
+    def _let_go(self, ball: TableBall) -> None:
         """Take the friction off a ball."""
         if ball.number in self.damped:
             self.damped.remove(ball.number)
@@ -424,7 +422,7 @@ class State:
         """The number of friction joints that are in the space now."""
         return len(self.moving) - len(self.damped) if self.surface.pull > 0.0 else 0
 
-    def _rest(self, ball: Ball) -> None:
+    def _rest(self, ball: TableBall) -> None:
         """Put a ball to rest; from now on it costs nothing."""
         ball.body.velocity = NOTHING
         ball.sensor.unsafe_set_radius(ball.radius * (1.0 if self.is_swept else 1.0 - HAIR))

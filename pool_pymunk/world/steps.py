@@ -10,18 +10,17 @@ from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path
-from pool_pymunk.world.ball import Ball, ContactEvent
+from pool_pymunk.world.ball import ContactEvent, TableBall
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_step
-from pool_pymunk.world.state import HAIR, Phase, Snapshot, State, read_bodies
+from pool_pymunk.world.state import HAIR, LiveState, Phase, Snapshot, read_bodies
 from pool_pymunk.world.walls import Walls
 
 MOST_QUIET = 1000.0  # steps between two looks at the clock
 
-# These are the callbacks by their names; and a callback's name, what it is called with, and balls'
-# paths before it.
-Of = Callable[[str], Callable[..., object] | None]
-Told = tuple[str, tuple[object, ...], dict[Ball, Path]]
+Of = Callable[[str], Callable[..., object] | None]  # returns the callback of a name
+# a callback's name, its arguments, and the paths of balls before it
+PendingCall = tuple[str, tuple[object, ...], dict[TableBall, Path]]
 
 
 class Callbacks(Recorder):
@@ -30,16 +29,15 @@ class Callbacks(Recorder):
     ``of(name)`` is the callback of this name, or None.
     """
 
-    def __init__(self, state: State, of: Of) -> None:
+    def __init__(self, state: LiveState, of: Of) -> None:
         self.state = state
         self.of = of
-        self.told: list[Told] = []  # what has happened in the present instant
+        self.pending: list[PendingCall] = []  # what has happened in the present instant
         self._before = Snapshot()  # how the bodies moved when the present callback was called
 
     # -- what happens ----------------------------------------------------------------------------
 
     def contact(self, contact: Contact, t: float) -> None:
-        """Tell ``on_contact``."""
         if self.of("on_contact") is not None:
             balls = tuple(self.state.balls[i] for i in contact.balls)
             closing = closing_speed(contact, {ball.number: ball.path.at(t)[1] for ball in balls})
@@ -47,28 +45,25 @@ class Callbacks(Recorder):
             self._tell("on_contact", event, balls=balls)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
-        """Tell ``on_stop``."""
         self._tell("on_stop", self.state.balls[i], t)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        """Tell ``on_pocket`` the ball, the number of the pocket, and the time (s)."""
         self._tell("on_pocket", self.state.balls[i], pocket, t)
 
     def stop_revoked(self, i: int, t: float) -> None:
-        """Tell ``on_stop_revoked``, because the ball had not come to rest."""
         self._tell("on_stop_revoked", self.state.balls[i], t)
 
-    def _tell(self, name: str, *said: object, balls: Sequence[Ball] = ()) -> None:
+    def _tell(self, name: str, *said: object, balls: Sequence[TableBall] = ()) -> None:
         """Call a callback later; the ``path`` of these balls is for it what it is now."""
         if self.of(name) is not None:
-            self.told.append((name, said, {ball: ball.path for ball in balls}))
+            self.pending.append((name, said, {ball: ball.path for ball in balls}))
 
     # -- the instant is over ---------------------------------------------------------------------
 
     def tell_all(self) -> None:
         """Call the callbacks of this instant; errors of theirs are kept to the step's end."""
-        state, told, self.told = self.state, self.told, []
-        for name, said, paths in told:
+        state, pending, self.pending = self.state, self.pending, []
+        for name, said, paths in pending:
             callback = self.of(name)
             if callback is None:
                 continue
@@ -94,14 +89,14 @@ class Callbacks(Recorder):
         before, moves = self._before.moves(), now.moves()
         for ball in state.on_table():
             x, y, vx, vy = moves[ball.id][:4]
-            left = state.carried.get(ball) or before.get(ball.id, moves[ball.id])
-            there = None if (x, y) == left[:2] else state.beside(ball, x, y)
-            goes = None if (vx, vy) == left[2:4] else (vx, vy)
+            known = state.carried.get(ball) or before.get(ball.id, moves[ball.id])
+            there = None if (x, y) == known[:2] else state.beside(ball, x, y)
+            goes = None if (vx, vy) == known[2:4] else (vx, vy)
             if there is not None or goes is not None:
                 state.send(ball, there, goes)
 
 
-class Steps(State):
+class Steps(LiveState):
     """These are the steps of a table that has its space alone, and the state that they change."""
 
     def __init__(
@@ -202,7 +197,7 @@ class Steps(State):
                 engine.next()
                 if self.near.gone:
                     self.take_out_gone()
-                if callbacks.told:
+                if callbacks.pending:
                     callbacks.tell_all()
         except Exception:  # A law or pair of the user's has failed: its contact is still due.
             engine.predict(list(self.moving))
@@ -210,4 +205,4 @@ class Steps(State):
             raise
         finally:
             self.phase = Phase.STEPPING
-            callbacks.told.clear()
+            callbacks.pending.clear()

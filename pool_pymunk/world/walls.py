@@ -7,9 +7,9 @@ import pymunk
 from pool_pymunk.model.places import said
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.sides import Post, Side, Wall, face_between
+from pool_pymunk.physics.sides import RoundSide, Side, Wall, face_between
 from pool_pymunk.world.checks import Obstacle
-from pool_pymunk.world.state import Phase, State
+from pool_pymunk.world.state import LiveState, Phase
 
 WALL = 0x57616C6C  # This is our own collision type.
 
@@ -17,7 +17,7 @@ WALL = 0x57616C6C  # This is our own collision type.
 class Walls:
     """The walls and pockets have places in the engine; a place that becomes free is used again."""
 
-    def __init__(self, state: State) -> None:
+    def __init__(self, state: LiveState) -> None:
         self.state = state
         self.count = 0  # of walls that were ever put up
         self._unused: list[int] = []
@@ -31,11 +31,11 @@ class Walls:
         shape.cache_bb()  # A shape outside of the space does not know where it is.
         for number, (place, radius) in self.state.discs().items():
             if obstacle.holds(place, radius):
-                center, left = obstacle.wall.center, obstacle.room(place, radius)
+                center, room = obstacle.wall.center, obstacle.room(place, radius)
                 if center is not None:
                     message = "a ball lies within this pocket"
                     raise setting_error("position", list(center), message)
-                message = said(f"ball {number}", "this wall", left, radius)
+                message = said(f"ball {number}", "this wall", room, radius)
                 raise setting_error("shape", type(shape).__name__, message)
         return self.put(shape, obstacle)
 
@@ -92,7 +92,7 @@ def sides_of(shape: pymunk.Shape) -> tuple[Side, ...]:
     assert body is not None
     if isinstance(shape, pymunk.Circle):
         center = body.local_to_world(shape.offset)
-        return (Post((center[0], center[1]), shape.radius),)
+        return (RoundSide((center[0], center[1]), shape.radius),)
     if isinstance(shape, pymunk.Segment):
         ends = [body.local_to_world(end) for end in (shape.a, shape.b)]
     else:
@@ -102,4 +102,4 @@ def sides_of(shape: pymunk.Shape) -> tuple[Side, ...]:
     outline = zip(corners, corners[1:] + corners[:1], strict=True)
     # The faces are those of a polygon's outside.
     faces = [face_between(b, a, shape.radius) for a, b in outline]
-    return (*faces, *(Post(corner, shape.radius) for corner in corners))
+    return (*faces, *(RoundSide(corner, shape.radius) for corner in corners))

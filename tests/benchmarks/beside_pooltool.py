@@ -81,7 +81,9 @@ def main() -> None:
         clocks += between - began, time.perf_counter() - between
         starts = zip(ends, run.knots, strict=True)
         apart.append(max(math.dist(run.final[name], ends[name]) for name in ends))
-        far.append(max(math.dist(run.final[name], knots[0, 1:3]) for name, knots in starts))
+        far.append(
+            max(math.dist(run.final[name], breakpoints[0, 1:3]) for name, breakpoints in starts)
+        )
     mine, its = 1e3 * clocks / SHOTS
     print(f"{SHOTS} shots, balls travel up to {max(far):.3g} m")
     print(f"ends apart: median {np.median(apart):.2g} m, most {max(apart):.2g} m")

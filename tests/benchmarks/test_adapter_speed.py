@@ -102,7 +102,7 @@ def test_many_balls(benchmark: Any, count: int) -> None:
 
 
 def eight_ball(alone: bool) -> tuple[pymunk.Space, Billiards]:
-    """Return the break of `eight-ball` as a game has it, with the cue ball on its way."""
+    """Return the break of `eight-ball` as a game has it, with the cue ball in motion."""
     scene, space = load("eight-ball"), pymunk.Space()
     pair = same_balls(0.95, 0.05)
     table = Billiards(space, 1 / 60, pair=pair, deceleration=scene.deceleration, alone=alone)

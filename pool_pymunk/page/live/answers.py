@@ -30,20 +30,20 @@ from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.table import round_number
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import SOLVERS, Solver, find_solver, request, yardstick
+from pool_pymunk.solvers import SOLVERS, Solver, find_solver, reference_solver, request
 
 LONGEST = 60.0  # s; a run is ended at this time at the latest,
 MOST_EVENTS = 5_000  # and after this many events.
-MOST_LINES = 20  # This many problems are told at most.
+MOST_LINES = 20  # This many problems are named at most.
 SAMPLES = 1_000  # ends in a cloud
 SOME = 50  # ends; a cloud begins with this number and doubles,
 CLOUD_TIME = 1.5  # until it took so long (s).
 FINEST = 1e-6  # s; the page offers no finer step
 HARD_HIT = 2.5  # A full drag is up to this many times as fast as the fastest shot.
-FULL_WAY = 4.0  # widths; without a shot, a full drag makes a ball go about so far
+FULL_DRAG = 4.0  # widths; without a shot, a full drag makes a ball go about so far
 
 
-class Answer(NamedTuple):
+class Reply(NamedTuple):
     """An answer is a text with a status of HTTP and a type."""
 
     status: int
@@ -51,9 +51,9 @@ class Answer(NamedTuple):
     type: str = "application/json"
 
 
-def refusal(status: int, *problems: str) -> Answer:
+def refusal(status: int, *problems: str) -> Reply:
     """Return the answer that says what is wrong, one line a problem."""
-    return Answer(status, json.dumps({"problems": problems}))
+    return Reply(status, json.dumps({"problems": problems}))
 
 
 # -- questions -----------------------------------------------------------------------------------
@@ -77,7 +77,7 @@ class Start(_Question):
         return State(self.position, self.velocity, self.off, self.rolls)  # type: ignore[arg-type]
 
 
-class Place(Start):
+class Placing(Start):
     """This question asks whether a ball may lie where it is."""
 
     ball: str
@@ -121,11 +121,11 @@ class Answers:
         self.scene = scene
         self.latest = min(scene.physics.max_time or math.inf, LONGEST)
 
-    def to(self, name: str, text: bytes) -> Answer:
+    def to(self, name: str, text: bytes) -> Reply:
         """Return the answer to a question of that name."""
         kind, method = _KINDS[name]
         try:
-            answer: Answer = method(self, kind.model_validate_json(text))
+            answer: Reply = method(self, kind.model_validate_json(text))
             return answer
         except ValidationError as error:
             return refusal(400, *islice(_lines(error), MOST_LINES))
@@ -134,19 +134,19 @@ class Answers:
         except Exception as error:  # The page says so, and the table goes on.
             return refusal(500, f"the server failed: {type(error).__name__}: {error}")
 
-    def shot(self, asked: Ask) -> Answer:
-        """Play a shot, and beside it the exact run."""
+    def shot(self, asked: Ask) -> Reply:
+        """Play a shot, and beside it the reference run."""
         return _json(content([self._beside(asked)]))
 
-    def aim(self, asked: Ask) -> Answer:
+    def aim(self, asked: Ask) -> Reply:
         """Tell exactly what the shot would do."""
-        return _json(content([[self._play(asked, yardstick().name)]])["shots"][0]["runs"][0])
+        return _json(content([[self._play(asked, reference_solver().name)]])["shots"][0]["runs"][0])
 
-    def save(self, asked: Ask) -> Answer:
+    def save(self, asked: Ask) -> Reply:
         """Return the shot as a page of its own."""
-        return Answer(200, page([self._beside(asked)]), "text/html")
+        return Reply(200, page([self._beside(asked)]), "text/html")
 
-    def place(self, asked: Place) -> Answer:
+    def place(self, asked: Placing) -> Reply:
         """Tell what is wrong with the place of a ball, if anything is."""
         state = read_state(asked.state, self.scene.index, self.scene.surface.rolls)
         if asked.ball not in self.scene.index:
@@ -162,7 +162,7 @@ class Answers:
         new = [one.message for one in found if one not in before]
         return refusal(400, *new[:MOST_LINES]) if new else _json({})
 
-    def scenario(self, asked: Ask) -> Answer:
+    def scenario(self, asked: Ask) -> Reply:
         """Return the shot as lines of a scenario file.
 
         These are the lines of the shot alone where the rest of the scenario is as it was, and else
@@ -186,7 +186,7 @@ class Answers:
         step = "" if asked.dt is None else f" --dt {step_text(asked.dt).removesuffix(' s')}"
         return _json({"text": f"# played by --solver {asked.solver}{step}\n{text}"})
 
-    def cloud(self, asked: AskCloud) -> Answer:
+    def cloud(self, asked: AskCloud) -> Reply:
         """Return where the balls end if a player errs: for each ball its ends, if they differ."""
         state = self.scene.start(self._shot(asked), self.scene.state(asked.state))
         places, speeds = np.array(state.position), np.array(state.velocity)
@@ -216,8 +216,9 @@ class Answers:
     # -- runs ------------------------------------------------------------------------------------
 
     def _beside(self, asked: Ask) -> list[Run]:
-        """Return the run, and the exact run where that is another one."""
-        return [self._play(asked, name) for name in dict.fromkeys((asked.solver, yardstick().name))]
+        """Return the run, and the reference run where that is another one."""
+        names = dict.fromkeys((asked.solver, reference_solver().name))
+        return [self._play(asked, name) for name in names]
 
     def _play(self, asked: Ask, solver: str) -> Run:
         law = None if find_solver(solver).own_law else asked.law
@@ -241,7 +242,7 @@ _KINDS: dict[str, tuple[type[Any], Any]] = {
     "aim": (Ask, Answers.aim),
     "save": (Ask, Answers.save),
     "scenario": (Ask, Answers.scenario),
-    "place": (Place, Answers.place),
+    "place": (Placing, Answers.place),
     "cloud": (AskCloud, Answers.cloud),
 }
 QUESTIONS = tuple(_KINDS)
@@ -274,8 +275,8 @@ def _spread(ends: Array) -> list[list[float]]:
     return found
 
 
-def _json(value: object) -> Answer:
-    return Answer(200, json.dumps(value, allow_nan=False, separators=(",", ":")))
+def _json(value: object) -> Reply:
+    return Reply(200, json.dumps(value, allow_nan=False, separators=(",", ":")))
 
 
 def _lines(error: ValidationError) -> Iterator[str]:
@@ -301,7 +302,7 @@ def live_content(scene: Scene) -> dict[str, Any]:
     # Only the size of a launch counts where a shot goes on from another.
     launches = (one.launch or (one.speed or 0.0, 0.0) for one in scene.shots)
     fastest = max((math.hypot(*launch) for launch in launches), default=0.0)
-    top = HARD_HIT * fastest or math.sqrt(2.0 * scene.deceleration * FULL_WAY * (x1 - x0)) or 2.0
+    top = HARD_HIT * fastest or math.sqrt(2.0 * scene.deceleration * FULL_DRAG * (x1 - x0)) or 2.0
     unit = shown["units"]["speed"][1]
     top = round_number(top / unit) * unit
     return shown | {

@@ -31,12 +31,12 @@ from starlette.routing import Route
 
 from pool_pymunk.model import Scene
 from pool_pymunk.page.document import document
-from pool_pymunk.page.live.answers import QUESTIONS, Answer, live_content, refusal
+from pool_pymunk.page.live.answers import QUESTIONS, Reply, live_content, refusal
 from pool_pymunk.page.live.worker import Worker
 from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
 
 HOST = "127.0.0.1"
-PATIENCE = 5.0  # s; an answer that takes longer is cut off, and so is a question
+ANSWER_TIMEOUT = 5.0  # s; an answer that takes longer is cut off, and so is a question
 MOST_CONNECTIONS = 64
 # bytes of a question: for every question, and more for each ball
 BYTES, BYTES_A_BALL = 65_536, 256
@@ -83,8 +83,8 @@ class LiveServer:
     def run(self) -> None:
         """Serve until somebody stops it; Ctrl-C raises KeyboardInterrupt."""
         self.page = document(live_content(self.scene), live=True)
-        self.shots = Worker(self.scene, PATIENCE)
-        self.clouds = Worker(self.scene, PATIENCE, compiles=True)
+        self.shots = Worker(self.scene, ANSWER_TIMEOUT)
+        self.clouds = Worker(self.scene, ANSWER_TIMEOUT, compiles=True)
         try:
             self.server.run([self.socket])
         finally:
@@ -118,23 +118,23 @@ class LiveServer:
         if name not in QUESTIONS:
             raise HTTPException(404)
         text = await self._text(request)
-        if isinstance(text, Answer):
+        if isinstance(text, Reply):
             return respond(text)
         worker = self.clouds if name == "cloud" else self.shots
         answer = await to_thread.run_sync(worker.ask, name, text, abandon_on_cancel=True)
         return respond(answer)
 
-    async def _text(self, request: Request) -> bytes | Answer:
+    async def _text(self, request: Request) -> bytes | Reply:
         """Read a question, of this many bytes and in so long a time at most."""
         text = bytearray()
         try:
-            async with asyncio.timeout(PATIENCE):
+            async with asyncio.timeout(ANSWER_TIMEOUT):
                 async for part in request.stream():
                     text += part
                     if len(text) > self.most_bytes:
                         return refusal(413, f"the question has more than {self.most_bytes} bytes")
         except TimeoutError:
-            return refusal(408, f"the question did not come within {PATIENCE:g} s")
+            return refusal(408, f"the question did not come within {ANSWER_TIMEOUT:g} s")
         except ClientDisconnect:
             return refusal(400, "the question broke off")
         return bytes(text)
@@ -173,7 +173,7 @@ class Guard:
         self.hosts = {f"{name}:{port}" for name in NAMES}
         self.origins = {f"http://{host}" for host in self.hosts}
         self.token = token.encode()
-        self.left, self.counted = BURST, time.monotonic()
+        self.tokens, self.counted = BURST, time.monotonic()
 
     async def __call__(
         self, request: Request, go_on: Callable[[Request], Awaitable[Response]]
@@ -184,7 +184,7 @@ class Guard:
         response.headers.update(HEADERS)
         return response
 
-    def refuses(self, request: Request) -> Answer | None:
+    def refuses(self, request: Request) -> Reply | None:
         """Return why a request is turned away; None if it may pass."""
         host, origin = request.headers.get("host"), request.headers.get("origin")
         if host not in self.hosts:
@@ -197,14 +197,14 @@ class Guard:
             why = "the token is wrong or missing"
             return refusal(403, f"{why}: use the address that the program printed")
         now = time.monotonic()
-        self.left = min(self.left + RATE * (now - self.counted), BURST)
+        self.tokens = min(self.tokens + RATE * (now - self.counted), BURST)
         self.counted = now
-        if self.left < 1.0:
+        if self.tokens < 1.0:
             return refusal(429, "too many requests at once: wait a second")
-        self.left -= 1.0
+        self.tokens -= 1.0
         return None
 
 
-def respond(answer: Answer) -> Response:
+def respond(answer: Reply) -> Response:
     """Return an answer as a response of HTTP."""
     return Response(answer.text, answer.status, media_type=answer.type)

@@ -10,7 +10,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 
 from pool_pymunk.model import Ball, Friction, Scene
-from pool_pymunk.page.live.answers import Answer, Answers, refusal
+from pool_pymunk.page.live.answers import Answers, Reply, refusal
 from pool_pymunk.safety.interrupts import block_sigint
 
 READY = "ready"
@@ -26,13 +26,13 @@ DIED = refusal(500, "the process that plays the shots ended, and was started aga
 class Worker:
     """A worker is a process that answers one question after another.
 
-    An answer that takes longer than ``patience`` (s) is cut off, and the process begins anew. Any
+    An answer that takes longer than ``timeout`` (s) is cut off, and the process begins anew. Any
     thread may ask.
     """
 
-    def __init__(self, scene: Scene, patience: float, compiles: bool = False) -> None:
+    def __init__(self, scene: Scene, timeout: float, compiles: bool = False) -> None:
         self.scene = scene
-        self.patience = patience
+        self.timeout = timeout
         self.compiles = compiles
         self.turn = threading.Lock()
         self.is_over = False
@@ -51,9 +51,9 @@ class Worker:
         its.close()
         self.is_ready = False
 
-    def ask(self, name: str, text: bytes) -> Answer:
+    def ask(self, name: str, text: bytes) -> Reply:
         """Return the answer to a question, or say why there is none."""
-        if not self.turn.acquire(timeout=self.patience + BEGINNING * (not self.is_ready)):
+        if not self.turn.acquire(timeout=self.timeout + BEGINNING * (not self.is_ready)):
             return BUSY
         try:
             return self._ask(name, text)
@@ -63,17 +63,17 @@ class Worker:
         finally:
             self.turn.release()
 
-    def _ask(self, name: str, text: bytes) -> Answer:
+    def _ask(self, name: str, text: bytes) -> Reply:
         if not self.is_ready:
             if not self.pipe.poll(BEGINNING):
                 return BEGINS
             self.is_ready = self.pipe.recv() == READY
         self.pipe.send((name, text))
-        if not self.pipe.poll(self.patience):
+        if not self.pipe.poll(self.timeout):
             self._begin_anew()
             why = "choose a longer step or a slower shot"
-            return refusal(400, f"this takes longer than {self.patience:g} s, so it was cut: {why}")
-        answer: Answer = self.pipe.recv()
+            return refusal(400, f"this takes longer than {self.timeout:g} s, so it was cut: {why}")
+        answer: Reply = self.pipe.recv()
         return answer
 
     def _begin_anew(self) -> None:
@@ -93,7 +93,7 @@ class Worker:
 
 
 def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
-    """Answer questions until nobody is left who asks."""
+    """Answer questions until nobody asks any more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     answers = Answers(scene)

@@ -4,7 +4,7 @@
  * for rolls where balls do not roll. */
 
 const FULL = 0.4; // of the width that is seen; a drag of this length is a full shot
-const REACH = { mouse: 4, touch: 18 }; // pixels; a press takes a ball that is as near as this
+const PICKED = { mouse: 4, touch: 18 }; // pixels; a press takes a ball that is as near as this
 const ANSWER = 40_000; // ms; the page waits no longer than this for an answer,
 const AGAIN = 1000; // and this time before it asks for a cloud again
 const SOON = 250; // ms; an answer that takes longer is announced
@@ -14,7 +14,7 @@ const say = (text) => byId("message").replaceChildren(text);
 const AIM = ["aim-ball", "aim-angle", "aim-speed", "aim-roll"]; // the fields
 const token = new URLSearchParams(location.search).get("token");
 
-/** Questions of one kind: one is on its way at most, and of those that wait only the latest. */
+/** Questions of one kind: one is asked at most, and of those that wait only the latest. */
 class Latest {
   constructor(ask, take) {
     Object.assign(this, { ask, take, busy: false, next: null });
@@ -43,7 +43,7 @@ class LiveTable {
     this.before = []; // what undo goes back to: starts, each with the aim there
     this.aim = { ball: live.ball, speed: live.speed, angle: live.angle, roll: live.roll };
     this.unit = content.units.speed[1];
-    // `last` is the question of the shot that is shown, `track` the exact run of the aim.
+    // `last` is the question of the shot that is shown, `track` the reference run of the aim.
     Object.assign(this, { last: null, track: null, drag: null, cloud: null, ghosts: true });
     this.aims = new Latest((one) => this.ask("aim", one), this.takeTrack.bind(this));
     this.clouds = new Latest(this.askCloud.bind(this), this.takeCloud.bind(this));
@@ -178,11 +178,11 @@ class LiveTable {
   /** Return the speed and the angle of a drag from a ball to a point; null for none. */
   dragged(ball, x, y) {
     const [x0, y0] = this.start.position[ball];
-    const way = Math.hypot(x - x0, y - y0) - this.balls[ball].radius;
-    if (way <= 0) return null;
+    const drag = Math.hypot(x - x0, y - y0) - this.balls[ball].radius;
+    if (drag <= 0) return null;
     const top = this.choices.top / this.unit;
     const grain = 10 ** Math.floor(Math.log10(top / 100)); // a dragged speed is rounded to it
-    const share = Math.min(way / this.fullWay(), 1);
+    const share = Math.min(drag / this.fullDrag(), 1);
     const speed = Math.max(Math.round((share * top) / grain), 1) * grain;
     const angle = (Math.atan2(y - y0, x - x0) * 180) / Math.PI;
     const rounded = Math.round(angle * 100) / 100;
@@ -190,7 +190,7 @@ class LiveTable {
   }
 
   /** Return how far (m) a drag goes from the rim of a ball for a full shot. */
-  fullWay() {
+  fullDrag() {
     const [x0, , x1] = this.content.seen;
     return FULL * (x1 - x0);
   }
@@ -202,7 +202,7 @@ class LiveTable {
     if (this.last) this.player.jump(this.player.duration);
     const { position, off } = this.start;
     const there = position.map((at, i) => (off.includes(this.balls[i].id) ? [Infinity, 0] : at));
-    const i = this.table.nearest(event, there, REACH[event.pointerType] ?? REACH.touch);
+    const i = this.table.nearest(event, there, PICKED[event.pointerType] ?? PICKED.touch);
     if (i === null) return;
     event.preventDefault();
     document.activeElement?.blur();
@@ -324,7 +324,7 @@ class LiveTable {
     const ball = isolated(this.balls[gaps.indexOf(most)]?.id ?? "");
     let cost = `Ball ${ball} ends ${+(most / unit).toPrecision(3)} ${name} from its exact end.`;
     if (most < EXACT) cost = "Every ball ends where it exactly ends, except for rounding.";
-    byId("cost").textContent = exact ? cost : "This is the exact run.";
+    byId("cost").textContent = exact ? cost : "This is the reference run.";
   }
 
   /** Say which balls can be put back, and whether there is something to undo. */
@@ -341,7 +341,7 @@ class LiveTable {
 
   // -- what is drawn --------------------------------------------------------------------------
 
-  /** Draw the aimed shot: an arrow, and the exact ways up to the contact after the first hit. */
+  /** Draw the aimed shot: an arrow, and the exact tracks up to the contact after the first hit. */
   drawAim() {
     byId("off").hidden = !this.start.off.length || this.player.playing;
     this.tip.hidden = !this.drag?.aim;
@@ -352,7 +352,7 @@ class LiveTable {
     const turn = (angle * Math.PI) / 180;
     const [ux, uy] = [Math.cos(turn), Math.sin(turn)];
     const [x, y] = this.start.position[ball];
-    const tip = radius + Math.max((speed / this.choices.top) * this.fullWay(), 1.5 * radius);
+    const tip = radius + Math.max((speed / this.choices.top) * this.fullDrag(), 1.5 * radius);
     this.table.pen.globalAlpha = 0.55;
     this.table.drawArrow(x, y, ux, uy, radius, tip);
     this.table.pen.globalAlpha = 1;
@@ -362,7 +362,7 @@ class LiveTable {
     this.table.putBeside(this.tip, x + tip * ux, y + tip * uy, ux < 0);
   }
 
-  /** Draw the ways of the struck ball and of the ball that it hits first, dashed. */
+  /** Draw the tracks of the struck ball and of the ball that it hits first, dashed. */
   drawTrack(run) {
     const { table } = this;
     const { struck } = run;
@@ -373,7 +373,7 @@ class LiveTable {
     const { pen, ratio } = table;
     pen.setLineDash([7 * ratio, 5 * ratio]);
     for (const i of both) {
-      const path = table.path(table.way(run, i, t, 1));
+      const path = table.path(table.track(run, i, t, 1));
       strokeOver(pen, path, ["rgb(0 0 0 / 35%)", 3.6 * ratio], [this.balls[i].color, 2 * ratio]);
     }
     pen.setLineDash([]);
@@ -512,10 +512,10 @@ function endOf({ run, content }) {
 
 /** Return a run in which nothing happens. */
 function resting({ position, velocity, off }, balls) {
-  const knots = position.map((place, i) => [[0, ...place, ...velocity[i], 0, 0]]);
+  const breakpoints = position.map((place, i) => [[0, ...place, ...velocity[i], 0, 0]]);
   const gone = off.map((id) => balls.findIndex((ball) => ball.id === id));
   const nothing = { solver: "", label: "", message: "", warnings: [], events: [] };
-  return { ...nothing, duration: 0, off: gone, knots };
+  return { ...nothing, duration: 0, off: gone, knots: breakpoints };
 }
 
 /** Return what a refusal says, one line a problem. */

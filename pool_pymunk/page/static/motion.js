@@ -4,20 +4,20 @@
  * same order, so that both give the same bits. */
 
 /** Return the last breakpoint of a ball that is not later than t. */
-function lastKnot(knots, t) {
+function lastBreakpoint(breakpoints, t) {
   let low = 0;
-  let high = knots.length;
+  let high = breakpoints.length;
   while (high - low > 1) {
     const middle = (low + high) >> 1;
-    if (knots[middle][0] <= t) low = middle;
+    if (breakpoints[middle][0] <= t) low = middle;
     else high = middle;
   }
-  return knots[low];
+  return breakpoints[low];
 }
 
 /** Return position (m), velocity and roll (m/s) of a ball at the time t, from its breakpoints. */
-function freeMotion(knots, t) {
-  const [start, x, y, vx, vy, ax, ay, wx = vx, wy = vy] = lastKnot(knots, t);
+function freeMotion(breakpoints, t) {
+  const [start, x, y, vx, vy, ax, ay, wx = vx, wy = vy] = lastBreakpoint(breakpoints, t);
   const time = t - start;
   const turn = vx === wx && vy === wy ? 1 : -2.5; // The roll of a ball that slides grows against it.
   return {
@@ -31,9 +31,9 @@ function freeMotion(knots, t) {
 }
 
 /** Return the times of breakpoints, and of steps between two where a ball slides in a curve or back. */
-function bendTimes(knots, end) {
-  return knots.flatMap(([t, , , vx, vy, , , wx = vx, wy = vy], k) => {
-    const time = (knots[k + 1]?.[0] ?? end) - t;
+function bendTimes(breakpoints, end) {
+  return breakpoints.flatMap(([t, , , vx, vy, , , wx = vx, wy = vy], k) => {
+    const time = (breakpoints[k + 1]?.[0] ?? end) - t;
     const slides = vx !== wx || vy !== wy;
     return Array.from({ length: slides ? 12 : 1 }, (_, n) => t + (n / 12) * time);
   });

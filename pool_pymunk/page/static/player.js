@@ -94,8 +94,8 @@ class Player {
       return row;
     });
     const items = this.rows.map((row) => element("li", row));
-    const left = this.run.events.length - shown.length;
-    if (left) items.push(element("li", `${left} more events are not listed.`));
+    const unlisted = this.run.events.length - shown.length;
+    if (unlisted) items.push(element("li", `${unlisted} more events are not listed.`));
     byId("events").replaceChildren(...items);
   }
 
@@ -148,8 +148,8 @@ class Player {
   }
 
   /** Go by a little: a hundredth of a second on the screen, or of a run that is shorter than 1 s. */
-  nudge(way) {
-    this.jump(this.time + way * NUDGE * Math.min(this.duration, 1) * this.speed);
+  nudge(sign) {
+    this.jump(this.time + sign * NUDGE * Math.min(this.duration, 1) * this.speed);
   }
 
   /** Return how many decimals the times of a run so long have. */
@@ -165,15 +165,15 @@ class Player {
   }
 
   /** Go to the contact before or after: to the start or to the end where there is none. */
-  step(way) {
+  step(sign) {
     const times = this.run.events.filter(isMarked).map((event) => event.t);
     const next = times.find((t) => t > this.time) ?? this.duration;
     const last = times.findLast((t) => t < this.time) ?? 0;
-    this.jump(way > 0 ? next : last);
+    this.jump(sign > 0 ? next : last);
   }
 
-  faster(way) {
-    this.setSpeed(SPEEDS[SPEEDS.indexOf(this.speed) + way] ?? this.speed);
+  faster(sign) {
+    this.setSpeed(SPEEDS[SPEEDS.indexOf(this.speed) + sign] ?? this.speed);
   }
 
   setSpeed(speed) {
@@ -263,11 +263,11 @@ class Player {
     this.table.putBeside(box, x, y);
   }
 
-  /** Pick the ball under the pointer, or the one that is nearest to it within reach (pixels). */
-  pick(event, reach) {
+  /** Pick the ball under the pointer, or the nearest one within this distance (pixels). */
+  pick(event, within) {
     if (this.held) return;
     const places = placesOf(statesAt(this.run, this.time));
-    this.picked = this.table.nearest(event, places, reach);
+    this.picked = this.table.nearest(event, places, within);
     if (!this.playing) this.draw();
   }
 
@@ -359,6 +359,6 @@ function isolated(id) {
 
 /** Make a run ready to be shown: numbers that are not finite came as null. */
 function ready(run) {
-  run.knots = run.knots.map((knots) => knots.map((knot) => knot.map((value) => value ?? NaN)));
+  run.knots = run.knots.map((rows) => rows.map((row) => row.map((value) => value ?? NaN)));
   run.leaves = leavingTimes(run);
 }

@@ -54,13 +54,13 @@ class TableView {
     return [(x - this.left) / this.scale, (this.bottom - y) / this.scale];
   }
 
-  /** Return the ball under the pointer, or the nearest within reach (pixels); null for none. */
-  nearest(event, places, reach) {
+  /** Return the ball under the pointer, or the nearest within this distance; null for none. */
+  nearest(event, places, within) {
     const [x, y] = this.point(event);
     const { balls } = this.content;
     const gaps = places.map(([px, py], i) => Math.hypot(px - x, py - y) - balls[i].radius);
     const least = Math.min(...gaps);
-    return (least * this.scale) / this.ratio <= reach ? gaps.indexOf(least) : null;
+    return (least * this.scale) / this.ratio <= within ? gaps.indexOf(least) : null;
   }
 
   /** Put a box with words below a point (m), to the right or left of it, within the frame. */
@@ -154,7 +154,7 @@ class TableView {
 
   // -- what moves -----------------------------------------------------------------------------
 
-  /** Draw the way of every ball up to the time t; it is strongest where the ball was last. */
+  /** Draw the track of every ball up to the time t; it is strongest where the ball was last. */
   drawTracks(run, t, solid) {
     const count = run.knots.length;
     const { look, balls } = this.content;
@@ -164,32 +164,32 @@ class TableView {
       const { radius, color, halo } = balls[i];
       const size = (solid ? 2 : 1) * look.track * thin * radius * this.scale;
       const width = Math.max(size, 1.2 * this.ratio);
-      const way = this.way(run, i, t, pieces);
-      if (solid && count <= CROWD) this.drawTrack(way, 1.5 * width, halo, 0.25);
-      this.drawTrack(way, width, color, solid ? 0.75 : 0.5);
+      const track = this.track(run, i, t, pieces);
+      if (solid && count <= CROWD) this.drawTrack(track, 1.5 * width, halo, 0.25);
+      this.drawTrack(track, width, color, solid ? 0.75 : 0.5);
     });
   }
 
-  /** Return the way of a ball up to the time t in pieces of equal time; a fall is no part of it. */
-  way(run, i, t, pieces) {
+  /** Return the track of a ball up to the time t in pieces of equal time, without a fall. */
+  track(run, i, t, pieces) {
     const end = Math.min(t, run.leaves[i], run.duration);
-    const knots = run.knots[i].filter(([time], k) => !k || time < end);
-    if (!knots.some(([, , , ...motion]) => motion.some(Boolean))) return [];
-    const bends = bendTimes(knots, end);
+    const breakpoints = run.knots[i].filter(([time], k) => !k || time < end);
+    if (!breakpoints.some(([, , , ...motion]) => motion.some(Boolean))) return [];
+    const bends = bendTimes(breakpoints, end);
     return Array.from({ length: pieces }, (_, n) => {
       const [from, to] = [(n / pieces) * end, ((n + 1) / pieces) * end];
       const corners = bends.filter((time) => time > from && time < to);
-      return placesOf([from, ...corners, to].map((time) => freeMotion(knots, time)));
+      return placesOf([from, ...corners, to].map((time) => freeMotion(breakpoints, time)));
     });
   }
 
-  /** Draw a way in pieces, each stronger than the one before. */
-  drawTrack(way, width, color, strength) {
+  /** Draw a track in pieces, each stronger than the one before. */
+  drawTrack(track, width, color, strength) {
     const { oldest } = this.content.look;
     Object.assign(this.pen, { strokeStyle: color, lineWidth: width });
     Object.assign(this.pen, { lineCap: "butt", lineJoin: "round" });
-    way.forEach((piece, n) => {
-      this.pen.globalAlpha = strength * (oldest + ((1 - oldest) * (n + 0.5)) / way.length);
+    track.forEach((piece, n) => {
+      this.pen.globalAlpha = strength * (oldest + ((1 - oldest) * (n + 0.5)) / track.length);
       this.pen.stroke(this.path([piece]));
     });
     this.pen.globalAlpha = 1;

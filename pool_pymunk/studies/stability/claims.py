@@ -8,7 +8,7 @@ The bounds come from three sources:
   is measured (:func:`pool_pymunk.studies.stability.trial.reference_of`). Every contact may nudge a
   run like that, so two exact solvers may differ by ``CARE * (K + 1)`` times as much at most.
 - *Lateness*: a solver that answers contacts at the end of a step promises no more than its step. It
-  may overlap by the way that the fastest ball travels in one step, and every contact may nudge it
+  may overlap by the path of the fastest ball in one step, and every contact may nudge it
   by as much. But it is wrong if a ball is off by more than a radius.
 """
 
@@ -30,7 +30,7 @@ from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
 NEAR = "exact run"  # the claim that compares with the reference run, as the CSV file names it
 CARE = 32.0  # A contact may cost this many units of rounding.
 OVERLAP = 1e-9  # of the sum of the radii; a scene may overlap by this at its start, too
-PRESSED = 1e-4  # of a radius; balls that surface friction presses together may overlap by this
+SUNK = 1e-4  # of a radius; balls in persistent contact may overlap by this
 AT_ONCE = 1_000_000  # This many pairs of balls and times are looked at in one go.
 QUICK = 0.5  # s; a run slower than this is not repeated
 
@@ -48,7 +48,7 @@ def measures(trial: Trial) -> Iterator[Measure]:
 
 def finite(trial: Trial) -> Measure:
     """Measure that every number is finite."""
-    sound = all(np.isfinite(knots).all() for knots in trial.run.knots)
+    sound = all(np.isfinite(breakpoints).all() for breakpoints in trial.run.knots)
     return wrong("finite", "numbers out of range", not sound or trial.run.status == "non_finite")
 
 
@@ -130,18 +130,18 @@ def overlap(trial: Trial) -> Measure | None:
         return None
     each = max(1, AT_ONCE // len(radii) ** 2)
     times = trial.times if each > 1 else trial.times[:: len(trial.times) // 20 + 1]
-    reach = radii[:, None] + radii[None, :]
-    np.fill_diagonal(reach, -np.inf)
+    touching = radii[:, None] + radii[None, :]
+    np.fill_diagonal(touching, -np.inf)
     deepest = 0.0
     for part in range(0, len(times), each):
         points = trial.run.at(times[part : part + each])[0]
         points[~trial.run.on_table(times[part : part + each])] = np.nan
         gaps = points[:, :, None] - points[:, None]
-        depths = reach - np.hypot(gaps[..., 0], gaps[..., 1])
+        depths = touching - np.hypot(gaps[..., 0], gaps[..., 1])
         deepest = max(deepest, float(np.fmax.reduce(depths, axis=None, initial=0.0)))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
     if PERSISTENT in trial.run.policies:
-        bound = max(bound, PRESSED * trial.smallest)
+        bound = max(bound, SUNK * trial.smallest)
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
 
@@ -150,7 +150,7 @@ def near_reference(trial: Trial) -> Measure | None:
     if trial.is_reference:
         return None
     apart = Comparison(trial.run, trial.reference.run).apart(trial.reference.times)
-    return farthest(NEAR, apart, trial, "{} from the exact run")
+    return farthest(NEAR, apart, trial, "{} from the reference run")
 
 
 def farthest(claim: str, apart: Array, trial: Trial, words: str, care: float = 1.0) -> Measure:

@@ -105,8 +105,8 @@ def speeds() -> Iterator[Case]:
     """Shoot a ball at another, near enough to be reached."""
     for speed in (1.0, 1e-6, 1e3, 1e6):
         (vx, vy), (ux, uy) = unit(20.0), unit(23.0)
-        way = 2.0 * R + min(0.25, 0.01 * speed**2)
-        target = (0.5 + way * ux, 0.375 + way * uy)
+        far = 2.0 * R + min(0.25, 0.01 * speed**2)
+        target = (0.5 + far * ux, 0.375 + far * uy)
         rows = ((0.5, 0.375, speed * vx, speed * vy), (*target, *REST), (1.5, 0.75, *REST))
         yield Case(f"{speed:g} m/s", Scene(alike(rows), rectangle(2.0, 1.0), LIVELY, CLOTH))
 
@@ -239,8 +239,8 @@ def meetings() -> Iterator[Case]:
     """Let balls from all sides meet at one instant, around nothing or around a ball at rest."""
     for e in (0.9, 0.0):
         for count in (2, 3, 4, 6):
-            ways = (unit(360.0 * k / count) for k in range(count))
-            around = [(0.5 * x, 0.5 * y, -x, -y) for x, y in ways]
+            turned = (unit(360.0 * k / count) for k in range(count))
+            around = [(0.5 * x, 0.5 * y, -x, -y) for x, y in turned]
             for centre in ([], [(0.0, 0.0, *REST)]):
                 scene = on_plane(alike([*centre, *around]), e, 1.0)
                 where = "around one" if centre else "meet"
@@ -346,7 +346,7 @@ def squeezes() -> Iterator[Case]:
 
 
 def squeezed(ratio: float, beside: float = 0.0, far: float = 0.0) -> tuple[Ball, ...]:
-    """Return a heavy ball on its way to a light one, which is before a cushion.
+    """Return a heavy ball that runs to a light one, which is before a cushion.
 
     ``beside`` (m) is how far the heavy ball's line is from the light ball.
     """
@@ -464,7 +464,7 @@ LISTING = "line 132 pushes B with the slip, not against it: momentum is not kept
 
 EXTREMES = (
     Extreme("speeds", "1e-6 to 1e6 m/s on a 2 m table", speeds),
-    Extreme("mass ratios", "up to 1e9 either way", masses),
+    Extreme("mass ratios", "up to 1e9 and 1e-9", masses),
     Extreme("radius ratios", "up to 1000", radii),
     Extreme("restitution", "0 and 1, three balls touching", restitutions),
     Extreme("friction", "0 and 10, of balls, cushions and cloth", frictions),
@@ -476,7 +476,7 @@ EXTREMES = (
     Extreme("meeting at one instant", "2 to 6 balls, and around one", meetings),
     Extreme("one after the other", "into two balls 1e-3 to 1e-12 s apart, and at once", orders),
     Extreme("head-on hits", "zero slip, at five angles", head_ons),
-    Extreme("grazing hits", "within 1e-12 of a miss, either way", grazing_hits),
+    Extreme("grazing hits", "within 1e-12 of a miss or a hit", grazing_hits),
     Extreme("exact corners", "of a square, and sticking out", corners),
     Extreme("squeezed to a cushion", "by a ball up to 1e8 times as heavy", squeezes),
     Extreme("pockets", "rims grazed within 1e-12, and one reached at contact", pockets),

@@ -118,7 +118,7 @@ def columns() -> list[Solver]:
     """Return all solvers in the table's order: the reference first, own laws last."""
     return sorted(
         SOLVERS.values(),
-        key=lambda solver: (solver.own_law, not solver.exact, not solver.is_yardstick),
+        key=lambda solver: (solver.own_law, not solver.exact, not solver.is_reference),
     )
 
 

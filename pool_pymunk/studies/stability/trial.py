@@ -15,7 +15,7 @@ import numpy as np
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import Solver, find_solver, simulate, yardstick
+from pool_pymunk.solvers import Solver, find_solver, reference_solver, simulate
 from pool_pymunk.studies.compare import Comparison, contacts
 
 # Starts are nudged to measure amplification. The nudge is this share of the smallest radius, but no
@@ -95,7 +95,7 @@ class Trial:
     @property
     def is_reference(self) -> bool:
         """Tell whether the run is the reference run itself."""
-        return self.solver == yardstick().name
+        return self.solver == reference_solver().name
 
     @cached_property
     def scene(self) -> Scene:
@@ -108,12 +108,12 @@ class Trial:
         return replace(self, case=replace(self.case, scene=scene))
 
     @cached_property
-    def reference(self) -> Reference:
+    def reference(self) -> ReferenceRun:
         """Return the reference run, and how far it can be relied on."""
         return reference_of(self.scene, self.case.max_events)
 
     @property
-    def exact(self) -> Reference:
+    def exact(self) -> ReferenceRun:
         """Return ``reference``, of which this is the old name."""
         warnings.warn("Trial.exact is now Trial.reference", DeprecationWarning, stacklevel=2)
         return self.reference
@@ -175,7 +175,7 @@ Claim = Callable[[Trial], Measure | None]
 
 
 @dataclass(frozen=True)
-class Reference:
+class ReferenceRun:
     """This is the reference run of a scene, and the scene's amplification of its input.
 
     ``growth`` (T,) is the distance (m) between runs whose starts differ by one unit, relative to
@@ -190,9 +190,9 @@ class Reference:
 
 
 @lru_cache(maxsize=128)
-def reference_of(scene: Scene, max_events: int) -> Reference:
+def reference_of(scene: Scene, max_events: int) -> ReferenceRun:
     """Return the reference run, and nudge what moves at the start to measure amplification."""
-    run = simulate(scene, solver=yardstick().name, max_events=max_events)
+    run = simulate(scene, solver=reference_solver().name, max_events=max_events)
     largest, smallest = (most(ball.radius for ball in scene.balls) for most in (max, min))
     outline = max(map(abs, scene.table.bounds)) if scene.table else 0.0
     extent = max(largest, outline, *(float(np.abs(each[:, 1:3]).max()) for each in run.knots))
@@ -207,7 +207,7 @@ def reference_of(scene: Scene, max_events: int) -> Reference:
         growth = np.maximum(growth[: len(times)], Comparison(run, other).apart(times))
     growth = np.maximum.accumulate(growth)
     linear = growth <= LINEAR * smallest
-    return Reference(run, times[linear], growth[linear] / nudge, extent)
+    return ReferenceRun(run, times[linear], growth[linear] / nudge, extent)
 
 
 def grid(duration: float) -> Array:

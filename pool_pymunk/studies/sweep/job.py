@@ -36,7 +36,7 @@ ANEW = "begin anew with --restart (resume=False)"
 FAST = 1  # the level of zstd's compression
 CHUNK = 50_000
 WINDOW = 1_000  # This many parts wait for an executor at most.
-PATIENCE = 0.5  # s; so often an interrupt is looked for
+POLL = 0.5  # s; so often an interrupt is looked for
 
 
 class Done(NamedTuple):
@@ -101,8 +101,8 @@ def sweep(
     plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time)
     folder, tell = Path(out), on_done or (lambda done: None)
     todo = begin(folder, plan, resume)
-    left = sum(len(plan.shots_of(part)) for part in todo)
-    tell(Done(plan.samples - left, 0, plan.samples))
+    remaining = sum(len(plan.shots_of(part)) for part in todo)
+    tell(Done(plan.samples - remaining, 0, plan.samples))
     played = by_reference = 0
     plays = _play_here if executor is None else partial(_play_there, executor=executor)
     for done in plays(plan, folder, todo):
@@ -149,7 +149,7 @@ def _play_there(
         while waiting or running:
             while waiting and len(running) < WINDOW:
                 running.add(executor.submit(play, waiting.pop()))
-            finished, running = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED)
+            finished, running = wait(running, timeout=POLL, return_when=FIRST_COMPLETED)
             yield from (each.result() for each in finished)
     finally:
         for each in running:

@@ -32,7 +32,7 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.solvers import find_shot, request, simulate, yardstick
+from pool_pymunk.solvers import find_shot, reference_solver, request, simulate
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies.uncertainty import StartSampler, launched, normal, uniforms
 
@@ -122,7 +122,7 @@ class Plan:
     def _state(self) -> State:
         """The state at the moment of the shot; one that goes on from another shot is its end."""
         first = self.shot and shot_before(self.scene, self.shot)
-        exact = yardstick().name
+        exact = reference_solver().name
         before = simulate(self.scene, first, solver=exact, law=self.law).end if first else None
         return self.scene.start(self.shot, before)
 
@@ -247,7 +247,7 @@ def make_plan(
     max_time: float | None,
 ) -> Plan:
     """Check what a sweep is asked for; raises SettingError, in one line that names the argument."""
-    asked = request(scene, yardstick().name, law=law, max_time=max_time)
+    asked = request(scene, reference_solver().name, law=law, max_time=max_time)
     latest = asked.settings.max_time
     scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
     varied = {key: _range(scene, key, value, "vary") for key, value in (vary or {}).items()}
