@@ -31,7 +31,7 @@ from pool_pymunk import (
     simulate,
     simulate_all,
 )
-from pool_pymunk.cli import choices
+from pool_pymunk.cli import opt as choices
 from pool_pymunk.cli.terminal import Share, progress
 from pool_pymunk.model import UNITS
 from pool_pymunk.physics.laws import LAWS

@@ -273,6 +273,23 @@ def test_a_head_on_hit_prints_zeros(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("--restitution 0.5", "lost"),
+        ("--offset 0.04", "0.00% lost"),  # to rounding
+        ("--offset 0.05 --friction 0.5 --law published", "141.99% gained"),
+    ],
+)
+def test_the_energy_that_is_lost_or_gained(
+    more: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    balls = "collide --mass-a 0.2 --mass-b 0.1 --radius 0.05 --velocity-a 1 0 --velocity-b 0 3 "
+    assert exit_code(*shlex.split(balls + more)) == 0
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "Kinetic" in line)
+    assert line.endswith(f" {said}") and "-" not in line
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--offset", "5in"], '--offset = "5in": the balls miss'),

@@ -46,7 +46,7 @@ from pool_pymunk.render.sheet import picture_layout
 from pool_pymunk.render.stage import Stage
 from pool_pymunk.render.style import LOOK, POOL, ball_colors, halo_color, striped
 from pool_pymunk.render.tracks import Ground, Track
-from pool_pymunk.render.view import contact_places, fit, setting, settings
+from pool_pymunk.render.view import contact_places, fit, settings
 
 pytestmark = pytest.mark.heavy
 
@@ -565,7 +565,7 @@ def test_default_colors_differ_for_every_eye() -> None:
 
 def test_words() -> None:
     run = shoot()
-    assert setting(run) == "event-driven"
+    assert settings((run,)) == ["event-driven"]
     pymunk = replace(run, solver="pymunk", dt=1 / 240)
     assert Show((pymunk,)).caption("end").split("  \N{MIDDLE DOT}  ") == [
         "Three balls", "Shot 1", "pymunk, dt = 1/240 s", "end",
@@ -583,8 +583,8 @@ def test_words() -> None:
 def no_tracks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave tracks and rings out of pictures, because they have the balls' colours."""
     none = LineCollection([])
-    monkeypatch.setattr("pool_pymunk.render.pictures.tracks", lambda *_, **__: none)
-    monkeypatch.setattr("pool_pymunk.render.pictures.draw_rings", lambda *_: None)
+    monkeypatch.setattr("pool_pymunk.render.balls.tracks", lambda *_, **__: none)
+    monkeypatch.setattr("pool_pymunk.render.balls.draw_rings", lambda *_: None)
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -791,7 +791,7 @@ def test_tracks_end_at_the_rim_of_a_pocket(monkeypatch: pytest.MonkeyPatch) -> N
         drawn.append(paths)
         return LineCollection([])
 
-    monkeypatch.setattr("pool_pymunk.render.pictures.tracks", keep)
+    monkeypatch.setattr("pool_pymunk.render.balls.tracks", keep)
     figure_of(run, "end")
     view = fit(Show((run,)).seen, picture_layout(Show((run,)), tray=True).rooms[0], 1.0)
     assert drawn[0][0][-1] == pytest.approx(view.place((x, y)))

@@ -303,7 +303,7 @@ PACKAGE = Path(__file__).parent.parent / "pool_pymunk"
 OTHERWISE = {  # a text that has a solver's name in it, and why it may
     # the library
     ("cli/__init__.py", "2D billiards in pymunk, by the report's time slices, and exactly."),
-    *(("cli/choices.py", name) for name in SOLVERS),  # for --help, which imports no solver
+    *(("cli/opt.py", name) for name in SOLVERS),  # for --help, which imports no solver
     ("cli/gallery.py", "pymunk-discrete"),  # the README's picture of plain handlers
     ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate
     ("safety/interrupts.py", "pymunk"),  # the library, as a module

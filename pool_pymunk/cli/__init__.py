@@ -8,25 +8,14 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib import import_module
 from typing import Annotated, cast
 
 import typer
 
+from pool_pymunk import __version__
 from pool_pymunk.cli import lib
-from pool_pymunk.cli.atlas import atlas
-from pool_pymunk.cli.check import check
-from pool_pymunk.cli.collide import collide
-from pool_pymunk.cli.compare import compare
-from pool_pymunk.cli.fit import fit
-from pool_pymunk.cli.page import page
-from pool_pymunk.cli.play import play
 from pool_pymunk.cli.read import InputError
-from pool_pymunk.cli.render import render
-from pool_pymunk.cli.run import run
-from pool_pymunk.cli.sensitivity import sensitivity
-from pool_pymunk.cli.stability import stability
-from pool_pymunk.cli.sweep import sweep
-from pool_pymunk.cli.tradeoff import tradeoff
 from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError
 from pool_pymunk.safety.interrupts import patient_interrupts
 
@@ -36,11 +25,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 COMMANDS = (
-    run, collide, compare, tradeoff, sensitivity, fit, sweep, atlas, stability, render, page, play,
-    check,
+    "run", "collide", "compare", "tradeoff", "sensitivity", "fit", "sweep", "atlas", "stability",
+    "render", "page", "play", "check",
 )  # fmt: skip
 for command in COMMANDS:
-    app.command()(command)
+    app.command()(getattr(import_module(f"pool_pymunk.cli.{command}"), command))
 
 INTERRUPTED = 130
 
@@ -54,8 +43,6 @@ def _top(
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
 ) -> None:
     if version:
-        from pool_pymunk import __version__
-
         typer.echo(__version__)
     elif context.invoked_subcommand is None:
         typer.echo(context.get_help())
@@ -72,11 +59,9 @@ def _exit_code(arguments: list[str] | None) -> int:
             code: int = app(args=arguments, prog_name="pool-pymunk", standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = INTERRUPTED
-    except (InputError, UsageError, RenderError) as error:
-        _complain(str(error))
-        return 2
-    except ValueError as error:
-        if not isinstance(error, lib.problems.SceneError | lib.problems.SettingError):
+    except (ValueError, UsageError, RenderError) as error:
+        refused = InputError | lib.problems.SceneError | lib.problems.SettingError
+        if isinstance(error, ValueError) and not isinstance(error, refused):
             raise
         _complain(str(error))
         return 2

@@ -9,9 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.choices import SHOWS
 from pool_pymunk.cli.common import How, place
-from pool_pymunk.cli.read import InputError
 
 
 def atlas(
@@ -27,7 +25,7 @@ def atlas(
     ball: Annotated[
         str | None, opt.option("Whose end; default: the aimed or nearest.", "ID")
     ] = None,
-    show: Annotated[str, opt.option("What is drawn.", "|".join(SHOWS))] = "end",
+    show: Annotated[str, opt.option("What is drawn.", "|".join(opt.SHOWS))] = "end",
     out: Annotated[Path | None, opt.option("png, svg or pdf.", "FILE", "--out")] = None,
     law: opt.LawName = None,
     max_time: opt.MaxTime = None,
@@ -37,10 +35,10 @@ def atlas(
     A narrower --angle and --speed show where the outcome is fractal, and where it is safe. --across
     and --up take the keys of a sweep, such as mass.8 or restitution.cushion.
     """
-    read.one_of("--show", show, SHOWS)
+    read.one_of("--show", show, opt.SHOWS)
     scene = How(max_time=max_time).scene(scenario)
     if show == "pocket" and not scene.pockets:
-        raise InputError("--show = pocket: the scenario has no pockets")
+        raise read.InputError("--show = pocket: the scenario has no pockets")
     chosen, units = read.shots(scene, shot)[0], scene.units
     pixels = read.size(size, "must be WIDTHxHEIGHT, 2 pixels or more each", smallest=2)
     path = out or place(None, scenario) / f"atlas-{show}.png"
@@ -64,9 +62,9 @@ def _axes(scene: lib.Scene, across: str | None, up: str | None) -> dict[str, Any
         return None
     if across is None or up is None:
         given, missing = ("--up", "--across") if across is None else ("--across", "--up")
-        raise InputError(f"{missing} = (left out): is missing beside {given}")
+        raise read.InputError(f"{missing} = (left out): is missing beside {given}")
     first = read.inputs("--across", [across], scene.units)
     second = read.inputs("--up", [up], scene.units)
     if first.keys() == second.keys():
-        raise InputError(f"--up = {up}: {next(iter(first))} is across already")
+        raise read.InputError(f"--up = {up}: {next(iter(first))} is across already")
     return first | second

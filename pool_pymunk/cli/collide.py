@@ -10,11 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.choices import UNITS, law_names
 from pool_pymunk.cli.common import write_json
-from pool_pymunk.cli.read import InputError
 
-KNOWN = ", ".join("|".join(units) for units in UNITS.values())
+KNOWN = ", ".join("|".join(units) for units in opt.UNITS.values())
 
 
 def collide(
@@ -31,7 +29,7 @@ def collide(
     restitution: Annotated[float, opt.option("Coefficient of restitution.")] = 1.0,
     friction: Annotated[float, opt.option("Coefficient of friction.")] = 0.0,
     law: Annotated[
-        str, opt.option("Contact law.", opt.LAW_NAMES, autocompletion=law_names)
+        str, opt.option("Contact law.", opt.LAW_NAMES, autocompletion=opt.law_names)
     ] = "coulomb",
     units: Annotated[
         str, opt.option(f"Of bare numbers, and of what is printed: {KNOWN}.", "U,...")
@@ -53,7 +51,7 @@ def collide(
     try:
         hit, unit = _collision(typed, units)
     except lib.problems.SceneError as error:
-        raise InputError(_as_typed(error, typed)) from None
+        raise read.InputError(_as_typed(error, typed)) from None
     _print(hit, unit)
     write_json(json, hit.as_dict())
     if picture is not None:
@@ -62,7 +60,7 @@ def collide(
     return 0
 
 
-def _as_typed(error: lib.SceneError, typed: Mapping[str, object]) -> str:
+def _as_typed(error: lib.problems.SceneError, typed: Mapping[str, object]) -> str:
     """Return the problems, with the options and values as they were typed."""
     lines = set()
     for problem in error.problems:
@@ -74,33 +72,26 @@ def _as_typed(error: lib.SceneError, typed: Mapping[str, object]) -> str:
     return "\n".join(sorted(lines))
 
 
-def _collision(typed: Mapping[str, Any], units: str) -> tuple[lib.Collision, lib.Units]:
-    unit = lib.quantities.read_units("--units", units)
-
-    def number(key: str, kind: str) -> float:
-        return lib.quantities.quantity(key, typed[key], kind, unit)
-
+def _collision(typed: Mapping[str, Any], units: str) -> tuple[lib.collide.Collision, lib.Units]:
+    unit, quantity = lib.quantities.read_units("--units", units), lib.quantities.quantity
     a, b = (
         lib.collide.Disc(
-            number(f"{ball}.mass", "mass"),
-            number(f"{ball}.radius", "length"),
+            quantity(f"{ball}.mass", typed[f"{ball}.mass"], "mass", unit),
+            quantity(f"{ball}.radius", typed[f"{ball}.radius"], "length", unit),
             lib.quantities.vector(f"{ball}.velocity", typed[f"{ball}.velocity"], "speed", unit),
         )
         for ball in "ab"
     )
     material = lib.collide.Material(typed["restitution"], typed["friction"], typed["law"])
-    offset = number("offset", "length")
+    offset = quantity("offset", typed["offset"], "length", unit)
     if typed["angle"] is None:
         return lib.collide.collide(a, b, offset, material), unit
     if offset != 0.0:
-        raise InputError("--angle and --offset: one of the two")
+        raise read.InputError("--angle and --offset: one of the two")
     return lib.collide.collide_at(a, b, math.radians(typed["angle"]), material), unit
 
 
-# -- the terminal ----------------------------------------------------------------------------------
-
-
-def _print(hit: lib.Collision, units: lib.Units) -> None:
+def _print(hit: lib.collide.Collision, units: lib.Units) -> None:
     offset, touching = (units.from_si(x, "length") for x in (hit.offset, hit.contact_distance))
     before, after = hit.energy
     typer.echo(
@@ -109,49 +100,39 @@ def _print(hit: lib.Collision, units: lib.Units) -> None:
     )
     headings = ("", "unit", "x", "y", "n", "t")
     lib.terminal.show(lib.terminal.TextTable(headings, _rows(hit, units), left=("", "unit")))
-    change = f", {_change(1.0 - after / before)}" if before > 0.0 else ""
+    change = ""
+    if before > 0.0:
+        lost = f"{1.0 - after / before:.2%}"
+        gained = lost.startswith("-") and lost != "-0.00%"
+        change = f", {lost.lstrip('-')} {'gained' if gained else 'lost'}"
     typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{change}")
     for warning in hit.warnings:
         typer.echo(f"Warning: {warning}")
 
 
-def _change(lost: float) -> str:
-    """Return in words what share of the energy was lost, or gained.
-
-    >>> _change(0.25), _change(-2e-16), _change(-0.01)
-    ('25.00% lost', '0.00% lost', '1.00% gained')
-    """
-    text = f"{abs(lost):.2%}"
-    return f"{text} gained" if lost < 0.0 and text != "0.00%" else f"{text} lost"
-
-
-def _rows(hit: lib.Collision, units: lib.Units) -> Iterator[list[str]]:
+def _rows(hit: lib.collide.Collision, units: lib.Units) -> Iterator[list[str]]:
     """Yield velocities, impulses and momentum along x and y, and along n and t."""
-    mass, speed = units.to_si(1.0, "mass"), units.to_si(1.0, "speed")
     fastest = max(math.hypot(*ball.velocity) for ball in (hit.a, hit.b))
+    heaviest, mass = max(hit.a.mass, hit.b.mass), units.to_si(1.0, "mass")
+    speed = (units.speed, units.to_si(1.0, "speed"), fastest)
+    momentum = (f"{units.mass} {units.speed}", mass * speed[1], heaviest * fastest)
+
+    def cells(name: str, v: lib.Point, kind: tuple[str, float, float]) -> list[str]:
+        """Return a vector along x and y, and along n and t; what is only rounding is zero."""
+        unit, size, largest = kind
+        parts = (*v, *lib.contact.split(v, hit.normal))
+        return [name, unit, *(_six(0.0 if abs(x) < 1e-14 * largest else x / size) for x in parts)]
+
     balls = (("A", hit.a, hit.velocity_a), ("B", hit.b, hit.velocity_b))
     for name, ball, velocity in balls:
-        for when, v in (("before", ball.velocity), ("after", velocity)):
-            yield [f"velocity of {name} {when}", units.speed, *_four(hit, v, speed, fastest)]
+        yield cells(f"velocity of {name} before", ball.velocity, speed)
+        yield cells(f"velocity of {name} after", velocity, speed)
         yield []
-    (before, after), heaviest = hit.momentum, max(hit.a.mass, hit.b.mass)
-    given = [(f"impulse on {n}", _impulse(ball, velocity)) for n, ball, velocity in balls]
-    for name, v in (*given, ("momentum before", before), ("momentum after", after)):
-        cells = _four(hit, v, mass * speed, heaviest * fastest)
-        yield [name, f"{units.mass} {units.speed}", *cells]
-
-
-def _impulse(ball: lib.collide.Disc, after: lib.Point) -> lib.Point:
-    return ball.mass * (after[0] - ball.velocity[0]), ball.mass * (after[1] - ball.velocity[1])
-
-
-def _four(hit: lib.Collision, v: lib.Point, unit: float, largest: float) -> list[str]:
-    """Return a vector along x and y, and along n and t; what is only rounding is zero."""
-    parts = (
-        0.0 if abs(x) < 1e-14 * largest else x / unit
-        for x in (*v, *lib.contact.split(v, hit.normal))
-    )
-    return [_six(part) for part in parts]
+    for name, ball, (vx, vy) in balls:
+        impulse = (ball.mass * (vx - ball.velocity[0]), ball.mass * (vy - ball.velocity[1]))
+        yield cells(f"impulse on {name}", impulse, momentum)
+    for when, both in zip(("before", "after"), hit.momentum, strict=True):
+        yield cells(f"momentum {when}", both, momentum)
 
 
 def _six(value: float) -> str:

@@ -9,8 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from pool_pymunk import __version__
 from pool_pymunk.cli import lib, read
-from pool_pymunk.cli.read import InputError
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.safety.files import whole
 
@@ -61,16 +61,14 @@ class How(NamedTuple):
         step = read.seconds("--dt", dt)
         lib.solvers.request(scene, solver, law=self.law, **self.options)
         if dt is not None and lib.solvers.find_solver(solver).dt is None:
-            raise InputError(f"--dt = {dt}: {solver} has no time step")
+            raise read.InputError(f"--dt = {dt}: {solver} has no time step")
         return Setup(solver, step, options=self.options)
 
 
 def read_setting(
     text: str, key: str = "--overlay", dt: float | None = None, laws: Collection[str] = LAWS
 ) -> Setup:
-    """Return a solver, and in any order a step and a contact law, as typed.
-
-    A solver that has steps and is typed without one gets ``dt`` (s).
+    """Return a solver, and in any order a step (else ``dt``, s) and a contact law, as typed.
 
     >>> read_setting("pymunk:1/64:published")[:3]
     ('pymunk', 0.015625, 'published')
@@ -80,9 +78,9 @@ def read_setting(
     law = [part for part in more if part in laws]
     steps = [part for part in more if part not in laws]
     if len(law) > 1 or len(steps) > 1:
-        raise InputError(f"{key} = {text}: must be a solver, or with :DT and :LAW behind it")
+        raise read.InputError(f"{key} = {text}: must be a solver, or with :DT and :LAW behind it")
     if steps and not has_step:
-        raise InputError(f"{key} = {text}: {solver} has no time step")
+        raise read.InputError(f"{key} = {text}: {solver} has no time step")
     step = read.seconds("--dt", steps[0]) if steps else dt if has_step else None
     return Setup(solver, step, law[0] if law else None)
 
@@ -103,9 +101,6 @@ def simulate_beside(
     return list(zip(*columns, strict=True))
 
 
-# -- files -----------------------------------------------------------------------------------------
-
-
 def place(out: Path | None, scenario: str, inside: str = "") -> Path:
     """Return where files go: as typed, or in renders/<scenario>."""
     return out or Path("renders") / Path(scenario).stem / inside
@@ -117,19 +112,12 @@ def stem(run: lib.Run) -> str:
 
 
 def write_json(
-    path: Path | None,
-    results: Mapping[str, object],
-    scenario: str | None = None,
-    scene: lib.Scene | None = None,
+    path: Path | None, results: Mapping[str, object], scenario: str = "", title: str | None = None
 ) -> None:
     """Write ``--json``, where it is asked for: what was played, the version, and the results."""
-    from pool_pymunk import __version__
-
-    if path is None:
-        return
-    what: dict[str, object] = {}
-    if scenario is not None and scene is not None:
-        what = {"scenario": lib.scenario.label(scenario), "title": scene.title}
-    content = {**what, "version": __version__, **results}
-    with whole(path) as part:
-        part.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    if path is not None:
+        what = {"scenario": lib.scenario.label(scenario), "title": title} if scenario else {}
+        content = {**what, "version": __version__, **results}
+        text = json.dumps(content, indent=1, ensure_ascii=False)
+        with whole(path) as part:
+            part.write_text(text + "\n", encoding="utf-8")

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.choices import solver_lists
 from pool_pymunk.cli.common import (
     How,
     Setup,
@@ -20,7 +18,6 @@ from pool_pymunk.cli.common import (
     stem,
     write_json,
 )
-from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
 
 COLUMNS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
@@ -33,7 +30,7 @@ def compare(
         str | None,
         opt.option(
             f"Beside the exact one these, with steps: {opt.SOLVER_NAMES}.", "S[:DT],...",
-            show_default="all", autocompletion=solver_lists,
+            show_default="all", autocompletion=opt.solver_lists,
         ),
     ] = None,
     dt: opt.Step = None,
@@ -50,32 +47,34 @@ def compare(
     scene = how.scene(scenario)
     settings = _settings(how, scene, solvers, read.seconds("--dt", dt))
     folder = place(out, scenario, "compare")
-    found: list[lib.Comparison] = []
+    found: list[lib.compare.Comparison] = []
     try:
         for one in read.shots(scene, shot):
-            comparisons = _compared(scene, one, settings)
-            _print(comparisons)
+            ((reference, *runs),) = simulate_beside(scene, [one], settings)
+            comparisons = [lib.compare.Comparison(reference, run) for run in runs]
+            _print(reference, comparisons)
             found += comparisons
     finally:
         if found:
             with whole(folder / "ends.csv") as part:
                 lib.run.write_rows(part, COLUMNS, _ends(found))
             solver, records = found[0].reference.solver, [_record(one) for one in found]
-            write_json(json, {"reference": solver, "comparisons": records}, scenario, scene)
+            write_json(json, {"reference": solver, "comparisons": records}, scenario, scene.title)
     if pictures:
-        _draw(found, folder)
+        with lib.terminal.progress("drawing", len(found)) as bar:
+            for each in found:
+                show, run = lib.render.Show((each.reference, each.run)), each.run
+                lib.render.picture(show, folder / f"{stem(run)}-{run.solver}.png", when="end")
+                bar.step()
     typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
     return 0
 
 
 def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) -> list[Setup]:
-    """Return the solver that others are compared with, then those, as typed or else all.
-
-    Solvers typed without a step get ``dt``, if they have steps at all.
-    """
+    """Return the reference, and the solvers to compare as typed or else all; ``dt`` is usual."""
     exact = lib.solvers.reference_solver().name
     if text is not None and not text.strip():
-        raise InputError("--solvers = : name one solver or more")
+        raise read.InputError("--solvers = : name one solver or more")
     names = read.names(text) if text else [name for name in lib.solvers.SOLVERS if name != exact]
     settings = [read_setting(name, "--solvers", dt, laws=()) for name in names]
     options = how.options_of(scene, (one.solver for one in settings), named=text is not None)
@@ -83,29 +82,18 @@ def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) ->
     return [Setup(exact), *(one._replace(options=options[one.solver]) for one in played)]
 
 
-def _compared(
-    scene: lib.Scene, shot: lib.Shot | None, settings: list[Setup]
-) -> list[lib.Comparison]:
-    ((reference, *runs),) = simulate_beside(scene, [shot], settings)
-    return [lib.compare.Comparison(reference, run) for run in runs]
-
-
-# -- the terminal ----------------------------------------------------------------------------------
-
-
-def _print(found: list[lib.Comparison]) -> None:
-    reference = found[0].reference
+def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
     runs = (reference, *(one.run for one in found))
     costs = lib.terminal.TextTable(COSTS, map(_cost, runs), left=("solver", "status"))
-    heading = f"\n[bold]{reference.name}[/bold]"
-    lib.terminal.show(heading, _distances(found), costs, *sentences(found))
+    said = [*sentences(reference, found), *(f"Warning: {each}." for each in reference.warnings)]
+    lib.terminal.show(
+        f"\n[bold]{reference.name}[/bold]", _distances(reference, found), costs, *said
+    )
 
 
-def _distances(found: list[lib.Comparison]) -> lib.terminal.TextTable:
+def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.terminal.TextTable:
     """Return each ball's exact end, and how far from it the others end."""
-    reference = found[0].reference
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
-    headings = ["ball", "exact", *(_name(one.run) for one in found)]
     rows = []
     for id_, end in reference.final.items():
         x, y = (unit.from_si(v, "length") for v in end)
@@ -115,6 +103,7 @@ def _distances(found: list[lib.Comparison]) -> lib.terminal.TextTable:
             row.append(f"{unit.from_si(math.dist(end, published[id_]), 'length'):.3f}")
         rows.append(row)
     title = f"Exact ends, and how far from them the others end ({unit.length})"
+    headings = ["ball", "exact", *(_name(one.run) for one in found)]
     return lib.terminal.TextTable(headings + ["published"] * bool(published), rows, title=title)
 
 
@@ -125,34 +114,30 @@ def _cost(run: lib.Run) -> tuple[str, ...]:
     return _name(run), str(contacts), str(run.steps), time, f"{share:.1%}", run.status
 
 
-def sentences(found: list[lib.Comparison]) -> list[str]:
+def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterator[str]:
     """Say in words what the comparison of one shot tells."""
-    reference, unit = found[0].reference, found[0].reference.scene.units
-    lines = []
+    unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
     for one in found:
-        largest = _small(unit.from_si(one.largest, "length"))
+        largest, parted = _small(unit.from_si(one.largest, "length")), one.divergence
         text = f"{_name(one.run)}: ends within {largest} {unit.length} of the exact ones"
-        parted = one.divergence
-        text += f"; they part at {parted.t:.4f} s: {parted.text}" if parted else ""
-        lines.append(f"{text}." if parted else f"{text}, with the same contacts.")
-    if reference.shot and reference.shot.published:
-        lines.append(_published_sentence(reference, reference.shot))
-    return lines + [f"Warning: {warning}." for warning in reference.warnings]
-
-
-def _published_sentence(reference: lib.Run, shot: lib.Shot) -> str:
-    off = {
-        id_: max(abs(a - b) for a, b in zip(reference.final[id_], end, strict=True))
-        for id_, end in shot.published.items()
-    }
-    farthest, units = max(off, key=lambda id_: off[id_]), reference.scene.units
-    text = (
-        f"Published ends: off the exact ones by up to {units.from_si(off[farthest], 'length'):.3f} "
-        f"{units.length} along x or y (ball {farthest})"
-    )
-    if lib.trace.ZERO_SLIP in reference.policies and lib.listing.is_of_the_report(reference):
-        text += "; a slip that is exactly zero got its sign from rounding there, see the warning"
-    return text + "."
+        same = ", with the same contacts"
+        yield text + (f"; they part at {parted.t:.4f} s: {parted.text}." if parted else f"{same}.")
+    if published:
+        axes = [
+            (abs(a - b), id_)
+            for id_, end in published.items()
+            for a, b in zip(reference.final[id_], end, strict=True)
+        ]
+        off, ball = max(axes, key=lambda one: one[0])
+        text = (
+            f"Published ends: off the exact ones by up to {unit.from_si(off, 'length'):.3f} "
+            f"{unit.length} along x or y (ball {ball})"
+        )
+        if lib.trace.ZERO_SLIP in reference.policies and lib.listing.is_of_the_report(reference):
+            text += (
+                "; a slip that is exactly zero got its sign from rounding there, see the warning"
+            )
+        yield text + "."
 
 
 def _name(run: lib.Run) -> str:
@@ -163,25 +148,14 @@ def _small(value: float) -> str:
     return "0" if value == 0.0 else f"{value:.2g}" if value < 0.001 else f"{value:.3f}"
 
 
-# -- files -----------------------------------------------------------------------------------------
-
-
-def _ends(found: list[lib.Comparison]) -> Iterator[tuple[object, ...]]:
+def _ends(found: list[lib.compare.Comparison]) -> Iterator[tuple[object, ...]]:
     for one in found:
         run = one.run
         for id_, (x, y) in run.final.items():
             yield run.name, run.solver, run.dt, id_, x, y, one.distances[id_]
 
 
-def _draw(found: list[lib.Comparison], folder: Path) -> None:
-    with lib.terminal.progress("drawing", len(found)) as bar:
-        for one in found:
-            show = lib.render.Show((one.reference, one.run))
-            lib.render.picture(show, folder / f"{stem(one.run)}-{one.run.solver}.png", when="end")
-            bar.step()
-
-
-def _record(one: lib.Comparison) -> dict[str, object]:
+def _record(one: lib.compare.Comparison) -> dict[str, object]:
     run, parted = one.run.as_dict(), one.divergence
     kept = ("status", "final", "energy", "steps", "wall_time", "warnings")
     return {

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import place, write_json
-from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
 
 
@@ -46,18 +44,22 @@ def fit(
     try:
         found = lib.fit.fit(scene, measured, names, error=sigma, starts=starts, seed=seed)
     except ImportError as missing:
-        raise InputError(str(missing)) from None
+        raise read.InputError(str(missing)) from None
     headings = ("number", "fitted", "standard error", "scenario's", "unit")
     table = lib.terminal.TextTable(headings, _rows(found), left=("number", "unit"))
     lib.terminal.show(*[table] * bool(found.values), *sentences(found))
     folder = place(out, scenario, "fit")
-    _save(found, folder, pictures)
-    write_json(json, found.as_dict(), scenario, found.scene)
+    found.scene.to_toml(folder / "fitted.toml")
+    with whole(folder / "residuals.csv") as part:
+        lib.fit.write_csv(found, part)
+    if pictures:
+        lib.residuals.residuals_picture(found, folder / "residuals.png")
+    write_json(json, found.as_dict(), scenario, found.scene.title)
     typer.echo(f"Scenario, residuals{' and picture' if pictures else ''}: {folder}")
     return 0
 
 
-def _rows(found: lib.Fit) -> Iterator[tuple[str, ...]]:
+def _rows(found: lib.fit.Fit) -> Iterator[tuple[str, ...]]:
     units = found.scene.units
     for name in found.values:
         value, _, error = found.written(name).removesuffix(" (unknown)").partition(" ± ")
@@ -65,7 +67,7 @@ def _rows(found: lib.Fit) -> Iterator[tuple[str, ...]]:
         yield name, value, error or "not known", f"{own:g}", lib.inputs.unit_of(units, name)
 
 
-def sentences(found: lib.Fit) -> list[str]:
+def sentences(found: lib.fit.Fit) -> list[str]:
     """Say in words how good a fit is."""
     units = found.scene.units
     sigma, now, before = (
@@ -80,12 +82,3 @@ def sentences(found: lib.Fit) -> list[str]:
         f"The standard deviation of one measured coordinate is {sigma}.",
         *(f"Warning: {warning}." for warning in found.warnings),
     ]
-
-
-def _save(found: lib.Fit, folder: Path, pictures: bool) -> None:
-    """Write the new scenario, the residuals and their picture."""
-    found.scene.to_toml(folder / "fitted.toml")
-    with whole(folder / "residuals.csv") as part:
-        lib.fit.write_csv(found, part)
-    if pictures:
-        lib.residuals.residuals_picture(found, folder / "residuals.png")

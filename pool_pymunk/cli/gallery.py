@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from pool_pymunk import Run, load, simulate, simulate_all
+from pool_pymunk import load, simulate, simulate_all
 from pool_pymunk.render import FilmSettings, Show, film, picture
 from pool_pymunk.solvers import reference_solver
 
@@ -20,27 +20,20 @@ def draw_gallery(folder: Path) -> None:
     """Draw the report's four shots, an overlay, a polygon, a break, and follow and draw."""
     report = load("report")
     runs = [simulate(report, shot, solver=reference_solver().name) for shot in report.shots]
-    for k, run in enumerate(runs, start=1):
-        _start_and_end(run, folder, f"shot-{k}")
-    film(runs[0], folder / "shot-1.gif", GIF)
-
+    drawn = {f"shot-{k}": run for k, run in enumerate(runs, start=1)}
+    for name in ("hexagon", "eight-ball"):
+        drawn[name] = simulate(load(name), "Break", solver=reference_solver().name)
+    for name, run in drawn.items():
+        for when in ("start", "end"):
+            picture(run, folder / f"{name}-{when}.png", when=when, dpi=DPI)
+    for name in ("shot-1", "hexagon", "eight-ball"):
+        film(drawn[name], folder / f"{name}.gif", GIF)
     handlers = simulate(report, report.shots[0], solver="pymunk-discrete", dt=1 / 240)
     overlay = Show((runs[0], handlers))
     picture(overlay, folder / "overlay.png", when="end", dpi=DPI)
     film(overlay, folder / "overlay.gif", GIF)
-
-    for name in ("hexagon", "eight-ball"):
-        run = simulate(load(name), "Break", solver=reference_solver().name)
-        _start_and_end(run, folder, name)
-        film(run, folder / f"{name}.gif", GIF)
-
     for run in simulate_all(load("follow-and-draw"), solver=reference_solver().name):
         picture(run, folder / f"{run.name}-end.png", when="end", dpi=DPI / 2.0)
-
-
-def _start_and_end(run: Run, folder: Path, stem: str) -> None:
-    for when in ("start", "end"):
-        picture(run, folder / f"{stem}-{when}.png", when=when, dpi=DPI)
 
 
 if __name__ == "__main__":

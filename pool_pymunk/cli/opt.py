@@ -1,31 +1,49 @@
-"""This module declares options: those that several commands share, and how others are written."""
+"""This module declares options: those that several commands share, and the words that they take.
+
+Nothing slow is imported for them, because --help must come at once: of the library only the laws.
+tests/test_cli_manners.py holds the other words to what the library has.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from pool_pymunk.cli.choices import (
-    FRICTION,
-    SOLVERS,
-    friction_names,
-    law_names,
-    scenario_names,
-    solver_lists,
-    solver_names,
-)
+from pool_pymunk.cli import lib
 from pool_pymunk.physics.laws import LAWS
+
+SOLVERS = ("pymunk", "pymunk-discrete", "pymunk-builtin", "event-driven", "time-slice")
+FRICTION = ("joint", "callback")
+PICTURES = ("png", "svg", "pdf")
+SHOWS = ("end", "first-hit", "hits", "pocket", "duration")
+UNITS = {"length": ("m", "cm", "mm", "in"), "mass": ("kg", "g"), "speed": ("m/s", "in/s")}
+LAW_NAMES = "|".join(LAWS)
+SOLVER_NAMES = ", ".join(SOLVERS)
+
+
+def among(words: Iterable[str]) -> Callable[[str], list[str]]:
+    """Return the function that finds those of the words that begin as typed."""
+    return lambda incomplete: [word for word in words if word.startswith(incomplete)]
+
+
+def solver_lists(incomplete: str) -> list[str]:
+    """Return what a list of solvers, such as ``pymunk,ev``, may go on with."""
+    before, comma, last = incomplete.rpartition(",")
+    return [before + comma + name for name in SOLVERS if name.startswith(last)]
+
+
+def scenario_names(incomplete: str) -> list[str]:
+    """Return the bundled scenarios that begin as typed; where none does, shells offer files."""
+    return among(lib.scenario.bundled())(incomplete)
 
 
 def option(says: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
     """Declare an option: its help, what stands for its value, and names other than typer's."""
     return typer.Option(*names, metavar=metavar, help=says, **more)
 
-
-LAW_NAMES = "|".join(LAWS)
-SOLVER_NAMES = ", ".join(SOLVERS)
 
 Scenario = Annotated[
     str,
@@ -34,7 +52,7 @@ Scenario = Annotated[
     ),
 ]
 SolverName = Annotated[
-    str, option(f"One of {SOLVER_NAMES}.", "SOLVER", "--solver", autocompletion=solver_names)
+    str, option(f"One of {SOLVER_NAMES}.", "SOLVER", "--solver", autocompletion=among(SOLVERS))
 ]
 SolverList = Annotated[
     str | None,
@@ -43,6 +61,7 @@ SolverList = Annotated[
         show_default="all", autocompletion=solver_lists,
     ),
 ]  # fmt: skip
+law_names = among(LAWS)
 LawName = Annotated[
     str | None,
     option("Contact law, instead of the scenario's.", LAW_NAMES, "--law", autocompletion=law_names),
@@ -51,7 +70,7 @@ FrictionBy = Annotated[
     str | None,
     option(
         "How solvers in a space apply surface friction.", "|".join(FRICTION), "--friction",
-        show_default="joint", autocompletion=friction_names,
+        show_default="joint", autocompletion=among(FRICTION),
     ),
 ]  # fmt: skip
 MaxTime = Annotated[str | None, option("End each shot after this many seconds.", "S", "--max-time")]

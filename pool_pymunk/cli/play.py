@@ -10,8 +10,7 @@ from typing import Annotated
 
 import typer
 
-from pool_pymunk.cli import lib, opt
-from pool_pymunk.cli.read import InputError
+from pool_pymunk.cli import lib, opt, read
 
 NEEDED = ("starlette", "uvicorn")
 MOST_PORT = 65_535
@@ -27,16 +26,16 @@ def play(
     The table listens on this machine only, at the address that is printed. Ctrl-C ends it.
     """
     if any(find_spec(name) is None for name in NEEDED):
-        raise InputError("play: needs a server: pip install 'pool-pymunk[play]'")
+        raise read.InputError("play: needs a server: pip install 'pool-pymunk[play]'")
     if not 0 <= port <= MOST_PORT:
-        raise InputError(f"--port = {port}: must be from 0 to {MOST_PORT}")
+        raise read.InputError(f"--port = {port}: must be from 0 to {MOST_PORT}")
     scene = lib.scenario.load(scenario)
     try:
         server = lib.server.LiveServer(scene, port)
     except OSError as error:
         used = error.errno == errno.EADDRINUSE
         why = "another program listens there" if used else error.strerror
-        raise InputError(f"--port = {port}: {why}") from None
+        raise read.InputError(f"--port = {port}: {why}") from None
     typer.echo(f"The table is at {server.address}")
     typer.echo("Ctrl-C ends it.")
     if browser:

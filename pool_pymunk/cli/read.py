@@ -52,11 +52,7 @@ def shot_names(scene: lib.Scene) -> str:
 
 
 def names(text: str) -> list[str]:
-    """Return the names in a list.
-
-    >>> names("pymunk:1/60, time-slice")
-    ['pymunk:1/60', 'time-slice']
-    """
+    """Return the names in a list with commas."""
     return [name.strip() for name in text.split(",")]
 
 
@@ -73,22 +69,15 @@ def ending(key: str, path: Path | None, known: Sequence[str], said: str) -> None
 
 
 def size(text: str, said: str, smallest: int = 0) -> tuple[int, int]:
-    """Return a width and a height in pixels as typed; ``said`` is the message for anything else.
-
-    >>> size("1280x720", "must be a size")
-    (1280, 720)
-    """
-    width, _, height = (part.strip() for part in text.lower().partition("x"))
-    if width.isdecimal() and height.isdecimal() and min(int(width), int(height)) >= smallest:
-        return int(width), int(height)
-    raise InputError(f"--size = {text}: {said}")
+    """Return a width and a height in pixels as typed; ``said`` is the message for anything else."""
+    sides = [part.strip() for part in text.lower().split("x")]
+    if len(sides) != 2 or not all(side.isdecimal() and int(side) >= smallest for side in sides):
+        raise InputError(f"--size = {text}: {said}")
+    return int(sides[0]), int(sides[1])
 
 
 def numbers(key: str, text: str, units: lib.Units, kind: str = "") -> tuple[float, ...]:
-    """Return numbers with colons between them, in SI; those of a ``kind`` may have a unit.
-
-    The kinds are those of :func:`~pool_pymunk.model.quantities.quantity`. Angles are in degrees.
-    """
+    """Return numbers with colons between them: in SI those of a ``kind``, but angles in degrees."""
     parts = text.split(":")
     if kind not in ("", "angle"):
         return tuple(lib.quantities.quantity(key, part, kind, units) for part in parts)
@@ -132,5 +121,5 @@ def inputs(key: str, texts: Sequence[str] | None, units: lib.Units) -> dict[str,
 def input_values(key: str, name: str, text: str, units: lib.Units) -> tuple[float, ...]:
     """Return the numbers of one input, in SI, as the table of inputs says what they are."""
     row = lib.inputs.TABLE.get(lib.inputs.parts(name)[0])
-    kind = KINDS.get(name, "") if row is None else row.quantity or ""
+    kind = row.quantity or "" if row else KINDS.get(name, "")
     return numbers(f"{key} {name}", text, units, kind)

@@ -10,10 +10,8 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How, place, read_setting, simulate_beside, stem
-from pool_pymunk.cli.read import InputError
 
 FILM_FORMATS = ("mp4", "gif")
-PICTURE_FORMATS = ("png", "svg", "pdf")
 
 
 def render(
@@ -43,7 +41,7 @@ def render(
         float | None, opt.option("Film up to this time (s; default: to the end).", None, "--to")
     ] = None,
     pictures: opt.StartAndEnd = True,
-    picture_format: Annotated[str, opt.option("Of pictures.", "|".join(PICTURE_FORMATS))] = "png",
+    picture_format: Annotated[str, opt.option("Of pictures.", "|".join(opt.PICTURES))] = "png",
     dpi: Annotated[float, opt.option("Dots an inch of png pictures, 10 in wide.")] = 200.0,
 ) -> int:
     """Film every shot and draw its start and end.
@@ -61,22 +59,15 @@ def render(
     given = {key: value for key, value in typed.items() if value is not None}
     settings = lib.render.FilmSettings.of(f"film.{form}", **given)
     if side_by_side and overlay is None:
-        raise InputError("--side-by-side: say with --overlay what to show on the second table")
+        raise read.InputError("--side-by-side: say with --overlay what to show on the second table")
     if not 10.0 <= dpi <= 2400.0:
-        raise InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
-    read.one_of("--picture-format", picture_format, PICTURE_FORMATS)
+        raise read.InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
+    read.one_of("--picture-format", picture_format, opt.PICTURES)
     runs += [read_setting(overlay)] if overlay else []
-    played = simulate_beside(scene, shots, runs)
-    shows = [lib.render.Show(each, side_by_side) for each in played]
+    shows = [lib.render.Show(each, side_by_side) for each in simulate_beside(scene, shots, runs)]
     folder = place(out, scenario)
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
-    written: list[Path] = []
-    if films:
-        for show in shows:
-            if start > 0.0 and show.duration <= start:
-                ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
-                raise InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
-        written += save_films(shows, folder, f"{suffix}.{form}", settings)
+    written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:
         written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
     for path in written:
@@ -85,26 +76,30 @@ def render(
 
 
 def save_films(
-    shows: Sequence[lib.Show], folder: Path, ending: str, settings: lib.render.FilmSettings
+    shows: Sequence[lib.render.Show], folder: Path, ending: str, settings: lib.render.FilmSettings
 ) -> list[Path]:
     """Film every shot, and where there are several put them into one film, too."""
+    start, together = settings.start, folder / f"all{ending}"
+    for show in shows:
+        if 0.0 < start >= show.duration:
+            ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
+            raise read.InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
     paths = [folder / f"{stem(show.runs[0])}{ending}" for show in shows]
-    together = folder / f"all{ending}"
     again = len(shows) > 1 and ending.endswith(".gif")  # a gif of all shots has colours of its own
     total = sum(lib.render.frame_count(show, settings) for show in shows) * (2 if again else 1)
     with lib.terminal.progress("filming", total) as bar:
         for show, path in zip(shows, paths, strict=True):
             lib.render.film(show, path, settings, bar.step)
-        if len(shows) == 1:
-            return paths
         if again:
             lib.render.film(shows, together, settings, bar.step)
-        else:
+        elif len(shows) > 1:
             lib.render.join(paths, together)
-    return [*paths, together]
+    return [*paths, together] if len(shows) > 1 else paths
 
 
-def save_pictures(shows: Sequence[lib.Show], folder: Path, ending: str, dpi: float) -> list[Path]:
+def save_pictures(
+    shows: Sequence[lib.render.Show], folder: Path, ending: str, dpi: float
+) -> list[Path]:
     """Draw the start and the end of every shot."""
     paths = []
     with lib.terminal.progress("drawing", 2 * len(shows)) as bar:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How, Setup, place, stem, write_json
-from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
 
 LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
+# A shot is finished; the choice tells of its step, where that was chosen by a tolerance.
+PlayedShot = tuple["lib.Run", "lib.tolerance.Choice | None"]
 # Why the exact ends of the report's shots are not the published ones (docs/report.md, 4 and 5).
 REASONS = {
     "Simulation 1": (
@@ -56,45 +57,34 @@ def run(
     scene = how.scene(scenario)
     setting = how.setting(scene, solver, dt)
     shots = read.shots(scene, shot)
-    limit = _read_tolerance(tolerance, scene, solver, dt)
+    limit = None
+    if tolerance is not None:
+        if dt is not None:
+            raise read.InputError(f"--tolerance = {tolerance}: stands beside --dt: one of the two")
+        lib.tolerance.finest_step(solver)  # There must be a step to choose.
+        limit = lib.quantities.positive("--tolerance", tolerance, "length", scene.units)
     if show not in (None, "energy"):
-        raise InputError(f"--show = {show}: must be energy")
+        raise read.InputError(f"--show = {show}: must be energy")
     drawn: list[What] = ["start", "end"] if pictures else []
     drawn += ["energy"] if show else []
     folder = place(out, scenario)
-    for line in lib.listing.opening(scene):
-        typer.echo(line)
+    _say(lib.listing.opening(scene))
     done: list[PlayedShot] = []
     try:
         with lib.terminal.progress("simulating", len(shots)) as bar:
-            for one in _played(scene, shots, setting, limit, bar):
-                done.append(one)
-                _log(one)
-                _save(one.run, folder, drawn)
+            for played, choice in _played(scene, shots, setting, limit, bar):
+                done.append((played, choice))
+                _report(played, choice, folder, drawn)
     finally:
         if done:
-            write_json(json, _results(done), scenario, scene)
-    _close([one.run for one in done], folder, bool(drawn))
+            write_json(json, _results(done), scenario, scene.title)
+    _close([played for played, _ in done], folder, bool(drawn))
     return _verdict(done)
 
 
-def _read_tolerance(
-    text: str | None, scene: lib.Scene, solver: str, dt: str | None
-) -> float | None:
-    """Return the tolerance in m; there must be a step to choose that is not chosen already."""
-    if text is None:
-        return None
-    if dt is not None:
-        raise InputError(f"--tolerance = {text}: stands beside --dt: one of the two")
-    lib.tolerance.finest_step(solver)  # there must be one
-    return lib.quantities.positive("--tolerance", text, "length", scene.units)
-
-
-class PlayedShot(NamedTuple):
-    """A shot is finished; ``choice`` tells of its step, where that was chosen by a tolerance."""
-
-    run: lib.Run
-    choice: lib.tolerance.Choice | None = None
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        typer.echo(line)
 
 
 def _played(
@@ -108,7 +98,7 @@ def _played(
     solver, dt, _, options = setting
     if limit is not None:
         for run, choice in lib.tolerance.simulate_within(scene, shots, limit, solver, **options):
-            yield PlayedShot(run, choice)
+            yield run, choice
             bar.step()
         return
     estimates = lib.tradeoff.estimate(scene, shots, solver, dt, **options)
@@ -117,7 +107,7 @@ def _played(
     share = lib.terminal.Share(bar, estimates)
     settings = {"solver": solver, "dt": dt, "on_time": share.move, **options}
     for run in lib.solvers.simulate_all(scene, shots, **settings):
-        yield PlayedShot(run)
+        yield run, None
         share.finish()
 
 
@@ -131,24 +121,20 @@ def announcement(estimates: Sequence[lib.tradeoff.Estimate], solver: str) -> str
     cost, steps = sum(one.cost for one in estimates), sum(one.steps for one in estimates)
     if cost <= LONG:
         return None
-    hours = cost > 2 * 3600.0
-    size = f"{cost / 3600.0:,.0f} hours" if hours else f"{cost / 60.0:.0f} minutes"
+    size = f"{cost / 3600.0:,.0f} hours" if cost > 2 * 3600.0 else f"{cost / 60.0:.0f} minutes"
     size = "a minute" if size == "1 minutes" else size
-    work = f"{solver}, {steps:.2g} steps"
-    return f"This will take about {size} ({work}); Ctrl-C keeps finished shots."
+    return (
+        f"This will take about {size} ({solver}, {steps:.2g} steps); Ctrl-C keeps finished shots."
+    )
 
 
-def _log(one: PlayedShot) -> None:
-    for line in lib.listing.shot_lines(one.run):
-        typer.echo(line)
-    if one.choice is not None:
-        for line in one.choice.lines(one.run.scene.units):
-            typer.echo(f"    {line}")
-        typer.echo()
-
-
-def _save(run: lib.Run, folder: Path, drawn: Sequence[What]) -> None:
-    """Write the data and pictures of one shot."""
+def _report(
+    run: lib.Run, choice: lib.tolerance.Choice | None, folder: Path, drawn: Sequence[What]
+) -> None:
+    """Print the log of one shot, and write its data and pictures."""
+    _say(lib.listing.shot_lines(run))
+    if choice is not None:
+        _say([*(f"    {line}" for line in choice.lines(run.scene.units)), ""])
     for ending, write in lib.run.FILES:
         with whole(folder / f"{stem(run)}{ending}") as part:
             write(run, part)
@@ -158,8 +144,7 @@ def _save(run: lib.Run, folder: Path, drawn: Sequence[What]) -> None:
 
 def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:
     """Print the last lines: agreement over all shots, and where the files are."""
-    for line in lib.listing.closing(runs):
-        typer.echo(line)
+    _say(lib.listing.closing(runs))
     for run in filter(lib.listing.is_of_the_report, runs):
         agreement, exact = lib.listing.Agreement.of(run), lib.solvers.find_solver(run.solver).exact
         if exact and len(agreement.agreeing) < agreement.count:
@@ -170,15 +155,14 @@ def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:
 
 def _results(done: Sequence[PlayedShot]) -> dict[str, object]:
     """Return the shots as they stand in the JSON."""
-    records = []
-    for run, choice in done:
-        records.append(run.as_dict())
+    records = [run.as_dict() for run, _ in done]
+    for record, (run, choice) in zip(records, done, strict=True):
         if run.shot and run.shot.published:
-            records[-1]["published"] = lib.listing.Agreement.of(run).as_dict()
+            record["published"] = lib.listing.Agreement.of(run).as_dict()
         if choice is not None:
-            records[-1]["tolerance"] = choice.as_dict()
+            record["tolerance"] = choice.as_dict()
     steps = {run.dt for run, _ in done}
-    solver = {"name": done[0].run.solver, "dt": steps.pop() if len(steps) == 1 else None}
+    solver = {"name": done[0][0].solver, "dt": steps.pop() if len(steps) == 1 else None}
     return {"solver": solver, "shots": records}
 
 

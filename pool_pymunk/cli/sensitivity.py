@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -10,10 +11,7 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import place, stem, write_json
-from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
-
-DERIVED = "std by derivatives"
 
 
 def sensitivity(
@@ -26,8 +24,7 @@ def sensitivity(
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
     seed: Annotated[int, opt.option("Of the random numbers.", "N")] = 0,
     threads: Annotated[
-        int | None,
-        opt.option("Default: one for each core.", "N", "--threads", "--processes"),
+        int | None, opt.option("Default: one for each core.", "N", "--threads", "--processes")
     ] = None,
     shot: opt.ShotName = None,
     json: opt.JsonFile = None,
@@ -51,7 +48,7 @@ def sensitivity(
     shots = read.shots(scene, shot)
     folder = place(out, scenario, "sensitivity")
     if samples == 0 and not by_derivatives:
-        raise InputError("--samples = 0: must be 2 or more, or stand beside --linear")
+        raise read.InputError("--samples = 0: must be 2 or more, or stand beside --linear")
     found: list[lib.Sensitivity] = []
     records: list[dict[str, object]] = []
     for one in shots:
@@ -60,15 +57,15 @@ def sensitivity(
             with lib.terminal.progress("playing", samples) as bar:
                 how = (samples, seed, threads)
                 cloud = lib.sensitivity.sensitivity(scene, one, uncertainty, *how, on_done=bar.step)
-            found.append(cloud)
-            if len(found) == 1:
+            if not found:
                 what = uncertainty.described(scene)
                 typer.echo(f"{samples:,} samples a shot with {what}; seed {seed}")
+            found.append(cloud)
         if by_derivatives:
             line = lib.sensitivity.linear(scene, one, uncertainty, seed=seed)
         records.append(_print(cloud, line))
         _save(found, line, folder, pictures)
-        write_json(json, {"shots": records}, scenario, scene)
+        write_json(json, {"shots": records}, scenario, scene.title)
     what = " and ".join(["pictures"] * pictures + ["data"] * bool(samples))
     if what:
         typer.echo(f"{what.capitalize()}: {folder}")
@@ -80,79 +77,71 @@ def _uncertainty(
 ) -> lib.uncertainty.Uncertainty:
     """Return the errors as typed; those of positions as the scenario writes them, if not typed."""
     faster = lib.quantities.quantity("--speed-error", speed, "speed", scene.units)
+    width: float | Mapping[str, lib.Point]
     if position is not None:
         width = lib.quantities.quantity("--position-error", position, "length", scene.units)
-        return lib.uncertainty.Uncertainty(width, faster, math.radians(angle))
-    written = lib.uncertainty.written_uncertainty(scenario).position
-    if not isinstance(written, dict) or written.keys() != scene.index.keys():
-        raise InputError(
-            "--position-error = (left out): is missing, the scenario cannot be read twice"
-        )
-    return lib.uncertainty.Uncertainty(written, faster, math.radians(angle))
-
-
-# -- the terminal ----------------------------------------------------------------------------------
+    else:
+        width = lib.uncertainty.written_uncertainty(scenario).position
+        if not isinstance(width, dict) or width.keys() != scene.index.keys():
+            missing = "is missing, the scenario cannot be read twice"
+            raise read.InputError(f"--position-error = (left out): {missing}")
+    return lib.uncertainty.Uncertainty(width, faster, math.radians(angle))
 
 
 def _print(found: lib.Sensitivity | None, line: lib.Linear | None) -> dict[str, object]:
     """Say what the samples, the derivatives or both tell of a shot; return what the JSON has."""
     record: dict[str, object] = {}
-    tables: list[lib.terminal.TextTable] = []
     said: list[str] = []
     if found is not None:
-        record, name = found.as_dict(), found.reference.name
-        tables, said = [_table(found, line)], sentences(found)
+        run, record, said = found.reference, found.as_dict(), sentences(found)
     if line is not None:
-        name = line.reference.name
-        record = {"name": name, **record, "linear": line.as_dict()}
-        tables = tables or [_line_table(line)]
+        run = line.reference
+        record = {"name": run.name, **record, "linear": line.as_dict()}
         said += linear_sentences(line)
-    lib.terminal.show(f"\n[bold]{name}[/bold]", *tables, *said)
+    lib.terminal.show(f"\n[bold]{run.name}[/bold]", _table(run, found, line), *said)
     return record
 
 
-def _line_table(line: lib.Linear) -> lib.terminal.TextTable:
-    run = line.reference
-    rows = []
-    for i, (id_, end) in enumerate(run.final.items()):
-        x, y = (run.scene.units.from_si(v, "length") for v in end)
-        rows.append((id_, f"{x:.4f}, {y:.4f}", _both(line, i)))
-    return lib.terminal.TextTable(("ball", f"end ({run.scene.units.length})", DERIVED), rows)
-
-
-def _table(found: lib.Sensitivity, line: lib.Linear | None) -> lib.terminal.TextTable:
-    scene = found.reference.scene
-    text = f"ball|end ({scene.units.length})|holds|std of x, y|95 % off x|95 % off y|amplified"
-    headings = [*text.split("|"), "apart from"]
-    headings += ["pocketed"] * bool(scene.pockets) + [DERIVED] * (line is not None)
-    rows = [
-        _row(scene, ball) + ([] if line is None else [_both(line, i)])
-        for i, ball in enumerate(found.balls)
-    ]
+def _table(
+    run: lib.Run, found: lib.Sensitivity | None, line: lib.Linear | None
+) -> lib.terminal.TextTable:
+    """Return a table of the ends, with what samples and derivatives say of them."""
+    units, headings = run.scene.units, ["ball", f"end ({run.scene.units.length})"]
+    if found is None:
+        rows = [[id_, _pair(units, end, ".4f")] for id_, end in run.final.items()]
+    else:
+        headings += ["holds", "std of x, y", "95 % off x", "95 % off y", "amplified", "apart from"]
+        headings += ["pocketed"] * bool(run.scene.pockets)
+        rows = [_row(run.scene, ball) for ball in found.balls]
+    if line is not None:
+        headings.append("std by derivatives")
+        for row, std in zip(rows, line.std, strict=False):
+            row.append(_pair(units, std, ".2g") if math.isfinite(std[0]) else "not known")
     return lib.terminal.TextTable(headings, rows, left=("pocketed",))
 
 
-def _row(scene: lib.Scene, ball: lib.Spread) -> list[str]:
-    low, high, end, std = (
-        tuple(scene.units.from_si(v, "length") for v in point)
-        for point in (ball.low, ball.high, ball.end, ball.std)
+def _row(scene: lib.Scene, ball: lib.sensitivity.Spread) -> list[str]:
+    sides = (
+        " ".join(f"{scene.units.from_si(a - c, 'length'):+.2g}" for a in (low, high))
+        for low, high, c in zip(ball.low, ball.high, ball.end, strict=True)
     )
+    pockets = sorted(ball.pocketed.items(), key=lambda item: -item[1])
     return [
         ball.ball,
-        f"{end[0]:.2f}, {end[1]:.2f}",
+        _pair(scene.units, ball.end, ".2f"),
         ", ".join(ball.digits(scene)),
-        f"{std[0]:.2g}, {std[1]:.2g}",
-        *(f"{a - c:+.2g} {b - c:+.2g}" for a, b, c in zip(low, high, end, strict=True)),
+        _pair(scene.units, ball.std, ".2g"),
+        *sides,
         _times(ball.amplification),
         f"{ball.horizon:.2f} s" if math.isfinite(ball.horizon) else "never",
-        *[_chances(ball)] * bool(scene.pockets),
+        *[", ".join(f"{id_} {share:.1%}" for id_, share in pockets) or "never"]
+        * bool(scene.pockets),
     ]
 
 
-def _both(line: lib.Linear, i: int) -> str:
-    """Return the standard deviations along x and y by derivatives, where they are known."""
-    x, y = (line.reference.scene.units.from_si(float(v), "length") for v in line.std[i])
-    return f"{x:.2g}, {y:.2g}" if math.isfinite(x) else "not known"
+def _pair(units: lib.Units, point: Iterable[float], form: str) -> str:
+    """Return lengths along x and y in the scene's unit."""
+    return ", ".join(f"{units.from_si(float(v), 'length'):{form}}" for v in point)
 
 
 def linear_sentences(line: lib.Linear) -> list[str]:
@@ -167,28 +156,24 @@ def linear_sentences(line: lib.Linear) -> list[str]:
     return [f"The derivatives hold to a tenth {holds}.", *warnings]
 
 
-def _chances(ball: lib.Spread) -> str:
-    """Return how often the ball is pocketed, and where."""
-    found = sorted(ball.pocketed.items(), key=lambda item: -item[1])
-    return ", ".join(f"{id_} {share:.1%}" for id_, share in found) or "never"
-
-
 def sentences(found: lib.Sensitivity) -> list[str]:
     """Say in words what the spread of one shot tells."""
-    scene = found.reference.scene
+    units = found.reference.scene.units
     kept, printed = found.kept_digits
-    lines = [_worst_sentence(found)]
-    lines.append(f"Of the {printed} digits of the printed ends, {kept} mean anything.")
-    off = f"{scene.units.from_si(found.agree, 'length'):.2g} {scene.units.length}"
+    off = f"{units.from_si(found.agree, 'length'):.2g} {units.length}"
+    parted = f"Half of the runs stay within {off} of the reference run."
     if math.isfinite(found.horizon):
         first = min(found.balls, key=lambda ball: ball.horizon).ball
-        lines.append(
+        parted = (
             f"From {found.horizon:.2f} s on, half of the runs are more than {off} off the "
             f"reference run (ball {first} first)."
         )
-    else:
-        lines.append(f"Half of the runs stay within {off} of the reference run.")
-    lines.append(f"In {found.same:.0%} of the runs every ball has the same contacts in its order.")
+    lines = [
+        _worst_sentence(found),
+        f"Of the {printed} digits of the printed ends, {kept} mean anything.",
+        parted,
+        f"In {found.same:.0%} of the runs every ball has the same contacts in its order.",
+    ]
     if found.rejected:
         moved = f"{found.rejected:,} balls overlapped something as drawn"
         lines.append(f"{moved}, and were moved apart.")
@@ -199,12 +184,9 @@ def sentences(found: lib.Sensitivity) -> list[str]:
 
 
 def _worst_sentence(found: lib.Sensitivity) -> str:
-    scene, worst = found.reference.scene, found.worst
-    unit = scene.units.length
-    std = scene.units.from_si(worst.deviation, "length")
-    x0, y0, x1, y1 = (
-        scene.units.from_si(v, "length") for point in (worst.low, worst.high) for v in point
-    )
+    worst, units = found.worst, found.reference.scene.units
+    std, unit = units.from_si(worst.deviation, "length"), units.length
+    x0, y0, x1, y1 = (units.from_si(v, "length") for v in (*worst.low, *worst.high))
     text = f"Ball {worst.ball} spreads most: its end has a standard deviation of {std:.2g} {unit}"
     if worst.amplification is not None:
         text += f", {_times(worst.amplification)} that of the starts"
@@ -216,9 +198,6 @@ def _worst_sentence(found: lib.Sensitivity) -> str:
 
 def _times(factor: float | None) -> str:
     return "" if factor is None else f"{factor:.0f} x" if factor >= 9.95 else f"{factor:.1f} x"
-
-
-# -- files -----------------------------------------------------------------------------------------
 
 
 def _save(

@@ -9,7 +9,6 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import place
-from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
 
 
@@ -23,9 +22,15 @@ def stability(
 
     Writes stability.csv and stability.png to renders/stability; after Ctrl-C, what is done.
     """
-    chosen, extremes = _solvers(solvers), lib.stability.EXTREMES
+    known = [solver.name for solver in lib.stability.columns()]
+    chosen, extremes = known if solvers is None else read.names(solvers), lib.stability.EXTREMES
+    for name in chosen:
+        if name not in known:
+            meant = lib.problems.suggestion(name, known)
+            message = f"there is no such solver ({', '.join(known)}){meant}"
+            raise read.InputError(f"--solvers = {name}: {message}")
     if processes < 1:
-        raise InputError(f"--processes = {processes}: must be 1 or more")
+        raise read.InputError(f"--processes = {processes}: must be 1 or more")
     cells: list[lib.stability.Cell] = []
     try:
         with lib.terminal.progress("measuring", len(extremes) * len(chosen)) as bar:
@@ -34,24 +39,12 @@ def stability(
                 bar.step()
     finally:
         if cells:
-            _report(cells, place(out, "stability"))
+            _report(lib.table.in_order(cells), place(out, "stability"))
     return 0
-
-
-def _solvers(names: str | None) -> list[str]:
-    known = [solver.name for solver in lib.stability.columns()]
-    chosen = known if names is None else read.names(names)
-    for name in chosen:
-        if name not in known:
-            meant = lib.problems.suggestion(name, known)
-            message = f"there is no such solver ({', '.join(known)}){meant}"
-            raise InputError(f"--solvers = {name}: {message}")
-    return chosen
 
 
 def _report(cells: list[lib.stability.Cell], folder: Path) -> None:
     """Print the table and write the files."""
-    cells = lib.table.in_order(cells)
     lib.terminal.show(lib.table.rich_table(cells))
     for line in lib.table.notes(cells):
         typer.echo(line)

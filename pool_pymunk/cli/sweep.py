@@ -15,7 +15,6 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How
-from pool_pymunk.cli.read import InputError
 
 
 def sweep(
@@ -52,7 +51,7 @@ def sweep(
     """
     scene = How(max_time=max_time).scene(scenario)
     if shot is None and len(scene.shots) > 1:
-        raise InputError(f"--shot = (left out): is missing, one of {read.shot_names(scene)}")
+        raise read.InputError(f"--shot = (left out): is missing, one of {read.shot_names(scene)}")
     chosen = read.shots(scene, shot)[0]
     varied = read.inputs("--vary", vary, scene.units)
     steps = {key: _steps(key, text, scene.units) for key, text in read.pairs("--grid", grid)}
@@ -61,12 +60,11 @@ def sweep(
             scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
             chunk=chunk, law=law, executor=executor, resume=not restart, on_done=counter.take,
         )  # fmt: skip
-    rate = done.played / done.wall_time
     share = 100.0 * done.by_reference / max(done.played, 1)
     typer.echo(
         f"{done.shots:,} shots in {out}: {done.played:,} played in {done.wall_time:.1f} s "
-        f"({rate:,.0f} a second), {done.shots - done.played:,} were there; {share:.2g} % by the "
-        "exact solver in Python"
+        f"({done.played / done.wall_time:,.0f} a second), {done.shots - done.played:,} were there; "
+        f"{share:.2g} % by the exact solver in Python"
     )
     return 0
 
@@ -75,29 +73,31 @@ def _steps(key: str, text: str, units: lib.Units) -> tuple[Any, ...]:
     """Read LOW:HIGH:COUNT, in SI."""
     rest, _, count = text.rpartition(":")
     if not count.isdecimal() or ":" not in rest:
-        raise InputError(f"--grid {key} = {text}: must be LOW:HIGH:COUNT")
+        raise read.InputError(f"--grid {key} = {text}: must be LOW:HIGH:COUNT")
     return (*read.input_values("--grid", key, rest, units), int(count))
 
 
 @contextmanager
 def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | None]:
     """Yield what plays the parts: processes, a Dask cluster, or None for threads here."""
-    if workers is not None and cluster is not None:
-        raise InputError("--workers: stands beside --cluster, which has workers of its own")
-    if workers is not None and workers < 1:
-        raise InputError(f"--workers = {workers}: must be 1 or more")
     if workers is not None:
+        if cluster is not None:
+            raise read.InputError(
+                "--workers: stands beside --cluster, which has workers of its own"
+            )
+        if workers < 1:
+            raise read.InputError(f"--workers = {workers}: must be 1 or more")
         with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
             yield pool
     elif cluster is None:
         yield None
     elif find_spec("distributed") is None:
-        raise InputError("--cluster: needs Dask: pip install 'pool-pymunk[cluster]'")
+        raise read.InputError("--cluster: needs Dask: pip install 'pool-pymunk[cluster]'")
     else:
         try:
             client: Any = import_module("distributed").Client(cluster, timeout=10)
         except (OSError, ValueError) as error:
             said = str(error).splitlines()[0]
-            raise InputError(f"--cluster = {cluster}: no scheduler answers ({said})") from None
+            raise read.InputError(f"--cluster = {cluster}: no scheduler answers ({said})") from None
         with client:
             yield client.get_executor(retries=3)

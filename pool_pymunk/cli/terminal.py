@@ -7,16 +7,9 @@ import time
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
+import rich.progress as bars
 import rich.table
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    ProgressColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 if TYPE_CHECKING:
     from pool_pymunk.studies.sweep.job import Done
@@ -53,13 +46,12 @@ class TextTable(rich.table.Table):
                 self.add_section()
 
 
-class Bar(Progress):
+class Bar(bars.Progress):
     """A bar shows progress on a terminal, and nothing in a pipe."""
 
-    def __init__(self, label: str, total: float | None, *columns: ProgressColumn) -> None:
-        console = Console(stderr=True)
+    def __init__(self, label: str, total: float | None, *columns: bars.ProgressColumn) -> None:
         quiet = not sys.stderr.isatty()
-        super().__init__(*columns, console=console, transient=True, disable=quiet)
+        super().__init__(*columns, console=Console(stderr=True), transient=True, disable=quiet)
         self.task = self.add_task(label, total=total)
 
     def step(self, count: float = 1) -> None:
@@ -69,17 +61,16 @@ class Bar(Progress):
 
 def progress(label: str, total: float) -> Bar:
     """Return a bar with the time that has passed."""
-    return Bar(label, total, TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    text = bars.TextColumn("{task.description}")
+    return Bar(label, total, text, bars.BarColumn(), bars.TimeElapsedColumn())
 
 
 class Share:
     """This class moves the progress bar inside a shot, by the share of its estimated time."""
 
     def __init__(self, bar: Bar, estimates: Sequence[Estimate]) -> None:
-        self.bar = bar
+        self.bar, self.done, self.moved = bar, 0, time.monotonic()
         self.durations = [one.duration for one in estimates]
-        self.done = 0
-        self.moved = time.monotonic()
 
     def move(self, t: float) -> None:
         """Show that the shot has come to ``t`` (s)."""
@@ -99,8 +90,8 @@ class Counter(Bar):
     """A counter shows how many shots are done, how fast, and how long the others will take."""
 
     def __init__(self) -> None:
-        super().__init__("", None, BarColumn(), TextColumn("{task.description}"),
-                         TimeRemainingColumn())  # fmt: skip
+        text = bars.TextColumn("{task.description}")
+        super().__init__("", None, bars.BarColumn(), text, bars.TimeRemainingColumn())
         self.began = time.perf_counter()
         self.there: int | None = None
         self.played = self.by_reference = 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +10,6 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How, place
-from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import whole
 
 HEADINGS = ("solver", "dt", "largest error", "rms error", "contacts shared", "time")
@@ -39,9 +37,9 @@ def tradeoff(
     measured.
     """
     if not budget >= 0.0:
-        raise InputError(f"--budget = {budget}: must be 0 or more")
+        raise read.InputError(f"--budget = {budget}: must be 0 or more")
     if samples < 2:
-        raise InputError(f"--samples = {samples}: must be 2 or more")
+        raise read.InputError(f"--samples = {samples}: must be 2 or more")
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
     ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names(solvers))
@@ -74,29 +72,20 @@ def tradeoff(
 
 def _report(result: lib.tradeoff.Tradeoff, folder: Path) -> None:
     """Print the table and what it says, and write the files."""
-    title = f"Errors at the end ({result.scene.units.length}) and time for all shots"
-    lib.terminal.show(
-        lib.terminal.TextTable(HEADINGS, _rows(result), left=("solver",), title=title)
-    )
+    units, shown = result.scene.units, []
+    for s in result.settings:
+        cells = [f"failed: {s.failure}", "", "", ""]
+        if not s.failure:
+            cells = [f"{units.from_si(error, 'length'):.2g}" for error in (s.largest, s.rms)]
+            cells += [f"{s.shared} of {s.contacts}", f"{s.time * 1e3:.3g} ms"]
+        shown.append([s.solver, "" if s.dt is None else lib.words.step_text(s.dt), *cells])
+    title = f"Errors at the end ({units.length}) and time for all shots"
+    lib.terminal.show(lib.terminal.TextTable(HEADINGS, shown, left=("solver",), title=title))
     for line in lib.tradeoff.sentences(result):
         typer.echo(line)
-    machine = lib.tradeoff.machine()
-    rows = [
-        {**asdict(setting), "spread": result.spread, "seed": result.seed, **machine}
-        for setting in result.settings
-    ]
+    same = {"spread": result.spread, "seed": result.seed, **lib.tradeoff.machine()}
+    rows = [{**asdict(setting), **same} for setting in result.settings]
     with whole(folder / "tradeoff.csv") as part:
         lib.run.write_rows(part, rows[0], (row.values() for row in rows))
     lib.diagram.draw(result, [folder / f"tradeoff{suffix}" for suffix in (".png", ".svg")])
     typer.echo(f"Diagram and data: {folder}")
-
-
-def _rows(result: lib.tradeoff.Tradeoff) -> Iterator[tuple[str, ...]]:
-    units = result.scene.units
-    for s in result.settings:
-        dt = "" if s.dt is None else lib.words.step_text(s.dt)
-        if s.failure:
-            yield s.solver, dt, f"failed: {s.failure}", "", "", ""
-            continue
-        largest, rms = (f"{units.from_si(error, 'length'):.2g}" for error in (s.largest, s.rms))
-        yield s.solver, dt, largest, rms, f"{s.shared} of {s.contacts}", f"{s.time * 1e3:.3g} ms"

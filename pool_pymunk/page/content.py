@@ -6,7 +6,7 @@ All lengths are in m, times in s. A number that is not finite becomes null.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -28,11 +28,9 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
     runs = [run for shot in shots for run in shot]
     if not runs:
         raise setting_error("runs", [], "one run or more is needed")
-    scene = runs[0].scene
+    scene, number = runs[0].scene, f"{len(runs)} runs"
     if any(_on_the_table(run.scene) != _on_the_table(scene) for run in runs):
-        raise setting_error(
-            "runs", f"{len(runs)} runs", "must be on one table, with the same balls"
-        )
+        raise setting_error("runs", number, "must be on one table, with the same balls")
     seen = extent(scene, runs)
     return {
         "title": scene.title or "Billiards",
@@ -43,7 +41,7 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
         "look": LOOK._asdict(),
         "styles": {"light": asdict(PRINT), "dark": asdict(SCREEN)},
         "ivory": IVORY,
-        "seen": list(seen),
+        "seen": list(map(float, seen.extents)),
         "plane": None if scene.table else plane(seen, scene.units)._asdict(),
         "table": scene.table and woodwork(scene.table, scene.pockets)._asdict(),
         "pockets": [
@@ -65,7 +63,12 @@ def _on_the_table(scene: Scene) -> tuple[object, ...]:
 
 
 def _run(run: Run, label: str) -> dict[str, Any]:
-    index = run.scene.index
+    index, places, events = run.scene.index, iter(contact_places(run)), []
+    for event in run.events:
+        events.append(event.as_dict() | {"balls": [index[id_] for id_ in event.balls]})
+        if event.is_contact:  # It has a place and a size: x, y and a radius.
+            _, place, radius = next(places)
+            events[-1]["place"] = list(map(_finite, (*place, radius)))
     return {
         "solver": run.solver,
         "label": label,
@@ -73,20 +76,9 @@ def _run(run: Run, label: str) -> dict[str, Any]:
         "warnings": list(run.warnings),
         "duration": run.duration,
         "off": sorted(index[id_] for id_ in run.off - run.pocketed.keys()),
-        "events": list(_events(run)),
+        "events": events,
         "knots": [[list(map(_finite, row)) for row in rows.tolist()] for rows in run.knots],
     }
-
-
-def _events(run: Run) -> Iterator[dict[str, Any]]:
-    """Yield what happens; a contact has its place and size: x, y and a radius."""
-    places = iter(contact_places(run))
-    for event in run.events:
-        shown = event.as_dict() | {"balls": [run.scene.index[id_] for id_ in event.balls]}
-        if event.is_contact:
-            _, place, radius = next(places)
-            shown["place"] = list(map(_finite, (*place, radius)))
-        yield shown
 
 
 def _finite(number: float) -> float | None:

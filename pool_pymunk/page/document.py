@@ -1,7 +1,5 @@
 """This module puts content, styles and scripts into one HTML file that needs nothing else.
 
-Notebooks show it in a frame.
-
 Nothing of a scenario can become markup or script: the content is JSON without a "<", the page's
 scripts show it as text, and the file's content security policy allows the page's own scripts
 alone, by their hashes, and no requests. The page of a live table may ask its own server.
@@ -34,7 +32,7 @@ HEIGHT, DPI = 640, 100  # pixels, and pixels an inch, in notebooks
 
 
 def page(shots: Sequence[Sequence[Run]]) -> str:
-    """Return a page that plays shots, each with runs to compare it with, as HTML.
+    """Return a page that plays shots, as HTML.
 
     ``shots`` has a row a shot. The first of its runs is played, and the others can be chosen as its
     ghost. Raises SettingError for runs of different tables or balls.
@@ -92,9 +90,6 @@ def _json(value: object) -> str:
     return text.replace("<", "\\u003c")
 
 
-# -- notebooks -------------------------------------------------------------------------------------
-
-
 def run_in_notebook(run: Run) -> str:
     """Return a run's page in a frame, which may run its own scripts and nothing else."""
     document = html.escape(page([[run]]))
@@ -117,5 +112,5 @@ def _picture(figure: Figure, words: str) -> str:
     file = io.BytesIO()
     figure.savefig(file, format="png", dpi=DPI)
     image = base64.b64encode(file.getvalue()).decode()
-    look = "max-width: 100%"
-    return f'<img src="data:image/png;base64,{image}" style="{look}"><p>{html.escape(words)}</p>'
+    shown = f'<img src="data:image/png;base64,{image}" style="max-width: 100%">'
+    return f"{shown}<p>{html.escape(words)}</p>"

@@ -1,8 +1,6 @@
 """This module draws an atlas: what comes of a shot at every angle and speed, one shot a pixel.
 
-Its colours can be distinguished with any kind of colour vision: ends go from blue to orange along x
-and from dark to light along y, numbers go along viridis or cividis, and names have Okabe and Ito's
-palette.
+Its colours can be distinguished with any kind of colour vision.
 """
 
 from __future__ import annotations
@@ -35,6 +33,13 @@ LETTER = 16.0  # points
 LEFT, RIGHT, BOTTOM, TOP, GAP = 95.0, 345.0, 85.0, 60.0, 50.0  # pixels
 COLD, WARM = "#1f5fd0", "#ff9d1e"
 NEVER = "#3a4148"  # the colour of what did not happen
+TITLES = {
+    "end": "where ball {} ends",
+    "first-hit": "which ball is met first",
+    "hits": "how many hits there are",
+    "pocket": "which pocket takes ball {}",
+    "duration": "when all balls rest",
+}
 MOST_HITS = 0.995  # of the shots have no more hits than the scale
 # A map is coloured and drawn in pieces of this number of rows: a pixel of three bytes takes 24 of
 # them while it is coloured, and some 110 while matplotlib draws it.
@@ -42,7 +47,7 @@ AT_ONCE = 100
 
 
 def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) -> None:
-    """Draw an atlas; ``show`` is one of ``SHOWS``. The suffix of ``path`` gives the format."""
+    """Draw an atlas; ``show`` is one of ``TITLES``. The suffix of ``path`` gives the format."""
     height, width = len(found.speed), len(found.angle)
     size = height / ROWS
     wide, high = width + size * (LEFT + RIGHT), height + size * (BOTTOM + TOP)
@@ -51,11 +56,10 @@ def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) ->
     axes = figure.add_axes((size * LEFT / wide, foot, width / wide, height / high))
     key = figure.add_axes((right / wide, foot, (wide - right) / wide, height / high))
     key.axis("off")
-    what, draw = SHOWS[show]
-    _draw_map(axes, found, draw(found, key, size * LETTER), size)
+    _draw_map(axes, found, _colored(found, show, key, size * LETTER), size)
     scene, shot = found.scene, found.plan.shot
-    name = f"{scene.title or 'Scene'}, {shot.name if shot else 'shot'}"
-    title = f"{name}: {what.format(scene.balls[found.ball].id)}"
+    what = TITLES[show].format(scene.balls[found.ball].id)
+    title = f"{scene.title or 'Scene'}, {shot.name if shot else 'shot'}: {what}"
     axes.set_title(title, loc="left", fontsize=size * LETTER, color=style.ink, parse_math=False)
     for part in figure.findobj(Axes):
         dress(part, style, size * LETTER)
@@ -65,61 +69,64 @@ def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) ->
 
 def _draw_map(axes: Axes, found: Atlas, pieces: Pieces, size: float) -> None:
     """Draw the map with its axes, and mark the shot itself."""
-    both = zip(found.axes, (found.angle, found.speed), strict=True)
-    (left, right), (low, high) = (_edges(found, name, values) for name, values in both)
+    across, up = found.axes
+    left, right, x, xlabel = _axis(found, across, found.angle)
+    low, high, y, ylabel = _axis(found, up, found.speed)
     foot, row = low, (high - low) / len(found.speed)
     for piece in pieces:
         head = foot + len(piece) * row
         extent = (left, right, foot, head)
         axes.imshow(piece, origin="lower", extent=extent, aspect="auto", interpolation="none")
         foot = head
-    across, up = (_label(found, name) for name in found.axes)
-    axes.set(xlim=(left, right), ylim=(low, high), xlabel=across, ylabel=up)
-    x, y = (_in_units(found, name, found.plan.own(name)) for name in found.axes)
+    axes.set(xlim=(left, right), ylim=(low, high), xlabel=xlabel, ylabel=ylabel)
     if left <= x <= right and low <= y <= high:
         for color, width in (("#000000", 4.5), ("#ffffff", 2.0)):
             axes.plot(x, y, "o", ms=15 * size, mfc="none", mec=color, mew=width * size)
 
 
-def _in_units(found: Atlas, name: str, value: float) -> float:
-    return in_units(found.scene.units, found.plan.meaning(name), value)
-
-
-def _edges(found: Atlas, name: str, values: Array) -> tuple[float, float]:
-    """Return where the first pixel of an axis begins and the last one ends, in its unit."""
-    low, high = (_in_units(found, name, float(values[k])) for k in (0, -1))
+def _axis(found: Atlas, name: str, values: Array) -> tuple[float, float, float, str]:
+    """Return where the pixels of an axis begin and end, the shot's own value, and the label."""
+    units, meaning = found.scene.units, found.plan.meaning(name)
+    low, high, own = (
+        in_units(units, meaning, float(v)) for v in (*values[[0, -1]], found.plan.own(name))
+    )
     half = (high - low) / (len(values) - 1) / 2.0
-    return low - half, high + half
+    unit, text = unit_of(units, meaning), "angle of the shot" if name == "angle" else name
+    return low - half, high + half, own, f"{text} ({unit})" if unit else text
 
 
-def _label(found: Atlas, name: str) -> str:
-    """Name an axis, with its unit."""
-    unit = unit_of(found.scene.units, found.plan.meaning(name))
-    text = "angle of the shot" if name == "angle" else name
-    return f"{text} ({unit})" if unit else text
+def _colored(found: Atlas, show: str, key: Axes, letter: float) -> Pieces:
+    """Colour what is shown of every shot, and draw the key to the colours."""
+    if show == "end":
+        return _ends(found, key)
+    if show == "first-hit":
+        balls = [f"ball {ball.id}" for ball in found.scene.balls]
+        return _names(found.first_hit, balls, "none", key, letter)
+    if show == "pocket":
+        return _names(
+            found.pocketed, [hole.id for hole in found.scene.pockets], "stays", key, letter
+        )
+    if show == "hits":
+        most = max(int(np.quantile(found.hits, MOST_HITS)), 1)
+        return _scaled(found.hits, (0.0, most), "viridis", "number of hits", key)
+    low, high = np.nanquantile(found.duration, (0.005, 0.995)).tolist()
+    return _scaled(found.duration, (low, high), "cividis", "time until rest (s)", key)
 
 
-# -- what is shown ---------------------------------------------------------------------------------
-
-
-def _ends(found: Atlas, key: Axes, letter: float) -> Pieces:
+def _ends(found: Atlas, key: Axes) -> Pieces:
     """Colour where the ball ends; the key is the table in these colours."""
-    x, y = found.end[..., 0], found.end[..., 1]
-    table = found.scene.table
+    table, units = found.scene.table, found.scene.units
     if table is not None:
         x0, y0, x1, y1 = table.bounds
     else:
-        (x0, x1), (y0, y1) = (np.nanquantile(v, (0.01, 0.99)) for v in (x, y))
-    wide, high = max(x1 - x0, 1e-9), max(y1 - y0, 1e-9)
-    u, v = np.meshgrid(np.linspace(0, 1, 240), np.linspace(0, 1, 240))
-    units = found.scene.units
-    extent = tuple(units.from_si(float(each), "length") for each in (x0, x1, y0, y1))
+        (x0, y0), (x1, y1) = np.nanquantile(found.end, (0.01, 0.99), axis=(0, 1)).tolist()
+    size = max(x1 - x0, 1e-9), max(y1 - y0, 1e-9)
+    extent = tuple(units.from_si(each, "length") for each in (x0, x1, y0, y1))
     axes = key.inset_axes((0.2, 0.5, 0.75, 0.5), anchor="NW")
-    axes.imshow(_two_colors(u, v), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
+    shares = np.stack(np.meshgrid(*[np.linspace(0, 1, 240)] * 2), axis=-1)
+    axes.imshow(_two_colors(shares), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
     axes.set(xlabel=f"x of the end ({units.length})", ylabel="y")
-    return _in_pieces(
-        lambda end: _two_colors((end[..., 0] - x0) / wide, (end[..., 1] - y0) / high), found.end
-    )
+    return _in_pieces(lambda end: _two_colors((end - (x0, y0)) / size), found.end)
 
 
 def _in_pieces(color: Callable[[NDArray[Any]], Image], values: NDArray[Any]) -> Pieces:
@@ -128,9 +135,9 @@ def _in_pieces(color: Callable[[NDArray[Any]], Image], values: NDArray[Any]) -> 
         yield color(values[first : first + AT_ONCE])
 
 
-def _two_colors(u: Array, v: Array) -> Image:
-    """Return colours that go from blue to orange along u, and from dark to light along v."""
-    u, v = (np.clip(np.nan_to_num(each, nan=0.0), 0.0, 1.0)[..., np.newaxis] for each in (u, v))
+def _two_colors(shares: Array) -> Image:
+    """Return colours from blue to orange along x and from dark to light along y, each in [0, 1]."""
+    u, v = np.moveaxis(np.clip(np.nan_to_num(shares, nan=0.0), 0.0, 1.0)[..., np.newaxis], -2, 0)
     cold, warm = (np.array(to_rgb(color)) for color in (COLD, WARM))
     middle = np.array([0.72, 0.72, 0.72])
     hue = np.where(u < 0.5, cold + (middle - cold) * 2 * u, middle + (warm - middle) * (2 * u - 1))
@@ -148,9 +155,8 @@ def _names(
 ) -> Pieces:
     """Colour numbers that stand for names; -1 is what never happened."""
     colors = [NEVER, *(default_color(k + (k >= 7)) for k in range(len(names)))]
-    labels = [never, *names]
     patches = [
-        Patch(facecolor=colors[number + 1], label=labels[number + 1])
+        Patch(facecolor=colors[number + 1], label=[never, *names][number + 1])
         for number in np.unique(numbers).tolist()
     ]
     key.legend(
@@ -161,38 +167,12 @@ def _names(
     return _in_pieces(lambda some: palette[some + 1], numbers)
 
 
-def _first_hits(found: Atlas, *key: Any) -> Pieces:
-    return _names(found.first_hit, [f"ball {b.id}" for b in found.scene.balls], "none", *key)
-
-
-def _pockets(found: Atlas, *key: Any) -> Pieces:
-    return _names(found.pocketed, [hole.id for hole in found.scene.pockets], "stays", *key)
-
-
-def _hits(found: Atlas, key: Axes, letter: float) -> Pieces:
-    most = max(int(np.quantile(found.hits, MOST_HITS)), 1)
-    return _scaled(found.hits, 0.0, most, "viridis", "number of hits", key)
-
-
-def _durations(found: Atlas, key: Axes, letter: float) -> Pieces:
-    low, high = np.nanquantile(found.duration, (0.005, 0.995)).tolist()
-    return _scaled(found.duration, low, high, "cividis", "time until rest (s)", key)
-
-
 def _scaled(
-    values: NDArray[Any], low: float, high: float, name: str, label: str, key: Axes
+    values: NDArray[Any], scale: tuple[float, float], name: str, label: str, key: Axes
 ) -> Pieces:
     """Colour numbers on a scale, which stands beside the map and is as high."""
+    low, high = scale
     colors = ScalarMappable(Normalize(low, max(high, low + 1e-9), clip=True), name)
     bar = key.figure.colorbar(colors, cax=key.inset_axes((0.0, 0.0, 0.12, 1.0)), label=label)
     bar.outline.set_visible(False)
     return _in_pieces(lambda some: colors.to_rgba(np.nan_to_num(some), bytes=True)[..., :3], values)
-
-
-SHOWS: dict[str, tuple[str, Callable[[Atlas, Axes, float], Pieces]]] = {
-    "end": ("where ball {} ends", _ends),
-    "first-hit": ("which ball is met first", _first_hits),
-    "hits": ("how many hits there are", _hits),
-    "pocket": ("which pocket takes ball {}", _pockets),
-    "duration": ("when all balls rest", _durations),
-}

@@ -34,14 +34,14 @@ SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
 STRAIGHT = 1e-9  # A track bends if its acceleration is farther off its velocity than this share.
 CHORDS = 16  # A parabola is drawn as this number of straight lines.
+# A stripe is level, over a disc of radius 1; these are its corners' angles at the right side.
+ANGLES = math.asin(LOOK.stripe) * np.linspace(-1.0, 1.0, 24)
+BAND = Outline([(side * np.cos(a), side * np.sin(a)) for side in (1.0, -1.0) for a in ANGLES])
 HALO = 0.6  # the strength of the halo around tracks, rings and balls
 
 
 class DrawnBall(NamedTuple):
-    """A disc is a ball on the canvas, in points.
-
-    It has a centre, a radius, and the size of small letters there.
-    """
+    """A disc is a ball on the canvas, in points; ``letter`` is the size of small letters there."""
 
     x: float
     y: float
@@ -65,66 +65,65 @@ class DrawnBall(NamedTuple):
 
 def discs(scene: Scene, position: Array, view: View) -> list[DrawnBall]:
     """Return the scene's balls as ``view`` shows them at ``position`` (N, 2), m."""
-    places = [view.place((float(x), float(y))) for x, y in position]
+    places, looks = view.places(position).tolist(), (ball_colors(scene), striped(scene))
     return [
-        DrawnBall(*place, view.scale * ball.radius, color, ball.id, view.letter, stripe)
-        for ball, place, color, stripe in zip(
-            scene.balls, places, ball_colors(scene), striped(scene), strict=True
-        )
+        DrawnBall(x, y, view.scale * ball.radius, color, ball.id, view.letter, stripe)
+        for ball, (x, y), color, stripe in zip(scene.balls, places, *looks, strict=True)
     ]
+
+
+def circle(axes: Axes, ball: DrawnBall, radius: float, **looks: Any) -> None:
+    """Draw a circle of a ``radius`` (points) around the middle of a ball."""
+    axes.add_artist(Circle((ball.x, ball.y), radius, **looks))
 
 
 def draw_balls(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
     """Draw balls with their labels: inside, or beside those that are too small."""
     draw_bodies(axes, balls, style)
     labels = Labels(balls)
-    places = labels.place(np.array([(ball.x, ball.y) for ball in balls]))
-    for ball, middle in zip(labels.balls, places.tolist(), strict=True):
-        draw_label(axes, ball, middle, style)
+    places = labels.place(np.array([(ball.x, ball.y) for ball in balls])).tolist()
+    beside = zip(labels.balls, places, strict=True)
+    draw_labels(axes, [ball._replace(x=x, y=y) for ball, (x, y) in beside], style)
 
 
 def draw_bodies(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
-    """Draw balls, each with shadow, dark outline and soft light, and with a label if it has room.
-
-    The label stands in a white spot.
-    """
+    """Draw balls with shadow, outline and light, and with a label in a white spot if it fits."""
     for k in range(SOFT):  # This is the shadow, down to the right.
         _circles(axes, balls, (0.10, -0.14), 1.18 - 0.025 * k, (0.0, 0.0, 0.0, 0.026), 2.0)
     _circles(axes, balls, (0.0, 0.0), 1.07, (1.0, 1.0, 1.0, HALO), 2.05)
-    _bodies(axes, balls, style)
     for k in range(SOFT):  # This is light from the upper left.
         offset = (-0.022 * k, 0.027 * k)
         _circles(axes, balls, offset, 0.90 - 0.04 * k, (1.0, 1.0, 1.0, 0.024), 2.2)
     for ball in balls:
+        # The outline lies inside the radius, so that balls that touch are seen to.
+        line, ink = min(0.07 * ball.radius, 1.6), style.outline
+        body = IVORY if ball.striped else ball.color
+        circle(axes, ball, ball.radius - line / 2, lw=line, ec=ink, fc=body, zorder=2.1)
+        if ball.striped:
+            _shape(axes, BAND, ball, ball.radius - line, fc=ball.color, lw=0, zorder=2.15)
         if ball.is_labelled_inside:
-            spot = Circle((ball.x, ball.y), ball.spot, facecolor="#ffffff", zorder=2.3)
-            spot.set(edgecolor=style.outline, linewidth=min(0.025 * ball.radius, 0.6))
-            axes.add_artist(spot)
-            axes.add_artist(_label(ball, style.outline, zorder=2.4))
+            edge = min(0.025 * ball.radius, 0.6)
+            circle(axes, ball, ball.spot, fc="#ffffff", ec=ink, lw=edge, zorder=2.3)
+            _shape(axes, _lettering(ball.label), ball, ball.spot, fc=ink, ec="none", zorder=2.4)
 
 
 def draw_ghosts(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
     """Draw ghosts of balls: pale, clear discs with a ring in the ball's colour and a label."""
     for ball in balls:
-        width = min(0.14 * ball.radius, 4.0)
-        disc = Circle((ball.x, ball.y), ball.radius - width / 2, zorder=1.7)
-        disc.set(facecolor=(1.0, 1.0, 1.0, 0.35), edgecolor=ball.color, linewidth=width)
-        axes.add_artist(disc)
+        width, ink = min(0.14 * ball.radius, 4.0), style.outline
+        looks = {"fc": (1.0, 1.0, 1.0, 0.35), "ec": ball.color, "zorder": 1.7}
+        circle(axes, ball, ball.radius - width / 2, lw=width, **looks)
         for radius in (ball.radius, ball.radius - width):
-            edge = Circle((ball.x, ball.y), radius, facecolor="none", zorder=1.8)
-            edge.set(edgecolor=style.outline, linewidth=0.2 * width, alpha=0.7)
-            axes.add_artist(edge)
+            circle(axes, ball, radius, fc="none", ec=ink, lw=0.2 * width, alpha=0.7, zorder=1.8)
         if ball.is_labelled_inside:
-            axes.add_artist(_label(ball, style.outline, alpha=0.6, zorder=1.9))
+            looks = {"fc": ink, "ec": "none", "alpha": 0.6, "zorder": 1.9}
+            _shape(axes, _lettering(ball.label), ball, ball.spot, **looks)
 
 
 def _circles(
     axes: Axes, balls: Sequence[DrawnBall], offset: Point, size: float, color: Color, zorder: float
 ) -> None:
-    """Draw one circle a ball, all of them as one area.
-
-    They are ``size`` radii large, and ``offset`` radii beside the centres.
-    """
+    """Draw a circle of ``size`` radii ``offset`` radii beside each ball, all as one area."""
     circles = [
         Outline.circle((b.x + offset[0] * b.radius, b.y + offset[1] * b.radius), size * b.radius)
         for b in balls
@@ -133,42 +132,15 @@ def _circles(
     axes.add_artist(PathPatch(outline, facecolor=color, edgecolor="none", zorder=zorder))
 
 
-def _bodies(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
-    """Draw the discs; outlines lie inside the radius, so that balls that touch are seen to."""
-    lines = [min(0.07 * ball.radius, 1.6) for ball in balls]
-    for ball, line in zip(balls, lines, strict=True):
-        body = Circle((ball.x, ball.y), ball.radius - line / 2, linewidth=line, zorder=2.1)
-        body.set(facecolor=IVORY if ball.striped else ball.color, edgecolor=style.outline)
-        axes.add_artist(body)
-        if ball.striped:
-            shape = Affine2D().scale(ball.radius - line).translate(ball.x, ball.y)
-            band = PathPatch(_band().transformed(shape), facecolor=ball.color, lw=0, zorder=2.15)
-            axes.add_artist(band)
-
-
-@lru_cache(maxsize=1)
-def _band() -> Outline:
-    """Return a level stripe over a disc of radius 1, as high as LOOK says."""
-    turn = math.asin(LOOK.stripe)
-    angles = np.concatenate(
-        [np.linspace(-turn, turn, 24), np.linspace(math.pi - turn, math.pi + turn, 24)]
-    )
-    return Outline(np.stack([np.cos(angles), np.sin(angles)], axis=1), closed=False)
-
-
-def _label(ball: DrawnBall, color: str, **looks: Any) -> PathPatch:
-    """Return a ball's label as an outline that fills its spot, whatever the ball's size."""
-    shape = Affine2D().scale(ball.spot).translate(ball.x, ball.y)
-    path = _lettering(ball.label).transformed(shape)
-    return PathPatch(path, facecolor=color, edgecolor="none", **looks)
+def _shape(axes: Axes, outline: Outline, ball: DrawnBall, size: float, **looks: Any) -> None:
+    """Draw an outline around the middle of a ball, ``size`` times (points) as large."""
+    shape = Affine2D().scale(size).translate(ball.x, ball.y)
+    axes.add_artist(PathPatch(outline.transformed(shape), **looks))
 
 
 @lru_cache(maxsize=1024)
 def _lettering(text: str) -> Outline:
-    """Return letters centred on the origin, in a circle of radius 0.87.
-
-    They are no higher than a single letter.
-    """
+    """Return letters no higher than a capital, around the origin in a circle of radius 0.87."""
     path = TextPath((0.0, 0.0), text.replace("$", r"\$"), size=1.0, prop=BOLD)
     box = path.get_extents()
     size = min(1.74 / math.hypot(box.width, CAPITAL), 1.05 / CAPITAL)
@@ -176,14 +148,10 @@ def _lettering(text: str) -> Outline:
     return path.transformed(middle.scale(size))
 
 
-# -- labels beside balls ------------------------------------------------------------------------
-
-
 class Labels:
-    """Labels stand beside their balls, each at a corner where it covers no other ball.
+    """Labels stand beside their ``balls``, each at a corner where it covers no other ball.
 
-    ``balls`` are those that have one. A label leaves its corner only for one with clearly more
-    room, so that it stands still when balls move.
+    It leaves its corner only for one with clearly more room, so it stands still when balls move.
     """
 
     def __init__(self, discs: Sequence[DrawnBall]) -> None:
@@ -191,9 +159,7 @@ class Labels:
         self.of = np.array(beside, dtype=int)
         self.balls = [discs[k] for k in beside]
         self.radii = np.array([disc.radius for disc in discs])
-        self.halves = np.array([half_size(ball.label, ball.letter) for ball in self.balls]).reshape(
-            -1, 2
-        )
+        self.halves = np.reshape([half_size(b.label, b.letter) for b in self.balls], (-1, 2))
         self.corners = np.tile(CORNERS[0], (len(self.balls), 1))
 
     def place(self, places: Array) -> Array:
@@ -217,8 +183,8 @@ class Labels:
         out = np.maximum(np.abs(places - middles[:, None]) - self.halves[:, None], 0.0)
         gaps = np.hypot(out[..., 0], out[..., 1]) - self.radii
         gaps[np.arange(len(self.of)), self.of] = 0.0
-        nearest: Array = np.nan_to_num(gaps, nan=0.0).min(axis=1)
-        return np.minimum(nearest, 0.0)
+        room: Array = np.minimum(np.nan_to_num(gaps, nan=0.0).min(axis=1), 0.0)
+        return room
 
 
 @lru_cache(maxsize=1024)
@@ -228,23 +194,18 @@ def half_size(label: str, letter: float) -> Point:
     return max(float(box.width), 1.0) / 2, CAPITAL * letter / 2
 
 
-def draw_label(axes: Axes, ball: DrawnBall, middle: Point, style: Style) -> None:
-    """Draw the label of a ball, light with a dark rim, around its middle."""
-    x, y = middle
-    text = axes.text(x, y - CAPITAL * ball.letter / 2, ball.label, parse_math=False, zorder=2.4)
-    text.set(color="#ffffff", fontsize=ball.letter, ha="center", va="baseline")
-    text.set_path_effects([withStroke(linewidth=0.3 * ball.letter, foreground=style.outline)])
-
-
-# -- where balls come from and go to -----------------------------------------------------------
+def draw_labels(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
+    """Draw the labels of balls, light with a dark rim, around their middles."""
+    for ball in balls:
+        halo = [withStroke(linewidth=0.3 * ball.letter, foreground=style.outline)]
+        axes.text(
+            ball.x, ball.y - CAPITAL * ball.letter / 2, ball.label, parse_math=False, zorder=2.4,
+            color="#ffffff", fontsize=ball.letter, ha="center", va="baseline", path_effects=halo,
+        )  # fmt: skip
 
 
 def track_of(run: Run, i: int) -> Array:
-    """Return times and places (K, 3) on the track of ball ``i``, as far as it is on the table.
-
-    These are its breakpoints, and on a parabola some places between two. The last is on the rim if
-    a pocket takes the ball.
-    """
+    """Return the track of ball ``i``, up to the rim of a pocket: times and places (K, 3)."""
     breakpoints = run.knots[i]
     if run.scene.balls[i].id in run.pocketed:
         breakpoints = breakpoints[:-1]
@@ -258,26 +219,14 @@ def track_of(run: Run, i: int) -> Array:
 
 
 def track_width(count: int) -> float:
-    """Return half the width of tracks, in the ball's radius: many balls have thin ones.
-
-    >>> track_width(8), track_width(32)
-    (0.24, 0.12)
-    """
+    """Return half the width of tracks, in the ball's radius: many balls have thin ones."""
     return LOOK.track * math.sqrt(LOOK.few / max(count, LOOK.few))
 
 
 def tracks(
-    paths: Sequence[Array],
-    balls: Sequence[DrawnBall],
-    ground: str,
-    *,
-    solid: bool,
+    paths: Sequence[Array], balls: Sequence[DrawnBall], ground: str, *, solid: bool
 ) -> LineCollection:
-    """Return the paths (K, 2), in points, of the balls in their colours, with halos.
-
-    They fade into the colour of the ``ground`` towards where they begin. Those of ghosts are thin
-    and pale, and have no halos.
-    """
+    """Return the paths (K, 2), in points, of balls, as lines that fade towards where they begin."""
     width = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
     bare = np.array(to_rgb(ground))
     lines: list[Array] = []
@@ -292,10 +241,8 @@ def tracks(
             lines += pieces
             colors += [*bare + share * np.outer(strengths, to_rgb(color) - bare)]
             widths += [line] * len(pieces)
-    shades = np.array(colors).reshape(-1, 3)
-    drawn = LineCollection(lines, colors=shades, linewidths=widths, zorder=1.5)
-    drawn.set(capstyle="round", joinstyle="round")
-    return drawn
+    looks: dict[str, Any] = {"capstyle": "round", "joinstyle": "round", "zorder": 1.5}
+    return LineCollection(lines, colors=np.reshape(colors, (-1, 3)), linewidths=widths, **looks)
 
 
 def _pieces(path: Array) -> tuple[list[Array], Array]:
@@ -315,28 +262,22 @@ def draw_rings(axes: Axes, balls: Sequence[DrawnBall]) -> None:
     for ball in balls:
         line = min(max(0.07 * ball.radius, 0.9), 2.0)
         for color, width, alpha in ((halo_color(ball.color), 2.0, HALO), (ball.color, 1.0, 1.0)):
-            ring = Circle((ball.x, ball.y), ball.radius - line, facecolor="none", zorder=1.45)
-            ring.set(edgecolor=color, linewidth=width * line, alpha=alpha)
-            axes.add_artist(ring)
+            looks = {"ec": color, "lw": width * line, "alpha": alpha, "zorder": 1.45}
+            circle(axes, ball, ball.radius - line, fc="none", **looks)
 
 
 def draw_arrows(
     axes: Axes, balls: Sequence[DrawnBall], velocities: Array, scale: float, style: Style
-) -> list[FancyArrowPatch]:
+) -> None:
     """Draw an arrow at every ball that moves, from its edge along its velocity (m/s)."""
-    arrows = []
     for ball, velocity in zip(balls, velocities, strict=True):
-        speed = float(np.hypot(*velocity))
+        speed, near = float(np.hypot(*velocity)), 1.25 * ball.radius
         if not speed > 0.0:
             continue
-        near = 1.25 * ball.radius
         far = near + max(LOOK.arrow * scale * speed, 1.2 * ball.radius)
         tail, tip = ((ball.x, ball.y) + s * velocity / speed for s in (near, far))
         arrow = FancyArrowPatch(
             tail, tip, arrowstyle="-|>", mutation_scale=0.8 * ball.radius, shrinkA=0.0, shrinkB=0.0,
-            color=style.arrow, linewidth=0.11 * ball.radius, alpha=0.9, zorder=1.6,
+            color=style.arrow, lw=0.11 * ball.radius, alpha=0.9, zorder=1.6, capstyle="round",
         )  # fmt: skip
-        arrow.set(capstyle="round")
         axes.add_artist(arrow)
-        arrows.append(arrow)
-    return arrows

@@ -1,9 +1,7 @@
 """This module makes an empty canvas measured in points, text on it, its pixels, and plots.
 
-It needs no window and no display. It also draws into pixels, fast: sprites, which are placed to a
-quarter of a pixel, and soft rings. A frame is an array (height, width, 3) of uint8, with row 0 on
-top. Positions are in pixels from the lower left corner, as on the canvas (one point is one pixel in
-a film).
+It also draws into pixels, fast. A frame is an array (height, width, 3) of uint8, with row 0 on top.
+Positions are in pixels from the lower left corner, as on the canvas (a point is a pixel in a film).
 """
 
 from __future__ import annotations
@@ -16,7 +14,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
@@ -40,23 +37,17 @@ def canvas(width: float, height: float, color: str = "none") -> tuple[Figure, Ax
 
 
 def pixels(figure: Figure, per_point: float = 1.0) -> Pixels:
-    """Return the figure as red, green, blue and alpha, (height, width, 4).
-
-    A point has ``per_point`` pixels.
-    """
+    """Return red, green, blue and alpha, (height, width, 4), with ``per_point`` pixels a point."""
     figure.set_dpi(per_point * POINTS_PER_INCH)
     agg = FigureCanvasAgg(figure)
     agg.draw()  # type: ignore[no-untyped-call]
     return np.array(agg.buffer_rgba())  # type: ignore[no-untyped-call]
 
 
-def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **looks: Any) -> Text:
+def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **looks: Any) -> None:
     """Write a line of text in ``size`` points, or smaller if it is wider than ``room`` points."""
     drawn = axes.text(*at, text, fontsize=size, parse_math=False, **looks)
-    width = drawn.get_window_extent().width
-    if width > room:
-        drawn.set_fontsize(size * room / width)
-    return drawn
+    drawn.set_fontsize(size * min(room / max(drawn.get_window_extent().width, 1e-9), 1.0))
 
 
 def dress(axes: Axes, style: Style, letter: float | None = None) -> None:
@@ -75,14 +66,8 @@ def dress(axes: Axes, style: Style, letter: float | None = None) -> None:
             words.set_fontsize(letter)
 
 
-# -- drawing into pixels ----------------------------------------------------------------------
-
-
 class Sprite:
-    """A sprite is a small picture with soft edges that can be put anywhere on a frame.
-
-    ``fine`` (side, side, 4) has FINE times the frame's pixels, and its alpha darkens its colours.
-    """
+    """A sprite is a small picture with soft edges, drawn FINE times finer than the frame."""
 
     def __init__(self, fine: Pixels) -> None:
         self.half = len(fine) // FINE // 2
@@ -90,15 +75,19 @@ class Sprite:
         self._shifted: dict[tuple[int, int], tuple[NDArray[np.uint16], NDArray[np.uint16]]] = {}
 
     def stamp(self, frame: Pixels, x: float, y: float, strength: float = 1.0) -> None:
-        """Put the sprite's middle at (x, y); a ball without a position (NaN) is not drawn.
-
-        With a ``strength`` below 1 the frame shows through, and at 0 nothing is drawn.
-        """
+        """Put the sprite's middle at (x, y), unless that is NaN, as clear as its ``strength``."""
         if strength <= 0.0 or not math.isfinite(x + y):
             return
         column, across = divmod(round(x * FINE), FINE)
         row, down = divmod(round((frame.shape[0] - y) * FINE), FINE)
-        light, clear = self._at(across, down)
+        if (across, down) not in self._shifted:  # 255 x the light there, and 255 - alpha
+            n = 2 * self.half + 1
+            fine = self._fine[FINE - down :, FINE - across :][: n * FINE, : n * FINE]
+            total = fine.reshape(n, FINE, n, FINE, 4).sum(axis=(1, 3), dtype=np.float32)
+            light = np.rint(total[..., :3] * (255.0 / FINE**2)).astype(np.uint16)
+            clear = np.rint(255.0 - total[..., 3:] / FINE**2).astype(np.uint16)
+            self._shifted[across, down] = np.minimum(light, 255 * (255 - clear)), clear
+        light, clear = self._shifted[across, down]
         top, left = row - self.half, column - self.half
         r0, r1 = max(top, 0), min(top + len(light), frame.shape[0])
         c0, c1 = max(left, 0), min(left + len(light), frame.shape[1])
@@ -110,30 +99,11 @@ class Sprite:
                 drawn = np.rint(under + strength * (drawn.astype(np.float32) - under))
             frame[r0:r1, c0:c1] = drawn
 
-    def _at(self, across: int, down: int) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-        """Return the sprite moved right and down by quarters of a pixel.
-
-        The first array is 255 x its light, the second 255 - alpha.
-        """
-        if (across, down) not in self._shifted:
-            n = 2 * self.half + 1
-            total = np.zeros((n, n, 4), dtype=np.float32)
-            for i in range(FINE - down, 2 * FINE - down):
-                for j in range(FINE - across, 2 * FINE - across):
-                    total += self._fine[i::FINE, j::FINE][:n, :n]
-            light = np.rint(total[..., :3] * (255.0 / FINE**2)).astype(np.uint16)
-            clear = np.rint(255.0 - total[..., 3:] / FINE**2).astype(np.uint16)
-            self._shifted[across, down] = np.minimum(light, 255 * (255 - clear)), clear
-        return self._shifted[across, down]
-
 
 def sprites(
     count: int, extent: float, draw: Callable[[Axes, list[Point]], None]
 ) -> tuple[Sprite, ...]:
-    """Return this many sprites of this ``extent`` (pixels) around their middles, drawn at once.
-
-    ``draw`` gets axes and the points around which it must draw each sprite.
-    """
+    """Return sprites that ``draw`` draws on axes, each ``extent`` pixels around its point."""
     half = math.ceil(extent) + 1
     columns = math.ceil(math.sqrt(count))
     rows = math.ceil(count / columns)
@@ -141,19 +111,13 @@ def sprites(
     cells = [divmod(k, columns) for k in range(count)]
     draw(axes, [(half * (2.0 * c + 1.0), half * (2.0 * (rows - r) - 1.0)) for r, c in cells])
     fine = pixels(figure, FINE)
-    light = (fine[..., :3].astype(np.uint16) * fine[..., 3:] + 127) // 255
-    fine[..., :3] = light
+    fine[..., :3] = (fine[..., :3].astype(np.uint16) * fine[..., 3:] + 127) // 255
     side = 2 * half * FINE
-    return tuple(
-        Sprite(fine[r * side : (r + 1) * side, c * side : (c + 1) * side]) for r, c in cells
-    )
+    return tuple(Sprite(fine[r * side :, c * side :][:side, :side]) for r, c in cells)
 
 
 def window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | None:
-    """Return the rows and columns of a box (x0, y0, x1, y1), and the middles of its pixels.
-
-    The middles are x (1, c) and y (r, 1).
-    """
+    """Return rows and columns of a box (x0, y0, x1, y1), and its pixels' x (1, c) and y (r, 1)."""
     if not np.isfinite(box).all():
         return None
     height, width = frame.shape[:2]
@@ -166,21 +130,21 @@ def window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | Non
     return slice(r0, r1), slice(c0, c1), x, y
 
 
-def mix(frame: Pixels, rows: slice, columns: slice, share: Array, color: Array) -> None:
-    """Mix ``color`` into the frame, by ``share`` (r, c) in [0, 1]."""
-    under = frame[rows, columns]
-    frame[rows, columns] = np.rint(under + share[..., None] * (color - under)).astype(np.uint8)
+def mixed(under: Pixels, over: Pixels | Array, share: NDArray[Any]) -> Pixels:
+    """Return pixels with a ``share``, in [0, 1], of others over them."""
+    change = np.subtract(over, under, dtype=np.float32)
+    pixels: Pixels = (under + share[..., None] * change + np.float32(0.5)).astype(np.uint8)
+    return pixels
 
 
 def glow(
     frame: Pixels, at: Point, radius: float, soft: float, color: Array, strength: float
 ) -> None:
     """Draw a ring of light around ``at``, which fades over ``soft`` pixels on both sides."""
-    extent = radius + 2.2 * soft
-    seen = window(frame, np.array([at[0] - extent, at[1] - extent, at[0] + extent, at[1] + extent]))
-    if seen is None:
-        return
-    rows, columns, x, y = seen
-    distance = np.sqrt((x - at[0]) ** 2 + (y - at[1]) ** 2)
-    share = strength * np.exp(-(((distance - radius) / soft) ** 2))
-    mix(frame, rows, columns, share, color)
+    (x0, y0), extent = at, radius + 2.2 * soft
+    seen = window(frame, np.array([x0 - extent, y0 - extent, x0 + extent, y0 + extent]))
+    if seen is not None:
+        rows, columns, x, y = seen
+        distance = np.sqrt((x - x0) ** 2 + (y - y0) ** 2)
+        share = strength * np.exp(-(((distance - radius) / soft) ** 2))
+        frame[rows, columns] = mixed(frame[rows, columns], color, share)

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import CircleCollection
 from matplotlib.colors import to_rgb
-from matplotlib.patches import Circle, PathPatch, Polygon
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
-from pool_pymunk.render.balls import HALO, DrawnBall, discs, draw_balls, draw_rings
+from pool_pymunk.fast import Batch
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.balls import HALO, DrawnBall, circle, discs, draw_balls, draw_rings
 from pool_pymunk.render.pictures import as_set_up, save_figure
 from pool_pymunk.render.sheet import Sheet, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import PRINT, Style, halo_color
 from pool_pymunk.render.view import DOT, Show
-from pool_pymunk.studies.sensitivity import ellipse
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pool_pymunk.fast import Batch
-    from pool_pymunk.model import Scene
-    from pool_pymunk.physics.motion import Array
-    from pool_pymunk.results.run import Run
-    from pool_pymunk.studies.sensitivity import Linear, Sensitivity
+from pool_pymunk.results.run import Run
+from pool_pymunk.studies.sensitivity import Linear, Sensitivity, ellipse
 
 DOTS = 0.9  # the radius of a point, in points
 CLEAR = 0.75  # the strength of a point; where many lie on each other they are strongest
@@ -46,9 +40,8 @@ def cloud_picture(
 ) -> None:
     """Draw the clouds of ends: starts as rings, reference ends as discs, samples as points.
 
-    A ball whose ends hardly spread is drawn without a cloud. With a ``linear`` sensitivity, beside
-    samples or alone, ellipses have 95 % of the ends within them as the derivatives say. The suffix
-    of ``path`` gives the format (png, svg, pdf).
+    A ball whose ends hardly spread has no cloud. With a ``linear`` sensitivity, beside samples or
+    alone, ellipses have 95 % of the ends within them. ``path`` ends in .png, .svg or .pdf.
     """
     study = found or linear
     assert study is not None
@@ -61,21 +54,22 @@ def cloud_picture(
     draw_rings(sheet.axes, [a for a, b in zip(start, end, strict=True) if (a.x, a.y) != (b.x, b.y)])
     if found is not None:
         deviation = np.array([ball.deviation for ball in found.balls])
-        _draw_ends(sheet, run.scene, end, found.ends, deviation, style)
+        _draw_ends(sheet, end, found.ends, deviation, style)
     else:
         for ball in end:
             _faded(sheet.axes, ball, np.array([(ball.x, ball.y)]), [], style)
-    if linear is not None:
-        _draw_ellipses(sheet, linear, end)
+    scale = sheet.views[0].scale
+    for i, ball in enumerate(end):
+        if linear is not None and scale * linear.std[i].max() >= SHOWN * ball.radius:
+            corners = scale * ellipse(linear.covariance[i]) + (ball.x, ball.y)
+            for color, width in ((halo_color(ball.color), 2.6), (ball.color, 1.3)):
+                line = Polygon(corners, fc="none", ec=color, lw=width, zorder=2.7)
+                sheet.axes.add_patch(line)
     save_figure(sheet.figure, path, dpi)
 
 
 def batch_figure(batch: Batch, style: Style = PRINT) -> Figure:
-    """Draw where the balls of many shots end: points, around discs at the medians.
-
-    Balls that end at one place are drawn there. Of more than ``MOST_ENDS`` shots evenly many are
-    shown, and the caption says so.
-    """
+    """Draw where the balls of many shots end: points, around discs at the medians."""
     scene = batch.scene
     played = batch.final[batch.ended]
     ends = played[:: max(1, -(-len(played) // MOST_ENDS))]
@@ -83,7 +77,7 @@ def batch_figure(batch: Batch, style: Style = PRINT) -> Figure:
     sheet = _sheet(as_set_up(scene), style, shown)
     if len(ends):
         balls = discs(scene, np.nan_to_num(np.median(ends, axis=0)), sheet.views[0])
-        _draw_ends(sheet, scene, balls, ends, ends.std(axis=0).max(axis=1), style)
+        _draw_ends(sheet, balls, ends, ends.std(axis=0).max(axis=1), style)
     return sheet.figure
 
 
@@ -98,40 +92,25 @@ def _sheet(run: Run, style: Style, *words: str) -> Sheet:
 
 
 def _draw_ends(
-    sheet: Sheet, scene: Scene, balls: list[DrawnBall], ends: Array, spread: Array, style: Style
+    sheet: Sheet, balls: list[DrawnBall], ends: Array, spread: Array, style: Style
 ) -> None:
-    """Draw the ``ends`` (S, N, 2) with clouds where their ``spread`` (m) shows.
-
-    A ball that was off the table has none.
-    """
-    there = np.isfinite(ends).all(axis=(0, 2))
-    clouds = there & (spread >= SHOWN * np.array([ball.radius for ball in scene.balls]))
+    """Draw the ``ends`` (S, N, 2) of balls on the table, with clouds where ``spread`` (m) shows."""
+    there, view = np.isfinite(ends).all(axis=(0, 2)), sheet.views[0]
+    clouds = there & (view.scale * spread >= SHOWN * np.array([ball.radius for ball in balls]))
     still = [balls[i] for i in np.flatnonzero(there & ~clouds)]
     if still:
         draw_balls(sheet.axes, still, style)
     for i in np.flatnonzero(clouds):
-        points = np.array([sheet.views[0].place((x, y)) for x, y in ends[:, i].tolist()])
+        points = view.places(ends[:, i])
         _cloud(sheet.axes, balls[i], points)
         _faded(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
 
 
-def _draw_ellipses(sheet: Sheet, linear: Linear, balls: list[DrawnBall]) -> None:
-    """Draw an ellipse around the end of every ball whose ends spread so that it shows."""
-    view = sheet.views[0]
-    for i, ball in enumerate(balls):
-        if not view.scale * linear.std[i].max() >= SHOWN * ball.radius:
-            continue
-        corners = view.scale * ellipse(linear.covariance[i]) + (ball.x, ball.y)
-        for color, width in ((halo_color(ball.color), 2.6), (ball.color, 1.3)):
-            line = Polygon(corners, facecolor="none", edgecolor=color, linewidth=width, zorder=2.7)
-            sheet.axes.add_patch(line)
-
-
 def _cloud(axes: Axes, ball: DrawnBall, points: Array) -> None:
     """Draw the points in the ball's colour, without rims, in a faint common haze."""
-    circle = Outline.unit_circle()
-    around = points[:, None] + HAZE * np.asarray(circle.vertices)
-    haze = Outline(around.reshape(-1, 2), np.tile(np.asarray(circle.codes), len(points)))
+    unit = Outline.unit_circle()
+    around = points[:, None] + HAZE * np.asarray(unit.vertices)
+    haze = Outline(around.reshape(-1, 2), np.tile(np.asarray(unit.codes), len(points)))
     light = halo_color(ball.color)
     axes.add_artist(PathPatch(haze, facecolor=light, alpha=HALO, linewidth=0, zorder=2.5))
     dots = CircleCollection(
@@ -144,24 +123,17 @@ def _cloud(axes: Axes, ball: DrawnBall, points: Array) -> None:
 def _faded(
     axes: Axes, ball: DrawnBall, points: Array, others: list[DrawnBall], style: Style
 ) -> None:
-    """Draw the reference run's end of a ball that may as well end elsewhere.
-
-    Its label is on the rim, where it is farthest from the cloud and other balls.
-    """
-    line = 0.07 * ball.radius
-    disc = Circle((ball.x, ball.y), ball.radius - line / 2, zorder=2.05)
-    disc.set(facecolor=(*to_rgb(ball.color), 0.45), edgecolor=style.outline, linewidth=line)
-    axes.add_patch(disc)
+    """Draw the reference run's end of a ball, and its label where there is most room on the rim."""
+    line, ink, pale = 0.07 * ball.radius, style.outline, (*to_rgb(ball.color), 0.45)
+    circle(axes, ball, ball.radius - line / 2, fc=pale, ec=ink, lw=line, zorder=2.05)
     angles = np.arange(8) * np.pi / 4 + np.pi / 8
     rim = ball.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1) + (ball.x, ball.y)
     free = np.array([np.hypot(*(points - at).T).min() for at in rim])
     for other in others:
         free = np.minimum(free, np.hypot(*(rim - (other.x, other.y)).T) - other.radius)
     x, y = rim[free.argmax()]
-    spot = Circle((x, y), TAG * ball.radius, facecolor="#ffffff", zorder=2.6)
-    spot.set(edgecolor=style.outline, linewidth=0.6)
-    axes.add_patch(spot)
+    circle(axes, ball._replace(x=x, y=y), TAG * ball.radius, fc="#fff", ec=ink, lw=0.6, zorder=2.6)
     axes.text(
-        x, y, ball.label, fontsize=1.2 * TAG * ball.radius, weight="bold", color=style.outline,
+        x, y, ball.label, fontsize=1.2 * TAG * ball.radius, weight="bold", color=ink,
         ha="center", va="center_baseline", parse_math=False, zorder=2.61,
     )  # fmt: skip

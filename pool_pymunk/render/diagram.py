@@ -1,18 +1,17 @@
-"""This module draws the work-precision diagram: error and time on logarithmic axes.
-
-Each solver has a line.
-"""
+"""This module draws the work-precision diagram: error and time on logarithmic axes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
 
 from pool_pymunk.model import Point
 from pool_pymunk.render.pictures import save_figure
@@ -20,10 +19,10 @@ from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
 from pool_pymunk.studies.tradeoff import SHARED_ENGINE, Setting, Tradeoff, order
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.text import Annotation
-
+HIDDEN = (
+    "In the shaded region errors are smaller than what the\nuncertainty of the start positions "
+    "does to the ends ({}):\nmore precision buys nothing"
+)
 NO_ORDER = 0.3  # If the slope of error over dt is smaller than this, the error does not converge.
 
 
@@ -46,7 +45,13 @@ def figure_of(result: Tradeoff) -> Figure:
     _dress(axes, cut, result)
     labels = [label for each in measured for label in _line(axes, cut, result, *each)]
     if result.spread is not None:
-        _band(axes, cut.place(units.from_si(result.spread, "length")), result.spread, result)
+        hidden, left = units.from_si(result.spread, "length"), axes.get_xlim()[0]
+        axes.axvspan(left, cut.place(hidden), color="#f0e442", alpha=0.25, linewidth=0)
+        axes.set_xlim(left)
+        axes.text(
+            0.012, 0.985, HIDDEN.format(f"{hidden:.2g} {units.length}"), va="top",
+            transform=axes.transAxes, fontsize=8.5, color="#6b6200",
+        )  # fmt: skip
     if len(result.exact) > 1:
         figure.supxlabel(SHARED_ENGINE, fontsize=8.5, color="#555555")
     axes.margins(y=0.08)
@@ -54,6 +59,9 @@ def figure_of(result: Tradeoff) -> Figure:
     figure.set_layout_engine("none")
     place_labels(axes, labels)
     return figure
+
+
+Label = tuple[str, Point, str]  # text that belongs to a point of the diagram, and its colour
 
 
 class Cut:
@@ -108,24 +116,15 @@ def _line(
     units = result.scene.units
     points = [(cut.place(units.from_si(s.largest, "length")), s.time * 1e3) for s in settings]
     size = 14 if solver.marker == "*" else 7
-    axes.plot(
-        *zip(*points, strict=True), color=solver.color, marker=solver.marker, ms=size, zorder=3
-    )
+    looks: dict[str, Any] = {"color": solver.color, "marker": solver.marker, "ms": size}
+    axes.plot(*zip(*points, strict=True), zorder=3, **looks)
     first, last = settings[0].dt, settings[-1].dt
     name = solver.name if last is None else f"{solver.name}, {step_text(last)}"
     about = _about(result, solver, settings)
-    labels = [Label(f"{name}\n{about}".rstrip(), points[-1], solver.color)]
+    labels: list[Label] = [(f"{name}\n{about}".rstrip(), points[-1], solver.color)]
     if first is not None and len(settings) > 1:
-        labels.append(Label(step_text(first), points[0], solver.color))
+        labels.append((step_text(first), points[0], solver.color))
     return labels
-
-
-class Label(NamedTuple):
-    """A label is text that belongs to a point of the diagram."""
-
-    text: str
-    at: Point
-    color: str
 
 
 # These are the sides of a point on which its label may stand, the best first, in points.
@@ -138,10 +137,7 @@ SIDES: tuple[tuple[float, float, str, str], ...] = (
 
 
 def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
-    """Write each label beside its point, where it covers no marker, line or other label.
-
-    If every side is taken, the label goes to the side where it covers least.
-    """
+    """Write each label beside its point, where it covers least: no marker, line or other label."""
     taken = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
     paths = [axes.transData.transform_path(line.get_path()) for line in axes.lines]
     drawn = np.concatenate([np.empty((0, 2)), *(path.interpolated(40).vertices for path in paths)])
@@ -173,25 +169,10 @@ def _about(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
     if max(s.largest for s in settings) < 100 * result.rounding:
         return "exact to rounding at every step"
     table, places = result.scene.table, [ball.position for ball in result.scene.balls]
-    sides = np.ptp(places if table is None else table.outline, axis=0)
     # An error of the size (m) of the scene says only that all is lost.
-    size = float(sides.min() if table is not None else max(sides.max(), 1e-9))
+    sides = np.ptp(table.outline if table else places, axis=0)
+    size = float(sides.min() if table else max(sides.max(), 1e-9))
     slope = order(settings, result.rounding, 0.5 * size)
     if slope is None:
         return ""
     return f"order {slope:.1f}" if slope >= NO_ORDER else "does not converge to this contact law"
-
-
-def _band(axes: Axes, edge: float, spread: float, result: Tradeoff) -> None:
-    """Shade the errors that the input's uncertainty hides, up to the ``edge``."""
-    left, right = axes.get_xlim()
-    axes.axvspan(left, edge, color="#f0e442", alpha=0.25, linewidth=0)
-    axes.set_xlim(left, right)
-    units = result.scene.units
-    known = f"{units.from_si(spread, 'length'):.2g} {units.length}"
-    axes.text(
-        0.012, 0.985,
-        f"In the shaded region errors are smaller than what the\nuncertainty of the start "
-        f"positions does to the ends ({known}):\nmore precision buys nothing",
-        transform=axes.transAxes, fontsize=8.5, color="#6b6200", va="top",
-    )  # fmt: skip

@@ -1,7 +1,4 @@
-"""This module turns frames into films: mp4 by imageio's plugin for PyAV, gif by Pillow.
-
-It also joins films, and writes them whole or not at all.
-"""
+"""This module turns frames into films: mp4 by imageio's plugin for PyAV, gif by Pillow."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import gc
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from fractions import Fraction
 from itertools import chain, islice
 from pathlib import Path
@@ -41,11 +38,7 @@ Shown = tuple[Pixels, int]  # a picture (height, width, 3), and for how many 1/1
 
 @contextmanager
 def written(path: Path) -> Iterator[Path]:
-    """Give a temporary name for a film, which becomes ``path`` when the block succeeds.
-
-    Raises OSError, with the path as its file name, for a folder or disk that cannot be written to,
-    and RenderError, with the path in front, for all else that ffmpeg or the block cannot do.
-    """
+    """Give a temporary name for a film, which becomes ``path`` when the block succeeds."""
     try:
         with whole(path) as part:
             try:
@@ -63,15 +56,9 @@ def written(path: Path) -> Iterator[Path]:
 def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
     """Write frames, (height, width, 3) each; one is encoded while the next one is drawn."""
     pace = float(_pace(fps))
-    gc.freeze()  # imageio collects garbage twice where it closes a film, a tenth of a short film.
-    try:
-        _write_mp4(path, frames, pace)
-    finally:
-        gc.unfreeze()
-
-
-def _write_mp4(path: Path, frames: Iterable[Pixels], pace: float) -> None:
-    with path.open("wb") as file:
+    with ExitStack() as last, path.open("wb") as file:
+        gc.freeze()  # imageio collects garbage twice where it closes a film, a tenth of its time.
+        last.callback(gc.unfreeze)
         film = iio.imopen(file, "w", plugin="pyav", extension=".mp4", container_options=FASTSTART)  # type: ignore[call-overload]
         try:
             film.init_video_stream(CODEC, fps=pace)
@@ -86,6 +73,7 @@ def _write_mp4(path: Path, frames: Iterable[Pixels], pace: float) -> None:
         except BaseException:
             film._video_stream = None  # Otherwise imageio would still encode when it is deleted.
             raise
+        del film  # This is the other time that imageio collects garbage.
 
 
 def timed(frames: Iterable[Pixels], fps: float) -> Iterator[Shown]:
@@ -96,10 +84,7 @@ def timed(frames: Iterable[Pixels], fps: float) -> Iterator[Shown]:
 
 
 def write_gif(path: Path, pictures: Iterable[Shown], samples: Iterable[Pixels]) -> None:
-    """Write a gif that loops, in the colours that the samples have.
-
-    Pillow's ``save`` keeps all pictures in memory, so they are written one by one.
-    """
+    """Write a gif that loops, in the samples' colours; Pillow's ``save`` keeps all in memory."""
     some = np.concatenate([pixels[::2, ::2].copy() for pixels in samples])
     palette = Image.fromarray(some).quantize(CLEAR, Image.Quantize.FASTOCTREE)
     before = None
@@ -127,10 +112,9 @@ def _pace(fps: float) -> Fraction:
 
 
 def join(films: Sequence[Path], path: Path) -> None:
-    """Write films one after another to ``path``; mp4 films as they are, nothing is encoded again.
+    """Write films of one size and pace one after another to ``path``; mp4 films as they are.
 
-    They must be of one size and pace (see :func:`film`, which takes several shots). Raises
-    RenderError if they cannot be joined, and OSError if the disk fails.
+    Raises RenderError if they cannot be joined, and OSError if the disk fails.
     """
     if not films:
         raise RenderError(f"{path}: there is no film to join")
@@ -161,5 +145,4 @@ def _join_mp4s(films: Sequence[Path], path: Path) -> None:
 def _pictures(gif: Path) -> Iterator[Shown]:
     with av.open(str(gif)) as film:
         for frame in film.decode(video=0):
-            pixels = frame.reformat(format="rgb24", threads=1).to_ndarray()
-            yield pixels.astype(np.uint8, copy=False), frame.duration
+            yield frame.to_ndarray(format="rgb24").astype(np.uint8, copy=False), frame.duration

@@ -25,12 +25,11 @@ FASTEST_GIF = 50.0  # frames a second; players take the next pace, 1/100 s a fra
 
 @dataclass(frozen=True)
 class FilmSettings:
-    """The settings say how a film is made.
+    """The settings say how a film is made; RenderError says what no film can have.
 
-    ``size`` (width, height) is in pixels, and ``fps`` is in frames a second. ``slow`` is how many
-    times slower than life the film is. ``start`` and ``end`` are the times shown (s; by default the
-    film ends when the last ball stops). ``pause`` is how long the last frame stays (s). Raises
-    RenderError for settings that no film can have.
+    ``size`` (width, height) is in pixels, ``fps`` in frames a second. ``slow`` is how many times
+    slower than life it is. ``start`` and ``end`` are the times shown (s; by default it ends when
+    the last ball stops), and ``pause`` (s) is how long the last frame stays.
     """
 
     size: tuple[int, int] = (1600, 900)
@@ -45,21 +44,18 @@ class FilmSettings:
         for key in ("fps", "slow"):
             if not 0.0 < getattr(self, key) < math.inf:
                 raise RenderError(f"{key} = {getattr(self, key):g}: must be greater than 0")
-        if min(self.size) < 64 or max(self.size) > 8192 or any(side % 2 for side in self.size):
-            raise RenderError(
-                f"size = {self.size[0]}x{self.size[1]}: must be two even numbers from 64 to 8192"
-            )
+        if any(side not in range(64, 8193, 2) for side in self.size):
+            size = "x".join(map(str, self.size))
+            raise RenderError(f"size = {size}: must be two even numbers from 64 to 8192")
         if not 0.0 <= self.pause < math.inf:
             raise RenderError(f"pause = {self.pause:g}: must be 0 or more")
-        end = math.inf if self.end is None else self.end
-        if not 0.0 <= self.start < end:
+        if not 0.0 <= self.start < (math.inf if self.end is None else self.end):
             raise RenderError(f"start = {self.start:g}: must be 0 or more, and before the end")
 
     @classmethod
     def of(cls, path: Path | str, **settings: Any) -> FilmSettings:
         """Make settings; what is left out is as usual for the format of the file ``path``."""
-        usual = USUAL.get(Path(path).suffix.lower(), {})
-        return cls(**{**usual, **settings})
+        return cls(**{**USUAL.get(Path(path).suffix.lower(), {}), **settings})
 
     def timing(self, show: Show) -> Timing:
         """Return the times of a show's frames; the last ball may still have to fall."""
@@ -86,21 +82,21 @@ def film(
 ) -> None:
     """Film one shot, or several one after another; the suffix gives the format, mp4 or gif.
 
-    Every frame shows the solver's exact positions at its time. ``progress`` is called with the
-    number of frames drawn since its last call. Raises RenderError for what cannot be filmed, and
-    OSError if the file cannot be written. If anything ends it early, it leaves no file.
+    ``progress`` is called with the number of frames drawn since its last call. Raises RenderError
+    for what cannot be filmed, and OSError if the file cannot be written, and leaves no file then.
     """
     path = Path(path)
-    if path.suffix.lower() not in FORMATS:
+    form = path.suffix.lower()
+    if form not in FORMATS:
         raise RenderError(f"{path}: a film's name must end in one of {', '.join(FORMATS)}")
-    if path.suffix.lower() == ".gif" and settings.fps > FASTEST_GIF:
+    if form == ".gif" and settings.fps > FASTEST_GIF:
         raise RenderError(f"fps = {settings.fps:g}: a gif can have {FASTEST_GIF:g} at most")
     shows = [_show(one) for one in (what if isinstance(what, Sequence) else [what])]
     if not shows:
         raise RenderError(f"{path}: there is no shot to film")
     frames = (frame for show in shows for frame in _frames(show, settings, progress))
     with written(path) as part:
-        if path.suffix.lower() == ".gif":
+        if form == ".gif":
             samples = (frame for show in shows for frame in settings.stage(show).samples())
             write_gif(part, timed(frames, settings.fps), samples)
         else:

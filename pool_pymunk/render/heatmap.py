@@ -5,22 +5,18 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from pool_pymunk.model import Point
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.studies.stability.extremes import EXTREMES
 from pool_pymunk.studies.stability.suite import Cell, columns
 from pool_pymunk.studies.stability.table import notes
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from pool_pymunk.model import Point
 
 # Blue against yellow to brown can be distinguished by the colour-blind, and in grey by lightness.
 FAINT, EDGE = "#555555", "#bbbbbb"
@@ -65,13 +61,14 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
         axes.text(0.15, top + 0.21, extreme.name, fontsize=10.5, weight="bold", va="center")
         axes.text(0.15, top + 0.42, extreme.about, fontsize=8, color=FAINT, va="center")
         for column, solver in enumerate(used):
-            _verdict(axes, found.get((extreme.name, solver)), LABEL + WIDE * column, top)
+            color, text = _verdict(found.get((extreme.name, solver)))
+            _box(axes, (LABEL + WIDE * column, top), WIDE, color, text)
         exact = found.get((extreme.name, in_steps))
         for column, dt in enumerate(steps):
             distance = exact.distance(dt) if exact else None
             text = "" if distance is None else f"{distance:.0e}" if distance > 0.0 else "0"
             color = NOT_RUN if distance is None else "#ffffff"
-            _box(axes, (beside + NARROW * column, top), NARROW, color, text, ha="center")
+            _box(axes, (beside + NARROW * column, top), NARROW, color, text)
     _legend(axes, foot)
     axes.text(LABEL, foot + 0.55, "\n".join(reasons), fontsize=9, color=FAINT, va="top")
     save_figure(figure, path, 120)
@@ -94,36 +91,33 @@ def _headings(axes: Axes, used: Mapping[str, Sequence[float]], in_steps: str) ->
         about = "exact, no step" if find_solver(solver).is_reference else about
         axes.text(left, HEAD - 0.34, solver, fontsize=11, weight="bold", va="bottom")
         axes.text(left, HEAD - 0.12, about, fontsize=9, color=FAINT, va="bottom")
-    left = LABEL + WIDE * len(used) + GAP + 0.05
     if in_steps in used:
+        left = LABEL + WIDE * len(used) + GAP + 0.05
         text = f"{in_steps}: largest distance from\nthe reference run (m), before chaos"
         axes.text(left, HEAD - 0.38, text, fontsize=9, color=FAINT, va="bottom")
-    for column, dt in enumerate(used.get(in_steps, [])):
-        axes.text(left + NARROW * column, HEAD - 0.12, step_text(dt), fontsize=10, va="bottom")
+        for column, dt in enumerate(used[in_steps]):
+            axes.text(left + NARROW * column, HEAD - 0.12, step_text(dt), fontsize=10, va="bottom")
 
 
-def _verdict(axes: Axes, cell: Cell | None, left: float, top: float) -> None:
-    color, text = NOT_RUN, cell.left_out if cell is not None else ""
-    if cell is not None and cell.run:
-        text, severity = str(cell), cell.worst.severity if cell.worst else -1.0
-        degrees = (color for most, color, _ in DEGREES if 0.0 <= min(severity, 1.0) <= most)
-        color = next(degrees, HOLDS)
-    lines = textwrap.wrap(text, 38)[:3]
-    size = 10 if text.startswith("holds") and len(lines) == 1 else 8
-    _box(axes, (left, top), WIDE, color, "\n".join(lines), fontsize=size)
+def _verdict(cell: Cell | None) -> tuple[str, str]:
+    """Return the colour of a cell, and what it says."""
+    if cell is None or not cell.run:
+        color, text = NOT_RUN, cell.left_out if cell is not None else ""
+    else:
+        text, severity = str(cell), min(cell.worst.severity, 1.0) if cell.worst else -1.0
+        color = next((color for most, color, _ in DEGREES if 0.0 <= severity <= most), HOLDS)
+    return color, "\n".join(textwrap.wrap(text, 38)[:3])
 
 
-def _box(
-    axes: Axes, corner: Point, width: float, color: str, text: str, ha: str = "left", **looks: Any
-) -> None:
-    """Draw a box with text in it."""
-    (left, top), middle = corner, corner[1] + HEIGHT / 2
-    box = Rectangle((left + 0.02, top + 0.02), width - 0.04, HEIGHT - 0.04, facecolor=color)
-    box.set(edgecolor=EDGE, linewidth=0.6)
-    axes.add_patch(box)
-    x = left + (0.08 if ha == "left" else width / 2)
-    ink = "#ffffff" if color == DEGREES[-1][1] else "#222222"
-    axes.text(x, middle, text, va="center", ha=ha, color=ink, **({"fontsize": 9} | looks))
+def _box(axes: Axes, at: Point, width: float, color: str, text: str) -> None:
+    """Draw a box with text in it: at the left, or in the middle of a narrow one."""
+    left, top = at
+    size, ink = (width - 0.04, HEIGHT - 0.04), "#ffffff" if color == DEGREES[-1][1] else "#222222"
+    axes.add_patch(Rectangle((left + 0.02, top + 0.02), *size, fc=color, ec=EDGE, lw=0.6))
+    x, ha, letter = left + 0.08, "left", 10 if text.startswith("holds") and "\n" not in text else 8
+    if width == NARROW:
+        x, ha, letter = left + width / 2, "center", 9
+    axes.text(x, top + HEIGHT / 2, text, ha=ha, va="center", fontsize=letter, color=ink)
 
 
 def _legend(axes: Axes, top: float) -> None:

@@ -10,16 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pool_pymunk.model import Scene
-from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.balls import (
-    discs,
-    draw_arrows,
-    draw_balls,
-    draw_ghosts,
-    draw_rings,
-    track_of,
-    tracks,
-)
+from pool_pymunk.render import balls
+from pool_pymunk.render.balls import discs, track_of
 from pool_pymunk.render.sheet import draw_caption, draw_sheet, draw_tray, picture_layout
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.render.view import Show, View
@@ -40,28 +32,20 @@ def picture(
     caption: str | None = None,
     style: Style = PRINT,
 ) -> None:
-    """Draw a run's ``start`` or ``end``, or a scene as it is set up; the suffix gives the format.
+    """Draw a run's ``start`` or ``end``, or a scene, into a file (.png, .svg or .pdf).
 
-    The start has an arrow at every ball that moves. The end has the balls' tracks, which fade
-    towards rings where the balls started, and says the duration in its caption. A Show of two runs
-    compares them, with their distances in a plot below. PNG, SVG and PDF are known. ``dpi`` matters
-    for PNG (10 in wide: 2000 pixels at 200 dpi). ``caption`` replaces the line that names scenario,
-    shot, solver and time step. Raises RenderError for what cannot be drawn, and OSError if the file
-    cannot be written.
+    The start has an arrow at every ball that moves, and the end the balls' tracks and its time. A
+    Show of two runs compares them, with their distances in a plot below. ``dpi`` matters for PNG
+    (10 in wide). ``caption`` replaces the line that names scenario, shot, solver and time step.
+    Raises RenderError for what cannot be drawn, and OSError if the file cannot be written.
     """
-    check_name(path)
     save_figure(figure_of(what, when, caption=caption, style=style), path, dpi)
-
-
-def check_name(path: Path | str) -> None:
-    """Raise RenderError for a name that says no format of pictures."""
-    if Path(path).suffix.lower() not in FORMATS:
-        raise RenderError(f"{path}: a picture's name must end in one of {', '.join(FORMATS)}")
 
 
 def save_figure(figure: Figure, path: Path | str, dpi: float = 200.0) -> None:
     """Write a figure to a file, whole or not at all; the suffix says the format."""
-    check_name(path)
+    if Path(path).suffix.lower() not in FORMATS:
+        raise RenderError(f"{path}: a picture's name must end in one of {', '.join(FORMATS)}")
     with whole(Path(path)) as part:
         figure.savefig(part, dpi=dpi)
 
@@ -74,10 +58,8 @@ def figure_of(
     style: Style = PRINT,
 ) -> Figure:
     """Draw what :func:`picture` saves."""
-    runs = (
-        (what,) if isinstance(what, Run) else (as_set_up(what),) if isinstance(what, Scene) else ()
-    )
-    show = what if isinstance(what, Show) else Show(runs)
+    run = as_set_up(what) if isinstance(what, Scene) else what
+    show = run if isinstance(run, Show) else Show((run,))
     out = show.tray if when == "end" else show.before
     layout = picture_layout(show, tray=bool(out))
     sheet = draw_sheet(show, layout, style, (0.0, show.duration))
@@ -108,28 +90,25 @@ def as_set_up(scene: Scene) -> Run:
 def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, solid: bool) -> None:
     """Draw the balls of one run: solid, with tracks or arrows, or as ghosts."""
     (before, now), (velocity, _) = run.at([0.0, 0.0 if when == "start" else run.duration])
-    balls = discs(run.scene, now, view)
+    shown = discs(run.scene, now, view)
     gone = run.off if when == "end" else run.off - run.pocketed.keys()
-    there = [ball for ball in balls if ball.label not in gone]
+    there = [disc for disc in shown if disc.label not in gone]
     if when == "end":
         if solid:
             starts = zip(discs(run.scene, before, view), run.knots, strict=True)
-            draw_rings(axes, [ball for ball, breakpoints in starts if breakpoints[:, 3:5].any()])
+            balls.draw_rings(
+                axes, [disc for disc, breakpoints in starts if breakpoints[:, 3:5].any()]
+            )
         ground = style.plane if run.scene.table is None else style.cloth
-        paths = [_path(run, i, view) for i in range(len(balls))]
-        axes.add_collection(tracks(paths, balls, ground, solid=solid), autolim=False)
+        paths = []
+        for i, disc in enumerate(shown):  # Paths end at the rim of a pocket that takes the ball.
+            end = [] if disc.label in run.pocketed else [run.end.position[i]]
+            paths.append(view.places(np.vstack([track_of(run, i)[:, 1:3], *end])))
+        axes.add_collection(balls.tracks(paths, shown, ground, solid=solid), autolim=False)
     if not solid:
-        draw_ghosts(axes, there, style)
+        balls.draw_ghosts(axes, there, style)
         return
     if there:
-        draw_balls(axes, there, style)
+        balls.draw_balls(axes, there, style)
     if when == "start":
-        draw_arrows(axes, balls, velocity, view.scale, style)
-
-
-def _path(run: Run, i: int, view: View) -> Array:
-    """Return the track of ball ``i`` on the canvas, up to the rim of a pocket that takes it."""
-    places = track_of(run, i)[:, 1:3]
-    if run.scene.balls[i].id not in run.pocketed:
-        places = np.concatenate([places, [run.end.position[i]]])
-    return view.scale * places + (view.x, view.y)
+        balls.draw_arrows(axes, shown, velocity, view.scale, style)

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.canvas import POINTS_PER_INCH, dress
+from pool_pymunk.render.canvas import dress
 from pool_pymunk.render.style import LOOK, PRINT, Style, ball_colors
-from pool_pymunk.render.view import Box, Show
+from pool_pymunk.render.view import Show
 from pool_pymunk.results.run import Run
 
 SAMPLES = 1500
@@ -22,23 +22,11 @@ HEADROOM = 1.08  # of the largest value shown
 
 
 def plot_distances(
-    figure: Figure,
-    room: Box,
-    runs: tuple[Run, Run],
-    times: tuple[float, float],
-    style: Style,
-    letter: float,
-) -> Axes:
-    """Plot the distances between two ``times`` (s) into the ``room`` (points), ball by ball.
-
-    Letters have ``letter`` points, and many lines are thin.
-    """
-    scene = runs[0].scene
-    width, height = figure.get_size_inches() * POINTS_PER_INCH
-    axes = figure.add_axes(
-        (room.x0 / width, room.y0 / height, room.width / width, room.height / height)
-    )
-    t = np.linspace(*times, SAMPLES)
+    axes: Axes, show: Show, times: tuple[float, float], style: Style, letter: float, *, key: bool
+) -> None:
+    """Plot the distances of two runs at ``times`` (s), ball by ball, with or without a ``key``."""
+    runs = show.runs
+    scene, t = runs[0].scene, np.linspace(*times, SAMPLES)
     gap = (runs[0].at(t)[0] - runs[1].at(t)[0]) / scene.units.to_si(1.0, "length")
     apart = np.hypot(gap[..., 0], gap[..., 1])
     moved = np.flatnonzero((apart > 0.0).any(axis=0))
@@ -47,19 +35,23 @@ def plot_distances(
     for k in moved:
         color, id_ = ball_colors(scene)[k], scene.balls[k].id
         axes.plot(t, apart[:, k], color=color, label=id_, linewidth=wide, path_effects=edge)
-    _scale(axes, apart, letter)
+    shown = apart[np.isfinite(apart) & (apart > 0.0)]
+    if shown.size:  # The axis is logarithmic if the distances span a wide range.
+        high = float(shown.max())
+        low = max(float(shown.min()), LOOK.decades * high)
+        wide_range = high / low > LOOK.wide_range
+        axes.set_yscale("log" if wide_range else "linear")
+        axes.set_ylim((low, 2.0 * high) if wide_range else (0.0, 1.1 * high))
+    else:
+        same = "the same in both, to the last digit"
+        axes.text(0.5, 0.5, same, ha="center", transform=axes.transAxes, fontsize=letter)
     axes.set_xlim(t[0], max(t[-1], t[0] + 1e-9))
     axes.set(xlabel="time (s)", ylabel=f"apart ({scene.units.length})")
     axes.grid(visible=True, color=style.faint, alpha=0.25, linewidth=0.06 * letter)
     axes.tick_params(width=0.06 * letter, which="both")
     axes.spines[:].set_linewidth(0.08 * letter)
     dress(axes, style, letter)
-    return axes
-
-
-def draw_key(axes: Axes, style: Style, letter: float) -> None:
-    """Say to the right of the plot which colour is which ball, in columns."""
-    if axes.lines:
+    if key and axes.lines:
         axes.legend(
             loc="upper left", bbox_to_anchor=(1.0, 1.08), ncols=-(-len(axes.lines) // KEY_ROWS),
             fontsize=0.85 * letter, labelcolor=style.ink, frameon=False, borderpad=0.2,
@@ -67,27 +59,8 @@ def draw_key(axes: Axes, style: Style, letter: float) -> None:
         )  # fmt: skip
 
 
-def _scale(axes: Axes, apart: Array, letter: float) -> None:
-    """Make the axis logarithmic if the distances span a wide range; else it begins at zero."""
-    shown = apart[np.isfinite(apart) & (apart > 0.0)]
-    if not shown.size:
-        same = "the same in both, to the last digit"
-        axes.text(0.5, 0.5, same, ha="center", transform=axes.transAxes, fontsize=letter)
-        return
-    high = float(shown.max())
-    low = max(float(shown.min()), LOOK.decades * high)
-    if high / low > LOOK.wide_range:
-        axes.set_yscale("log", nonpositive="clip")
-        axes.set_ylim(low, 2.0 * high)
-    else:
-        axes.set_ylim(0.0, 1.1 * high)
-
-
 def energy_figure(run: Run, style: Style = PRINT) -> Figure:
-    """Draw the kinetic energy of all balls, and below it the size of their momentum, against time.
-
-    Faint upright lines in both are contacts.
-    """
+    """Draw the energy of all balls, and below it the size of their momentum, against time."""
     t, *values = energy_and_momentum(run)
     contacts = [event.t for event in run.events if event.is_contact]
     figure = Figure(figsize=(10.0, 6.0), layout="constrained", facecolor=style.page)
@@ -99,30 +72,25 @@ def energy_figure(run: Run, style: Style = PRINT) -> Figure:
             contacts, 0.0, 1.0, transform=axes.get_xaxis_transform(), color=style.faint,
             alpha=0.35, linewidth=0.8, zorder=0,
         )  # fmt: skip
-        axes.set_xlim(0.0, max(float(t[-1]), 1e-9))
-        axes.set_ylim(0.0, HEADROOM * float(curve.max()) or 1.0)
-        axes.set_ylabel(name)
+        top = HEADROOM * float(curve.max()) or 1.0
+        axes.set(xlim=(0.0, max(float(t[-1]), 1e-9)), ylim=(0.0, top), ylabel=name)
         axes.locator_params(axis="y", nbins=5)
         axes.grid(axis="y", color=style.faint, alpha=0.25, linewidth=0.6)
+        dress(axes, style)
     plots[0].set_title(Show((run,)).caption(""), loc="left", fontsize=11, color=style.ink, pad=10.0)
     plots[1].set_xlabel("time (s); the upright lines are contacts")
-    for axes in plots:
-        dress(axes, style)
     figure.align_ylabels()
     return figure
 
 
 def energy_and_momentum(run: Run) -> tuple[Array, Array, Array]:
-    """Return times (s), and the energy (J) and size of momentum (kg m/s) of all balls, each (T,).
-
-    Every breakpoint comes twice: just before it, and when it has happened.
-    """
+    """Return times (s), and energy (J) and size of momentum (kg m/s) of all balls, each (T,)."""
     breaks = np.concatenate([breakpoints[:, 0] for breakpoints in run.knots])
     even = np.linspace(0.0, run.duration, SAMPLES)
+    # Every breakpoint comes twice: just before it, and when it has happened.
     t = np.unique(np.concatenate([even, breaks, np.nextafter(breaks, -np.inf)]))
     t = t[(t >= 0.0) & (t <= run.duration)]
     mass = np.array([ball.mass for ball in run.scene.balls])
     _, velocity = run.at(t)
     energy = 0.5 * (velocity**2).sum(axis=2) @ mass
-    momentum = np.einsum("tnk,n->tk", velocity, mass)
-    return t, energy, np.hypot(momentum[:, 0], momentum[:, 1])
+    return t, energy, np.hypot(*np.einsum("tnk,n->kt", velocity, mass))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,9 +17,7 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import dress
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.render.style import PRINT, Style
-
-if TYPE_CHECKING:
-    from pool_pymunk.studies.fit import Fit
+from pool_pymunk.studies.fit import Fit
 
 Mask = NDArray[np.bool_]
 
@@ -34,23 +32,18 @@ NARROW = 20  # dots on a line, from which on they are faint
 
 
 def residuals_picture(found: Fit, path: Path, *, dpi: float = 150.0, style: Style = PRINT) -> None:
-    """Draw the distances of all places, before and after the fit, and where they lie off after it.
-
-    Places that the fit did not touch and that are where they should be are not drawn. The suffix of
-    ``path`` gives the format (png, svg, pdf).
-    """
+    """Draw the distances of places before and after the fit, and where they lie off after it."""
     shown = np.maximum(_length(found.residuals), _length(found.residuals_before)) > SHARP
     lines = _lines(found, np.flatnonzero(shown).tolist())
-    figure = Figure((12.0, max(4.6, 1.6 + 0.24 * len(lines))), facecolor=style.page)
-    figure.set_layout_engine("constrained")
+    size = (12.0, max(4.6, 1.6 + 0.24 * len(lines)))
+    figure = Figure(size, facecolor=style.page, layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     _draw_distances(left, found, lines, style)
     _draw_frame(right, found, shown & found.used, style)
-    numbers = ", ".join(
-        f"{name} = {found.written(name)}" for name in [*found.values][:MOST_NUMBERS]
-    )
-    if len(found.values) > MOST_NUMBERS:
-        numbers += f" and {len(found.values) - MOST_NUMBERS} more"
+    names = [*found.values]
+    numbers = ", ".join(f"{name} = {found.written(name)}" for name in names[:MOST_NUMBERS])
+    if len(names) > MOST_NUMBERS:
+        numbers += f" and {len(names) - MOST_NUMBERS} more"
     hidden = int((~shown).sum())
     beside = f" ({hidden} of them are exact and not drawn)" if hidden else ""
     figure.suptitle(
@@ -63,26 +56,24 @@ def residuals_picture(found: Fit, path: Path, *, dpi: float = 150.0, style: Styl
 def _lines(found: Fit, places: list[int]) -> dict[str, list[int]]:
     """Return the places on each line: a line for each ball of a shot, or for each shot."""
     shots = [shot.name for shot in found.scene.shots] or ["as set up"]
-    by_ball: dict[str, list[int]] = {}
-    by_shot: dict[str, list[int]] = {}
+    by_ball, by_shot = defaultdict(list), defaultdict(list)
     for m in places:
         one = found.measured[m]
-        shot = shots[one.shot - 1]
-        by_ball.setdefault(f"{shot}, {one.ball}", []).append(m)
-        by_shot.setdefault(shot, []).append(m)
+        by_shot[shots[one.shot - 1]].append(m)
+        by_ball[f"{shots[one.shot - 1]}, {one.ball}"].append(m)
     return by_ball if len(by_ball) <= MOST_LINES else by_shot
 
 
-def _sigma(found: Fit) -> float:
-    """Return the error of a coordinate (m), or what stands for it where it is not known."""
+def _scales(found: Fit) -> tuple[float, float]:
+    """Return a metre in the scene's unit, and the error of a coordinate (m) or its stand-in."""
     known = [found.sigma, found.rms / math.sqrt(2.0), SHARP]
-    return next(sigma for sigma in known if math.isfinite(sigma) and sigma > 0.0)
+    sigma = next(sigma for sigma in known if math.isfinite(sigma) and sigma > 0.0)
+    return found.scene.units.from_si(1.0, "length"), sigma
 
 
 def _draw_distances(axes: Axes, found: Fit, lines: dict[str, list[int]], style: Style) -> None:
     """Draw distances on a logarithmic axis: rings before the fit, dots after it."""
-    unit = found.scene.units.from_si(1.0, "length")
-    sigma = _sigma(found)
+    unit, sigma = _scales(found)
     before, after = (
         np.maximum(_length(each), max(NEAREST * sigma, SHARP)) * unit
         for each in (found.residuals_before, found.residuals)
@@ -91,18 +82,14 @@ def _draw_distances(axes: Axes, found: Fit, lines: dict[str, list[int]], style: 
     every = np.array(list(line_of), dtype=int)
     used = found.used[every]
     strength = 0.35 if len(every) > NARROW * len(lines) else 1.0
-    for values, chosen, color, label in (
-        (before, every, BEFORE, "the scenario's own numbers"),
-        (after, every[used], AFTER, "fitted"),
-        (after, every[~used], OUT, "left out"),
+    ring, dot = {"mfc": "none", "ms": 5.5, "mew": 1.0}, {"ms": 4.0, "mew": 0.0}
+    for values, chosen, color, label, looks in (
+        (before, every, BEFORE, "the scenario's own numbers", ring),
+        (after, every[used], AFTER, "fitted", dot | {"mfc": AFTER}),
+        (after, every[~used], OUT, "left out" if not used.all() else None, dot | {"mfc": OUT}),
     ):
         ys = [line_of[m] for m in chosen]
-        is_ring = color == BEFORE
-        axes.plot(
-            values[chosen], ys, "o", alpha=strength, mec=color, mfc="none" if is_ring else color,
-            ms=5.5 if is_ring else 4.0, mew=float(is_ring),
-            label=label if len(chosen) or color != OUT else None,
-        )  # fmt: skip
+        axes.plot(values[chosen], ys, "o", alpha=strength, mec=color, label=label, **looks)
     axes.axvspan(0.0, 2.0 * sigma * unit, color="#f0e442", alpha=0.25, linewidth=0)
     axes.set_xscale("log")
     axes.set_yticks(range(len(lines)), list(lines), parse_math=False)
@@ -116,12 +103,12 @@ def _draw_distances(axes: Axes, found: Fit, lines: dict[str, list[int]], style: 
 
 def _draw_frame(axes: Axes, found: Fit, drawn: Mask, style: Style) -> None:
     """Draw the residuals in a frame of some sigma; what lies beyond is drawn at its edge."""
-    unit = found.scene.units.from_si(1.0, "length")
-    sigma = _sigma(found) * unit
-    off = found.residuals[drawn] * unit
+    unit, sigma = _scales(found)
+    sigma *= unit
+    off, edge = found.residuals[drawn] * unit, FRAME * sigma
     farthest = np.abs(off).max(axis=1, keepdims=True, initial=SHARP * unit)
-    shown = off * np.minimum(0.97 * FRAME * sigma / farthest, 1.0)
-    beyond = farthest[:, 0] > FRAME * sigma
+    shown = off * np.minimum(0.97 * edge / farthest, 1.0)
+    beyond = farthest[:, 0] > edge
     halo = [withStroke(linewidth=2, foreground=style.page)]
     for sigmas in (1.0, 2.0):
         circle = Circle((0.0, 0.0), sigmas * sigma, fill=False, color=style.faint, lw=0.8)
@@ -133,12 +120,9 @@ def _draw_frame(axes: Axes, found: Fit, drawn: Mask, style: Style) -> None:
     strength = 0.35 if len(off) > 10 * NARROW else 0.9
     axes.plot(*shown[~beyond].T, "o", color=AFTER, ms=4.0, mew=0, alpha=strength)
     axes.plot(*shown[beyond].T, "D", color=OUT, ms=5.0, mew=0)
-    count = int(beyond.sum())
-    words = f"; {count} beyond the frame (at its edge)" if count else ""
-    length, limit = found.scene.units.length, FRAME * sigma
-    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
-    axes.set_xlabel(f"measured less fitted x ({length}){words}")
-    axes.set_ylabel(f"measured less fitted y ({length})")
+    words = f"; {beyond.sum()} beyond the frame (at its edge)" if beyond.any() else ""
+    x, y = (f"measured less fitted {k} ({found.scene.units.length})" for k in "xy")
+    axes.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal", xlabel=x + words, ylabel=y)
     for line in (axes.axhline, axes.axvline):
         line(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
     dress(axes, style)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -14,27 +14,18 @@ from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.font_manager import FontProperties, findfont
+from matplotlib.transforms import Bbox
 from PIL import Image, ImageDraw, ImageFont
 
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.balls import (
-    DrawnBall,
-    Labels,
-    discs,
-    draw_arrows,
-    draw_bodies,
-    draw_ghosts,
-    draw_label,
-    half_size,
-    track_of,
-    track_width,
-)
-from pool_pymunk.render.canvas import Pixels, Sprite, canvas, glow, mix, pixels, sprites
+from pool_pymunk.render import balls
+from pool_pymunk.render.balls import DrawnBall, Labels, discs, half_size, track_of
+from pool_pymunk.render.canvas import Pixels, Sprite, canvas, glow, mixed, pixels, sprites
 from pool_pymunk.render.sheet import Layout, draw_caption, draw_sheet, draw_tray, film_layout
 from pool_pymunk.render.style import LOOK, Style, halo_color
 from pool_pymunk.render.tracks import LIFE, Ground, Track
-from pool_pymunk.render.view import Box, Show, View, contact_places
+from pool_pymunk.render.view import Show, View, contact_places
 from pool_pymunk.results.run import Run
 
 Draw = Callable[[Axes, Sequence[DrawnBall], Style], None]
@@ -48,64 +39,71 @@ class Cast:
     def __init__(self, run: Run, view: View, style: Style, slow: float, *, solid: bool) -> None:
         self.run, self.view, self.solid, self.slow = run, view, solid, slow
         self.light = _rgb(style.flash)
-        start = run.at([0.0])[0][0]
-        self.discs = discs(run.scene, start, view)
-        anywhere = tuple(disc._replace(x=0.0, y=0.0) for disc in self.discs)
-        self.sprites = _balls(anywhere, style, draw_bodies if solid else draw_ghosts)
+        self.discs = discs(run.scene, run.at([0.0])[0][0], view)
+        # This is how far from its centre anything of a ball is drawn, except a label beside.
+        extent = max(1.35 * disc.radius + 2.0 for disc in self.discs)
+        self.sprites = _sprites(
+            self.discs, extent, balls.draw_bodies if solid else balls.draw_ghosts, style
+        )
         self.labels = Labels(self.discs if solid else ())
-        self.names = _names(tuple(self.labels.balls), style)
+        named = self.labels.balls
+        extent = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in named), default=0.0)
+        self.names = _sprites(named, extent, balls.draw_labels, style)
         self.tracks = [self._track(i) for i in range(len(self.discs))]
-        self.flashes = Flashes(run, view) if solid else None
+        flashes = contact_places(run) if solid else ()
+        self.flashes = [(t, view.place(at), view.scale * radius) for t, at, radius in flashes]
         self.taken = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
 
     def _track(self, i: int) -> Track:
         """Return a ball's track; a ghost's is thin and has no halo."""
         disc, breakpoints = self.discs[i], track_of(self.run, i)
-        places = self.view.scale * breakpoints[:, 1:3] + (self.view.x, self.view.y)
-        wide = max(1.2 * track_width(len(self.discs)) * disc.radius, 1.5)
-        corners = np.column_stack([breakpoints[:, 0], places])
+        wide = max(1.2 * balls.track_width(len(self.discs)) * disc.radius, 1.5)
+        corners = np.column_stack([breakpoints[:, 0], self.view.places(breakpoints[:, 1:3])])
         width, halo = (wide, _rgb(halo_color(disc.color))) if self.solid else (0.5 * wide, None)
         return Track(corners, width, _rgb(disc.color), TRACK_STRENGTH, halo)
 
     def leave_tracks(self, ground: Ground, t: float, position: Array) -> None:
         """Draw the tracks on the ground up to where the balls are."""
-        places = self.view.scale * position + (self.view.x, self.view.y)
+        places = self.view.places(position)
         for disc, track, place in zip(self.discs, self.tracks, places, strict=True):
             track.extend_to(ground, t, place if t < self.taken.get(disc.label, math.inf) else None)
 
     def appear(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
         """Put the balls on the frame; light around them shines from below and hides nothing."""
-        if self.flashes is not None:
-            self.flashes.appear(frame, t, LOOK.flash / self.slow, self.light)
-            self._halos(frame, position, velocity)
-        seen = [self._place(i, t, at) for i, at in enumerate(position)]
-        places = np.array([self.view.place(place) for place, _ in seen])
+        if self.solid:
+            self._shine(frame, t, position, velocity)
+        seen = [self._place(i, t, at) for i, at in enumerate(position.tolist())]
+        places = self.view.places(np.array([place for place, _ in seen]))
         for sprite, (x, y), (_, strength) in zip(self.sprites, places.tolist(), seen, strict=True):
             sprite.stamp(frame, x, y, strength)
         beside = self.labels.place(places).tolist()
         for i, name, (x, y) in zip(self.labels.of, self.names, beside, strict=True):
             name.stamp(frame, x, y, seen[i][1])
 
-    def _place(self, i: int, t: float, position: Array) -> tuple[Point, float]:
+    def _place(self, i: int, t: float, position: Point) -> tuple[Point, float]:
         """Return where a ball is seen (m), and how clearly: it fades as it falls into a pocket."""
-        id_ = self.discs[i].label
+        id_, (x, y) = self.discs[i].label, position
         if id_ in self.run.off and id_ not in self.taken:
             return (math.nan, math.nan), 0.0
-        x, y = map(float, position)
         if id_ not in self.taken or t < self.taken[id_]:
             return (x, y), 1.0
         age = min((t - self.taken[id_]) * self.slow / LOOK.drop, 1.0)
         x0, y0 = track_of(self.run, i)[-1, 1:3].tolist()  # on the rim
         return (x0 + age * (x - x0), y0 + age * (y - y0)), 1.0 - age
 
-    def _halos(self, frame: Pixels, position: Array, velocity: Array) -> None:
-        """Draw a pale ring around every ball that moves; it fades as the ball comes to rest."""
-        speeds = np.hypot(velocity[:, 0], velocity[:, 1])
-        for i in np.flatnonzero(speeds):
-            radius = self.discs[i].radius
-            strength = min(1.0, speeds[i] * self.view.scale / self.slow / (CLEAR * radius))
-            at = self.view.place((float(position[i, 0]), float(position[i, 1])))
-            glow(frame, at, radius, 0.16 * radius, self.light, 0.5 * float(strength))
+    def _shine(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
+        """Draw flashes where contacts were, and a pale ring around every ball that moves."""
+        for born, at, radius in self.flashes:
+            age = (t - born) * self.slow / LOOK.flash
+            if 0.0 <= age < 1.0:
+                fade = (1.0 - age) ** 2
+                glow(frame, at, 0.0, (0.5 + 0.5 * age) * radius, self.light, 0.9 * fade)
+                glow(frame, at, (0.3 + 1.2 * age) * radius, 0.14 * radius, self.light, 0.8 * fade)
+        speeds, places = np.hypot(*velocity.T).tolist(), self.view.places(position).tolist()
+        for disc, (x, y), speed in zip(self.discs, places, speeds, strict=True):
+            strength = min(1.0, speed * self.view.scale / self.slow / (CLEAR * disc.radius))
+            if speed:
+                glow(frame, (x, y), disc.radius, 0.16 * disc.radius, self.light, 0.5 * strength)
 
 
 class Arrows:
@@ -113,61 +111,29 @@ class Arrows:
 
     def __init__(self, cast: Cast, size: tuple[int, int], style: Style, life: float) -> None:
         figure, axes = canvas(*size)
-        draw_arrows(axes, cast.discs, cast.run.at([0.0])[1][0], cast.view.scale, style)
-        cover = pixels(figure)[..., 3] / 255.0
-        self.rows, self.columns = (_extent(cover.max(axis=axis)) for axis in (1, 0))
-        self.cover, self.color = cover[self.rows, self.columns], _rgb(style.arrow)
+        balls.draw_arrows(axes, cast.discs, cast.run.at([0.0])[1][0], cast.view.scale, style)
+        cover = pixels(figure)[..., 3]
+        left, top, right, bottom = Image.fromarray(cover).getbbox() or (0, 0, 0, 0)
+        self.rows, self.columns = slice(top, bottom), slice(left, right)
+        self.cover, self.color = cover[self.rows, self.columns] / 255.0, _rgb(style.arrow)
         self.life = life
 
     def appear(self, frame: Pixels, t: float) -> None:
         """Put the arrows on the frame, unless they have faded by the time ``t`` (s)."""
         if t < self.life and self.cover.size:
-            mix(frame, self.rows, self.columns, (1.0 - t / self.life) * self.cover, self.color)
-
-
-def _extent(drawn: Array) -> slice:
-    """Return from where to where anything is drawn."""
-    at = np.flatnonzero(drawn)
-    return slice(int(at[0]), int(at[-1]) + 1) if at.size else slice(0)
-
-
-class Flashes:
-    """Flashes light up where contacts happen, and fade at once."""
-
-    def __init__(self, run: Run, view: View) -> None:
-        places = contact_places(run)
-        self.coming = [(t, view.place(at), view.scale * r) for t, at, r in places][::-1]
-        self.lit: list[tuple[float, Point, float]] = []
-
-    def appear(self, frame: Pixels, t: float, life: float, light: Array) -> None:
-        """Draw the flashes that are lit at ``t``, each for ``life`` (s)."""
-        while self.coming and self.coming[-1][0] <= t:
-            self.lit.append(self.coming.pop())
-        self.lit = [flash for flash in self.lit if flash[0] > t - life]
-        for born, at, radius in self.lit:
-            age = (t - born) / life
-            fade = (1.0 - age) ** 2
-            glow(frame, at, 0.0, (0.5 + 0.5 * age) * radius, light, 0.9 * fade)
-            glow(frame, at, (0.3 + 1.2 * age) * radius, 0.14 * radius, light, 0.8 * fade)
+            part, share = frame[self.rows, self.columns], (1.0 - t / self.life) * self.cover
+            part[:] = mixed(part, self.color, share)
 
 
 class Strip:
-    """A strip of the frame is uncovered from left to right, up to ``columns`` at ``times`` (s).
-
-    It is the tray, or the plot in full; an upright line in ``ink`` may show where it has come to.
-    """
+    """A strip is a tray or plot, uncovered from left to right up to ``columns`` at ``times``."""
 
     def __init__(
-        self,
-        full: Pixels,
-        box: Box,
-        times: Sequence[float],
-        columns: Sequence[float],
-        ink: str | None = None,
+        self, full: Pixels, box: Bbox, times: Array, columns: Sequence[float], ink: str = ""
     ) -> None:
         self.rows = slice(max(round(len(full) - box.y1), 0), round(len(full) - box.y0))
         self.full, self.left = full[self.rows], round(box.x0)
-        self.times, self.columns, self.ink = times, columns, ink and _rgb(ink)
+        self.times, self.columns, self.ink = times, columns, _rgb(ink) if ink else None
 
     def appear(self, frame: Pixels, t: float) -> None:
         """Show the strip as far as it is uncovered at ``t`` (s)."""
@@ -183,7 +149,7 @@ def _tray(full: Pixels, show: Show, layout: Layout, slow: float) -> Strip:
     at = {e.balls[0]: e.t + LOOK.drop / slow for e in show.runs[0].events if e.pocket}
     places = [x for x, _ in layout.places(len(show.tray))[1]]
     ends = [0.0, *((a + b) / 2 for a, b in pairwise(places)), layout.width]
-    times = np.repeat([at.get(id_, 0.0) for id_ in show.tray], 2).tolist()
+    times = np.repeat([at.get(id_, 0.0) for id_ in show.tray], 2)
     return Strip(full, layout.tray, times, np.repeat(ends, 2)[1:-1].tolist())
 
 
@@ -221,11 +187,6 @@ class Timing:
         """The number of frames."""
         return math.ceil((self.end - self.start) * self.fps * self.slow - 1e-6) + 1
 
-    def times(self, first: int, last: int) -> Array:
-        """Return the times of the frames from ``first`` to before ``last``."""
-        t = self.start + np.arange(first, last) / (self.fps * self.slow)
-        return np.minimum(t, self.end)
-
 
 class Stage:
     """A stage has all that a film of one shot is drawn from; :meth:`frames` draws its frames."""
@@ -251,8 +212,8 @@ class Stage:
         self.tray = _tray(full, show, layout, slow) if show.tray else None
         self.curves = None
         if sheet.plot is not None and layout.plot is not None:
-            times, box = sheet.plot.get_xlim(), layout.plot
-            self.curves = Strip(full, box, times, (box.x0, box.x1), style.ink)
+            box, times = layout.plot, np.array(sheet.plot.get_xlim())
+            self.curves = Strip(full, box, times, box.intervalx, style.ink)
         self.casts = [
             Cast(run, view, style, slow, solid=run is runs[0])
             for runs, view in zip(show.panels, sheet.views, strict=True)
@@ -263,9 +224,10 @@ class Stage:
 
     def frames(self) -> Iterator[Pixels]:
         """Yield the frames in order, (height, width, 3) of uint8 each; ask for them once only."""
-        for first in range(0, self.timing.frames, self.BLOCK):
-            times = self.timing.times(first, min(first + self.BLOCK, self.timing.frames))
-            yield from self._drawn(times)
+        start, end, fps, slow = astuple(self.timing)
+        times = np.minimum(start + np.arange(self.timing.frames) / (fps * slow), end)
+        for first in range(0, len(times), self.BLOCK):
+            yield from self._drawn(times[first : first + self.BLOCK])
 
     def samples(self) -> Iterator[Pixels]:
         """Yield a few frames that have the film's colours between them; ask for them once only."""
@@ -273,46 +235,34 @@ class Stage:
 
     def _drawn(self, times: Array) -> Iterator[Pixels]:
         moves = [cast.run.at(times) for cast in self.casts]
-        for k, t in enumerate(times):
-            yield self._frame(float(t), [(p[k], v[k]) for p, v in moves])
-
-    def _frame(self, t: float, states: list[tuple[Array, Array]]) -> Pixels:
-        self.ground.fade(t)
-        for cast, (position, _) in zip(self.casts, states, strict=True):
-            cast.leave_tracks(self.ground, t, position)
-        frame = self.ground.seen.copy()
-        for arrows in self.arrows:
-            arrows.appear(frame, t)
-        for cast, (position, velocity) in zip(self.casts, states, strict=True):
-            cast.appear(frame, t, position, velocity)
-        for part in (self.curves, self.tray, self.clock):
-            if part is not None:
-                part.appear(frame, t)
-        return frame
+        for k, t in enumerate(times.tolist()):
+            self.ground.fade(t)
+            for cast, (position, _) in zip(self.casts, moves, strict=True):
+                cast.leave_tracks(self.ground, t, position[k])
+            frame = self.ground.seen.copy()
+            for arrows in self.arrows:
+                arrows.appear(frame, t)
+            for cast, (position, velocity) in zip(self.casts, moves, strict=True):
+                cast.appear(frame, t, position[k], velocity[k])
+            for part in (self.curves, self.tray, self.clock):
+                if part is not None:
+                    part.appear(frame, t)
+            yield frame
 
 
-@lru_cache(maxsize=8)
-def _balls(discs: tuple[DrawnBall, ...], style: Style, draw_them: Draw) -> tuple[Sprite, ...]:
-    """Return the sprites of balls, wherever they are."""
-
-    def draw(axes: Axes, middles: list[Point]) -> None:
-        placed = [d._replace(x=x, y=y) for d, (x, y) in zip(discs, middles, strict=True)]
-        draw_them(axes, placed, style)
-
-    # This is how far from its centre anything of a ball is drawn, except a label beside.
-    return sprites(len(discs), max(1.35 * disc.radius + 2.0 for disc in discs), draw)
+def _sprites(shown: list[DrawnBall], extent: float, draw: Draw, style: Style) -> tuple[Sprite, ...]:
+    """Return the sprites of balls or of their labels, wherever they are."""
+    return _drawn(tuple(disc._replace(x=0.0, y=0.0) for disc in shown), extent, draw, style)
 
 
-@lru_cache(maxsize=8)
-def _names(balls: tuple[DrawnBall, ...], style: Style) -> tuple[Sprite, ...]:
-    """Return the sprites of the labels that stand beside balls."""
+@lru_cache(maxsize=16)
+def _drawn(
+    shown: tuple[DrawnBall, ...], extent: float, draw: Draw, style: Style
+) -> tuple[Sprite, ...]:
+    def draw_all(axes: Axes, middles: list[Point]) -> None:
+        draw(axes, [d._replace(x=x, y=y) for d, (x, y) in zip(shown, middles, strict=True)], style)
 
-    def draw(axes: Axes, middles: list[Point]) -> None:
-        for ball, middle in zip(balls, middles, strict=True):
-            draw_label(axes, ball, middle, style)
-
-    extent = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in balls), default=0.0)
-    return sprites(len(balls), extent, draw) if balls else ()
+    return sprites(len(shown), extent, draw_all) if shown else ()
 
 
 def _rgb(color: str) -> Array:

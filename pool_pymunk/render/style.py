@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 
-from pool_pymunk.model import Ball, Scene
+from pool_pymunk.model import Scene
 
 # This is Okabe and Ito's palette, which can be distinguished with any kind of colour vision.
 # The eighth is black, as players have it.
@@ -24,10 +24,7 @@ SHADES = (("#000000", 0.45), ("#ffffff", 0.55))
 
 
 class Look(NamedTuple):
-    """A look has what pictures, films and the page draw alike; the page gets it as content.
-
-    Times are in seconds of film or on the screen.
-    """
+    """A look has what pictures, films and the page draw alike; times are in s on the screen."""
 
     spot: float = 0.5  # the radius of the white spot, in that of the ball
     stripe: float = 0.62  # half the height of a stripe, in the ball's radius
@@ -75,20 +72,13 @@ SCREEN = Style(page="#15191d", ink="#e8ebee", faint="#8b949c", plane="#4b5860", 
 
 
 def ball_colors(scene: Scene) -> tuple[str, ...]:
-    """Return the scenario's colour of every ball, or one of its own; the cue ball's is white.
-
-    On a table with pockets, balls 1 to 15 have the colours of pool.
-    """
+    """Return every ball's colour: the scenario's, of pool on a table with pockets, or another."""
     places = {ball.id: k for k, ball in enumerate(b for b in scene.balls if not b.cue)}
-
-    def color(ball: Ball) -> str:
-        if ball.color or ball.cue:
-            return ball.color or CUE
-        if scene.pockets and ball.id in POOL_IDS:
-            return POOL[(int(ball.id) - 1) % len(POOL)]
-        return default_color(places[ball.id])
-
-    return tuple(color(ball) for ball in scene.balls)
+    pool = {id_: POOL[(int(id_) - 1) % len(POOL)] for id_ in POOL_IDS if scene.pockets}
+    return tuple(
+        ball.color or (CUE if ball.cue else pool.get(ball.id) or default_color(places[ball.id]))
+        for ball in scene.balls
+    )
 
 
 def striped(scene: Scene) -> tuple[bool, ...]:
@@ -114,10 +104,6 @@ def default_color(place: int) -> str:
 
 
 def halo_color(color: str) -> str:
-    """Return white or black, whichever is farther from a colour: a halo of it sets lines off.
-
-    >>> halo_color("#000080"), halo_color("#ff0000"), halo_color("#ffffff")
-    ('#ffffff', '#ffffff', '#000000')
-    """
+    """Return white or black, whichever is farther from a colour: a halo of it sets lines off."""
     red, green, blue = np.array(to_rgb(color)) ** 2.2
     return "#ffffff" if 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.4 else "#000000"

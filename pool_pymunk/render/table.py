@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Pocket, Point, Table, Units
 from pool_pymunk.render.style import Style
-from pool_pymunk.render.view import CUSHION, RAIL, Box, View
+from pool_pymunk.render.view import CUSHION, RAIL, View
 
 SHARPEST_MITRE = math.radians(60.0)  # A sharper corner of the cushions is drawn round.
 PITCH = 0.16  # of the width; the lines of an open plane are at most so far apart
@@ -21,9 +22,8 @@ PITCH = 0.16  # of the width; the lines of an open plane are at most so far apar
 class Woodwork(NamedTuple):
     """The woodwork is what lies around the cloth: wide strokes along the outline, and sights (m).
 
-    Each of the ``layers`` lies on the one before. It has the name of a colour of the style, how
-    far it reaches to either side of the outline, and how its corners are joined. The ``shades``
-    together are the soft shadow of the cushions on the cloth. ``sight`` is the sights' radius.
+    A layer has the name of a colour of the style, how far it is seen to either side of the outline,
+    and how its corners are joined. All ``shades`` together are the cushions' soft shadow.
     """
 
     outline: Sequence[Point]
@@ -35,8 +35,7 @@ class Woodwork(NamedTuple):
 
 def woodwork(table: Table, pockets: Sequence[Pocket]) -> Woodwork:
     """Return the woodwork of a table. Rails have no sights where pockets are."""
-    x0, y0, x1, y1 = table.bounds
-    short = min(x1 - x0, y1 - y0)
+    short = min(Bbox.from_extents(*table.bounds).size)
     cushion, rail, thin = CUSHION * short, (CUSHION + RAIL) * short, 0.006 * short
     headings = [math.atan2(edge.tangent[1], edge.tangent[0]) for edge in table.edges]
     turns = [b - a for a, b in zip(headings, headings[1:] + headings[:1], strict=True)]
@@ -83,17 +82,12 @@ def draw_pockets(axes: Axes, pockets: Sequence[Pocket], view: View, style: Style
 
 
 def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
-    """Yield points on the rails (m), quarters of the shortest side apart.
-
-    None lie near pockets, or near a corner that sticks out into the table, because the rails have
-    no room for them there.
-    """
-    x0, y0, x1, y1 = table.bounds
-    out = (CUSHION + RAIL / 2) * min(x1 - x0, y1 - y0)
+    """Yield points on the rails (m), quarters of the shortest side apart, where there is room."""
+    out = (CUSHION + RAIL / 2) * min(Bbox.from_extents(*table.bounds).size)
     step = min(edge.length for edge in table.edges) / 4.0
     for k, edge in enumerate(table.edges):
-        low = 2.0 * out if k in table.reflex_corners else 0.0
-        high = 2.0 * out if (k + 1) % len(table.edges) in table.reflex_corners else 0.0
+        low = 2.0 * out * (k in table.reflex_corners)
+        high = 2.0 * out * ((k + 1) % len(table.edges) in table.reflex_corners)
         parts = min(round(edge.length / step), 40)
         for s in (edge.length * part / parts for part in range(1, parts)):
             x = edge.start[0] + s * edge.tangent[0] - out * edge.normal[0]
@@ -103,40 +97,36 @@ def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
                 yield x, y
 
 
-# -- an open plane ---------------------------------------------------------------------------------
-
-
 class Plane(NamedTuple):
-    """An open plane has a grid (m), whose pitch is a round number in the scenario's units.
-
-    A ``bar`` in the lower left corner is as long as the pitch, which ``text`` says.
-    """
+    """An open plane has a grid (m), and a ``bar`` as long as its pitch, which ``text`` says."""
 
     lines: list[tuple[Point, Point]]
     bar: tuple[Point, Point, Point, Point]
     text: str
 
 
-def plane(seen: Box, units: Units) -> Plane:
+def plane(seen: Bbox, units: Units) -> Plane:
     """Return how the part of an open plane that is ``seen`` (m) is drawn."""
     unit = units.to_si(1.0, "length")
     count = round_number(PITCH * seen.width / unit)
     pitch, size = count * unit, 0.015 * (seen.width + seen.height)
-    x0, y0, x1, y1 = seen
-    (left, right), (low, high) = (
-        (math.ceil(a / pitch), math.floor(b / pitch) + 1) for a, b in ((x0, x1), (y0, y1))
+    x0, y0, x1, y1 = map(float, seen.extents)
+    across, up = (
+        [pitch * k for k in range(math.ceil(a / pitch), math.floor(b / pitch) + 1)]
+        for a, b in ((x0, x1), (y0, y1))
     )
-    lines = [((pitch * k, y0), (pitch * k, y1)) for k in range(left, right)]
-    lines += [((x0, pitch * k), (x1, pitch * k)) for k in range(low, high)]
+    lines = [((x, y0), (x, y1)) for x in across] + [((x0, y), (x1, y)) for y in up]
     x, y, top = x0 + size, y0 + size, y0 + 1.3 * size
     bar = ((x, top), (x, y), (x + pitch, y), (x + pitch, top))
     return Plane(lines, bar, f"{count:g} {units.length}")
 
 
-def draw_plane(axes: Axes, room: Box, view: View, units: Units, style: Style) -> None:
+def draw_plane(axes: Axes, room: Bbox, view: View, units: Units, style: Style) -> None:
     """Draw an open plane: a calm sheet with a faint grid, and a bar that shows its pitch."""
-    lines, bar, text = plane(view.seen(room), units)
-    axes.add_artist(Rectangle(room[:2], room.width, room.height, color=style.plane, lw=0, zorder=1))
+    seen = Bbox((room.get_points() - (view.x, view.y)) / view.scale)
+    lines, bar, text = plane(seen, units)
+    sheet = Rectangle((room.x0, room.y0), room.width, room.height)
+    axes.add_artist(sheet).set(color=style.plane, lw=0, zorder=1)
     for paths, color, width, zorder in (
         (lines, style.grid, 0.8, 1.1),
         ([bar], style.ink, 0.2 * view.letter, 1.3),

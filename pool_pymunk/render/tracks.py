@@ -1,7 +1,4 @@
-"""This module draws the tracks that balls leave in films: soft lines that fade with their age.
-
-Positions are in pixels from the lower left corner, as in :mod:`pool_pymunk.render.canvas`.
-"""
+"""This module draws the tracks that balls leave in films: soft lines that fade with their age."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.canvas import Pixels, window
+from pool_pymunk.render.canvas import Pixels, mixed, window
 from pool_pymunk.render.style import LOOK
 
 HALO = 0.2  # the strength of the halo around a track
@@ -26,9 +23,8 @@ Floats = NDArray[np.float32]
 class Ground:
     """The ground is what lies under the balls of a film: the table, and tracks as old as they are.
 
-    ``new`` has all tracks as strong as when they were new, and ``seen`` as strong as they are now.
-    ``life`` (s) is the time in which they fade. A pixel shows the track that has most ``cover``
-    there, the last of equals, and by the ``strength`` of its age.
+    ``new`` has all tracks as when they were new, and ``seen`` as they are after fading for ``life``
+    (s). A pixel shows the track that has most ``cover`` there, by the ``strength`` of its age.
     """
 
     def __init__(self, bare: Pixels, life: float) -> None:
@@ -46,34 +42,21 @@ class Ground:
         fading = np.flatnonzero(strength > FADED)
         strength[fading] = LOOK.oldest + kept * (strength[fading] - LOOK.oldest)
         bare, new, seen = (each.reshape(-1, 3) for each in (self.bare, self.new, self.seen))
-        seen[fading] = _mixed(bare[fading], new[fading], strength[fading])
+        seen[fading] = mixed(bare[fading], new[fading], strength[fading])
 
     def lay(self, part: tuple[slice, slice], cover: Floats, color: Array, t: float) -> None:
-        """Lay a track of the time ``t`` (s) on a part of the ground, where no other covers more.
-
-        ``cover`` (r, c) is its strength when new, and ``color`` (r, c, 3) its colour.
-        """
+        """Lay a track of the time ``t`` (s), (r, c), where no other has more cover."""
         age = max(self.now - t, 0.0)
         fresh = np.float32(LOOK.oldest + (1.0 - LOOK.oldest) * math.exp(-age / self.life))
         on = (cover > 0.0) & (cover >= self.cover[part] - EQUAL)
         bare = self.bare[part][on]
         self.cover[part][on], self.strength[part][on] = cover[on], fresh
-        self.new[part][on] = _mixed(bare, color[on], cover[on])
-        self.seen[part][on] = _mixed(bare, color[on], fresh * cover[on])
-
-
-def _mixed(under: Pixels, over: Pixels | Array, share: Floats) -> Pixels:
-    """Return pixels with a ``share`` of others over them."""
-    change = np.subtract(over, under, dtype=np.float32)
-    return (under + share[..., None] * change + np.float32(0.5)).astype(np.uint8)
+        self.new[part][on] = mixed(bare, color[on], cover[on])
+        self.seen[part][on] = mixed(bare, color[on], fresh * cover[on])
 
 
 class Track:
-    """A track is the soft line a ball leaves behind, drawn piece by piece.
-
-    ``corners`` (K, 3) are the times and places (pixels) where its straight path bends. A ``halo``
-    is a colour that shines out under the line.
-    """
+    """A track is the soft line a ball leaves; its corners (K, 3) are times and places (pixels)."""
 
     def __init__(
         self, corners: Array, width: float, color: Array, strength: float, halo: Array | None = None
@@ -86,10 +69,7 @@ class Track:
         self.passed = 1
 
     def extend_to(self, ground: Ground, t: float, at: Array | None) -> None:
-        """Draw the line on to where the ball is at ``t``; steps too short to see can wait.
-
-        A ball that a pocket has taken is nowhere (None).
-        """
+        """Draw the line on to where the ball is at ``t``, if it is anywhere and has moved."""
         while self.passed < len(self.corners) and self.corners[self.passed, 0] <= t:
             self._piece(ground, self.corners[self.passed, 1:], self.corners[self.passed, 0])
             self.passed += 1
@@ -104,22 +84,15 @@ class Track:
         if here is None or (start == end).all():
             return
         rows, columns, x, y = here
-        distance = _distance(x, y, start, end)
+        (x0, y0), (dx, dy) = start, end - start
+        along = np.clip(((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
+        distance = np.hypot(x - x0 - along * dx, y - y0 - along * dy)
         core = self.strength * _soft(distance / self.width)
         halo = self.glow * _soft(distance / self.outer) * (1.0 - core)
         cover = core + halo
         share = (core / np.maximum(cover, 1e-9))[..., None]
         color = share * self.color + (1.0 - share) * self.halo
         ground.lay((rows, columns), cover.astype(np.float32), color, t)
-
-
-def _distance(x: Array, y: Array, a: Array, b: Array) -> Array:
-    """Return how far pixels are from the straight line between a and b."""
-    along = b - a
-    share = ((x - a[0]) * along[0] + (y - a[1]) * along[1]) / float(along @ along)
-    share = np.clip(share, 0.0, 1.0)
-    distance: Array = np.hypot(x - a[0] - share * along[0], y - a[1] - share * along[1])
-    return distance
 
 
 def _soft(share: Array) -> Array:

@@ -2,8 +2,5 @@
 
 The page keeps where the balls lie, and sends it with every shot; the server keeps nothing. So a
 second tab, a lost connection or a new start of the server harm nobody.
-
-``answers.py`` has what the page can ask for; ``worker.py`` runs it in a process that can be cut;
-``server.py`` turns away whom the table is not for, and puts them together. It needs
-``pip install 'pool-pymunk[play]'``.
+It needs ``pip install 'pool-pymunk[play]'``.
 """

@@ -25,7 +25,6 @@ from pool_pymunk.model.state import NO_ROLLING, read_state
 from pool_pymunk.page.content import content
 from pool_pymunk.page.document import page
 from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.table import round_number
 from pool_pymunk.results.run import Run
@@ -56,9 +55,6 @@ def refusal(status: int, *problems: str) -> Reply:
     return Reply(status, json.dumps({"problems": problems}))
 
 
-# -- questions -----------------------------------------------------------------------------------
-
-
 class _Question(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -73,7 +69,7 @@ class Start(_Question):
 
     @property
     def state(self) -> State:
-        """The state as it was sent: nobody has checked it yet."""
+        """The state as it was sent, unchecked."""
         return State(self.position, self.velocity, self.off, self.rolls)  # type: ignore[arg-type]
 
 
@@ -96,26 +92,19 @@ class Ask(Start):
 
 
 class AskCloud(Ask):
-    """This question asks for many shots with a player's error, as standard deviations.
-
-    The error of the angle is in degrees, that of the speed is a share of the speed.
-    """
+    """This question asks for many shots; the error of the speed is a share of the speed."""
 
     angle_error: float = Field(0.0, ge=0.0, le=180.0)
     speed_error: float = Field(0.0, ge=0.0, le=1.0)
 
 
-# -- answers -------------------------------------------------------------------------------------
+QUESTIONS: dict[str, type[Any]] = {
+    **dict.fromkeys(("shot", "aim", "save", "scenario"), Ask), "place": Placing, "cloud": AskCloud,
+}  # fmt: skip
 
 
 class Answers:
-    """This class answers questions about one scene.
-
-    >>> from pool_pymunk import load
-    >>> answers = Answers(load("two-balls"))
-    >>> print(answers.to("aim", b"[]").text)
-    {"problems": ["question = (left out): should be an object"]}
-    """
+    """This class answers questions about one scene."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -123,9 +112,8 @@ class Answers:
 
     def to(self, name: str, text: bytes) -> Reply:
         """Return the answer to a question of that name."""
-        kind, method = _KINDS[name]
         try:
-            answer: Reply = method(self, kind.model_validate_json(text))
+            answer: Reply = getattr(self, name)(QUESTIONS[name].model_validate_json(text))
             return answer
         except ValidationError as error:
             return refusal(400, *islice(_lines(error), MOST_LINES))
@@ -152,22 +140,17 @@ class Answers:
         if asked.ball not in self.scene.index:
             known = listed(self.scene.index)
             return refusal(400, f"ball = {shown(asked.ball)}: there is no such ball ({known})")
-        number = self.scene.index[asked.ball]
-        balls = placed(self.scene.balls, state)
-        others = {i: ball for i, ball in balls.items() if i != number}
+        scene, balls = self.scene, placed(self.scene.balls, state)
+        others = {i: ball for i, ball in balls.items() if i != scene.index[asked.ball]}
         before, found = (
-            list(place_problems(some, self.scene.table, self.scene.pockets, units=self.scene.units))
+            list(place_problems(some, scene.table, scene.pockets, units=scene.units))
             for some in (others, balls)
         )
         new = [one.message for one in found if one not in before]
         return refusal(400, *new[:MOST_LINES]) if new else _json({})
 
     def scenario(self, asked: Ask) -> Reply:
-        """Return the shot as lines of a scenario file.
-
-        These are the lines of the shot alone where the rest of the scenario is as it was, and else
-        the whole scenario.
-        """
+        """Return the shot as lines of a scenario file, or the whole of it if more has changed."""
         scene, shot = self.scene, self._shot(asked)
         state = scene.state(asked.state)
         rolls = state.roll or ((0.0, 0.0),) * len(scene.balls)
@@ -192,10 +175,12 @@ class Answers:
         places, speeds = np.array(state.position), np.array(state.velocity)
         places[[self.scene.index[id_] for id_ in state.off]] = np.nan
         struck = self.scene.index[asked.ball]
-        strikes = _strikes(asked)
-        rolls = None
-        ends = np.empty((0, *places.shape))
-        spent = 0.0
+        # The errors are the same every time.
+        turn, gain = np.random.default_rng(0).standard_normal((SAMPLES, 2)).T
+        angle = np.radians(asked.angle + asked.angle_error * turn)
+        speed = np.maximum(asked.speed * (1.0 + asked.speed_error * gain), 0.0)
+        strikes = np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
+        rolls, spent, ends = None, 0.0, np.empty((0, *places.shape))
         while len(ends) < SAMPLES and spent < CLOUD_TIME:
             some = strikes[len(ends) : 2 * len(ends) + SOME]
             velocity = np.tile(speeds, (len(some), 1, 1))
@@ -210,10 +195,11 @@ class Answers:
                 )
             spent += batch.wall_time
             ends = np.concatenate([ends, batch.final])
-        spread = [_spread(ends[:, i]) for i in range(len(places))]
+        spread = []
+        for each in ends.swapaxes(0, 1):  # to a hundredth of a millimetre
+            there = each[np.isfinite(each).all(axis=1)]
+            spread.append(there.round(5).tolist() if (there != there[:1]).any() else [])
         return _json({"ends": spread, "samples": len(ends), "compiled": compiled.is_there()})
-
-    # -- runs ------------------------------------------------------------------------------------
 
     def _beside(self, asked: Ask) -> list[Run]:
         """Return the run, and the reference run where that is another one."""
@@ -237,25 +223,6 @@ class Answers:
         return Shot(name, asked.ball, speed=asked.speed, angle=asked.angle, roll=roll)
 
 
-_KINDS: dict[str, tuple[type[Any], Any]] = {
-    "shot": (Ask, Answers.shot),
-    "aim": (Ask, Answers.aim),
-    "save": (Ask, Answers.save),
-    "scenario": (Ask, Answers.scenario),
-    "place": (Placing, Answers.place),
-    "cloud": (AskCloud, Answers.cloud),
-}
-QUESTIONS = tuple(_KINDS)
-
-
-def _strikes(asked: AskCloud) -> Array:
-    """Draw velocities (S, 2) of the struck ball (m/s); they are the same errors every time."""
-    errors = np.random.default_rng(0).standard_normal((SAMPLES, 2))
-    angle = np.radians(asked.angle + asked.angle_error * errors[:, 0])
-    speed = np.maximum(asked.speed * (1.0 + asked.speed_error * errors[:, 1]), 0.0)
-    return np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
-
-
 def _share(ball: str, velocity: Point, roll: Point) -> float:
     """Return a ball's roll as a share of its velocity, as scenario files say it."""
     (vx, vy), (wx, wy) = velocity, roll
@@ -265,14 +232,6 @@ def _share(ball: str, velocity: Point, roll: Point) -> float:
         message = f"ball {shown(ball)} rolls across its velocity, which no scenario file can say"
         raise setting_error("rolls", roll, message)
     return share
-
-
-def _spread(ends: Array) -> list[list[float]]:
-    """Return ends (S, 2) to a hundredth of a millimetre, or none if they are all the same."""
-    there = ends[np.isfinite(ends).all(axis=1)]
-    moves = (there != there[:1]).any()
-    found: list[list[float]] = there.round(5).tolist() if moves else []
-    return found
 
 
 def _json(value: object) -> Reply:
@@ -289,20 +248,17 @@ def _lines(error: ValidationError) -> Iterator[str]:
         yield f"{key} = {value}: {message[:1].lower()}{message[1:]}"
 
 
-# -- the page ------------------------------------------------------------------------------------
-
-
 def live_content(scene: Scene) -> dict[str, Any]:
     """Return what the page shows at first, and what one can choose on it."""
     shot = scene.shots[0] if scene.shots else None
     struck = scene.index[shot.ball] if shot else scene.index[(scene.cue or scene.balls[0]).id]
     vx, vy = scene.start(shot).velocity[struck]
     shown = content([[as_set_up(scene)]])
-    x0, _, x1, _ = shown["seen"]
+    width = shown["seen"][2] - shown["seen"][0]
     # Only the size of a launch counts where a shot goes on from another.
     launches = (one.launch or (one.speed or 0.0, 0.0) for one in scene.shots)
     fastest = max((math.hypot(*launch) for launch in launches), default=0.0)
-    top = HARD_HIT * fastest or math.sqrt(2.0 * scene.deceleration * FULL_DRAG * (x1 - x0)) or 2.0
+    top = HARD_HIT * fastest or math.sqrt(2.0 * scene.deceleration * FULL_DRAG * width) or 2.0
     unit = shown["units"]["speed"][1]
     top = round_number(top / unit) * unit
     return shown | {

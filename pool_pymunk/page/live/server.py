@@ -1,8 +1,6 @@
 """This module is the server of the live table: it listens on this machine only, and keeps nothing.
 
-It reads and guards; two processes answer (:mod:`pool_pymunk.page.live.worker`): one plays shots,
-the other plays clouds, so that a cloud never keeps a shot waiting.
-
+Two processes answer: one plays shots, the other clouds, so that a cloud never keeps a shot waiting.
 Any page in this machine's browser can send requests here, under any name that leads to this
 machine. So the host must be this machine's own name, the origin the table's own page, and every
 request must know the token that was printed.
@@ -55,10 +53,7 @@ HEADERS = {
 
 
 class LiveServer:
-    """A live server has the address of a table, and serves it until Ctrl-C.
-
-    ``port`` 0 is any free one. Raises OSError for a port that cannot be had.
-    """
+    """A live server has the address of a table, and serves it; ``port`` 0 is any free one."""
 
     def __init__(self, scene: Scene, port: int = 0, token: str | None = None) -> None:
         self.scene = scene
@@ -68,8 +63,16 @@ class LiveServer:
         self.port: int = self.socket.getsockname()[1]
         self.token = token or secrets.token_urlsafe(16)
         self.most_bytes = BYTES + BYTES_A_BALL * len(scene.balls)
+        app = Starlette(
+            routes=[
+                Route("/", self._page, methods=["GET"]),
+                Route("/api/{name}", self._question, methods=["POST"]),
+            ],
+            middleware=[Middleware(BaseHTTPMiddleware, dispatch=Guard(self.port, self.token))],
+            exception_handlers={HTTPException: _not_there},
+        )
         config = uvicorn.Config(
-            self._app(), loop="asyncio", http="h11", ws="none", lifespan="off",
+            app, loop="asyncio", http="h11", ws="none", lifespan="off",
             log_level="critical", access_log=False, server_header=False, timeout_keep_alive=60,
             timeout_graceful_shutdown=0, limit_concurrency=MOST_CONNECTIONS,
         )  # fmt: skip
@@ -97,19 +100,6 @@ class LiveServer:
         """Let :meth:`run` come to its end, from another thread."""
         self.server.should_exit = self.server.force_exit = True
 
-    # -- what is asked for -----------------------------------------------------------------------
-
-    def _app(self) -> Starlette:
-        guard = Guard(self.port, self.token)
-        return Starlette(
-            routes=[
-                Route("/", self._page, methods=["GET"]),
-                Route("/api/{name}", self._question, methods=["POST"]),
-            ],
-            middleware=[Middleware(BaseHTTPMiddleware, dispatch=guard)],
-            exception_handlers={HTTPException: _not_there},
-        )
-
     async def _page(self, request: Request) -> Response:
         return HTMLResponse(self.page)
 
@@ -117,27 +107,20 @@ class LiveServer:
         name = request.path_params["name"]
         if name not in QUESTIONS:
             raise HTTPException(404)
-        text = await self._text(request)
-        if isinstance(text, Reply):
-            return respond(text)
-        worker = self.clouds if name == "cloud" else self.shots
-        answer = await to_thread.run_sync(worker.ask, name, text, abandon_on_cancel=True)
-        return respond(answer)
-
-    async def _text(self, request: Request) -> bytes | Reply:
-        """Read a question, of this many bytes and in so long a time at most."""
         text = bytearray()
         try:
             async with asyncio.timeout(ANSWER_TIMEOUT):
                 async for part in request.stream():
                     text += part
                     if len(text) > self.most_bytes:
-                        return refusal(413, f"the question has more than {self.most_bytes} bytes")
+                        why = f"the question has more than {self.most_bytes} bytes"
+                        return respond(refusal(413, why))
         except TimeoutError:
-            return refusal(408, f"the question did not come within {ANSWER_TIMEOUT:g} s")
+            return respond(refusal(408, f"the question did not come within {ANSWER_TIMEOUT:g} s"))
         except ClientDisconnect:
-            return refusal(400, "the question broke off")
-        return bytes(text)
+            return respond(refusal(400, "the question broke off"))
+        ask = (self.clouds if name == "cloud" else self.shots).ask
+        return respond(await to_thread.run_sync(ask, name, bytes(text), abandon_on_cancel=True))
 
 
 async def _not_there(request: Request, error: Exception) -> Response:
@@ -161,9 +144,6 @@ class _Server(uvicorn.Server):
         except KeyboardInterrupt:
             self.handle_exit(signal.SIGINT, None)
         return bool(await super().on_tick(counter))
-
-
-# -- who may ask -----------------------------------------------------------------------------------
 
 
 class Guard:
@@ -196,9 +176,8 @@ class Guard:
         if not hmac.compare_digest((token or "").encode(errors="replace"), self.token):
             why = "the token is wrong or missing"
             return refusal(403, f"{why}: use the address that the program printed")
-        now = time.monotonic()
-        self.tokens = min(self.tokens + RATE * (now - self.counted), BURST)
-        self.counted = now
+        since, self.counted = self.counted, time.monotonic()
+        self.tokens = min(self.tokens + RATE * (self.counted - since), BURST)
         if self.tokens < 1.0:
             return refusal(429, "too many requests at once: wait a second")
         self.tokens -= 1.0

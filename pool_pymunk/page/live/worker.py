@@ -24,26 +24,18 @@ DIED = refusal(500, "the process that plays the shots ended, and was started aga
 
 
 class Worker:
-    """A worker is a process that answers one question after another.
-
-    An answer that takes longer than ``timeout`` (s) is cut off, and the process begins anew. Any
-    thread may ask.
-    """
+    """A worker is a process that answers one question after another, each in ``timeout`` (s)."""
 
     def __init__(self, scene: Scene, timeout: float, compiles: bool = False) -> None:
-        self.scene = scene
-        self.timeout = timeout
-        self.compiles = compiles
-        self.turn = threading.Lock()
-        self.is_over = False
+        self.scene, self.timeout, self.compiles = scene, timeout, compiles
+        self.turn, self.is_over = threading.Lock(), False
         self._begin()
 
     def _begin(self) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, its = context.Pipe()
-        self.process = context.Process(
-            target=work, args=(its, self.scene, self.compiles), daemon=True
-        )
+        given = (its, self.scene, self.compiles)
+        self.process = context.Process(target=work, args=given, daemon=True)
         if hasattr(signal, "pthread_sigmask"):
             resource_tracker.ensure_running()  # If it began below, it would let Ctrl-C through.
         with block_sigint():
@@ -56,25 +48,22 @@ class Worker:
         if not self.turn.acquire(timeout=self.timeout + BEGINNING * (not self.is_ready)):
             return BUSY
         try:
-            return self._ask(name, text)
+            if not self.is_ready:
+                if not self.pipe.poll(BEGINNING):
+                    return BEGINS
+                self.is_ready = self.pipe.recv() == READY
+            self.pipe.send((name, text))
+            if self.pipe.poll(self.timeout):
+                answer: Reply = self.pipe.recv()
+                return answer
+            self._begin_anew()
+            why = f"this takes longer than {self.timeout:g} s, so it was cut"
+            return refusal(400, f"{why}: choose a longer step or a slower shot")
         except (EOFError, OSError):
             self._begin_anew()
             return DIED
         finally:
             self.turn.release()
-
-    def _ask(self, name: str, text: bytes) -> Reply:
-        if not self.is_ready:
-            if not self.pipe.poll(BEGINNING):
-                return BEGINS
-            self.is_ready = self.pipe.recv() == READY
-        self.pipe.send((name, text))
-        if not self.pipe.poll(self.timeout):
-            self._begin_anew()
-            why = "choose a longer step or a slower shot"
-            return refusal(400, f"this takes longer than {self.timeout:g} s, so it was cut: {why}")
-        answer: Reply = self.pipe.recv()
-        return answer
 
     def _begin_anew(self) -> None:
         self._kill()
