@@ -282,7 +282,7 @@ def test_derivatives_through_a_chain_of_shots(
         for ball in BALLS
         for t in (None, 0.3, 0.9)
     ]
-    forecast = Forecast(scene, names, measured)
+    forecast = Forecast(scene, names, measured, None)
     found, warnings = forecast.derivatives(forecast.own)
     assert warnings == ()
     for column in range(len(names)):
@@ -439,7 +439,7 @@ def test_a_number_at_its_bound() -> None:
 def test_a_search_that_stopped_too_early_is_doubted() -> None:
     """From friction 0.15 it goes downhill to 0.1, by more than half a standard error."""
     rows = [Measurement(k, "C", 2.0 + NOISE * (-1.0) ** k, 0.0) for k in range(1, 11)]
-    forecast = Forecast(sliding(0.15, shots=10), ("friction.surface",), rows)
+    forecast = Forecast(sliding(0.15, shots=10), ("friction.surface",), rows, None)
     used = np.ones(10, dtype=bool)
     found = {}
     for mu in (0.15, 2.0 / (2.0 * 9.80665)):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,6 @@ from pool_pymunk.env.games import Game, Tables
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Shot
 from pool_pymunk.model.plain import argument, choice
-from pool_pymunk.results.run import Run
 
 Pixels = NDArray[np.uint8]
 
@@ -36,18 +34,16 @@ def rendered(
     if batch is None or row < 0:
         position = tables.position[k : k + 1]
         batch, row = simulate_many(game.scene, position, np.zeros_like(position)), 0
-    stage = _stage(game, batch.run(row), game.caption(tables, k), whole=mode == "rgb_array_list")
-    frames = list(stage.frames())
-    return frames if mode == "rgb_array_list" else frames[-1]
-
-
-def _stage(game: Game, run: Run, caption: str, *, whole: bool) -> Any:
-    """Return the stage on which a shot is filmed, or its last frame drawn."""
     from pool_pymunk.render import FilmSettings, Show
     from pool_pymunk.render.stage import Stage
 
-    shot = Shot(caption, game.scene.balls[game.cue].id, velocity=(0.0, 0.0))
-    show = Show((replace(run, scene=replace(run.scene, title=game.name), shot=shot, solver=""),))
+    shot = Shot(game.caption(tables, k), game.scene.balls[game.cue].id, velocity=(0.0, 0.0))
+    run = batch.run(row)
+    scene = replace(run.scene, title=game.name)
+    show = Show((replace(run, scene=scene, shot=shot, solver=""),))
     settings = FilmSettings(size=SIZE, fps=FPS)
     timing = settings.timing(show)
-    return Stage(show, SIZE, timing if whole else replace(timing, start=timing.end), settings.style)
+    if mode != "rgb_array_list":
+        timing = replace(timing, start=timing.end)
+    frames = list(Stage(show, SIZE, timing, settings.style).frames())
+    return frames if mode == "rgb_array_list" else frames[-1]

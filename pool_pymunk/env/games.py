@@ -20,12 +20,7 @@ from pool_pymunk.env.layouts import Floats, Hands, Layouts
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.model import Scene
 from pool_pymunk.model.plain import argument, between, choice, size, whole
-from pool_pymunk.model.problems import (
-    listed,
-    setting_error,
-    shown,
-    suggestion,
-)
+from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.model.scenario import load
 from pool_pymunk.results.words import counted
 
@@ -94,10 +89,10 @@ class Game(ABC):
         speed_error: float = 0.0,
     ) -> None:
         argument("layout", layout, choice(LAYOUTS))
+        self._enough = f"{counted(self.least, 'ball')} or more beside the cue ball"
         self.scene = self._scene(scenario, balls)
-        self.fastest = argument(
-            "max_speed", self.max_speed if max_speed is None else max_speed, size
-        )
+        fastest = self.max_speed if max_speed is None else max_speed
+        self.fastest = argument("max_speed", fastest, size)
         self.angle_error = argument("angle_error", angle_error, between(0.0))
         self.speed_error = argument("speed_error", speed_error, between(0.0))
         assert self.scene.cue is not None and self.scene.table is not None
@@ -126,25 +121,16 @@ class Game(ABC):
             "surface friction or a max_time": scene.deceleration > 0.0
             or scene.physics.max_time is not None,
         }
-        for what, is_there in wanted.items():
-            if not is_there:
-                given = repr(scene) if isinstance(scenario, Scene) else str(scenario)
-                raise setting_error("scenario", given, f"{self.name} needs {what}")
+        for what in [what for what, is_there in wanted.items() if not is_there]:
+            given = repr(scene) if isinstance(scenario, Scene) else str(scenario)
+            raise setting_error("scenario", given, f"{self.name} needs {what}")
         count = len(others) if balls is None else argument("balls", balls, whole(1))
         if not self.least <= count <= len(others):
             message = f"must be between {self.least} and {len(others)}"
             raise setting_error("balls", count, message)
-        kept = {ball.id for ball in others[:count]}
-        placed = (
-            replace(ball, velocity=(0.0, 0.0))
-            for ball in scene.balls
-            if ball.cue or ball.id in kept
-        )
-        return replace(scene, balls=tuple(placed), shots=())
-
-    @property
-    def _enough(self) -> str:
-        return f"{counted(self.least, 'ball')} or more beside the cue ball"
+        there = [ball for ball in scene.balls if ball.cue or ball in others[:count]]
+        still = tuple(replace(ball, velocity=(0.0, 0.0)) for ball in there)
+        return replace(scene, balls=still, shots=())
 
     # -- how a game begins -------------------------------------------------------------------------
 
@@ -154,42 +140,36 @@ class Game(ABC):
         ``options`` may have a ``position`` (N, 2) in m, NaN for a ball off the table, and the id of
         the ``called`` ball. Raises SettingError for other options.
         """
-        asked = read_options(options)
+        asked, count = read_options(options), len(hands)
         known = ("position", "called") if self.calls else ("position",)
-        for key in asked:
-            if key not in known:
-                message = f"there is no such option (there are: {', '.join(known)})"
-                raise setting_error("options", key, message + suggestion(key, known))
-        if asked.get("position") is not None:
-            layouts = np.tile(self._read_layout(asked["position"]), (len(hands), 1, 1))
-        elif self.layouts is not None:
+        for key in [key for key in asked if key not in known]:
+            message = f"there is no such option (there are: {', '.join(known)})"
+            raise setting_error("options", key, message + suggestion(key, known))
+        given = asked.get("position")
+        if given is None and self.layouts is not None:
             layouts = self.layouts.draw(hands)
         else:
-            layouts = np.tile(self.spots, (len(hands), 1, 1))
-        points = np.zeros(len(hands), np.int64)
-        tables = Tables(layouts, np.full(len(hands), NOBODY), points)
+            spots = self.spots if given is None else self._read_layout(given)
+            layouts = np.tile(spots, (count, 1, 1))
+        tables = Tables(layouts, np.full(count, NOBODY), np.zeros(count, np.int64))
         return tables._replace(called=self._call(tables, hands, asked.get("called")))
 
     def _read_layout(self, position: Any) -> Floats:
         """Read a layout (N, 2); raises SettingError or SceneError for what cannot be."""
-        balls = self.scene.balls
-        try:
-            found = np.array(position, dtype=float)
-        except (TypeError, ValueError):
-            raise setting_error("position", shown(position), "must be numbers") from None
-        if found.shape != (len(balls), 2):
-            message = f"must have the shape ({len(balls)}, 2)"
+        found = _read_numbers("position", position).copy()
+        if found.shape != self.spots.shape:
+            message = f"must have the shape {self.spots.shape}"
             raise setting_error("position", f"shape {found.shape}", message)
-        off = np.isnan(found).any(axis=-1)
+        off = np.asarray(np.isnan(found).any(axis=-1))
         found[off] = np.nan
         places = np.where(off[:, np.newaxis], self.spots, found)
-        gone = frozenset(ball.id for ball, is_off in zip(balls, off, strict=True) if is_off)
+        gone = frozenset(np.array(list(self.scene.index), dtype=object)[off])
         self.scene.state((places, np.zeros_like(places), gone))
         if off[self.cue]:
             raise setting_error("position", "NaN", "the cue ball must be on the table")
-        if np.count_nonzero(~off) - 1 < self.least:
-            others = counted(int(np.count_nonzero(~off)) - 1, "ball")
-            raise setting_error("position", others, f"{self.name} needs {self._enough}")
+        if (others := int(np.count_nonzero(~off)) - 1) < self.least:
+            message = f"{self.name} needs {self._enough}"
+            raise setting_error("position", counted(others, "ball"), message)
         return found
 
     def _call(self, tables: Tables, hands: Hands, called: Any) -> Ints:
@@ -208,8 +188,8 @@ class Game(ABC):
         velocity = np.zeros_like(tables.position)
         turned = np.radians(angle).tolist()
         # NumPy's own sine and cosine may round otherwise in a long array than in a short one.
-        velocity[:, self.cue, 0] = speed * np.fromiter(map(math.cos, turned), float, len(turned))
-        velocity[:, self.cue, 1] = speed * np.fromiter(map(math.sin, turned), float, len(turned))
+        for axis, turn in enumerate((math.cos, math.sin)):
+            velocity[:, self.cue, axis] = speed * np.array(list(map(turn, turned)))
         batch = simulate_many(self.scene, tables.position, velocity)
         is_lost = ~batch.ended
         rest = batch.final.copy()
@@ -218,16 +198,14 @@ class Game(ABC):
         after = tables._replace(position=rest)
         reward, terminated, info = self._judge(batch, after, is_lost)
         after = after._replace(points=after.points + reward.astype(np.int64))
+        counts = ("hits", "cushions", "first_hit", "status")
         info = {
             "angle": angle,
             "speed": speed,
             "duration": batch.duration,
-            "hits": batch.hits.astype(np.int64),
-            "cushions": batch.cushions.astype(np.int64),
-            "first_hit": batch.first_hit.astype(np.int64),
+            **{key: getattr(batch, key).astype(np.int64) for key in counts},
             "met": batch.met.sum(axis=1),
             "foul": batch.pocketed[:, self.cue] >= 0,
-            "status": batch.status.astype(np.int64),
             **info,
         }
         return Played(batch, after, reward, terminated, info)
@@ -262,11 +240,9 @@ class Game(ABC):
     @property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the least and the largest observation."""
-        count = len(self.scene.balls)
-        flags = count * (2 if self.calls else 1)
-        far = np.tile(self.half_size, count)
-        low, high = np.append(-far, np.zeros(flags)), np.append(far, np.ones(flags))
-        return low.astype(np.float32), high.astype(np.float32)
+        far = np.tile(self.half_size, len(self.scene.balls)).astype(np.float32)
+        flags = np.ones(len(self.scene.balls) * (2 if self.calls else 1), np.float32)
+        return np.append(-far, 0.0 * flags), np.append(far, flags)
 
     def observe(self, tables: Tables) -> NDArray[np.float32]:
         """Return what a learner sees (S, D)."""
@@ -299,12 +275,10 @@ class Carom(Game):
         foul = batch.pocketed[:, self.cue] >= 0
         scores = (batch.met.sum(axis=1) >= 2) & ~foul & ~is_lost
         too_few = np.count_nonzero(~after.off, axis=1) - 1 < self.least
-        info = {"points": after.points + scores}
-        return scores.astype(float), ~scores | too_few, info
+        return scores.astype(float), ~scores | too_few, {"points": after.points + scores}
 
     def caption(self, tables: Tables, k: int) -> str:
-        points = int(tables.points[k])
-        return f"{points} point{'s' * (points != 1)}"
+        return counted(int(tables.points[k]), "point")
 
 
 class Pot(Game):
@@ -357,12 +331,16 @@ def read_actions(actions: Any, shape: tuple[int, ...], many: bool = False) -> Fl
 
     Raises SettingError for another shape.
     """
-    try:
-        found = np.asarray(actions, dtype=float)
-    except (TypeError, ValueError):
-        raise setting_error("action", shown(actions), "must be numbers") from None
+    found = _read_numbers("action", actions)
     wanted = (*found.shape[:1], *shape) if many else shape
     if found.shape != wanted:
         message = f"must have the shape {wanted}: an angle and a speed"
         raise setting_error("action", f"shape {found.shape}", message)
     return found
+
+
+def _read_numbers(key: str, value: Any) -> Floats:
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise setting_error(key, shown(value), "must be numbers") from None

@@ -28,8 +28,7 @@ class Layouts:
     """A scene's layouts are drawn: balls at random places on the table.
 
     One ball after another is tried at places until it touches no cushion, no pocket and no ball
-    before it. Each table draws from its own generator, so its layouts do not depend on what other
-    tables there are.
+    before it. Each table draws from its own generator.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -48,22 +47,16 @@ class Layouts:
         layouts, placed = np.empty((len(hands), *self.size.shape)), np.zeros(len(hands), np.int64)
         waiting = np.arange(len(hands))
         for _ in range(MOST_DRAWN):
-            places = self._places([hands[s] for s in waiting.tolist()])
+            places = np.empty((len(waiting), PLACES, *self.size.shape))
+            for s, own in zip(waiting.tolist(), places, strict=True):
+                hands[s].random(out=own)  # Each place is as likely as any other.
+            places = places * self.size + self.corner
             compiled.alone(place)(self.table, layouts, placed, waiting, places, self.radius)
             waiting = waiting[placed[waiting] < len(self.radius)]
             if not len(waiting):
                 return layouts
         message = "no free places for all balls were found: ask for fewer balls"
         raise setting_error("layout", "random", message)
-
-    def _places(self, hands: Hands) -> Floats:
-        """Return places (S, PLACES, N, 2), in m; each is as likely as any other."""
-        places = np.empty((len(hands), PLACES, *self.size.shape))
-        for hand, own in zip(hands, places, strict=True):
-            hand.random(out=own)
-        places *= self.size
-        places += self.corner
-        return places
 
 
 def place(

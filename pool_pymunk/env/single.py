@@ -92,8 +92,7 @@ class BilliardsEnv(Playing, gymnasium.Env[Observation, Observation]):
     ) -> None:
         self.game = self.plays(scenario, **settings)
         self.render_mode = read_mode(render_mode)
-        low, high = self.game.bounds
-        self.observation_space = Box(low, high, dtype=np.float32)
+        self.observation_space = Box(*self.game.bounds, dtype=np.float32)
         self.action_space = Box(-1.0, 1.0, (2,), np.float32)
         self._shots: Played | None = None
         self._is_over = False
@@ -121,8 +120,7 @@ class BilliardsEnv(Playing, gymnasium.Env[Observation, Observation]):
         if self._is_over:
             raise ResetNeeded("The episode is over: call reset() before the next step.")
         shots = self.game.play(before, read_actions(action, (2,))[np.newaxis], [self.np_random])
-        self._tables, self._shots = shots.tables, shots
-        self._is_over = bool(shots.terminated[0])
+        self._tables, self._shots, self._is_over = shots.tables, shots, bool(shots.terminated[0])
         seen = self.game.observe(shots.tables)[0]
         return seen, float(shots.reward[0]), self._is_over, False, _only(shots.info)
 

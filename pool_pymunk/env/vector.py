@@ -16,14 +16,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pool_pymunk.env.frames import FPS, MODES, read_mode
-from pool_pymunk.env.games import (
-    Carom,
-    Game,
-    Info,
-    Pot,
-    read_actions,
-    read_options,
-)
+from pool_pymunk.env.games import Carom, Game, Info, Pot, read_actions, read_options
 from pool_pymunk.env.single import Playing
 from pool_pymunk.fast import Batch
 from pool_pymunk.model import Scene
@@ -49,7 +42,7 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
     the next step, instead of a shot; under ``SAME_STEP`` at once, and the end of the episode is
     in ``info["final_obs"]`` and ``info["final_info"]``; if ``DISABLED``, by
     ``reset(options={"reset_mask": ...})``. Under ``NEXT_STEP`` episodes of one shot waste every
-    second step. ``max_episode_steps`` cuts episodes off. All other settings are those of
+    second step. ``max_episode_steps`` cuts episodes off. Other settings are as in
     :class:`BilliardsEnv`.
     """
 
@@ -71,17 +64,13 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
         limit = max_episode_steps
         self.most = np.inf if limit is None else argument("max_episode_steps", limit, whole(1))
         self.render_mode = read_mode(render_mode)
-        self.metadata = {
-            "render_modes": list(MODES),
-            "render_fps": FPS,
-            "autoreset_mode": self.mode,
-        }
+        drawn = {"render_modes": list(MODES), "render_fps": FPS}
+        self.metadata = drawn | {"autoreset_mode": self.mode}
         self.single_observation_space = Box(*self.game.bounds, dtype=np.float32)
         self.single_action_space = Box(-1.0, 1.0, (2,), np.float32)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self._hands: list[np.random.Generator] = []
-        self._seeds: list[int] = []
+        self._hands, self._seeds = list[np.random.Generator](), list[int]()
         self._batch: Batch | None = None
         self._played = np.full(self.num_envs, -1)  # the row of a table's last shot in the batch
         self._steps = np.zeros(self.num_envs, np.int64)
@@ -118,9 +107,8 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
         for all of them; ``reset_mask`` (S,) says which tables begin anew.
         """
         asked = read_options(options)
-        rows = self._read_mask(asked.pop("reset_mask", None))
+        rows, infos = self._read_mask(asked.pop("reset_mask", None)), Infos()
         self._draw_hands(_read_seeds(seed, self.num_envs), rows.tolist())
-        infos: Infos = {}
         self._set_up(rows, infos, asked)
         return self.game.observe(self._now), infos
 
@@ -128,9 +116,9 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
         """Return which tables begin anew."""
         if mask is None:
             return np.arange(self.num_envs)
-        found, count = np.asarray(mask), len(self._now.called)
-        if found.dtype != np.bool_ or found.shape != (count,) or not found.any():
-            message = f"must be {count} flags in an array, one of them True"
+        found, shape = np.asarray(mask), self._now.called.shape
+        if found.dtype != np.bool_ or found.shape != shape or not found.any():
+            message = f"must be {shape[0]} flags in an array, one of them True"
             raise setting_error("reset_mask", shown(mask), message)
         return np.flatnonzero(found)
 
@@ -140,17 +128,12 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
             drawn = [np_random(seed) for seed in seeds]
             self._hands, self._seeds = (list(each) for each in zip(*drawn, strict=True))
             return
-        for row in rows:
-            if seeds[row] is not None:
-                self._hands[row], self._seeds[row] = np_random(seeds[row])
-
-    def _of(self, rows: Rows) -> list[np.random.Generator]:
-        """Return the generators of some tables."""
-        return [self._hands[row] for row in rows.tolist()]
+        for row in [row for row in rows if seeds[row] is not None]:
+            self._hands[row], self._seeds[row] = np_random(seeds[row])
 
     def _set_up(self, rows: Rows, infos: Infos, options: dict[str, Any] | None = None) -> None:
         """Lay out some tables anew."""
-        tables = self.game.start(self._of(rows), options)
+        tables = self.game.start([self._hands[row] for row in rows], options)
         if self._tables is None:
             self._tables = tables
         else:
@@ -176,7 +159,8 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
         reward, terminated = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_)
         info: Info = {}
         if len(rows):
-            shots = self.game.play(tables.at(rows), wanted[rows], self._of(rows))
+            hands = [self._hands[row] for row in rows]
+            shots = self.game.play(tables.at(rows), wanted[rows], hands)
             tables.put(rows, shots.tables)
             reward[rows], terminated[rows], info = shots.reward, shots.terminated, shots.info
             self._batch, self._played[rows] = shots.batch, np.arange(len(rows))
@@ -188,8 +172,7 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
 
     def _go_on(self, rows: Rows, ended: Rows, info: Info) -> tuple[Observations, Infos]:
         """Begin new episodes where it is time to, and return what is seen and the info."""
-        infos: Infos = {}
-        done = self._done.copy()
+        infos, done = Infos(), self._done.copy()
         if self.mode is AutoresetMode.SAME_STEP:
             rows, ended = rows[~done], np.flatnonzero(done)
             if len(ended):
@@ -204,17 +187,11 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
         """Return what is seen and the info at the end of some episodes, as Gymnasium has it."""
         info: Infos = {}
         _tell(info, ended, said, self.num_envs)
-        seen = np.full(self.num_envs, None, dtype=object)
-        last = self.game.observe(self._now.at(ended))
-        seen[ended] = np.fromiter(last, object, len(ended))
-        mask = np.zeros(self.num_envs, np.bool_)
+        seen, mask = np.full(self.num_envs, None, dtype=object), np.zeros(self.num_envs, np.bool_)
+        seen[ended] = np.fromiter(self.game.observe(self._now.at(ended)), object, len(ended))
         mask[ended] = True
-        return {
-            "final_obs": seen,
-            "_final_obs": mask,
-            "final_info": info,
-            "_final_info": mask.copy(),
-        }
+        both = {"final_obs": seen, "final_info": info}
+        return both | {f"_{key}": mask.copy() for key in both}
 
     def rehearse(self, actions: Any) -> Floats:
         """Return the rewards (K, S) that K shots a table (K, S, 2) would get; nothing changes.
@@ -228,9 +205,8 @@ class BilliardsVectorEnv(Playing, VectorEnv[Observations, Observations, Any]):
         """Return for each table the picture of its last shot's end, or all frames in a list."""
         if self.render_mode is None:
             return self._drawn(0, None, 0)
-        return tuple(
-            self._drawn(k, self._batch, row) for k, row in enumerate(self._played.tolist())
-        )
+        rows = enumerate(self._played.tolist())
+        return tuple(self._drawn(k, self._batch, row) for k, row in rows)
 
 
 class CaromVectorEnv(BilliardsVectorEnv):
@@ -272,10 +248,8 @@ def _read_autoreset(mode: AutoresetMode | str) -> AutoresetMode:
 
 def _read_seeds(seed: Any, count: int) -> list[int | None]:
     """Return a seed for each table: seed, seed + 1, ..., or those of a list."""
-    if seed is None:
-        return [None] * count
-    if isinstance(seed, Integral):
-        return [int(seed) + i for i in range(count)]
+    if seed is None or isinstance(seed, Integral):
+        return [None if seed is None else int(seed) + i for i in range(count)]
     seeds = [None if each is None else int(each) for each in seed]
     if len(seeds) != count:
         raise setting_error("seed", f"{len(seeds)} seeds", f"must be one, or one a table ({count})")

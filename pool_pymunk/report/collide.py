@@ -9,20 +9,8 @@ just miss.
 
 The velocities then change along n and t = (-n_y, n_x) by the contact law of every solver.
 
-The report turns velocities through the impact angle instead (Eqs. 4 to 7). This is the same as long
-as the angle is atan2(d_y, d_x) of the line of centres. The report has atan(d_y / d_x), and with it
-the form breaks down
-
-- at d_x = 0, where it divides by zero;
-- at d_x < 0, where normal and tangent come out turned by 180 degrees. Momentum and restitution
-  (Eqs. 1 to 3) are linear and do not notice. Friction does: mu (v_n - v_n') is positive for A only
-  if n points at B. If n is turned round, it changes sign and drives the slip that it should brake,
-  so energy may grow. Also the test whether the balls approach, v_An > v_Bn, then says that they
-  part. With mu |v_n' - v_n| against the slip, 180 degrees do not matter.
-
-The sign of friction is the second trap of this form. The same mu (v_n - v_n'), written with each
-ball's own velocities, is negative for B, because its v_n grows. Listing 3 has it so in line 132: B
-is pushed with the slip, and tangential momentum is not kept.
+The report turns velocities through the impact angle instead (Eqs. 4 to 7). This is the same with
+atan2(d_y, d_x) of the line of centres; docs/report.md says where its atan and its signs break down.
 """
 
 from __future__ import annotations
@@ -31,10 +19,11 @@ import math
 import warnings
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from typing import NoReturn
 
 from pool_pymunk.model import Point, Problem, SceneError
-from pool_pymunk.model.plain import between, problems_of, size
-from pool_pymunk.model.problems import raise_any, suggestion
+from pool_pymunk.model.plain import between, choice, problems_of, size
+from pool_pymunk.model.problems import raise_any
 from pool_pymunk.physics.contact import NT, Contact, Pair, split
 from pool_pymunk.physics.laws import LAWS, Law, find_law, respond
 from pool_pymunk.physics.motion import kinetic_energy
@@ -68,9 +57,8 @@ ELASTIC = Material()
 class Collision:
     """A collision of balls ``a`` and ``b`` holds what came in, and the velocities after it.
 
-    ``normal`` is the unit vector from A's centre to B's when they touch. ``velocity_a`` and
-    ``velocity_b`` are the velocities after the collision, along x and y (m/s). All else follows
-    from these.
+    ``normal`` is the unit vector from A's centre to B's when they touch, ``velocity_a`` and
+    ``velocity_b`` are the velocities after the collision (m/s). All else follows from these.
     """
 
     a: Disc
@@ -157,6 +145,7 @@ class Collision:
         """Return the collision as in the JSON of ``collide --json``, in SI and degrees."""
         balls = zip((self.a, self.b), *self._velocities, self.before, self.after, self.impulses,
                     strict=True)  # fmt: skip
+        times = ("before", "after")
         return {
             "material": asdict(self.material),
             "offset": self.offset,
@@ -172,8 +161,8 @@ class Collision:
                 }
                 for name, (ball, v, w, v_nt, w_nt, impulse) in zip("AB", balls, strict=True)
             },
-            "momentum": dict(zip(("before", "after"), map(list, self.momentum), strict=True)),
-            "energy": dict(zip(("before", "after"), self.energy, strict=True)),
+            "momentum": dict(zip(times, map(list, self.momentum), strict=True)),
+            "energy": dict(zip(times, self.energy, strict=True)),
             "warnings": list(self.warnings),
         }
 
@@ -182,8 +171,8 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
     """Return the collision of two balls whose centres are ``offset`` (m) apart across u.
 
     u is their direction of approach. Raises :class:`~pool_pymunk.SceneError` for sizes and
-    coefficients that make no sense, and if there is no collision. This is so for an offset as large
-    as the sum of the radii, and for balls that keep their distance.
+    coefficients that make no sense, for an offset as large as the sum of the radii, and for balls
+    that keep their distance.
 
     >>> hit = collide(Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03), offset=0.03)
     >>> round(math.degrees(hit.angle), 9), [round(v, 9) for v in hit.velocity_b]
@@ -196,11 +185,9 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
     raise_any(_problems(a, b, material, offset=offset))
     touching = a.radius + b.radius
     if abs(offset) >= touching:
-        message = "the balls miss: the radii add up to less"
-        raise SceneError([Problem("offset", offset, message)])
+        _refuse("offset", offset, "the balls miss: the radii add up to less")
     if a.velocity == b.velocity:
-        message = "is that of ball a: the balls never meet"
-        raise SceneError([Problem("b.velocity", list(b.velocity), message)])
+        _refuse("b.velocity", list(b.velocity), "is that of ball a: the balls never meet")
     ux, uy = _unit(_approach(a, b))
     along = math.sqrt((touching - offset) * (touching + offset)) / touching
     across = offset / touching
@@ -220,25 +207,24 @@ def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> 
     hit = _answered(a, b, material, (math.cos(angle), math.sin(angle)))
     before_a, before_b = hit.before
     if before_a.n <= before_b.n:
-        message = "the balls recede along this line of centres"
-        raise SceneError([Problem("angle", angle, message)])
+        _refuse("angle", angle, "the balls recede along this line of centres")
     return hit
+
+
+def _refuse(key: str, value: object, message: str) -> NoReturn:
+    raise SceneError([Problem(key, value, message)])
 
 
 def _answered(a: Disc, b: Disc, material: Material, normal: Point) -> Collision:
     """Answer the collision by the contact law, as every solver does."""
-    law = find_law(material.law)
-    velocity = {0: a.velocity, 1: b.velocity}
+    law, velocity = find_law(material.law), {0: a.velocity, 1: b.velocity}
     pair = Pair(a.mass, b.mass, material.restitution, material.friction)
     jumps = respond(law, Contact(0, 1, normal, pair), velocity)
-    warnings = (ZERO_SLIP_WARNING.format(law.name),) if jumps else ()
-    return Collision(a, b, material, normal, velocity[0], velocity[1], warnings)
-
-
-ZERO_SLIP_WARNING = (
-    "law {} jumps at zero slip: the slip was below 1e-9 of the closing speed and was taken "
-    "for zero (no friction); rounding would have decided"
-)
+    warning = (
+        f"law {law.name} jumps at zero slip: the slip was below 1e-9 of the closing speed and was "
+        "taken for zero (no friction); rounding would have decided"
+    )
+    return Collision(a, b, material, normal, velocity[0], velocity[1], (warning,) * bool(jumps))
 
 
 def _problems(a: Disc, b: Disc, material: Material, **place: float) -> Iterator[Problem]:
@@ -249,9 +235,8 @@ def _problems(a: Disc, b: Disc, material: Material, **place: float) -> Iterator[
             yield from problems_of(abs(v), between(0.0), name, "velocity")
     yield from problems_of(material.restitution, between(0.0, 1.0), "restitution")
     yield from problems_of(material.friction, between(0.0), "friction")
-    if not isinstance(material.law, Law) and material.law not in LAWS:
-        message = f"must be one of {', '.join(LAWS)}{suggestion(material.law, LAWS)}"
-        yield Problem("law", material.law, message)
+    if not isinstance(material.law, Law):
+        yield from problems_of(material.law, choice(LAWS), "law")
     for key, value in place.items():
         yield from problems_of(abs(value), between(0.0), key)
 

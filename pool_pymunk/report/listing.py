@@ -33,22 +33,19 @@ def opening(scene: Scene) -> Iterator[str]:
 
 def shot_lines(run: Run) -> Iterator[str]:
     """Yield a shot's velocity, where each ball ended, and how that compares with the published."""
-    unit = run.scene.units.length
+    units, agreement = run.scene.units, Agreement.of(run)
     yield _heading(run)
     published = run.shot.published if run.shot else {}
-    agreement = Agreement.of(run)
     yield "    Final Ball positions [X,Y]:" + ("                 Published:" if published else "")
-    for ball in run.scene.balls:
-        line = f"    Ball {ball.id:>2s}: {_pair(run, run.final[ball.id])} ({unit})"
-        if ball.id in published:
-            off = run.scene.units.from_si(
-                math.dist(run.final[ball.id], published[ball.id]), "length"
-            )
-            mark = "" if ball.id in agreement.agreeing else f"   off by {off:.{_decimals(run)}f}"
-            line += f"   {_pair(run, published[ball.id])}{mark}"
-        if ball.id in run.pocketed:
-            line += f"   in pocket {run.pocketed[ball.id]}"
-        elif ball.id in run.off:
+    for ball, end in run.final.items():
+        line = f"    Ball {ball:>2s}: {_pair(run, end)} ({units.length})"
+        if ball in published:
+            off = units.from_si(math.dist(end, published[ball]), "length")
+            mark = "" if ball in agreement.agreeing else f"   off by {off:.{_decimals(run)}f}"
+            line += f"   {_pair(run, published[ball])}{mark}"
+        if ball in run.pocketed:
+            line += f"   in pocket {run.pocketed[ball]}"
+        elif ball in run.off:
             line += "   off the table"
         yield line
     if published:
@@ -72,7 +69,6 @@ def _doubts(run: Run) -> Iterator[str]:
     if run.again is None:
         return
     units = run.scene.units
-    shown = 0.5 * 10.0 ** -_decimals(run)
     shift = units.from_si(run.policy_shift, "length") if run.policies else 0.0
     if shift > 0.0 and run.known_shift is None:  # Else a warning has it.
         yield (
@@ -83,16 +79,15 @@ def _doubts(run: Run) -> Iterator[str]:
         yield "    Rounding was not measured: that may take four more runs as long as this one"
         return
     rounding = units.from_si(run.rounding, "length")
-    if rounding >= shown:
+    if rounding >= 0.5 * 10.0 ** -_decimals(run):
         yield f"    Rounding may have moved the ends by up to {rounding:.2g} {units.length}"
 
 
 def closing(runs: Sequence[Run]) -> Iterator[str]:
     """Yield the last line: how many published ends were reproduced, over all shots."""
-    agreements = [Agreement.of(run) for run in runs if run.shot and run.shot.published]
-    if agreements:
-        counts = [len(agreement.agreeing) for agreement in agreements]
-        total = sum(agreement.count for agreement in agreements)
+    found = [Agreement.of(run) for run in runs if run.shot and run.shot.published]
+    if found:
+        counts, total = [len(one.agreeing) for one in found], sum(one.count for one in found)
         parts = f" ({' + '.join(map(str, counts))})" if len(counts) > 1 else ""
         yield f"Published ends: {sum(counts)} of {total} agree to {_last_digit(runs[0])}{parts}"
 
@@ -105,34 +100,33 @@ def is_of_the_report(run: Run) -> bool:
 
 @dataclass(frozen=True)
 class Agreement:
-    """An agreement tells which ends agree with the published ones in every printed digit.
+    """An agreement tells which of ``count`` ends agree with the published ones in every digit.
 
-    It also holds the largest distance.
+    It also holds the ball that is farthest off, and how far that is (m).
     """
 
     agreeing: tuple[str, ...]
     count: int
     farthest: str
-    largest: float  # m
+    largest: float
 
     @classmethod
     def of(cls, run: Run) -> Agreement:
         """Compare a run with its shot's published ends."""
         published: Mapping[str, Point] = run.shot.published if run.shot else {}
-        off = {id_: math.dist(run.final[id_], end) for id_, end in published.items()}
-        agreeing = tuple(
-            i for i in published if _pair(run, run.final[i]) == _pair(run, published[i])
-        )
+        ends = {id_: (run.final[id_], end) for id_, end in published.items()}
+        off = {id_: math.dist(*both) for id_, both in ends.items()}
+        agreeing = tuple(i for i, (a, b) in ends.items() if _pair(run, a) == _pair(run, b))
         farthest = max(off, key=lambda id_: off[id_], default="")
         return cls(agreeing, len(published), farthest, off.get(farthest, 0.0))
 
     def sentence(self, run: Run) -> str:
         """Return the comparison in words, in the scenario's units."""
-        largest = run.scene.units.from_si(self.largest, "length")
+        units = run.scene.units
         return (
             f"{len(self.agreeing)} of {self.count} agree with the published ends to "
-            f"{_last_digit(run)} {run.scene.units.length}; the farthest is ball {self.farthest}, "
-            f"{largest:.2g} {run.scene.units.length} off"
+            f"{_last_digit(run)} {units.length}; the farthest is ball {self.farthest}, "
+            f"{units.from_si(self.largest, 'length'):.2g} {units.length} off"
         )
 
     def as_dict(self) -> dict[str, object]:
@@ -143,15 +137,14 @@ class Agreement:
 def _heading(run: Run) -> str:
     if run.shot is None:
         return f"{run.name}:"
-    i = run.scene.index[run.shot.ball]
-    ball = run.scene.balls[i]
+    i, unit = run.scene.index[run.shot.ball], run.scene.units.speed
     vx, vy = (run.scene.units.from_si(v, "speed") for v in run.knots[i][0, 3:5])
-    name = "Cue" if ball.cue else f"Ball {ball.id}"
-    return f"{run.name}: {name} velocity = [{vx:6.3f},{vy:6.3f}] ({run.scene.units.speed})"
+    name = "Cue" if run.scene.balls[i].cue else f"Ball {run.shot.ball}"
+    return f"{run.name}: {name} velocity = [{vx:6.3f},{vy:6.3f}] ({unit})"
 
 
 def _pair(run: Run, point: Point) -> str:
-    x, y = (run.scene.units.from_si(value, "length") + 0.0 for value in point)
+    x, y = (run.scene.units.from_si(value, "length") for value in point)
     return f"[{_rounded(x, _decimals(run))}, {_rounded(y, _decimals(run))}]"
 
 
@@ -161,9 +154,7 @@ def _rounded(value: float, decimals: int) -> str:
     >>> _rounded(3.926, 2), _rounded(-0.001, 2), _rounded(-0.00004, 4)
     (' 3.93', ' 0.00', ' 0.0000')
     """
-    width = decimals + 3
-    text = f"{value:{width}.{decimals}f}"
-    return f"{0.0:{width}.{decimals}f}" if float(text) == 0.0 else text
+    return f"{value:z{decimals + 3}.{decimals}f}"
 
 
 def _decimals(run: Run) -> int:
@@ -178,15 +169,13 @@ def _last_digit(run: Run) -> str:
 
 def modelled(scene: Scene) -> Iterator[str]:
     """Yield what solvers will compute for this scene, and what they will leave out."""
-    count = len(scene.balls)
+    count, rolling = len(scene.balls), scene.friction.rolling
     yield f"balls: {count}" + ("" if count > 1 else "; no ball-ball handler")
     if count > 1:
         friction = _coefficient(scene.friction.ball_ball)
         gains = friction != "no friction" and not LAWS[scene.physics.law].hits_are_coulombs
-        yield (
-            f"ball on ball: law {scene.physics.law}, {friction}"
-            + "; this law may gain energy" * gains
-        )
+        gain = "; this law may gain energy" * gains
+        yield f"ball on ball: law {scene.physics.law}, {friction}{gain}"
     if scene.table is None:
         yield "table: none, an open plane; no cushions"
     else:
@@ -195,16 +184,15 @@ def modelled(scene: Scene) -> Iterator[str]:
         yield f"table: {shape} with {len(scene.table.edges)} cushions, {friction}"
     if scene.pockets:
         yield f"pockets: {', '.join(pocket.id for pocket in scene.pockets)}"
-    if scene.deceleration > 0.0:
-        yield f"surface friction: {scene.deceleration:.6g} m/s^2"
-        if scene.friction.rolling is not None:
-            slows = scene.friction.rolling * scene.physics.gravity
-            yield f"friction of rolling: {slows:.6g} m/s^2"
-    else:
+    slows = f"{(rolling or 0.0) * scene.physics.gravity:.6g} m/s^2"
+    if scene.deceleration == 0.0:
         yield "surface friction: none; no damping callback"
-    if scene.friction.rolling is not None:
-        rolling = scene.friction.rolling * scene.physics.gravity
-        yield f"rolling friction: {rolling:.6g} m/s^2; balls slide, then roll, without english"
+    else:
+        yield f"surface friction: {scene.deceleration:.6g} m/s^2"
+        if rolling is not None:
+            yield f"friction of rolling: {slows}"
+    if rolling is not None:
+        yield f"rolling friction: {slows}; balls slide, then roll, without english"
     if scene.physics.max_time is not None:
         yield f"runs end after {scene.physics.max_time:g} s at the latest"
     yield f"shots: {len(scene.shots) or 'none, the scene runs as its velocities have it'}"

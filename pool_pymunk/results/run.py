@@ -86,9 +86,8 @@ class Run:
     ``t`` (T,), ``position`` (T, N, 2) and ``velocity`` (T, N, 2) are samples in s, m and m/s, N in
     the order of ``scene.balls``; ``final`` maps each ball to its end (m). ``knots`` has the
     breakpoints (K, 7) of each ball: t, x, y, vx, vy, ax, ay, and where balls roll (K, 9) wx, wy,
-    their roll (m/s). ``law`` names the law that answered
-    the contacts. ``off`` has the ids of the balls that are off the table at the end;
-    a pocketed ball ends at its pocket's position.
+    their roll (m/s). ``law`` names the law that answered the contacts. ``off`` has the ids of the
+    balls that are off the table at the end; a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
 
@@ -127,15 +126,11 @@ class Run:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Run):
             return NotImplemented
-        apart = ("knots", "wall_time", "again", "variants", "law_used")
-        return all(
-            getattr(self, each.name) == getattr(other, each.name)
-            for each in fields(self)
-            if each.name not in apart
-        ) and all(
-            np.array_equal(mine, its, equal_nan=True)
-            for mine, its in zip(self.knots, other.knots, strict=True)
-        )
+        apart = {"knots", "wall_time", "again", "variants", "law_used"}
+        names = {each.name for each in fields(self)} - apart
+        same = all(getattr(self, name) == getattr(other, name) for name in names)
+        both = zip(self.knots, other.knots, strict=True)
+        return same and all(np.array_equal(mine, its, equal_nan=True) for mine, its in both)
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what plays the run again: a callback or a law may not be picklable."""
@@ -146,11 +141,9 @@ class Run:
 
     @property
     def success(self) -> bool:
-        """Tell whether the run is what was asked for.
+        """Tell whether every ball came to rest, or the run lasted until the ``max_time`` asked for.
 
-        That is so where every ball came to rest, and where the run lasted until the ``max_time``
-        that the caller or the scene set. It is not so at ``max_events``, which is an end for
-        runs without end, nor where a number left the range of floating point.
+        It is not so at ``max_events``, nor where a number left the range of floating point.
         """
         return self.status in ("settled", "max_time")
 
@@ -162,8 +155,7 @@ class Run:
         >>> simulate(load("report"), "Simulation 3").message
         'Every ball is at rest.'
         """
-        text = STATUSES[self.status]
-        return f"{text[0].upper()}{text[1:]}."
+        return f"{STATUSES[self.status].capitalize()}."
 
     @property
     def name(self) -> str:
@@ -199,10 +191,8 @@ class Run:
         For a sequence of times (T,) both are of shape (T, N, 2), for a single time (N, 2).
         """
         t = read_times(times)
-        if t.ndim == 0:
-            position, velocity = self._sampled(t[np.newaxis])
-            return position[0], velocity[0]
-        return self._sampled(t)
+        position, velocity = self._sampled(np.atleast_1d(t))
+        return (position, velocity) if t.ndim else (position[0], velocity[0])
 
     def roll_at(self, times: Array | Sequence[float] | float) -> Array:
         """Return the velocities (m/s) at which the balls would roll, at any ``times`` (s).
@@ -213,17 +203,20 @@ class Run:
         if not self.scene.surface.rolls:
             raise setting_error("scene", self.scene.title, NO_ROLLING)
         t = read_times(times)
-        rolls = self._rolls(np.atleast_1d(t))
+        at = np.clip(np.atleast_1d(t), 0.0, self.duration)
+        rolls = np.stack([rolls_of(last, at) for last in self._last_knots(at)], axis=1)
         return rolls if t.ndim else rolls[0]
 
-    def _rolls(self, times: Array) -> Array:
+    def _sampled(self, times: Array) -> tuple[Array, Array]:
         t = np.clip(times, 0.0, self.duration)
-        found = np.empty((len(t), len(self.knots), 2))
-        for i, breakpoints in enumerate(self.knots):
-            found[:, i] = rolls_of(
-                breakpoints[np.searchsorted(breakpoints[:, 0], t, side="right") - 1], t
-            )
-        return found
+        motions = [free_motions(last, t) for last in self._last_knots(t)]
+        position, velocity = (np.stack(each, axis=1) for each in zip(*motions, strict=True))
+        return position, velocity
+
+    def _last_knots(self, t: Array) -> Iterator[Array]:
+        """Yield the last breakpoints (T, 7 or 9) of each ball at these times (s)."""
+        for breakpoints in self.knots:
+            yield breakpoints[np.searchsorted(breakpoints[:, 0], t, side="right") - 1]
 
     def energy_at(self, times: Array | Sequence[float] | float) -> Array:
         """Return the kinetic energy (J) of all balls at any ``times`` (s): (T,), or one number.
@@ -240,15 +233,6 @@ class Run:
             energy += 0.5 * GYRATION * ((self.roll_at(t) ** 2).sum(axis=-1) * mass)
         return np.asarray(energy.sum(axis=-1))
 
-    def _sampled(self, times: Array) -> tuple[Array, Array]:
-        t = np.clip(times, 0.0, self.duration)
-        position = np.empty((len(t), len(self.knots), 2))
-        velocity = np.empty_like(position)
-        for i, breakpoints in enumerate(self.knots):
-            last = np.searchsorted(breakpoints[:, 0], t, side="right") - 1
-            position[:, i], velocity[:, i] = free_motions(breakpoints[last], t)
-        return position, velocity
-
     def on_table(self, times: Array | Sequence[float] | float) -> NDArray[np.bool_]:
         """Tell which balls are on the table at any ``times`` (s).
 
@@ -263,12 +247,9 @@ class Run:
     @cached_property
     def end(self) -> State:
         """Positions (m) and velocities (m/s) at the end, exactly as the solver left them."""
-        last = np.array([self.duration])
-        position, velocity = self._sampled(last)
-        state = State(_points(position[0]), _points(velocity[0]), self.off)
-        if not self.scene.surface.rolls:
-            return state
-        return state._replace(roll=_points(self._rolls(last)[0]))
+        position, velocity = self._sampled(np.array([self.duration]))
+        roll = points(self.roll_at(self.duration)) if self.scene.surface.rolls else None
+        return State(points(position[0]), points(velocity[0]), self.off, roll)
 
     @cached_property
     def final(self) -> dict[str, Point]:
@@ -286,13 +267,11 @@ class Run:
 
         The errors of places, times, normals and velocities at every contact follow the run, to
         first order (:func:`pool_pymunk.studies.rounding.rounding`). Where they grow until other
-        contacts may come, the ends are anywhere, and the answer is the size of the table. Where the
-        run has no derivatives, a few more runs tell it, in which places at contacts and new
-        velocities have random errors
-        (stochastic arithmetic: Vignes, Mathematics and Computers in Simulation 35, 1993, 233). They
-        are cut off early first: balls that are apart by then stay apart. The figure knows nothing
-        of a contact that nearly came. It is nan where it is not known: for a solver without the
-        contact engine, and for a run that was loaded from a file.
+        contacts may come, the answer is the size of the table. Where the run has no derivatives, a
+        few more runs tell it, in which places at contacts and new velocities have random errors
+        (stochastic arithmetic: Vignes, Mathematics and Computers in Simulation 35, 1993, 233),
+        first ones that are cut off early. The figure knows nothing of a contact that nearly came.
+        It is nan for a solver without the contact engine, and for a run loaded from a file.
 
         >>> from pool_pymunk import load, simulate
         >>> 0.0 < simulate(load("report"), "Simulation 1", solver="event-driven").rounding < 1e-11
@@ -315,7 +294,7 @@ class Run:
         """Return how far (m) random rounding errors move the ends of runs of this many events."""
         assert self.again is not None
         runs = [self.again(Variant(seed=seed), most) for seed in range(ROUNDED_RUNS)]
-        return SURE * max(self._farthest(run) for run in runs)
+        return SURE * max(map(self._farthest, runs))
 
     def derivatives(self, wrt: str | Sequence[str] = ("position", "velocity")) -> Derivatives:
         """Differentiate the ends and the event times of an exact run by its inputs.
@@ -342,11 +321,11 @@ class Run:
     def policy_shift(self) -> float:
         """Return how far (m) the ends would lie elsewhere if policies had answered otherwise.
 
-        It is 0 where everything had an exact answer. Otherwise some more runs tell it. In these,
-        persistent contacts take longer, a slip that only rounding knows counts as slip, tiny gaps
-        give the contacts of one instant another order, and balls that touch at the start have gaps
-        of 1e-13 to 4e-6 m. The answer is four times the largest change, or the table's diagonal if
-        that is less. It is nan where it is not known.
+        It is 0 where everything had an exact answer, and nan where it is not known. Otherwise some
+        more runs tell it. In these, persistent contacts take longer, a slip that only rounding
+        knows counts as slip, tiny gaps give the contacts of one instant another order, and balls
+        that touch at the start have gaps of 1e-13 to 4e-6 m. The answer is four times the largest
+        change, or the table's diagonal if that is less.
         """
         if not self.policies:
             return 0.0
@@ -362,11 +341,9 @@ class Run:
 
         They are looked at when both have ended, or before, when the other one is cut off.
         """
-        t = max(self.duration, other.duration)
-        if other.status == "max_events":
-            t = min(self.duration, other.duration)
-        places = zip(self.at(t)[0], other.at(t)[0], strict=True)
-        return max(math.dist(mine, its) for mine, its in places)
+        last = min if other.status == "max_events" else max
+        t = last(self.duration, other.duration)
+        return max(map(math.dist, self.at(t)[0], other.at(t)[0]))
 
     @cached_property
     def energy(self) -> dict[str, float]:
@@ -376,15 +353,11 @@ class Run:
 
     def as_dict(self) -> dict[str, object]:
         """The shot as it stands in the JSON of ``run --json``, in SI."""
-        shot = self.shot
-        velocity = None
-        if shot is not None:
-            i = self.scene.index[shot.ball]
-            velocity = [float(v) for v in self.knots[i][0, 3:5]]
+        shot, breakpoints = self.shot, dict(zip(self.scene.index, self.knots, strict=True))
         return {
             "name": self.name,
-            "ball": shot.ball if shot else None,
-            "velocity": velocity,
+            "ball": shot and shot.ball,
+            "velocity": shot and breakpoints[shot.ball][0, 3:5].tolist(),
             "status": self.status,
             "duration": self.duration,
             "steps": self.steps,
@@ -463,10 +436,10 @@ class Run:
         Raises ImportError where pandas is not installed.
         """
         try:
-            pandas = import_module("pandas")
+            frame = import_module("pandas").DataFrame
         except ImportError:
             raise ImportError("to_frame needs pandas: pip install pandas") from None
-        return pandas.DataFrame(list(self._rows()), columns=list(COLUMNS))
+        return frame(list(self._rows()), columns=list(COLUMNS))
 
     def save(self, path: str | Path) -> None:
         """Save everything to one file, for :meth:`load`; whole, or not at all.
@@ -489,9 +462,8 @@ class Run:
 
     def _rows(self) -> Iterator[list[float | str]]:
         """Yield one row a time and ball, as in COLUMNS."""
-        for t, positions, velocities in zip(
-            self.t.tolist(), self.position.tolist(), self.velocity.tolist(), strict=True
-        ):
+        samples = (self.t.tolist(), self.position.tolist(), self.velocity.tolist())
+        for t, positions, velocities in zip(*samples, strict=True):
             for ball, p, v in zip(self.scene.balls, positions, velocities, strict=True):
                 yield [t, ball.id, *p, *v]
 
@@ -500,19 +472,19 @@ class Run:
 
         An event without a cushion has -1 there, one without a pocket an empty text.
         """
+        events = self.events
+        cushions = [-1 if event.cushion is None else event.cushion for event in events]
         np.savez_compressed(
             path,
             t=self.t,
             position=self.position,
             velocity=self.velocity,
             balls=np.array([ball.id for ball in self.scene.balls]),
-            event_t=np.array([event.t for event in self.events]),
-            event_kind=np.array([event.kind for event in self.events], dtype=str),
-            event_balls=np.array([_two(event.balls) for event in self.events], dtype=str),
-            event_cushion=np.array(
-                [-1 if event.cushion is None else event.cushion for event in self.events], dtype=int
-            ),
-            event_pocket=np.array([event.pocket or "" for event in self.events], dtype=str),
+            event_t=np.array([event.t for event in events]),
+            event_kind=np.array([event.kind for event in events], dtype=str),
+            event_balls=np.array([_two(event.balls) for event in events], dtype=str),
+            event_cushion=np.array(cushions, dtype=int),
+            event_pocket=np.array([event.pocket or "" for event in events], dtype=str),
         )
 
     def write_csv(self, path: str | Path) -> None:
@@ -556,5 +528,6 @@ def _two(balls: tuple[str, ...]) -> tuple[str, str]:
     return (balls[0], balls[1] if len(balls) > 1 else "")
 
 
-def _points(rows: Array) -> tuple[Point, ...]:
+def points(rows: Array) -> tuple[Point, ...]:
+    """Return rows (N, 2) as points of plain numbers."""
     return tuple((float(x), float(y)) for x, y in rows)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
-from pool_pymunk.model import Scene
-from pool_pymunk.model.problems import SettingError, setting_error
+from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario import loads
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.results.trace import completed
@@ -53,34 +51,27 @@ def load(path: str | Path) -> Run:
             about = json.loads(str(archive["about"]))
             breakpoints = np.split(archive["knots"], np.cumsum(archive["counts"])[:-1])
     except (ValueError, KeyError, TypeError, EOFError, BadZipFile):
-        raise _no_run(path) from None
+        about = {}
     if about.get("format") not in (FORMAT, BEFORE):
-        raise _no_run(path)
+        raise setting_error("path", str(path), "the file is no run that Run.save wrote")
     scene = loads(about["scene"])
     if about["format"] == BEFORE:
         breakpoints = [
             np.array(completed(rows.tolist(), scene.surface, about["duration"]))
             for rows in breakpoints
         ]
-    return Run(scene=scene, knots=tuple(breakpoints), **_parts(about, scene))
-
-
-def _no_run(path: str | Path) -> SettingError:
-    return setting_error("path", str(path), "the file is no run that Run.save wrote")
-
-
-def _parts(about: dict[str, Any], scene: Scene) -> dict[str, Any]:
-    """Return all of a run but its scene and breakpoints."""
     times = about["sample_times"]
-    return {
-        "shot": None if about["shot"] is None else scene.shots[about["shot"]],
-        "events": tuple(
+    return Run(
+        scene=scene,
+        shot=None if about["shot"] is None else scene.shots[about["shot"]],
+        knots=tuple(breakpoints),
+        events=tuple(
             Event(t, kind, tuple(balls), *where) for t, kind, balls, *where in about["events"]
         ),
-        "warnings": tuple(about["warnings"]),
-        "sample_times": None if times is None else tuple(times),
-        "off": frozenset(about["off"]),
-        "policies": frozenset(about.get("policies", ())),
-        "known_shift": about.get("known_shift"),
+        warnings=tuple(about["warnings"]),
+        sample_times=None if times is None else tuple(times),
+        off=frozenset(about["off"]),
+        policies=frozenset(about.get("policies", ())),
+        known_shift=about.get("known_shift"),
         **{key: about[key] for key in PLAIN},
-    }
+    )

@@ -29,12 +29,10 @@ PERSISTENT = "persistent contact"
 COLLAPSE = "collapse cut off"
 FROZEN = "frozen balls"
 
-# These variants of a run show what policies decide. Contact times that are no whole multiples of
-# each other do not happen to agree.
+# These variants of a run show what policies decide; their contact times are no whole multiples.
 OTHERWISE = tuple(Variant(longer=longer) for longer in (1.5, 3.0, 7.0))
-# This many runs show what other orders of the contacts of one instant make of the ends; long runs
-# have fewer of them, so that together they have this many events. Each begins with small errors of
-# its own, so that a few tell even of one order what small gaps do.
+# This many runs, of EVENTS together, show what other orders of the contacts of one instant make of
+# the ends. Each begins with small errors of its own, so a few tell what small gaps do to one order.
 FEWEST_ORDERS, ENOUGH_ORDERS, MOST_ORDERS = 4, 8, 12
 EVENTS = 2_000
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast import simulate_many
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.inputs import row_of
@@ -41,10 +40,9 @@ class Atlas:
     upwards, in SI: angles (degrees, relative to the shot's) and speeds, or those of other axes.
     ``end`` (H, W, 2) is where ball number ``ball`` ended (m), ``pocketed`` (H, W) which pocket has
     it (-1: none), ``first_hit`` the ball that the struck one met first (-1: none), ``hits`` how
-    many hits of two balls there were, and ``duration`` (s) when all rested. Shots that could not
-    be played are NaN in ``end`` and in ``duration``. ``by_reference`` counts the shots that the
-    exact solver played in Python. An atlas of one map has what this map shows, in single
-    precision, and its other arrays are empty.
+    many hits of two balls there were, and ``duration`` (s) when all rested; ``end`` and
+    ``duration`` are NaN for shots that could not be played. ``by_reference`` counts the shots that
+    went through Python. An atlas of one map has only what this map shows, in single precision.
     """
 
     plan: Plan
@@ -82,11 +80,11 @@ def atlas(
     """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
 
     The speeds are by default from a quarter of the shot's to one and a half of it. ``axes`` has
-    two other inputs with their ranges, the one across first, named as in a sweep
-    (:class:`~pool_pymunk.studies.sweep.plan.Plan`), and in SI. ``ball`` is the id of the ball whose
-    end is kept; by default that at which the shot aims, or else the nearest. ``show``, one of
-    ``MAPS``, keeps only what this map shows: 4 or 8 bytes a shot instead of 36. ``on_done(n)`` is
-    called whenever ``n`` more shots are done. Raises SettingError, which names the argument.
+    two other inputs with their ranges (SI), the one across first, named as in a sweep
+    (:class:`~pool_pymunk.studies.sweep.plan.Plan`). ``ball`` is the id of the ball whose end is
+    kept, by default the one aimed at or the nearest. ``show``, one of ``MAPS``, keeps only what
+    this map shows: 4 or 8 bytes a shot instead of 36. ``on_done(n)`` is called whenever ``n`` more
+    shots are done. Raises SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> found = atlas(load("report"), 1, size=(9, 5))
@@ -102,31 +100,41 @@ def atlas(
         ranges = {"angle": read_pair("angle", angle), "speed": speeds}
     else:
         ranges = _read_axes(scene, axes)
-    width, height = (
-        argument(key, each, whole(2))
-        for key, each in zip(("width", "height"), read_pair("size", size), strict=True)
-    )
+    wide, high = read_pair("size", size)
+    width, height = argument("width", wide, whole(2)), argument("height", high, whole(2))
     (across, columns), (up, rows) = ranges.items()
     grid = {up: (*rows, height), across: (*columns, width)}
     plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time)
     watched = _ball(scene, chosen, ball)
-    kept, by_reference = _empty(plan.samples, show), 0
-    for shots in map(plan.shots_of, range(plan.parts)):
-        _, position, velocity, vary, roll = plan.draw(shots)
-        batch = simulate_many(plan.scene, position, velocity, law=plan.law, vary=vary,
-                              roll=roll, on_done=on_done)  # fmt: skip
-        unplayed, found = batch.status == CANNOT_START, vars(batch) | {
-            "end": batch.final[:, watched], "pocketed": batch.pocketed[:, watched]
-        }  # fmt: skip
-        found["end"][unplayed] = batch.duration[unplayed] = np.nan
-        for key, values in kept.items():
-            if len(values):
-                values[shots.start : shots.stop] = found[key]
-        by_reference += batch.by_reference
-    shaped = {key: each.reshape(height, width, *each.shape[1:]) if len(each) else each
-              for key, each in kept.items()}  # fmt: skip
+    kept, by_reference = _play(plan, watched, show, on_done)
+    shaped = {
+        key: each.reshape(height, width, *each.shape[1:]) if len(each) else each
+        for key, each in kept.items()
+    }
     x, y = np.linspace(*columns, width), np.linspace(*rows, height)
     return Atlas(plan, watched, x, y, **shaped, by_reference=by_reference, axes=(across, up))
+
+
+def _play(
+    plan: Plan, ball: int, show: str | None, on_done: Callable[[int], object] | None
+) -> tuple[dict[str, NDArray[Any]], int]:
+    """Return what all maps, or one of them, show of the shots, and how many went through Python."""
+    if show is not None and show not in MAPS:
+        raise setting_error("show", show, f"must be one of {', '.join(MAPS)}")
+    real, kept, by_reference = float if show is None else np.float32, dict[str, NDArray[Any]](), 0
+    for name, key in MAPS.items():
+        count = plan.samples if show in (None, name) else 0
+        kind = real if key in ("end", "duration") else np.int32
+        kept[key] = np.empty((count, 2) if key == "end" else count, kind)
+    for shots in map(plan.shots_of, range(plan.parts)):
+        batch = plan.play(plan.draw(shots), on_done=on_done)
+        found = vars(batch) | {"end": batch.final[:, ball], "pocketed": batch.pocketed[:, ball]}
+        unplayed = batch.status == CANNOT_START
+        found["end"][unplayed] = batch.duration[unplayed] = np.nan
+        for key in [key for key in kept if len(kept[key])]:
+            kept[key][shots.start : shots.stop] = found[key]
+        by_reference += batch.by_reference
+    return kept, by_reference
 
 
 def _read_axes(scene: Scene, axes: Mapping[str, Range]) -> dict[str, Range]:
@@ -139,27 +147,13 @@ def _read_axes(scene: Scene, axes: Mapping[str, Range]) -> dict[str, Range]:
     return {name: read_pair(f"axes[{name!r}]", each) for name, each in axes.items()}
 
 
-def _empty(count: int, show: str | None) -> dict[str, NDArray[Any]]:
-    """Return arrays for what all maps show of the shots, or only for what one of them shows."""
-    if show is not None and show not in MAPS:
-        raise setting_error("show", show, f"must be one of {', '.join(MAPS)}")
-    real, found = float if show is None else np.float32, dict[str, NDArray[Any]]()
-    for name, key in MAPS.items():
-        size = count if show in (None, name) else 0
-        kind = real if key in ("end", "duration") else np.int32
-        found[key] = np.empty((size, 2) if key == "end" else size, kind)
-    return found
-
-
 def _ball(scene: Scene, shot: Shot, name: str | None) -> int:
     """Return the number of the ball whose end is kept."""
-    if name is not None:
-        if name not in scene.index:
-            known = ", ".join(scene.index)
-            message = f"there is no such ball (there are: {known}){suggestion(name, scene.index)}"
-            raise setting_error("ball", name, message)
-        return scene.index[name]
     struck = scene.index[shot.ball]
-    if shot.aim not in (None, NEAREST):
-        return scene.index[shot.aim or ""]
-    return scene.nearest(struck) if len(scene.balls) > 1 else struck
+    if name is None and shot.aim in (None, NEAREST):
+        return scene.nearest(struck) if len(scene.balls) > 1 else struck
+    if (id_ := name if name is not None else shot.aim or "") not in scene.index:
+        known = ", ".join(scene.index)
+        message = f"there is no such ball (there are: {known}){suggestion(id_, scene.index)}"
+        raise setting_error("ball", id_, message)
+    return scene.index[id_]

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,9 +19,7 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Event, Run
 
-# This is the balls, and the cushion or the pocket if one of them was met.
 ContactKey = tuple[tuple[str, ...], int | str | None]
-# This is a contact, and for each of its balls, the how-manieth contact of that ball it is.
 Place = tuple[ContactKey, tuple[int, ...]]
 INSTANTS = 256  # Runs are compared at this many times, besides their start.
 SAME_TIME = 1e-3  # s; the same contact at times that are further apart is late or early
@@ -77,7 +76,7 @@ class Comparison:
         """Return where the runs diverge; None if they share every contact."""
         return first_divergence(self.reference, self.run)
 
-    @cached_property
+    @property
     def shared(self) -> int:
         """Count the contacts of the reference that the run shares, in order, before they part."""
         last = math.inf if self.divergence is None else self.divergence.t
@@ -128,14 +127,13 @@ def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence
     """Tell what ``run`` did about a contact of the reference that it does not have in its place."""
     same = [other.t for other in contacts(run) if _contact(other) == _contact(event)]
     came = min(same, key=lambda t: abs(t - event.t), default=None)
-    what, at = describe(event), f"{event.t:.4f} s"
+    what, at, kind = describe(event), f"{event.t:.4f} s", "reordered"
+    text = f"{run.solver} has {what} at {at} in another order"
     if came is None:
         kind, text = "missed", f"{run.solver} misses {what} at {at}"
     elif abs(came - event.t) > SAME_TIME:
         kind = "late" if came > event.t else "early"
         text = f"{run.solver} has {what} at {came:.4f} s instead of {at}"
-    else:
-        kind, text = "reordered", f"{run.solver} has {what} at {at} in another order"
     if instead is not None and _contact(instead) != _contact(event):
         text += f"; it has {describe(instead)} at {instead.t:.4f} s"
     return Divergence(event.t, event, kind, text)
@@ -149,16 +147,24 @@ def describe(event: Event) -> str:
     >>> describe(Event(0.1, "pocket", ("1",), pocket="head-left"))
     'ball 1 in pocket head-left'
     """
+    balls = " on ".join(f"ball {id_}" for id_ in event.balls)
     if event.pocket is not None:
-        return f"ball {event.balls[0]} in pocket {event.pocket}"
-    if event.cushion is None:
-        return " on ".join(f"ball {id_}" for id_ in event.balls)
-    return f"ball {event.balls[0]} on cushion {event.cushion}"
+        return f"{balls} in pocket {event.pocket}"
+    return balls if event.cushion is None else f"{balls} on cushion {event.cushion}"
 
 
 def _contact(event: Event) -> ContactKey:
-    where = event.cushion if event.pocket is None else event.pocket
-    return (tuple(sorted(event.balls)), where)
+    """Return the balls, and the cushion or the pocket if one of them was met."""
+    return tuple(sorted(event.balls)), event.cushion if event.pocket is None else event.pocket
+
+
+def _placed(run: Run) -> dict[Place, Event]:
+    """Return each contact of a run by it and, for each of its balls, the number it is of that."""
+    so_far, placed = Counter[str](), {}
+    for event in contacts(run):
+        so_far.update(event.balls)
+        placed[_contact(event), tuple(so_far[id_] for id_ in sorted(event.balls))] = event
+    return placed
 
 
 def contact_order(run: Run) -> frozenset[Place]:
@@ -171,15 +177,6 @@ def contact_order(run: Run) -> frozenset[Place]:
     return frozenset(_placed(run))
 
 
-def _placed(run: Run) -> dict[Place, Event]:
-    """Return each contact of a run in its place."""
-    so_far, placed = Counter[str](), {}
-    for event in contacts(run):
-        so_far.update(event.balls)
-        placed[_contact(event), tuple(so_far[id_] for id_ in sorted(event.balls))] = event
-    return placed
-
-
 # -- many shots beside a reference run -------------------------------------------------------------
 
 
@@ -188,14 +185,13 @@ class Reference(NamedTuple):
 
     Its balls are at ``path`` (T, N, 2) at the ``times`` (T,). A ball has left it that is more than
     ``agree`` (m) off. Ball i has ``contacts[i]`` contacts; contact c is with ``other[i, c]``, a
-    ball or as -1 - its number a wall, as the ``place[i, c]``-th contact of the other ball.
+    ball or as -1 - its number a wall.
     """
 
     times: Any
     path: Any
     agree: float
     other: Any
-    place: Any
     contacts: Any
 
 
@@ -204,28 +200,23 @@ def reference_of(run: Run, agree: float) -> Reference:
     times = np.linspace(0.0, run.duration, INSTANTS + 1)
     cushions = len(run.scene.table.edges) if run.scene.table else 0  # They come before pockets.
     pockets = {hole.id: cushions + k for k, hole in enumerate(run.scene.pockets)}
-    seen: list[list[tuple[int, int]]] = [[] for _ in run.scene.balls]
+    met: list[list[int]] = [[] for _ in run.scene.balls]
     for event in contacts(run):
         one, *other = (run.scene.index[id_] for id_ in event.balls)
+        wall = event.cushion if event.pocket is None else pockets[event.pocket]
+        met[one].append(other[0] if other else -1 - (wall or 0))
         for i in other:
-            place = len(seen[one]) + 1, len(seen[i]) + 1
-            seen[one].append((i, place[1]))
-            seen[i].append((one, place[0]))
-        if not other:
-            wall = event.cushion if event.pocket is None else pockets[event.pocket]
-            seen[one].append((-1 - (wall or 0), 0))
-    rows = np.zeros((2, len(seen), max(map(len, seen))), dtype=np.int64)
-    for i, each in enumerate(seen):
-        rows[:, i, : len(each)] = np.array(each, dtype=np.int64).reshape(-1, 2).T
-    counts = np.array([len(each) for each in seen])
-    return Reference(times, np.array(run.at(times)[0]), agree, rows[0], rows[1], counts)
+            met[i].append(one)
+    counts = np.array([len(each) for each in met])
+    rows = np.array(list(zip_longest(*met, fillvalue=0)), np.int64)
+    others = rows.reshape(-1, len(met)).T.copy()
+    return Reference(times, np.array(run.at(times)[0]), agree, others, counts)
 
 
 class Beside:
     """This watches shots, and compares each with the reference, which is made of ``run``.
 
-    ``departure`` (S, N) is when (s; inf: never) each ball left it; ``same`` (S,) tells whether
-    the run has its contacts.
+    ``departure`` (S, N) is when (s; inf: never) a ball left it, ``same`` (S,) who has its contacts.
     """
 
     def __init__(self, run: Run, reference: Reference, out: Out) -> None:
@@ -236,10 +227,9 @@ class Beside:
 
     def watch(self, part: slice, tracks: Tracks) -> None:
         """Compare these shots."""
-        compiled.alone(compare)(
-            tracks, self.duration[part], self.reference, self.departure[part], self.same[part],
-            np.zeros(self.departure.shape[1], np.int64),
-        )  # fmt: skip
+        count = np.zeros(self.departure.shape[1], np.int64)
+        parts = self.duration[part], self.reference, self.departure[part], self.same[part]
+        compiled.alone(compare)(tracks, *parts, count)
 
     def see(self, k: int, run: Run) -> None:
         """Compare the run of shot ``k``, which was not compiled."""
@@ -265,7 +255,7 @@ def compare(
         if last > first:
             for i in range(departure.shape[1]):
                 departure[s, i] = leaves(tracks.rows, first, last, duration[s], reference, i)
-            same[s] = has_same_contacts(tracks.contacts, begun, ended, reference, count)
+            same[s] = has_same_contacts(tracks.contacts[begun:ended], reference, count)
         first, begun = last, ended
     return len(departure)
 
@@ -293,21 +283,14 @@ def leaves(
     return math.inf
 
 
-def has_same_contacts(
-    contacts: Any, begun: int, ended: int, reference: Reference, count: Any
-) -> bool:
+def has_same_contacts(contacts: Any, reference: Reference, count: Any) -> bool:
     """Tell whether every ball met the same others in the same order as in the reference."""
     count[:] = 0
-    for c in range(begun, ended):
-        i, j = contacts[c, 0], contacts[c, 1]
-        count[i] += 1
-        place = 0
-        if j >= 0:
-            count[j] += 1
-            place = count[j]
-        n = count[i] - 1
-        if n >= reference.contacts[i]:
-            return False
-        if reference.other[i, n] != j or reference.place[i, n] != place:
-            return False
+    for c in range(len(contacts)):
+        for side in range(2):
+            i, j = contacts[c, side], contacts[c, 1 - side]
+            if i >= 0:  # Others are walls.
+                if count[i] >= reference.contacts[i] or reference.other[i, count[i]] != j:
+                    return False
+                count[i] += 1
     return bool((count == reference.contacts).all())

@@ -84,13 +84,13 @@ def find(
 
     ``wanted(batch)`` takes a :class:`~pool_pymunk.Batch` and returns which of its shots do it, a
     Boolean array (S,). The ball that ``shot`` strikes is struck at angles (degrees, from +x) within
-    ``angle`` and speeds (m/s) within ``speed``, by default from a quarter of the shot's to one and
-    a half of it, and with a roll (a share of the velocity) within ``roll``, by default that of the
-    shot. ``tries`` shots on a grid are looked at first. The player's errors are normal,
-    with the standard deviations ``angle_error`` (degrees) and ``speed_error`` (m/s). ``errors`` has
-    those of further inputs (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of
-    success is measured by ``samples`` tries. The ``best`` shots are returned, no two of them within
-    three standard deviations of each other; the list is empty if no try did it. All runs are exact.
+    ``angle``, speeds (m/s) within ``speed`` (default: a quarter of the shot's to one and a half of
+    it) and rolls (shares of the velocity) within ``roll`` (default: the shot's). ``tries`` shots on
+    a grid are looked at first. The player's errors are normal, with the standard deviations
+    ``angle_error`` (degrees) and ``speed_error`` (m/s); ``errors`` has those of further inputs
+    (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of success is measured by
+    ``samples`` tries. The ``best`` shots are returned, no two of them within three standard
+    deviations of each other; the list is empty if no try did it. All runs are exact.
 
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then moved to where
     the squares of the distances from them are least (Gauss-Newton), as long as it does what is
@@ -99,23 +99,20 @@ def find(
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
-    >>> def eight_moves(batch):
-    ...     start = scene.balls[scene.index["8"]].position
-    ...     return (batch.final[:, scene.index["8"]] != start).any(axis=-1)
-    >>> found = find(scene, 1, eight_moves, tries=3000, samples=200, best=1)
+    >>> found = find(scene, 1, lambda batch: batch.hits > 3, tries=3000, samples=200, best=1)
     >>> len(found), found[0].share > 0.5
     (1, True)
     """
     chosen = find_shot(scene, shot)
     if chosen is None:
         raise setting_error("shot", None, "is missing: the scene has none")
-    search = _ShotSearch(scene, chosen, wanted, angle_error, speed_error, seed, law)
-    search.doubt(errors or {})
+    search = _ShotSearch(scene, chosen, wanted, seed, law)
+    search.doubt(angle_error, speed_error, errors or {})
     search.aim_for({} if ends is None else ends)
     search.read_ranges(angle, speed, roll)
-    counts = {"tries": (tries, 10 * TALL), "samples": (samples, 10), "best": (best, 1)}
-    for key, (count, least) in counts.items():
-        argument(key, count, whole(least))
+    argument("tries", tries, whole(10 * TALL))
+    argument("samples", samples, whole(10))
+    argument("best", best, whole(1))
     found: list[Found] = []
     for place in search.look(tries)[: CANDIDATES * best]:
         one = search.closely(place, samples)
@@ -129,30 +126,16 @@ class _ShotSearch:
     """A search knows the scene, what is asked for, and the player."""
 
     def __init__(
-        self, scene: Scene, shot: Shot, wanted: Wanted, angle: float, speed: float, seed: int,
-        law: str | Law | None,
-    ) -> None:  # fmt: skip
+        self, scene: Scene, shot: Shot, wanted: Wanted, seed: int, law: str | Law | None
+    ) -> None:
         self.scene, self.shot, self.wanted, self.seed, self.law = scene, shot, wanted, seed, law
-        self.errors = argument("angle_error", angle, size), argument("speed_error", speed, size)
         self.ball, start = scene.index[shot.ball], scene.start(shot)
         self.position, self.usual = np.array(start.position), math.hypot(*start.velocity[self.ball])
+
+    def doubt(self, angle: float, speed: float, errors: Mapping[str, float]) -> None:
+        """Say how far the shot and further inputs may be off: their standard deviations."""
+        self.errors = argument("angle_error", angle, size), argument("speed_error", speed, size)
         self.others: dict[str, float] = {}
-
-    def read_ranges(self, angle: Range, speed: Range | None, roll: Range | None) -> None:
-        """Read the ranges within which shots are looked for."""
-        speed = speed or (0.25 * self.usual, 1.5 * self.usual)
-        given = {"angle": angle, "speed": speed, "roll": roll}
-        ranges = {key: read_pair(key, each) for key, each in given.items() if each is not None}
-        for key, (low, high) in ranges.items():
-            if not low < high:
-                raise setting_error(key, [low, high], "must be (low, high)")
-            if key == "roll" and not self.scene.surface.rolls:
-                raise setting_error(key, [low, high], NO_ROLLING)
-        self.varied = list(ranges)
-        self.low, self.high = np.array([*ranges.values(), [self.shot.roll] * 2][:3]).T
-
-    def doubt(self, errors: Mapping[str, float]) -> None:
-        """Say how far further inputs may be off: their standard deviations."""
         for name, error in errors.items():
             row, _ = row_of("errors", name, self.scene, (), self.shot)
             if row.of == SHOT and name != "roll":
@@ -170,6 +153,19 @@ class _ShotSearch:
         if not np.isfinite(self.goals).all():
             raise setting_error("ends", dict(ends), "must be finite numbers")
 
+    def read_ranges(self, angle: Range, speed: Range | None, roll: Range | None) -> None:
+        """Read the ranges within which shots are looked for."""
+        speed = speed or (0.25 * self.usual, 1.5 * self.usual)
+        given = {"angle": angle, "speed": speed, "roll": roll}
+        ranges = {key: read_pair(key, each) for key, each in given.items() if each is not None}
+        for key, (low, high) in ranges.items():
+            if not low < high:
+                raise setting_error(key, [low, high], "must be (low, high)")
+            if key == "roll" and not self.scene.surface.rolls:
+                raise setting_error(key, [low, high], NO_ROLLING)
+        self.varied = list(ranges)
+        self.low, self.high = np.array([*ranges.values(), [self.shot.roll] * 2][:3]).T
+
     def within(self, place: Array) -> Array:
         """Return a place within the ranges; a range of 360 degrees or more goes round."""
         place, low = place.copy(), self.low[0]
@@ -178,10 +174,7 @@ class _ShotSearch:
         return np.clip(place, self.low, self.high)
 
     def play(self, tries: Array, others: Array | None = None) -> Batch:
-        """Play the shot at angles (degrees), speeds (m/s) and rolls, with errors (S, P) of others.
-
-        The tries (S, 3) have them in columns.
-        """
+        """Play the shot at angles, speeds and rolls (S, 3), with errors (S, P) of other inputs."""
         (angle, speed, share), vary = tries.T, dict[str, Array]()
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(tries), 1, 1))
         its = {"speed": np.maximum(speed, 0.0), "angle": angle}
@@ -197,9 +190,8 @@ class _ShotSearch:
             else:
                 vary[name] = values
         roll = rolled(self.scene, velocity, self.ball, share)
-        return simulate_many(
-            self.scene, self.position, velocity, roll=roll, law=self.law, vary=vary
-        )  # fmt: skip
+        place, law = self.position, self.law
+        return simulate_many(self.scene, place, velocity, roll=roll, law=law, vary=vary)
 
     def does(self, tries: Array, others: Array | None = None) -> Mask:
         """Tell which of these shots (S, 3) do what is asked; a part at once is in memory."""
@@ -229,9 +221,8 @@ class _ShotSearch:
         for k in np.argsort(-share, axis=None, kind="stable").tolist():
             if share.flat[k] == 0.0 or len(places) >= 200:
                 break
-            place = grid[k]
-            if not self.is_near(place, places):
-                places.append(place)
+            if not self.is_near(grid[k], places):
+                places.append(grid[k])
         return places
 
     def closely(self, place: Array, samples: int) -> Found | None:
@@ -247,8 +238,7 @@ class _ShotSearch:
             does = self.does(tries, width * others)
             if does.any():
                 middle = self.within(tries[does].mean(axis=0))
-                if self.does(middle[np.newaxis])[0]:
-                    place = middle
+                place = middle if self.does(middle[np.newaxis])[0] else place
             width *= NARROWER
         run = self.played(place)
         if run is None:
@@ -275,7 +265,10 @@ class _ShotSearch:
     def improved(self, place: Array, run: Run) -> tuple[Array, Run]:
         """Move a shot to where the balls end nearest to their goals, by steps of Gauss-Newton."""
         for _ in range(MOST_STEPS):
-            step, least = self._step(run), (1.0 - LEAST_GAIN) * self.off(run)
+            slopes = derivatives(run, self.varied).final[self.balls].reshape(-1, len(self.varied))
+            apart = (self.goals - np.array(run.end.position)[self.balls]).ravel()
+            step = np.linalg.lstsq(np.nan_to_num(slopes), apart, rcond=None)[0]
+            step, least = np.pad(step, (0, 3 - len(step))), (1.0 - LEAST_GAIN) * self.off(run)
             for share in SIZES:
                 moved = self.within(place + share * step)
                 other = self.played(moved)
@@ -285,13 +278,6 @@ class _ShotSearch:
             else:
                 break
         return place, run
-
-    def _step(self, run: Run) -> Array:
-        """Return the change of a place that should bring the ends home."""
-        slopes = derivatives(run, self.varied).final[self.balls].reshape(-1, len(self.varied))
-        wanted = (self.goals - np.array(run.end.position)[self.balls]).ravel()
-        step = np.linalg.lstsq(np.nan_to_num(slopes), wanted, rcond=None)[0]
-        return np.pad(step, (0, 3 - len(step)))
 
     def is_near(self, place: Any, places: Sequence[Any]) -> bool:
         """Tell whether a shot is within three standard deviations of one of the others."""

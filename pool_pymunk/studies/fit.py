@@ -7,32 +7,24 @@ and many minima: the search starts from the scene's own numbers, and from the be
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pool_pymunk.model import Scene
-from pool_pymunk.model.inputs import (
-    TABLE,
-    Names,
-    chosen,
-    in_units,
-    input_value,
-    names_in,
-    parts,
-    unit_of,
-)
+from pool_pymunk.model import Scene, inputs
 from pool_pymunk.model.plain import argument, size, whole
 from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.results.run import write_rows
 from pool_pymunk.studies import Mask, known
-from pool_pymunk.studies.fit_doubts import CAUCHY, SAME, Optimum, doubts, first_scale, robust_scale
+from pool_pymunk.studies.fit_doubts import CAUCHY, SAME, Optimum, doubts, loss
 from pool_pymunk.studies.measured import Forecast, Measurement, read_measured
 
 MORE = 6  # This many rounds of further starts are made where what remains is implausible.
@@ -44,7 +36,6 @@ ROUNDS = 20  # So often the scale of the errors is estimated anew.
 FIRST_ROUNDS = 3
 SETTLED = 1e-3  # The scale is found when it changes by less than this share.
 COLUMNS = ("shot", "ball", "t", "x", "y", "x_fitted", "y_fitted", "off", "off_before", "used")
-NEEDS_SCIPY = "fit needs SciPy: pip install 'pool-pymunk[fit]'"
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +45,10 @@ class Fit:
     ``scene`` has the fitted numbers, and ``before`` is the one that was given. ``values`` and
     ``standard_errors`` are by the inputs' names, in SI, angles in degrees; ``correlations`` is
     (P, P) in their order. What the data cannot tell has the standard error nan. ``residuals``
-    (M, 2) are ``measured`` less fitted places (m), and ``residuals_before`` (M, 2) those of the
-    scene that was given. ``used`` (M,) tells which were fitted to. ``sigma`` (m) is the standard
-    deviation of one measured coordinate: estimated, or as stated, and nan where nothing tells it.
-    ``warnings`` say what the data cannot tell, and what is to be doubted.
+    (M, 2) are ``measured`` less fitted places (m), ``residuals_before`` those of the scene that was
+    given, and ``used`` (M,) tells which were fitted to. ``sigma`` (m) is the standard deviation of
+    one measured coordinate: estimated or stated, nan where nothing tells it. ``warnings`` say what
+    the data cannot tell, and what is to be doubted.
     """
 
     scene: Scene = field(repr=False)
@@ -73,19 +64,17 @@ class Fit:
     warnings: tuple[str, ...]
 
     def __repr__(self) -> str:
-        units = self.scene.units
-        found = ", ".join(
-            f"{name} {self.written(name)} {unit_of(units, name)}".rstrip() for name in self.values
-        )
-        sigma = f"{units.from_si(self.sigma, 'length'):.3g} {units.length}"
-        error = f"; sigma {sigma}" if math.isfinite(self.sigma) else ""
-        return f"<Fit to {len(self.measured)} places: {found or 'nothing free'}{error}>"
+        units, unit_of = self.scene.units, inputs.unit_of
+        found = [f"{name} {self.written(name)} {unit_of(units, name)}" for name in self.values]
+        said = ", ".join(map(str.rstrip, found)) or "nothing free"
+        if math.isfinite(self.sigma):
+            said += f"; sigma {units.from_si(self.sigma, 'length'):.3g} {units.length}"
+        return f"<Fit to {len(self.measured)} places: {said}>"
 
     def written(self, name: str) -> str:
         """Write a fitted number with its standard error, in the scenario's units."""
-        units = self.scene.units
-        error = in_units(units, name, self.standard_errors[name])
-        return _with_error(in_units(units, name, self.values[name]), error)
+        both = self.values[name], self.standard_errors[name]
+        return _with_error(*(inputs.in_units(self.scene.units, name, each) for each in both))
 
     @property
     def rms(self) -> float:
@@ -107,12 +96,10 @@ class Fit:
         """Return the fit as in the JSON of ``fit --json``, in SI; null is what is not known."""
         return {
             "values": dict(self.values),
-            "before": {name: input_value(self.before, name) for name in self.values},
+            "before": {name: inputs.input_value(self.before, name) for name in self.values},
             "standard_errors": {name: known(e) for name, e in self.standard_errors.items()},
             "correlations": [[known(each) for each in row] for row in self.correlations.tolist()],
-            "sigma": known(self.sigma),
-            "rms": known(self.rms),
-            "rms_before": known(self.rms_before),
+            **{key: known(getattr(self, key)) for key in ("sigma", "rms", "rms_before")},
             "measured": [one._asdict() for one in self.measured],
             "residuals": self.residuals.tolist(),
             "used": self.used.tolist(),
@@ -137,16 +124,15 @@ def write_csv(found: Fit, path: Path) -> None:
     """Write one row a place: measured, fitted, and how far off it is, in the scenario's unit."""
     unit = found.scene.units.from_si(1.0, "length")
     shots = [shot.name for shot in found.scene.shots] or [""]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(COLUMNS)
-        for m, one in enumerate(found.measured):
-            x, y = one.x * unit, one.y * unit
-            dx, dy = (found.residuals[m] * unit).tolist()
-            before = float(np.hypot(*found.residuals_before[m]) * unit)
-            places = (x, y, x - dx, y - dy, math.hypot(dx, dy), before)
-            numbers = (f"{number:.10g}" for number in places)
-            rows.writerow([shots[one.shot - 1], one.ball, one.t, *numbers, int(found.used[m])])
+    rows = []
+    for m, one in enumerate(found.measured):
+        x, y = one.x * unit, one.y * unit
+        dx, dy = (found.residuals[m] * unit).tolist()
+        before = float(np.hypot(*found.residuals_before[m]) * unit)
+        places = (x, y, x - dx, y - dy, math.hypot(dx, dy), before)
+        numbers = (f"{number:.10g}" for number in places)
+        rows.append([shots[one.shot - 1], one.ball, one.t, *numbers, int(found.used[m])])
+    write_rows(path, COLUMNS, rows)
 
 
 def _rms(residuals: Array) -> float:
@@ -195,10 +181,7 @@ def fit(
     return _Minimizer(Forecast(scene, names, rows, law), error, first).fit(count)
 
 
-# -- what is free ----------------------------------------------------------------------------------
-
-
-def input_names(scene: Scene, free: str | Sequence[str], shots: Sequence[int] = ()) -> Names:
+def input_names(scene: Scene, free: str | Sequence[str], shots: Sequence[int] = ()) -> inputs.Names:
     """Return the names of the inputs that shall be free, each once.
 
     The inputs of a shot are those of the measured ``shots``. Raises SettingError for a name that
@@ -207,10 +190,10 @@ def input_names(scene: Scene, free: str | Sequence[str], shots: Sequence[int] = 
     measured = map(str, shots if scene.shots else ())
     groups = {
         group: [name for name in names if not _why_not(scene, name, shots)]
-        for group, names in names_in(scene, measured).items()
+        for group, names in inputs.names_in(scene, measured).items()
     }
-    every = names_in(scene, map(str, range(1, len(scene.shots) + 1)))
-    found = chosen("free", free, groups, (name for names in every.values() for name in names))
+    every = inputs.names_in(scene, map(str, range(1, len(scene.shots) + 1)))
+    found = inputs.chosen("free", free, groups, chain.from_iterable(every.values()))
     for name in found:
         if why := _why_not(scene, name, shots):
             raise setting_error("free", name, f"there is no such input: {why}")
@@ -219,19 +202,19 @@ def input_names(scene: Scene, free: str | Sequence[str], shots: Sequence[int] = 
 
 def _why_not(scene: Scene, name: str, shots: Sequence[int]) -> str:
     """Say why an input of the scene cannot be free; return "" if it can."""
-    kind, whose = parts(name)
+    kind, whose = inputs.parts(name)
     if kind in ("angle", "turn") and scene.shots[int(whose) - 1].aim is not None:
         return f"shot {whose} aims at a ball, and that gives its direction"
     struck = {scene.shots[k - 1].ball for k in shots} if scene.shots else set()
-    if TABLE[kind].group == "velocity" and struck == {whose}:
+    if inputs.TABLE[kind].group == "velocity" and struck == {whose}:
         return f"ball {whose} is struck, so its velocity is that of the shot: speed and angle"
     return ""
 
 
 def _span(scene: Scene, name: str) -> tuple[float, float]:
     """Return the range in which a search looks for an input, around the scene's own number."""
-    kind, whose = parts(name)
-    row, own = TABLE[kind], input_value(scene, name)
+    kind, whose = inputs.parts(name)
+    row, own = inputs.TABLE[kind], inputs.input_value(scene, name)
     if row.group == "restitution":
         return 0.2, 1.0
     if row.group == "friction":
@@ -255,24 +238,41 @@ class _Minimizer:
 
     def fit(self, starts: int) -> Fit:
         """Search from several starts, and say what came of it."""
-        self.used = self._sound(self._inside(self.own))
-        others = self._look(0, starts - 1) if starts > 1 and self.names else []
-        first = [self._inside(self.own), *others]
-        tried = [self._refined(start, FIRST_ROUNDS) for start in first]
-        best = self._settled(self._refined(self._best(tried).values))
-        for k in range(1, 1 + MORE if starts > 1 and self.names else 1):
+        margin = 0.1 * self.sizes  # At their bounds numbers may have no derivatives.
+        first = np.clip(self.own, self.low + margin, self.high - margin)
+        self.used, others = self._sound(first), starts > 1 and bool(self.names)
+        best = self._best_of([first, *(self._look(0, starts - 1) if others else ())])
+        for k in range(1, 1 + MORE if others else 1):
             if self._judged(best).is_plausible:
                 break
-            tried = [self._refined(start, FIRST_ROUNDS) for start in self._look(k, starts, best)]
-            best = self._settled(self._refined(self._best([best, *tried]).values))
+            best = self._best_of(self._look(k, starts, best), [best])
         best = self._nearest(best)
         if self.error is not None:  # It is known, so it need not be estimated any more.
             values = self._down(best.values, self.error) if self.names else best.values
-            best = self._at(values, self.error)
-        return self._answer(best)
+            best = Optimum(self.forecast, values, self.used, self.error)
+        forecast, numbers, optimum = self.forecast, best.values.tolist(), self._judged(best)
+        return Fit(
+            scene=forecast.scene_of(numbers),
+            before=forecast.scene,
+            values=dict(zip(self.names, numbers, strict=True)),
+            standard_errors=dict(zip(self.names, optimum.errors.tolist(), strict=True)),
+            correlations=optimum.correlations,
+            measured=tuple(forecast.measured),
+            residuals=best.residuals,
+            residuals_before=forecast.residuals(self.own),
+            used=self.used,
+            sigma=best.sigma if optimum.knows_sigma else math.nan,
+            warnings=tuple(doubts(optimum)),
+        )
 
-    def _settled(self, best: Optimum) -> Optimum:
-        """Go down again until the places that have derivatives are the same ones."""
+    def _best_of(self, starts: Sequence[Array], known: Sequence[Optimum] = ()) -> Optimum:
+        """Search from these starts, and go down from the best, also of those that are known.
+
+        That is done again until the places that have derivatives are the same ones.
+        """
+        found = [*known, *(self._refined(start, FIRST_ROUNDS) for start in starts)]
+        scale = min(each.sigma for each in found)  # All are judged by the smallest scale.
+        best = self._refined(min(found, key=lambda each: loss(each.off, scale)).values)
         for _ in range(5):
             sound = self._sound(best.values)
             if (sound == self.used).all():
@@ -293,8 +293,6 @@ class _Minimizer:
             raise setting_error("measured", len(found), message)
         return found
 
-    # -- where to start ----------------------------------------------------------------------------
-
     def _look(self, k: int, count: int, best: Optimum | None = None) -> list[Array]:
         """Return the best numbers of the ``k``-th look at many, in odd looks close to the best."""
         low, high = np.array([_span(self.forecast.scene, name) for name in self.names]).T
@@ -308,116 +306,67 @@ class _Minimizer:
         draws = (halton.random(looks) + shift) % 1.0
         tries = list(np.clip(low + draws * (high - low), self.low, self.high))
         radius = min(ball.radius for ball in self.forecast.scene.balls)
-        costs = [self._at(values).cost(radius) for values in tries]
+        costs = [loss(self.forecast.residuals(at)[self.used], radius) for at in tries]
         order = np.argsort(costs, kind="stable")[:count]
         return [tries[k] for k in order if math.isfinite(costs[k])]
 
-    def _at(self, values: Array, sigma: float = 1.0) -> Optimum:
-        return Optimum(self.forecast, values, self.used, sigma)
+    def _at(self, values: Array, last: float | None = None) -> Optimum:
+        """Return a state whose scale follows the residuals and the last scale, if there is one.
 
-    def _best(self, found: Sequence[Optimum]) -> Optimum:
-        """Return the best of several, all judged by the smallest scale."""
-        scale = min(each.sigma for each in found)
-        return min(found, key=lambda each: each.cost(scale))
-
-    # -- one search --------------------------------------------------------------------------------
+        A stated error is the least scale: with a smaller one all places would seem blunders.
+        """
+        here = Optimum(self.forecast, values, self.used, 1.0)
+        here.sigma = max(here.scale(last), self.error or 0.0)
+        return here
 
     def _refined(self, start: Array, rounds: int = ROUNDS) -> Optimum:
         """Go down from a start, with a scale of the errors that follows the residuals."""
-        if not self.names:
-            return self._at(start, self._scale(start, None))
-        values = np.clip(start, self.low, self.high)
-        scale = self._scale(values, None)
-        for _ in range(rounds):
-            values = self._down(values, scale)
-            last, scale = scale, self._scale(values, scale)
-            if abs(scale - last) <= SETTLED * last:
+        best = self._at(np.clip(start, self.low, self.high))
+        for _ in range(rounds if self.names else 0):
+            last = best.sigma
+            best = self._at(self._down(best.values, last), last)
+            if abs(best.sigma - last) <= SETTLED * last:
                 break
-        return self._at(values, scale)
+        return best
 
     def _down(self, values: Array, scale: float) -> Array:
         """Minimize Cauchy's loss for errors of this scale (m)."""
         used, forecast = self.used, self.forecast
-
-        def residuals(at: Array) -> Array:
-            return np.asarray(forecast.residuals(at)[used].ravel() / scale)
-
-        def jacobian(at: Array) -> Array:
-            return -forecast.jacobian(at, used) / scale
-
         found = _scipy("optimize").least_squares(
-            residuals, values, jacobian, bounds=(self.low, self.high), x_scale=self.sizes,
-            loss="cauchy", f_scale=CAUCHY, max_nfev=STEPS,
+            lambda at: forecast.residuals(at)[used].ravel() / scale, values,
+            lambda at: -forecast.jacobian(at, used) / scale, bounds=(self.low, self.high),
+            x_scale=self.sizes, loss="cauchy", f_scale=CAUCHY, max_nfev=STEPS,
         )  # fmt: skip
         return np.asarray(found.x)
 
-    def _inside(self, values: Array) -> Array:
-        """Move numbers a little off their bounds, where derivatives may not exist."""
-        margin = 0.1 * self.sizes
-        return np.clip(values, self.low + margin, self.high - margin)
-
-    def _scale(self, values: Array, scale: float | None) -> float:
-        """Estimate the standard deviation (m) of the errors, from the residuals and the last scale.
-
-        Places that depend on nothing that is free do not count. A stated error is the least scale:
-        a loss with too small a scale would take all places far from the answer for blunders.
-        """
-        here = self._at(values)
-        off, count = here.off[here.hangs] if self.names else here.off, here.rank
-        found = (scale and robust_scale(off, scale, count)) or first_scale(off, count)
-        return max(found, self.error or 0.0)
-
-    # -- what the data do not tell -----------------------------------------------------------------
-
     def _nearest(self, best: Optimum) -> Optimum:
         """Return what lies nearest to the scene's own numbers, of all that is as good."""
-        if not self.names:
-            return best
-        blind = best.blind
-        for k in np.flatnonzero(np.diagonal(blind) > 1.0 - SAME):
+        for k in np.flatnonzero(np.diagonal(best.blind) > 1.0 - SAME):
             values = best.values.copy()
             values[k] = self.own[k]
-            best = self._kept(best, self._at(values, best.sigma))
-        blind = best.blind
-        away = (best.values - self.own) / self.sizes
-        values = np.clip(best.values - self.sizes * (blind @ away), self.low, self.high)
-        if not blind.any() or np.array_equal(values, best.values):
+            if self._is_as_good(best, values):
+                best = Optimum(self.forecast, values, self.used, best.sigma)
+        away = best.blind @ ((best.values - self.own) / self.sizes)
+        values = np.clip(best.values - self.sizes * away, self.low, self.high)
+        if not best.blind.any() or np.array_equal(values, best.values):
             return best
-        return self._kept(best, self._refined(values) if self.forecast.runs(values) else best)
+        other = self._refined(values) if self.forecast.runs(values) else best
+        return other if self._is_as_good(best, other.values) else best
 
-    def _kept(self, best: Optimum, other: Optimum) -> Optimum:
-        """Return another state if it is as good, or else the best one."""
-        return other if other.cost(best.sigma) <= best.cost(best.sigma) + SETTLED else best
-
-    # -- the answer --------------------------------------------------------------------------------
+    def _is_as_good(self, best: Optimum, values: Array) -> bool:
+        costs = (self.forecast.residuals(at)[self.used] for at in (values, best.values))
+        now, before = (loss(each, best.sigma) for each in costs)
+        return now <= before + SETTLED
 
     def _judged(self, best: Optimum) -> Optimum:
         """Return where a search has come to as its doubts take it; a stated error is the scale."""
-        return replace(best, sigma=self.error or best.sigma, stated=self.error is not None)
-
-    def _answer(self, best: Optimum) -> Fit:
-        """Return the fit, with standard errors and with what is to be doubted."""
-        forecast, values, optimum = self.forecast, best.values, self._judged(best)
-        return Fit(
-            scene=forecast.scene_of(tuple(values.tolist())),
-            before=forecast.scene,
-            values=dict(zip(self.names, values.tolist(), strict=True)),
-            standard_errors=dict(zip(self.names, optimum.errors.tolist(), strict=True)),
-            correlations=optimum.correlations,
-            measured=tuple(forecast.measured),
-            residuals=forecast.residuals(values),
-            residuals_before=forecast.residuals(forecast.own),
-            used=self.used,
-            sigma=best.sigma if optimum.knows_sigma else math.nan,
-            warnings=tuple(doubts(optimum)),
-        )
+        sigma = self.error or best.sigma
+        return Optimum(self.forecast, best.values, best.used, sigma, self.error is not None)
 
 
 def _scipy(part: str) -> Any:
     """Return a part of SciPy, or say how to get it."""
-    from importlib import import_module
-
     try:
         return import_module(f"scipy.{part}")
     except ImportError:
-        raise ImportError(NEEDS_SCIPY) from None
+        raise ImportError("fit needs SciPy: pip install 'pool-pymunk[fit]'") from None

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import compress
 
@@ -19,7 +18,7 @@ from pool_pymunk.model.problems import listed
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.words import counted
 from pool_pymunk.studies import Mask
-from pool_pymunk.studies.measured import Forecast, Runs
+from pool_pymunk.studies.measured import Forecast
 
 # Cauchy's loss with this constant is 95 % as good as plain least squares where errors are normal.
 # The other three are the means of psi^2, psi' and psi/x of a standard normal x, with
@@ -49,25 +48,29 @@ def weights(residuals: Array, scale: float) -> Array:
     return np.asarray(1.0 / (1.0 + (residuals / (CAUCHY * scale)) ** 2))
 
 
+def loss(residuals: Array, scale: float) -> float:
+    """Return Cauchy's loss for errors of this scale (m)."""
+    return float(np.log1p((residuals / (CAUCHY * scale)) ** 2).sum())
+
+
 def first_scale(residuals: Array, free: int) -> float:
     """Return a first guess of the errors' standard deviation (m): it is that of the median."""
-    spare = len(residuals) - free
+    count, spare = len(residuals), len(residuals) - free
     if spare <= 0:
-        return max(math.sqrt(float((residuals**2).mean())) if len(residuals) else 0.0, EXACT)
+        return max(math.sqrt(float((residuals**2).mean())) if count else 0.0, EXACT)
     typical = float(np.median(np.abs(residuals))) / MEDIAN
-    return max(typical * math.sqrt(len(residuals) / spare), EXACT)
+    return max(typical * math.sqrt(count / spare), EXACT)
 
 
 def robust_scale(residuals: Array, scale: float, free: int) -> float | None:
     """Return the errors' scale (m), Huber's proposal 2, from a guess; None: all seem blunders."""
     for _ in range(ROUNDS):
-        weight = weights(residuals, scale)
+        last, weight = scale, weights(residuals, scale)
         spare = float(weight.sum()) / WEIGHT - free
         if spare <= 0.0:
             return None
-        last = scale
-        scale = math.sqrt(float(((weight * residuals) ** 2).sum()) / PSI_SQUARED / spare)
-        scale = max(scale, EXACT)
+        squares = float(((weight * residuals) ** 2).sum())
+        scale = max(math.sqrt(squares / PSI_SQUARED / spare), EXACT)
         if abs(scale - last) <= SETTLED * last:
             break
     return scale
@@ -79,10 +82,8 @@ def covariances(jacobian: Array, residuals: Array, scale: float) -> Array:
     They are sigma^2 (J^T W J)^-1 with Cauchy's weights, and with what the robust loss costs where
     errors are normal (P. J. Huber, Robust Statistics, 1981, chapter 7).
     """
+    scaled, strength = _of_equal_length(jacobian)
     weight = weights(residuals, scale) / WEIGHT
-    strength = np.sqrt((jacobian**2).sum(axis=0))
-    strength[strength == 0.0] = 1.0
-    scaled = jacobian / strength
     information = scaled.T @ (weight[:, np.newaxis] * scaled)
     found = np.linalg.pinv(information, rcond=SAME**2, hermitian=True)
     found *= scale**2 * PSI_SQUARED / PSI_SLOPE**2 / np.outer(strength, strength)
@@ -116,114 +117,57 @@ def blind_part(jacobian: Array) -> Array:
     [[0.0, 0.0], [0.0, 1.0]]
     """
     largest = np.abs(jacobian).max(initial=0.0)
-    jacobian = np.where(np.abs(jacobian) > NOTHING * largest, jacobian, 0.0)
-    lengths = np.sqrt((jacobian**2).sum(axis=0))
-    lengths[lengths == 0.0] = 1.0
-    _, singular, directions = np.linalg.svd(jacobian / lengths)
-    strength = np.zeros(len(directions))
-    strength[: len(singular)] = singular
+    seen = np.where(np.abs(jacobian) > NOTHING * largest, jacobian, 0.0)
+    scaled, lengths = _of_equal_length(seen)
+    _, singular, directions = np.linalg.svd(scaled)
+    strength = np.pad(singular, (0, len(directions) - len(singular)))
     unseen = directions[strength <= SAME * strength.max(initial=0.0)] / lengths
     basis = np.linalg.qr(unseen.T)[0]
     return np.asarray(basis @ basis.T)
 
 
-def hanging(jacobian: Array) -> Mask:
-    """Tell which data depend on something, by more than rounding.
-
-    >>> hanging(np.array([[1.0, 0.0], [0.0, 1e-17], [0.0, 0.0]])).tolist()
-    [True, False, False]
-    """
-    strength = np.abs(jacobian).max(axis=1, initial=0.0)
-    return np.asarray(strength > SAME * strength.max(initial=0.0))
+def _of_equal_length(jacobian: Array) -> tuple[Array, Array]:
+    """Return a matrix with its columns divided by their lengths, and these; 1 stands for 0."""
+    lengths = np.sqrt((jacobian**2).sum(axis=0))
+    lengths[lengths == 0.0] = 1.0
+    return jacobian / lengths, lengths
 
 
-def rank(jacobian: Array) -> int:
-    """Return how many numbers, or combinations of them, the data tell.
-
-    >>> rank(np.array([[1.0, 0.0], [2.0, 0.0]]))
-    1
-    """
-    blind: float = np.trace(blind_part(jacobian))
-    return int(jacobian.shape[1] - round(blind))
-
-
-# -- where a fit ended -----------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
 class Optimum:
-    """An optimum is where a fit of ``used`` (M,) places ends; ``sigma`` (m) is their error."""
+    """An optimum is where a fit of ``used`` (M,) places ends; ``sigma`` (m) is their error.
 
-    forecast: Forecast
-    values: Array
-    used: Mask
-    sigma: float
-    stated: bool = False
+    ``residuals`` (M, 2) are measured less fitted places (m), and ``off`` (2 U,) those that are
+    used. ``jacobian`` (2 U, P) are their derivatives, 0 where there is none, and ``scaled`` those
+    by the numbers in units of their scales. Of a change of these ``blind`` (P, P) keeps what
+    nothing measured notices. ``hangs`` (2 U,) says which data depend on something that is free by
+    more than rounding, ``rank`` counts the numbers that these tell, and ``spare`` the data beyond.
+    ``knows_sigma`` says whether the error is stated or can be estimated.
+    """
 
-    @cached_property
-    def jacobian(self) -> Array:
-        """Return the derivatives (2 U, P) of the U places that are used, 0 where there is none."""
-        return self.forecast.jacobian(self.values, self.used)
+    def __init__(
+        self, forecast: Forecast, values: Array, used: Mask, sigma: float, stated: bool = False
+    ) -> None:
+        self.forecast, self.values, self.used = forecast, values, used
+        self.sigma, self.stated = sigma, stated
+        self.residuals = forecast.residuals(values)
+        self.off: Array = self.residuals[used].ravel()
+        self.jacobian = forecast.jacobian(values, used)
+        self.scaled: Array = self.jacobian * forecast.sizes
+        self.blind = blind_part(self.scaled)
+        strength = np.abs(self.scaled).max(axis=1, initial=0.0)
+        self.hangs: Mask = strength > SAME * strength.max(initial=0.0)
+        self.rank = len(values) - round(float(np.trace(self.blind)))
+        self.spare = int(self.hangs.sum()) - self.rank
+        self.knows_sigma = stated or self.spare > 0
 
-    @cached_property
-    def scaled(self) -> Array:
-        """Return the derivatives by the numbers in units of their scales."""
-        return np.asarray(self.jacobian * self.forecast.sizes)
-
-    @property
-    def blind(self) -> Array:
-        """Return what of a change of the scaled numbers (P, P) nothing measured notices."""
-        return blind_part(self.scaled)
-
-    def cost(self, sigma: float) -> float:
-        """Return Cauchy's loss for errors of this scale (m)."""
-        return float(np.log1p((self.off / (CAUCHY * sigma)) ** 2).sum())
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Return the names of what was free."""
-        return self.forecast.names
-
-    @cached_property
-    def runs(self) -> Runs:
-        """Return the runs with the fitted numbers."""
-        runs = self.forecast.runs(self.values)
-        assert runs is not None, "the fitted numbers could be played"
-        return runs
-
-    @cached_property
-    def residuals(self) -> Array:
-        """Return measured less fitted places (M, 2), in m."""
-        return self.forecast.residuals(self.values)
+    def scale(self, last: float | None) -> float:
+        """Estimate the errors' standard deviation (m), by what depends on what is free, if any."""
+        off = self.off[self.hangs] if len(self.values) else self.off
+        return (last and robust_scale(off, last, self.rank)) or first_scale(off, self.rank)
 
     @property
-    def off(self) -> Array:
-        """Return the residuals (2 U,) of what is used, as the rows of the derivatives."""
-        return np.asarray(self.residuals[self.used].ravel())
-
-    @cached_property
-    def hangs(self) -> Mask:
-        """Tell which of them (2 U,) depend on something that is free."""
-        return hanging(self.scaled)
-
-    @cached_property
-    def rank(self) -> int:
-        """Return how many numbers, or combinations of them, the data tell."""
-        return rank(self.scaled)
-
-    @property
-    def spare(self) -> int:
-        """Count the data that depend on what is free, beyond those that are needed to find it."""
-        return int(self.hangs.sum()) - self.rank
-
-    @property
-    def knows_sigma(self) -> bool:
-        """Tell whether the error of a coordinate is stated, or can be estimated."""
-        return self.stated or self.spare > 0
-
-    @cached_property
     def excess(self) -> float:
-        """Return the root mean square of what remains, blunders and all, in sigmas."""
+        """The root mean square of what remains, blunders and all, in sigmas."""
         return excess(self.off[self.hangs], self.sigma, self.rank)
 
     @property
@@ -241,7 +185,7 @@ class Optimum:
 
     @cached_property
     def covariance(self) -> Array:
-        """Return the covariances (P, P) of the fitted numbers; nan is what is not known."""
+        """The covariances (P, P) of the fitted numbers; nan is what is not known."""
         found, sizes = covariances(self.scaled, self.off, self.sigma), self.forecast.sizes
         if not self.knows_sigma:
             found[:] = np.nan
@@ -249,58 +193,57 @@ class Optimum:
 
     @cached_property
     def errors(self) -> Array:
-        """Return the standard errors (P,) of the fitted numbers."""
+        """The standard errors (P,) of the fitted numbers."""
         return np.sqrt(np.diagonal(self.covariance))
 
     @cached_property
     def correlations(self) -> Array:
-        """Return the correlations (P, P) of the fitted numbers."""
+        """The correlations (P, P) of the fitted numbers."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.asarray(self.covariance / np.outer(self.errors, self.errors))
 
 
 def doubts(found: Optimum) -> Iterator[str]:
     """Say all that is to be doubted, a sentence each."""
-    yield from _undetermined(found)
-    yield from _loose(found)
-    yield from _bent(found)
-    yield from _implausible(found)
+    for doubt in (_unfitted, _undetermined, _loose, _bent, _implausible):
+        yield from doubt(found)
+
+
+def _unfitted(found: Optimum) -> Iterator[str]:
+    """Name the places that could not be fitted to."""
+    out = ~found.used
+    if out.any():
+        _, why = found.forecast.derivatives(found.values)
+        places = f"{int(out.sum())} of {len(out)} places are left out, because it is not known how"
+        what = f"{places} they depend on what is free ({_places(found, out)})"
+        yield "; ".join((what, *why))
 
 
 def _undetermined(found: Optimum) -> Iterator[str]:
     """Name what no measured place depends on, and what cannot be distinguished."""
-    if not found.used.all():
-        _, why = found.forecast.derivatives(found.values)
-        yield (
-            f"{int((~found.used).sum())} of {len(found.used)} places are left out, because it is "
-            f"not known how they depend on what is free ({_places(found, ~found.used)})"
-            + "".join(f"; {reason}" for reason in why)
-        )
-    blind = found.blind
-    unknown = set(np.flatnonzero(np.diagonal(blind) > SAME).tolist())
+    unknown = set(np.flatnonzero(np.diagonal(found.blind) > SAME).tolist())
     while unknown:
         first = min(unknown)
-        group = sorted(k for k in unknown if abs(blind[first, k]) > SAME)
+        group = sorted(k for k in unknown if abs(found.blind[first, k]) > SAME)
         unknown -= set(group)
-        *names, last = [found.names[k] for k in group]
+        *names, last = [found.forecast.names[k] for k in group]
         if names:
             them = f"{', '.join(names)} and {last}"
             yield f"{them}: the data tell only a combination of them, so one must be given"
         else:
             yield f"{last}: {_why(found, last)}"
     if found.rank and not found.knows_sigma:
-        yield (
-            f"{counted(found.rank, 'number')} fitted to "
-            f"{counted(int(found.hangs.sum()), 'measured coordinate')}: none is left over, so the "
-            "errors are not known"
-        )
+        data = counted(int(found.hangs.sum()), "measured coordinate")
+        numbers = counted(found.rank, "number")
+        yield f"{numbers} fitted to {data}: none is left over, so the errors are not known"
 
 
 def _places(found: Optimum, which: Mask) -> str:
     """Name places by shot and ball."""
     by_shot: dict[str, dict[str, None]] = {}
+    runs = found.forecast.runs(found.values) or {}
     for one in compress(found.forecast.measured, which):
-        by_shot.setdefault(found.runs[one.shot].name, {})[one.ball] = None
+        by_shot.setdefault(runs[one.shot].name, {})[one.ball] = None
     return "; ".join(
         f"{name}: ball{'s' * (len(balls) > 1)} {listed(balls)}" for name, balls in by_shot.items()
     )
@@ -310,7 +253,8 @@ def _why(found: Optimum, name: str) -> str:
     """Say why nothing that was measured depends on an input."""
     kind, whose = parts(name)
     group, scene = TABLE[kind].group, found.forecast.scene
-    hits = [event.balls for run in found.runs.values() for event in run.events if event.is_contact]
+    runs = (found.forecast.runs(found.values) or {}).values()
+    hits = [event.balls for run in runs for event in run.events if event.is_contact]
     if group in ("mass", "radius") and not any(whose in balls for balls in hits):
         return f"no shot has a hit of ball {whose}"
     cue = scene.cue.id if scene.cue and scene.restitution.cue_ball is not None else None
@@ -326,16 +270,15 @@ def _why(found: Optimum, name: str) -> str:
 
 def _loose(found: Optimum) -> Iterator[str]:
     """Doubt numbers that are hardly distinguished, that end at a bound, or that end at a jump."""
-    for i, j in zip(*np.tril_indices(len(found.names), -1), strict=True):
-        if abs(found.correlations[i, j]) > ALIKE:
-            yield (
-                f"{found.names[j]} and {found.names[i]} are hardly distinguished (their "
-                f"correlation is {found.correlations[i, j]:.4f})"
-            )
+    for i, j in zip(*np.tril_indices(len(found.forecast.names), -1), strict=True):
+        if abs(share := found.correlations[i, j]) > ALIKE:
+            both = f"{found.forecast.names[j]} and {found.forecast.names[i]}"
+            yield f"{both} are hardly distinguished (their correlation is {share:.4f})"
     for bounds in (found.forecast.low, found.forecast.high):
         near = np.abs(found.values - bounds) < 1e-3 * found.forecast.sizes
         for k in np.flatnonzero(near):
-            yield f"{found.names[k]} ends at its bound, {bounds[k]:g}: its error means nothing"
+            name = found.forecast.names[k]
+            yield f"{name} ends at its bound, {bounds[k]:g}: its error means nothing"
     known = np.isfinite(found.errors)
     weight = np.sqrt(weights(found.off, found.sigma))
     by_errors = found.jacobian[:, known] * found.errors[known] * weight[:, np.newaxis]
@@ -356,16 +299,13 @@ def _bent(found: Optimum) -> Iterator[str]:
             values[k] = np.clip(values[k] + step, found.forecast.low[k], found.forecast.high[k])
             said = (values[k] - found.values[k]) * found.jacobian[:, k]
             came = found.off - found.forecast.residuals(values)[found.used].ravel()
-            if not _length(weight * (came - said)) <= BENT * _length(weight * said) + EXACT:
+            off, moved = (math.sqrt(((weight * v) ** 2).sum()) for v in (came - said, said))
+            if not off <= BENT * moved + EXACT:
                 yield (
-                    f"{found.names[k]}: within two standard errors places do not move in "
+                    f"{found.forecast.names[k]}: within two standard errors places do not move in "
                     "proportion to it, so its error is only a guide"
                 )
                 break
-
-
-def _length(vector: Array) -> float:
-    return float(np.sqrt((vector**2).sum()))
 
 
 def _implausible(found: Optimum) -> Iterator[str]:
@@ -376,15 +316,18 @@ def _implausible(found: Optimum) -> Iterator[str]:
             f"{int(far.sum())} of {len(far)} places are more than {FAR:g} sigma off, and hardly "
             f"count ({_places(found, far)}): blunders, or the fit has ended in a wrong minimum"
         )
-    if not found.is_plausible and found.stated:
+    if found.is_plausible:
+        return
+    if found.stated:
         yield (
             f"what remains is {found.excess:.2g} times the stated error: the scene does not do "
             "what the table did, or the fit has ended in a wrong minimum; try more starts"
         )
-    elif not found.is_plausible and found.is_coarse:
+    elif found.is_coarse:
         units = found.forecast.scene.units
+        sigma = f"{units.from_si(found.sigma, 'length'):.3g} {units.length}"
         yield (
-            f"the error of a coordinate comes out as {units.from_si(found.sigma, 'length'):.3g} "
-            f"{units.length}, more than {COARSE:g} of a ball's radius: the fit has probably ended "
-            "in a wrong minimum; try more starts, or state the error"
+            f"the error of a coordinate comes out as {sigma}, more than {COARSE:g} of a ball's "
+            "radius: the fit has probably ended in a wrong minimum; try more starts, or state the "
+            "error"
         )

@@ -10,13 +10,13 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from pool_pymunk.model import Scene
 from pool_pymunk.model.inputs import TABLE, Names, input_value, parts, with_inputs
-from pool_pymunk.model.plain import Unfit, is_row, number
+from pool_pymunk.model.plain import finite, is_row
 from pool_pymunk.model.problems import LEFT_OUT, Problem, SceneError, listed, suggestion
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
@@ -32,14 +32,14 @@ MOST_PROBLEMS = 50  # of one file
 KEPT = 4  # This many plays are kept: a search comes back to its last ones.
 
 Runs = Mapping[int, Run]  # by the numbers of their shots
-Values = tuple[float, ...]
+Row = tuple[str, Mapping[str, Any]]  # where it stands, and its cells
 
 
 class Measurement(NamedTuple):
-    """A measurement says where the centre of a ball was (m).
+    """A measurement says where the centre of a ball was (m) at the time ``t`` (s).
 
-    ``t`` (s) is the time since the start of the shot; None is the end of it. ``shot`` is the
-    shot's number from 1; it is 1 as well for a scene without shots.
+    Without a time it is the end of the shot. ``shot`` is the shot's number from 1, and 1 for a
+    scene without shots.
     """
 
     shot: int
@@ -69,54 +69,46 @@ def read_measured(measured: object, scene: Scene) -> tuple[Measurement, ...]:
             for id_, end in shot.published.items()
         )
         if not found:
-            message = "the scenario has no published ends: a CSV file is needed"
-            raise SceneError([Problem("measured", PUBLISHED, message)])
+            _refuse(PUBLISHED, "the scenario has no published ends: a CSV file is needed")
         return found
     if isinstance(measured, str | Path):
         unit = scene.units.to_si(1.0, "length")
         return _Reader(scene, str(measured), unit).read(_lines(str(measured)))
     if not isinstance(measured, Iterable) or isinstance(measured, Mapping):
-        message = 'must be a CSV file, "published", or rows (shot, ball, x, y[, t])'
-        raise SceneError([Problem("measured", measured, message)])
+        _refuse(measured, 'must be a CSV file, "published", or rows (shot, ball, x, y[, t])')
     return _Reader(scene).read(_rows(measured))
 
 
-Row = tuple[str, Mapping[str, Any]]  # where it stands, and its cells
+def _refuse(value: object, message: str, where: str = "measured") -> NoReturn:
+    raise SceneError([Problem(where, value, message)])
 
 
 def _rows(measured: Iterable[Any]) -> Iterator[Row]:
     for k, one in enumerate(measured):
-        where = f"measured[{k}]"
         if not is_row(one) or not 4 <= len(one) <= 5:
-            raise SceneError([Problem(where, one, "must be (shot, ball, x, y) or with t behind")])
-        yield f"{where}.", dict(zip(COLUMNS, one, strict=False))
+            _refuse(one, "must be (shot, ball, x, y) or with t behind", f"measured[{k}]")
+        yield f"measured[{k}].", dict(zip(COLUMNS, one, strict=False))
 
 
 def _lines(source: str) -> Iterator[Row]:
     try:
         lines = Path(source).read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
-        message = f"must be text in UTF-8 (byte {error.start} is not)"
-        raise SceneError([Problem("measured", source, message)]) from None
+        _refuse(source, f"must be text in UTF-8 (byte {error.start} is not)")
     table = csv.DictReader(lines, restkey="more", skipinitialspace=True)
     table.fieldnames = header = [name.strip() for name in table.fieldnames or ()]
-    if problems := [*_header_problems(header)]:
-        raise SceneError(problems, source)
+    every = ", ".join(COLUMNS)
+    said: list[tuple[object, str]] = [(LEFT_OUT, f"must name the columns: {every}")]
+    if header:
+        said = [(header, f"has no column {name}") for name in NEEDED if name not in header]
+        for name in header:
+            if name not in COLUMNS:
+                meant = suggestion(name, COLUMNS)
+                said.append((name, f"there is no such column ({every}){meant}"))
+    if said:
+        raise SceneError([Problem("line 1", *each) for each in said], source)
     for row in table:
         yield f"line {table.line_num}, ", row
-
-
-def _header_problems(header: list[str]) -> Iterator[Problem]:
-    if not header:
-        yield Problem("line 1", LEFT_OUT, f"must name the columns: {', '.join(COLUMNS)}")
-        return
-    for name in NEEDED:
-        if name not in header:
-            yield Problem("line 1", header, f"has no column {name}")
-    for name in header:
-        if name not in COLUMNS:
-            known = f"there is no such column ({', '.join(COLUMNS)}){suggestion(name, COLUMNS)}"
-            yield Problem("line 1", name, known)
 
 
 class _Reader:
@@ -133,7 +125,7 @@ class _Reader:
         for of, row in rows:
             before = len(self.problems)
             if "more" in row:
-                self._refuse(f"{of}columns", row["more"], "there are too many")
+                self.problems.append(Problem(f"{of}columns", row["more"], "there are too many"))
             shot = self._name(of, "shot", row, self.shots)
             ball = self._name(of, "ball", row, self.scene.index)
             x, y = (self._number(f"{of}{key}", row.get(key)) * self.unit for key in ("x", "y"))
@@ -144,13 +136,10 @@ class _Reader:
             elif len(self.problems) >= MOST_PROBLEMS:
                 break
         if not found and not self.problems:
-            self._refuse("measured", LEFT_OUT, "one measurement or more is needed")
+            self.problems.append(Problem("measured", LEFT_OUT, "one measurement or more is needed"))
         if self.problems:
             raise SceneError(self.problems[:MOST_PROBLEMS], self.source)
         return tuple(found)
-
-    def _refuse(self, key: str, value: object, message: str) -> None:
-        self.problems.append(Problem(key, value, message))
 
     def _name(self, of: str, key: str, row: Mapping[str, Any], known: Mapping[str, object]) -> str:
         """Return a name that is known, or refuse it."""
@@ -158,27 +147,27 @@ class _Reader:
         if written not in known:
             every = listed([name for name in known if name]) or "none"
             said = f"there is no such {key} (there are: {every})"
-            self._refuse(f"{of}{key}", written or LEFT_OUT, said)
+            self.problems.append(Problem(f"{of}{key}", written or LEFT_OUT, said))
         return written
 
     def _number(self, key: str, value: Any) -> float:
         try:
-            found = float(value) if isinstance(value, str) else number(value)
-        except (ValueError, Unfit):
-            found = math.nan
-        if not math.isfinite(found):
-            self._refuse(key, LEFT_OUT if value in (None, "") else value, "must be a finite number")
-        return found
+            return finite(float(value) if isinstance(value, str) else value)
+        except ValueError:
+            shown = LEFT_OUT if value in (None, "") else value
+            self.problems.append(Problem(key, shown, "must be a finite number"))
+            return math.nan
 
     def _time(self, key: str, value: Any) -> float | None:
         if value is None or (isinstance(value, str) and not value.strip()):
             return None
         t, latest = self._number(key, value), self.scene.physics.max_time
         if t < 0.0:
-            self._refuse(key, value, "must be 0 or more (s)")
+            self.problems.append(Problem(key, value, "must be 0 or more (s)"))
         elif latest is not None and t > latest:
-            said = f"is after the end of the shot, at max_time = {latest:g} s"
-            self._refuse(key, value, said)
+            self.problems.append(
+                Problem(key, value, f"is after the end of the shot, at max_time = {latest:g} s")
+            )
         return t
 
     def _on_table(self, of: str, x: float, y: float) -> None:
@@ -187,14 +176,11 @@ class _Reader:
             return
         x0, y0, x1, y1 = self.scene.table.bounds
         slack = 2.0 * max(ball.radius for ball in self.scene.balls)
-        unit = self.scene.units.length if self.unit != 1.0 or self.source else "m"
+        unit = self.scene.units.length if self.source else "m"
         for key, value, low, high in (("x", x, x0, x1), ("y", y, y0, y1)):
-            if math.isfinite(value) and not low - slack <= value <= high + slack:
+            if value < low - slack or value > high + slack:
                 message = f"is off the table, {low / self.unit:g} to {high / self.unit:g} {unit}"
-                self._refuse(f"{of}{key}", value / self.unit, message)
-
-
-# -- predicted places ------------------------------------------------------------------------------
+                self.problems.append(Problem(f"{of}{key}", value / self.unit, message))
 
 
 class Forecast:
@@ -206,16 +192,13 @@ class Forecast:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        names: Names,
-        measured: Sequence[Measurement],
-        law: str | Law | None = None,
+        self, scene: Scene, names: Names, measured: Sequence[Measurement], law: str | Law | None
     ) -> None:
         self.scene, self.names, self.measured, self.law = scene, names, measured, law
+        rows = [TABLE[parts(name)[0]] for name in names]
         self.own = np.array([input_value(scene, name) for name in names])
-        self.low = np.array([TABLE[parts(name)[0]].low for name in names])
-        self.high = np.array([TABLE[parts(name)[0]].high for name in names])
+        self.low = np.array([row.low for row in rows])
+        self.high = np.array([row.high for row in rows])
         self.sizes = np.array([_size(scene, name) for name in names])
         self.places = np.array([(one.x, one.y) for one in measured])
         self.shots = np.array([one.shot for one in measured])
@@ -229,7 +212,7 @@ class Forecast:
         self._played = lru_cache(KEPT)(self._play)
         self._differentiated = lru_cache(KEPT)(self._differentiate)
 
-    def scene_of(self, values: Values) -> Scene:
+    def scene_of(self, values: Sequence[float]) -> Scene:
         """Return the scene with these numbers; raise SceneError where there is none."""
         return with_inputs(self.scene, dict(zip(self.names, values, strict=True)))
 
@@ -237,15 +220,15 @@ class Forecast:
         """Play all shots that count; None if these numbers make no scene, or no end."""
         return self._played(tuple(values.tolist()))
 
-    def _play(self, values: Values) -> Runs | None:
+    def _play(self, values: tuple[float, ...]) -> Runs | None:
         try:
             scene = self.scene_of(values)
             shots = [scene.shots[k - 1] if scene.shots else None for k in self.chain]
-            played = simulate_all(scene, shots, solver=reference_solver().name, law=self.law)
-            runs = dict(zip(self.chain, played, strict=True))
+            played = list(simulate_all(scene, shots, solver=reference_solver().name, law=self.law))
         except SceneError:
             return None
-        return runs if all(run.success for run in runs.values()) else None
+        is_done = all(run.success for run in played)
+        return dict(zip(self.chain, played, strict=True)) if is_done else None
 
     def residuals(self, values: Array) -> Array:
         """Return measured less predicted places (M, 2); infinite where nothing can be played."""
@@ -263,7 +246,7 @@ class Forecast:
         """Return the derivatives (M, 2, P) of the predicted places, and what runs warn of."""
         return self._differentiated(tuple(values.tolist()))
 
-    def _differentiate(self, values: Values) -> tuple[Array, tuple[str, ...]]:
+    def _differentiate(self, values: tuple[float, ...]) -> tuple[Array, tuple[str, ...]]:
         runs = self._played(values)
         assert runs is not None, "these numbers could be played"
         found = np.zeros((len(self.measured), 2, len(self.names)))

@@ -6,8 +6,8 @@ every second one is as late at half of the step, so the ends agree by chance. (F
 at random instants, a quarter of the ends would be outside of the tolerance.) So a step dt is
 accepted only if
 
-- the ends at 4 dt, 2 dt and dt agree (two halvings; the first may change the ends twice as much);
-- the ends at five steps between dt and 2 dt, which share no grid with it, agree with those at dt;
+- the ends at 4 dt, 2 dt and dt agree (two halvings; the first may change the ends twice as much),
+  and those at five steps between dt and 2 dt, which share no grid with it, with those at dt;
 - all of them agree to a quarter of the tolerance (``SAFETY`` is 4);
 - in all these runs the same contacts happen, in the same order for every ball, and no ball has two
   of them so close together that steps blur their order.
@@ -29,6 +29,7 @@ from pool_pymunk.model import Point, Scene, Shot, Units
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import counted, step_text
 from pool_pymunk.solvers import SettingError, find_solver, simulate
+from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import contact_order, contacts
 
 SAFETY = 4.0  # The estimated error is this many times the largest change.
@@ -56,8 +57,8 @@ RunAtStep = Callable[[float], Outcome | Sequence[Point]]
 class Level(NamedTuple):
     """A level is one halving: its step (s), the change of the ends (m), the estimated error (m).
 
-    ``change`` is infinite at the first level. ``error`` is also infinite if the contacts differ
-    from those at twice the step, or if the run ended in numbers that are not finite.
+    Both are infinite at the first level, or where the run ended in numbers that are not finite,
+    ``error`` also where contacts differ from those at twice the step.
     """
 
     dt: float
@@ -72,7 +73,7 @@ class Choice:
 
     ``reached`` tells whether it reaches the ``tolerance`` (m), and ``reason`` why no step does.
     ``error`` (m) is the estimate for ``dt``, safety factor included. ``order`` is the observed
-    order of convergence; it is None if there are fewer than three changes.
+    order of convergence, None if there are fewer than three changes.
     """
 
     dt: float
@@ -90,7 +91,7 @@ class Choice:
         """Yield the choice in words: the step, the error, the work, and why it falls short."""
         tolerance, error = (units.from_si(x, "length") for x in (self.tolerance, self.error))
         reached = "reached" if self.reached else "not reached; the finest run is kept:"
-        size = f"{error:.2g} {units.length}" if error < math.inf else "unknown"
+        size = f"{error:.2g} {units.length}" if 0.0 < error < math.inf else "unknown"
         size = "none, to rounding" if error == 0.0 else size
         yield (
             f"Tolerance {tolerance:.3g} {units.length}: {reached} with "
@@ -105,8 +106,7 @@ class Choice:
     def as_dict(self) -> dict[str, object]:
         """Return the choice as in the JSON of ``run``, in SI; an unknown error is null."""
         keys = "tolerance reached dt error order runs steps wall_time reason"
-        error = self.error if self.error < math.inf else None
-        return {key: getattr(self, key) for key in keys.split()} | {"error": error}
+        return {key: getattr(self, key) for key in keys.split()} | {"error": known(self.error)}
 
 
 def choose_step(
@@ -130,7 +130,10 @@ def choose_step(
     >>> choice.reached, 1 / choice.dt, abs(euler(choice.dt)[0][0] - math.exp(-1.0)) < 1e-3
     (True, 1024.0, True)
     """
-    _check(tolerance, start, smallest)
+    for key, value in (("tolerance", tolerance), ("start", start), ("smallest", smallest)):
+        _check(key, value)
+    if smallest > start:
+        raise SettingError(f"smallest = {smallest}: must not be larger than start = {start}")
     began, played = time.perf_counter(), list[Outcome]()
 
     def outcome_at(dt: float) -> Outcome:
@@ -155,40 +158,25 @@ def choose_step(
         levels.append(Level(dt, change, same, SAFETY * largest if same else math.inf))
         settled = change if same else math.inf
         dt /= 2.0
+    shared = [(one.dt, one.change) for one in levels if one.same_contacts]
+    order = slope([(dt, change) for dt, change in shared if 0.0 < change < math.inf][-5:])
+    finest, steps = levels[-1], sum(each.steps for each in played)
+    reached = finest.error <= tolerance
     return Choice(
-        dt=levels[-1].dt,
-        tolerance=tolerance,
-        reached=levels[-1].error <= tolerance,
-        error=levels[-1].error,
-        order=_order(levels),
-        levels=tuple(levels),
-        runs=len(played),
-        steps=sum(each.steps for each in played),
-        wall_time=time.perf_counter() - began,
-        reason="" if levels[-1].error <= tolerance else _reason(levels),
-    )
+        finest.dt, tolerance, reached, finest.error, order, tuple(levels), len(played), steps,
+        time.perf_counter() - began, "" if reached else _reason(levels, order),
+    )  # fmt: skip
 
 
-def _check(tolerance: float, start: float, smallest: float) -> None:
-    for key, value in (("tolerance", tolerance), ("start", start), ("smallest", smallest)):
-        if not 0.0 < value < math.inf:
-            raise SettingError(f"{key} = {value}: must be greater than 0 and finite")
-    if smallest > start:
-        raise SettingError(f"smallest = {smallest}: must not be larger than start = {start}")
+def _check(key: str, value: float) -> None:
+    if not 0.0 < value < math.inf:
+        raise SettingError(f"{key} = {value}: must be greater than 0 and finite")
 
 
 def _distance(a: Outcome | None, b: Outcome) -> float:
     """Return the largest distance (m) of two runs' ends; infinite if they cannot be compared."""
-    if a is None:
-        return math.inf
-    off = [math.dist(p, q) for p, q in zip(a.positions, b.positions, strict=True)]
+    off = [math.inf] if a is None else list(map(math.dist, a.positions, b.positions))
     return max(off, default=0.0) if all(map(math.isfinite, off)) else math.inf
-
-
-def _order(levels: Sequence[Level]) -> float | None:
-    """Return the order of convergence of the last five levels with equal contacts."""
-    shared = [(one.dt, one.change) for one in levels if one.same_contacts]
-    return slope([(dt, change) for dt, change in shared if 0.0 < change < math.inf][-5:])
 
 
 def slope(errors: Sequence[tuple[float, float]]) -> float | None:
@@ -203,25 +191,23 @@ def slope(errors: Sequence[tuple[float, float]]) -> float | None:
     return float(np.polyfit(steps, sizes, 1)[0])
 
 
-def _reason(levels: Sequence[Level]) -> str:
+def _reason(levels: Sequence[Level], order: float | None) -> str:
     """Tell why no level reaches the tolerance."""
-    last, order = levels[-1], _order(levels)
-    at = f"at {last.dt:.3g} s, the smallest step tried, the"
+    last = levels[-1]
     if len(levels) < 2:
         return f"no step below {last.dt:.3g} s may be tried"
     if not math.isfinite(last.change):
         return f"at {last.dt:.3g} s the run ends in numbers that are not finite"
-    if not last.same_contacts:
-        return (
-            f"{at} contacts or their order still depend on the step: the scene is ill-conditioned "
-            "for this solver"
-        )
-    if order is not None and order < NO_ORDER:
+    if last.same_contacts and order is not None and order < NO_ORDER:
         return (
             f"halving does not help: down to {last.dt:.3g} s the ends change from step to step and "
             f"do not settle (observed order {order:.1f})"
         )
-    return f"{at} ends still change too much"
+    still = "ends still change too much"
+    if not last.same_contacts:
+        still = "contacts or their order still depend on the step"
+        still += ": the scene is ill-conditioned for this solver"
+    return f"at {last.dt:.3g} s, the smallest step tried, the {still}"
 
 
 # -- scenes ----------------------------------------------------------------------------------------
@@ -263,44 +249,37 @@ def simulate_within(
 
         if is_exact:
             dt = max(method.dt or COARSEST, smallest or 0.0)
-            _check(tolerance, dt, dt)
+            _check("tolerance", tolerance)
+            _check("start", dt)
             if on_run is not None:
                 on_run(dt)
             trial(dt)
-            choice = _to_rounding(runs[dt], dt, tolerance)
+            steps, took = runs[dt].steps, runs[dt].wall_time
+            choice = Choice(dt, tolerance, False, 0.0, None, (), 1, steps, took)
         else:
             choice = choose_step(trial, tolerance, COARSEST, smallest or finest, on_run)
-        run = runs[choice.dt]
-        yield run, with_policies(choice, run)
+        yield runs[choice.dt], _judged(choice, runs[choice.dt], is_exact)
 
 
-def _to_rounding(run: Run, dt: float, tolerance: float) -> Choice:
-    """Return the choice of the one run of an exact solver, which errs by rounding."""
-    error = math.inf if run.status == "non_finite" else run.rounding
-    error = 0.0 if math.isnan(error) else error  # It is not known without the contact engine.
-    reached = error <= tolerance
-    reason = "" if reached else f"rounding may move the ends by {error:.2g} m, at every step"
-    return Choice(dt, tolerance, reached, error, None, (), 1, run.steps, run.wall_time, reason)
-
-
-def with_policies(choice: Choice, run: Run) -> Choice:
-    """Return the choice with an error that includes policies, which all its steps share."""
-    error = choice.error + run.policy_shift
-    if error == choice.error:
-        return choice
-    reason = (
-        f"the ends may lie up to {run.policy_shift:.2g} m elsewhere at every step, because some "
-        f"contacts have no exact answer ({', '.join(sorted(run.policies))})"
-    )
+def _judged(choice: Choice, run: Run, is_exact: bool) -> Choice:
+    """Return a choice with the errors that all steps share: of policies, and of exact runs."""
+    error, reason = choice.error, choice.reason
+    if is_exact:
+        error = math.inf if run.status == "non_finite" else run.rounding
+        error = 0.0 if math.isnan(error) else error  # It is not known without the contact engine.
+        reason = f"rounding may move the ends by {error:.2g} m, at every step"
+    if (shifted := error + run.policy_shift) != error:
+        error, policies = shifted, ", ".join(sorted(run.policies))
+        reason = (
+            f"the ends may lie up to {run.policy_shift:.2g} m elsewhere at every step, because "
+            f"some contacts have no exact answer ({policies})"
+        )
     reached = error <= choice.tolerance
     return replace(choice, error=error, reached=reached, reason="" if reached else reason)
 
 
 def finest_step(solver: str) -> float:
-    """Return the finest step (s) worth trying with a solver.
-
-    Raises SettingError if its step cannot be chosen by a tolerance.
-    """
+    """Return the finest step (s) worth trying with a solver; raise SettingError if it has none."""
     method = find_solver(solver)
     if method.finest is None:
         raise SettingError(f"solver = {solver}: {method.no_tolerance}")
@@ -310,11 +289,10 @@ def finest_step(solver: str) -> float:
 def outcome(run: Run) -> Outcome:
     """Return where a run ended (cut off: at ``max_time`` itself), its contacts and its steps."""
     last = run.scene.physics.max_time if run.status == "max_time" else None
-    ends = run.at([last])[0][0].tolist() if last is not None else run.end.position
+    ends = run.at(last)[0].tolist() if last is not None else run.end.position
     if run.status == "non_finite":
         ends = [(math.nan, math.nan)] * len(ends)
-    order = (run.status, contact_order(run))
-    return Outcome([(x, y) for x, y in ends], order, run.steps, _resolved(run))
+    return Outcome(ends, (run.status, contact_order(run)), run.steps, _resolved(run))
 
 
 def _resolved(run: Run) -> bool:

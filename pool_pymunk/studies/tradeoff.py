@@ -29,6 +29,7 @@ from pool_pymunk.solvers import (
     simulate,
     simulate_all,
 )
+from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import Comparison, contacts
 from pool_pymunk.studies.tolerance import slope
 
@@ -108,11 +109,19 @@ def tradeoff(
     """
     ladders = ladders_of() if ladders is None else ladders
     sound, left_out = _references(scene, shots)
-    count = sum(len(steps) for steps in ladders.values())
-    result = Tradeoff(scene, (), spread, max(map(_rounding, sound)), left_out, seed)
+    each = budget / sum(len(steps) for steps in ladders.values())
+    # Rounding moves the ends by what is known of it, and at least by a unit of their last digit.
+    rounding = max(
+        max(EPSILON * float(np.abs(run.end.position).max()), known(run.rounding) or 0.0)
+        for run in sound
+    )
+    result = Tradeoff(scene, (), spread, rounding, left_out, seed)
     for solver, steps in ladders.items():
+        has = find_solver(solver).options
+        taken = {name: value for name, value in (options or {}).items() if name in has}
         for dt in steps:
-            one = _measure(sound, solver, dt, budget / count, result.rounding, options or {})
+            play = partial(simulate, scene, solver=solver, dt=dt, **taken)
+            one = Setting(solver, dt, *_measure(sound, play, each, rounding))
             result = replace(result, settings=(*result.settings, one))
             on_done(result)
     return result
@@ -132,42 +141,25 @@ def _references(
     return sound, tuple(run.name for run in runs if run not in sound)
 
 
-def _rounding(run: Run) -> float:
-    """Return how far (m) rounding moves the ends, as far as that is known; at least by a unit."""
-    size = float(np.abs(run.end.position).max())
-    return max(EPSILON * size, run.rounding if math.isfinite(run.rounding) else 0.0)
-
-
 def _measure(
-    references: Sequence[Run], solver: str, dt: float | None, budget: float, rounding: float,
-    options: Mapping[str, Any],
-) -> Setting:  # fmt: skip
-    """Return error and time of one setting over all shots."""
+    references: Sequence[Run], play: Callable[..., Run], budget: float, rounding: float
+) -> tuple[Any, ...]:
+    """Return what a Setting has besides solver and step, of what ``play(shot)`` plays."""
     found, times, repeats = [], 0.0, MOST_REPEATS
-    taken = {name: options[name] for name in options if name in find_solver(solver).options}
     for reference in references:
-        play = partial(simulate, reference.scene, reference.shot, solver=solver, dt=dt, **taken)
-        until, each = time.perf_counter() + budget / len(references), [play()]
-        while len(each) < MOST_REPEATS and time.perf_counter() + each[-1].wall_time < until:
-            each.append(play())
-        status, repeats = each[0].status, min(repeats, len(each))
+        until = time.perf_counter() + budget / len(references)
+        runs = [play(reference.shot)]
+        while len(runs) < MOST_REPEATS and time.perf_counter() + runs[-1].wall_time < until:
+            runs.append(play(reference.shot))
+        status, repeats = runs[0].status, min(repeats, len(runs))
         if status not in ("settled", reference.status):
-            return Setting(solver, dt, math.nan, math.nan, 0, 0, math.nan, len(each), status)
-        found.append(Comparison(reference, each[0]))
-        times += min(run.wall_time for run in each)
-    return Setting(
-        solver=solver,
-        dt=dt,
-        largest=max(rounding, *(one.largest for one in found)),
-        rms=max(rounding, math.sqrt(sum(one.rms**2 for one in found) / len(found))),
-        shared=sum(one.shared for one in found),
-        contacts=sum(len(contacts(one.reference)) for one in found),
-        time=times,
-        repeats=repeats,
-    )
-
-
-# -- how long a run will take ----------------------------------------------------------------------
+            return math.nan, math.nan, 0, 0, math.nan, len(runs), status
+        found.append(Comparison(reference, runs[0]))
+        times += min(run.wall_time for run in runs)
+    largest = max(rounding, *(one.largest for one in found))
+    rms = max(rounding, math.sqrt(sum(one.rms**2 for one in found) / len(found)))
+    shared, count = sum(one.shared for one in found), sum(map(len, map(contacts, references)))
+    return largest, rms, shared, count, times, repeats
 
 
 class Estimate(NamedTuple):
@@ -200,17 +192,14 @@ def estimate(
     for shot in shots:
         duration = asked.play(shot).duration
         steps = duration / step
-        if steps < FEWEST_STEPS / TRIAL:
-            found.append(Estimate(0.0, duration, steps))
-            continue
-        coarse = duration / min(MOST_STEPS, TRIAL * steps)
-        trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
-        times = coarse / step  # The run itself has this many times the trial's steps.
-        found.append(Estimate(trial.wall_time * times, trial.duration, trial.steps * times))
+        one = Estimate(0.0, duration, steps)
+        if steps >= FEWEST_STEPS / TRIAL:
+            coarse = duration / min(MOST_STEPS, TRIAL * steps)
+            trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
+            times = coarse / step  # The run itself has this many times the trial's steps.
+            one = Estimate(trial.wall_time * times, trial.duration, trial.steps * times)
+        found.append(one)
     return found
-
-
-# -- what it means -------------------------------------------------------------------------------
 
 
 def order(settings: Sequence[Setting], floor: float, ceiling: float) -> float | None:
@@ -254,11 +243,8 @@ def sentences(result: Tradeoff) -> list[str]:
         )
     if len(result.exact) > 1:
         lines.append(f"{SHARED_ENGINE} {INDEPENDENT}")
-    lines += [
-        f"{name} is left out: its exact end depends on a slip of zero, which rounding decides."
-        for name in result.left_out
-    ]
-    return lines
+    slip = "is left out: its exact end depends on a slip of zero, which rounding decides."
+    return lines + [f"{name} {slip}" for name in result.left_out]
 
 
 def _within(result: Tradeoff, digits: float) -> str:

@@ -23,6 +23,7 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.results.run import points
 from pool_pymunk.solvers import SettingError
 
 ATTEMPTS = 20  # So often a start is drawn whose balls cannot be moved apart.
@@ -57,9 +58,9 @@ class Uncertainty:
         if not isinstance(self.position, Mapping):
             given["position"] = self.position
         else:
-            for id_, (x, y) in self.position.items():
-                of = f"position of ball {id_} along"
-                given |= {f"{of} x": x, f"{of} y": y}
+            for id_, place in self.position.items():
+                axes = zip("xy", place, strict=True)
+                given |= {f"position of ball {id_} along {axis}": each for axis, each in axes}
         for key, value in given.items():
             if not (value >= 0.0 and math.isfinite(value)):
                 raise SettingError(f"{key} = {value}: must be 0 or more, and finite")
@@ -114,8 +115,8 @@ class Uncertainty:
                     said = f"the range {ends[0]:g} to {ends[1]:g} goes too far: it {row.limits}"
                     raise setting_error("inputs", name, said)
                 rest[name] = width
-        widths = zip(scene.index, self.widths(scene).tolist(), strict=True)
-        return Uncertainty({id_: (x, y) for id_, (x, y) in widths}, inputs=rest, **shot)
+        widths = dict(zip(scene.index, points(self.widths(scene)), strict=True))
+        return Uncertainty(widths, inputs=rest, **shot)
 
     def described(self, scene: Scene) -> str:
         """Return the uncertainty in words, in the scenario's units.
@@ -124,18 +125,19 @@ class Uncertainty:
         >>> Uncertainty(0.000127, speed=0.01, angle=0.001).described(load("report"))
         'starts within ±0.005 in, speed ±0.01 m/s, angle ±0.0573°'
         """
-        units = scene.units
-        widths = [units.from_si(float(h), "length") for h in np.unique(self.widths(scene))]
-        both = " to ".join(dict.fromkeys(f"±{h:.3g}" for h in (widths[0], widths[-1])))
-        parts = [f"starts within {both} {units.length}"] if widths[-1] > 0.0 else []
+        units, said = scene.units, list[str]()
+        widths = [units.from_si(h, "length") for h in np.unique(self.widths(scene)).tolist()]
+        if widths[-1] > 0.0:
+            both = " to ".join(dict.fromkeys(f"±{h:.3g}" for h in (widths[0], widths[-1])))
+            said = [f"starts within {both} {units.length}"]
         if self.speed:
-            parts.append(f"speed ±{units.from_si(self.speed, 'speed'):.3g} {units.speed}")
+            said.append(f"speed ±{units.from_si(self.speed, 'speed'):.3g} {units.speed}")
         if self.angle:
-            parts.append(f"angle ±{math.degrees(self.angle):.3g}°")
+            said.append(f"angle ±{math.degrees(self.angle):.3g}°")
         for name, width in self.inputs.items():
-            said = f"{in_units(units, name, width):.3g} {unit_of(units, name)}".strip()
-            parts.append(f"{name} ±{said}")
-        return ", ".join(parts) or "no uncertainty"
+            value = f"{name} ±{in_units(units, name, width):.3g}"
+            said.append(f"{value} {unit_of(units, name)}".strip())
+        return ", ".join(said) or "no uncertainty"
 
 
 def written_uncertainty(scenario: str | Path) -> Uncertainty:
@@ -149,8 +151,8 @@ def written_uncertainty(scenario: str | Path) -> Uncertainty:
     >>> widths.shape, set(widths.ravel().tolist()) == {0.005 * 0.0254}
     ((11, 2), True)
     """
-    text = bundled().get(str(scenario), Path(scenario)).read_text(encoding="utf-8")
-    return uncertainty_of(text)
+    path = bundled().get(str(scenario), Path(scenario))
+    return uncertainty_of(path.read_text(encoding="utf-8"))
 
 
 def uncertainty_of(text: str) -> Uncertainty:
@@ -165,21 +167,14 @@ def uncertainty_of(text: str) -> Uncertainty:
     for one in raw.get("racks", ()):
         ids = rack_ids(one.get("rows"), one.get("shape", SHAPES[0]), one.get("ids"))
         places |= dict.fromkeys(ids, one["apex"])
-    half = {
-        id_: (units.to_si(_half_digit(x), "length"), units.to_si(_half_digit(y), "length"))
-        for id_, (x, y) in places.items()
-    }
-    return Uncertainty(position=half)
 
+    def half_digit(written: int | Decimal) -> float:
+        """Return half of the last digit's place value in m: that of 0.005 for 66.00."""
+        digit = Decimal(written).as_tuple().exponent
+        assert isinstance(digit, int), "positions are finite"
+        return units.to_si(float(Decimal(1).scaleb(digit) / 2), "length")
 
-def _half_digit(written: int | Decimal) -> float:
-    """Return half of the last digit's place value: 0.005 for 66.00, 0.5 for 66."""
-    exponent = written.as_tuple().exponent if isinstance(written, Decimal) else 0
-    assert isinstance(exponent, int), "positions are finite"
-    return float(Decimal(1).scaleb(exponent) / 2)
-
-
-# -- drawing ---------------------------------------------------------------------------------------
+    return Uncertainty({id_: (half_digit(x), half_digit(y)) for id_, (x, y) in places.items()})
 
 
 def launched(scene: Scene, shot: Shot, position: Array) -> Array:
@@ -192,10 +187,9 @@ def launched(scene: Scene, shot: Shot, position: Array) -> Array:
     if shot.aim == NEAREST:
         away = np.nan_to_num(np.hypot(offset[..., 0], offset[..., 1]), nan=np.inf)
         away[:, ball] = np.inf
-        target = away.argmin(axis=1)
+        dx, dy = offset[np.arange(len(position)), away.argmin(axis=1)].T
     else:
-        target = np.full(len(position), scene.index[shot.aim])
-    dx, dy = offset[np.arange(len(position)), target].T
+        dx, dy = offset[:, scene.index[shot.aim]].T
     angles = list(map(math.atan2, dy.tolist(), dx.tolist()))  # with the bits of Scene.start
     return np.array([(math.cos(a) * shot.speed, math.sin(a) * shot.speed) for a in angles])
 
@@ -215,9 +209,8 @@ def uniforms(seed: int, shots: range, count: int) -> Array:
 
 def normal(numbers: Array) -> Array:
     """Return normal numbers (S,) of two uniform ones each (Box and Muller)."""
-    return np.asarray(
-        np.sqrt(-2.0 * np.log1p(-numbers[:, 0])) * np.cos(2.0 * np.pi * numbers[:, 1])
-    )
+    first, second = numbers[:, 0], numbers[:, 1]
+    return np.asarray(np.sqrt(-2.0 * np.log1p(-first)) * np.cos(2.0 * np.pi * second))
 
 
 class StartSampler:
@@ -227,15 +220,15 @@ class StartSampler:
         self.scene, self.widths, self.overlapping = scene, widths, 0
         self.base = np.array([ball.position for ball in scene.balls])
         self.radius = np.array([ball.radius for ball in scene.balls])
-        near = NEIGHBORS * np.hypot(*widths.max(axis=0))
+        far = NEIGHBORS * np.hypot(*widths.max(axis=0))
         apart = np.hypot(*(self.base[:, None] - self.base[None]).transpose(2, 0, 1))
         gaps = apart - self.radius[:, None] - self.radius[None]
-        self.pairs = np.argwhere(np.triu(gaps < near, 1)).tolist()
+        self.pairs = np.argwhere(np.triu(gaps < far, 1)).tolist()
         self.cushions = [
             (i, edge)
             for i, (x, y) in enumerate(self.base.tolist())
             for edge in (scene.table.edges if scene.table else ())
-            if edge.distance(x, y) < self.radius[i] + near
+            if edge.distance(x, y) < self.radius[i] + far
         ]
 
     def starts(self, samples: int, rng: np.random.Generator) -> Array:
@@ -250,10 +243,8 @@ class StartSampler:
             missing[missing] = ~may_lie(self.scene, starts[missing]).all(axis=1)
             if not missing.any():
                 return starts
-        raise SettingError(
-            "position: the balls lie so close that no starts within the uncertainty were found in "
-            "which none overlap"
-        )
+        message = "the balls lie so close that no starts within the uncertainty were found in which"
+        raise SettingError(f"position: {message} none overlap")
 
     def apart(self, starts: Array) -> Array:
         """Return the nearest starts (S, N, 2) in which nothing overlaps; each is found on its own.
@@ -277,9 +268,9 @@ class StartSampler:
             worst[:] = 0.0
             for k, (i, j) in enumerate(self.pairs):
                 gap = np.hypot(*(starts[:, j] - starts[:, i]).T) - radius[i] - radius[j]
-                shift = push(k, i, gap / 2.0) * lines[k]
-                starts[:, i] -= shift
-                starts[:, j] += shift
+                moved = push(k, i, gap / 2.0) * lines[k]
+                starts[:, i] -= moved
+                starts[:, j] += moved
             for k, (i, edge) in enumerate(self.cushions, start=len(self.pairs)):
                 gap = edge.height(*starts[:, i].T) - radius[i]
                 starts[:, i] += push(k, i, gap) * np.array(edge.normal)

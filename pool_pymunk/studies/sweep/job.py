@@ -1,7 +1,7 @@
 """This module plays a sweep part by part: here, in other processes, or on a cluster.
 
 It writes a manifest, and one Parquet file a part. A file gets its name only when it is complete.
-All else in the folder begins with ``_`` or ``.``. The manifest is a Parquet file, too, of no rows,
+All else in the folder begins with ``_`` or ``.``. The manifest is a Parquet file of no rows,
 because some readers take every file of a folder.
 """
 
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.fast import Batch, simulate_many
+from pool_pymunk.fast import Batch
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
@@ -79,13 +79,11 @@ def sweep(
     steps (:class:`~pool_pymunk.studies.sweep.plan.Plan` says how); all in SI, angles in degrees.
     Shots have the same input and the same bits whatever ``chunk`` (shots a file), worker or machine
     plays them. ``executor`` is any ``concurrent.futures.Executor``, such as a process pool or
-    ``dask.distributed.Client(...).get_executor()``; its workers must see the folder. Without one,
-    all cores of this machine play. With ``resume=False`` a sweep in the folder is begun anew.
-    ``on_done(done)`` is called after each part, and first with what was there already.
-
-    Raises SettingError, in one line that names the argument: for what makes no sense, and for a
-    folder that has another sweep. A law of your own is known by its name alone, and workers must be
-    able to import its class. Needs ``pip install 'pool-pymunk[fast,sweep]'``.
+    ``dask.distributed.Client(...).get_executor()``; its workers must see the folder and be able to
+    import a law of your own, which is known by its name. Without one, all cores of this machine
+    play. With ``resume=False`` a sweep in the folder is begun anew. ``on_done(done)`` is called
+    after each part, and first with what was there already. Raises SettingError for what makes no
+    sense, and for a folder that has another sweep. Needs ``pip install 'pool-pymunk[fast,sweep]'``.
 
     >>> import tempfile
     >>> from pool_pymunk import load
@@ -101,8 +99,7 @@ def sweep(
     plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time)
     folder, tell = Path(out), on_done or (lambda done: None)
     todo = begin(folder, plan, resume)
-    remaining = sum(len(plan.shots_of(part)) for part in todo)
-    tell(Done(plan.samples - remaining, 0, plan.samples))
+    tell(Done(plan.samples - sum(len(plan.shots_of(part)) for part in todo), 0, plan.samples))
     played = by_reference = 0
     plays = _play_here if executor is None else partial(_play_there, executor=executor)
     for done in plays(plan, folder, todo):
@@ -111,37 +108,27 @@ def sweep(
     return Sweep(folder, plan.samples, played, by_reference, time.perf_counter() - began)
 
 
-def play_part(plan: Plan, folder: Path, part: int, threads: int | None = 1) -> Done:
+def play_part(plan: Plan, folder: Path, part: int) -> Done:
     """Play a part and write it, in whichever process and on whichever machine this is."""
     if read_manifest(folder).get("hash") != plan.manifest["hash"]:
         raise setting_error("out", str(folder), "is not the folder that the sweep began in")
-    return _write(plan, folder, part, *_play(plan, part, threads))
-
-
-def _play(plan: Plan, part: int, threads: int | None) -> tuple[Drawn, Batch]:
-    inputs = plan.draw(plan.shots_of(part))
-    return inputs, simulate_many(
-        plan.scene, inputs.position, inputs.velocity, law=plan.law, vary=inputs.vary,
-        threads=threads, roll=inputs.roll,
-    )  # fmt: skip
+    drawn = plan.draw(plan.shots_of(part))
+    return _write(plan, folder, part, drawn, plan.play(drawn, threads=1))
 
 
 def _play_here(plan: Plan, folder: Path, todo: list[int]) -> Iterator[Done]:
     """Play parts on all cores; while one is played, the one before is written."""
     with ThreadPoolExecutor(1) as writer:
-        before: Future[Done] | None = None
+        before: list[Future[Done]] = []
         for part in todo:
-            played = _play(plan, part, None)
-            if before is not None:
-                yield before.result()
-            before = writer.submit(_write, plan, folder, part, *played)
-        if before is not None:
-            yield before.result()
+            drawn = plan.draw(plan.shots_of(part))
+            batch = plan.play(drawn)
+            yield from (each.result() for each in before)
+            before = [writer.submit(_write, plan, folder, part, drawn, batch)]
+        yield from (each.result() for each in before)
 
 
-def _play_there(
-    plan: Plan, folder: Path, todo: list[int], executor: Executor
-) -> Iterator[Done]:  # fmt: skip
+def _play_there(plan: Plan, folder: Path, todo: list[int], executor: Executor) -> Iterator[Done]:
     """Let an executor play the parts, and yield what is done in whichever order it comes."""
     play = partial(play_part, plan, folder.resolve())
     waiting, running = todo[::-1], set[Future[Done]]()
@@ -154,9 +141,6 @@ def _play_there(
     finally:
         for each in running:
             each.cancel()
-
-
-# -- files -----------------------------------------------------------------------------------------
 
 
 def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
@@ -178,11 +162,10 @@ def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
                 said = f" ({there.get(key)})" if key in ("version", "law", "seed", "chunk") else ""
                 message = f"has a sweep with another {key}{said}: {ANEW}"
                 raise setting_error("out", str(folder), message)
+    elif strangers := [path.name for path in folder.iterdir() if path.name[0] not in "._"]:
+        message = f"has files that are no sweep's, such as {min(strangers)}"
+        raise setting_error("out", str(folder), message)
     else:
-        strangers = [path.name for path in folder.iterdir() if path.name[0] not in "._"]
-        if strangers:
-            message = f"has files that are no sweep's, such as {min(strangers)}"
-            raise setting_error("out", str(folder), message)
         _write_manifest(manifest, plan)
     return [part for part in range(plan.parts) if not _is_whole(folder, plan, part)]
 
@@ -196,9 +179,9 @@ def _write_manifest(path: Path, plan: Plan) -> None:
     """Write a dataset of no rows, which says what the sweep is."""
     from pyarrow import parquet
 
-    inputs = plan.draw(range(1))
-    batch = simulate_many(plan.scene, inputs.position, 0.0 * inputs.velocity, law=plan.law)
-    table = _table(plan, range(1), inputs, batch).slice(0, 0)
+    drawn = plan.draw(range(1))
+    still = drawn._replace(velocity=0.0 * drawn.velocity, vary={}, roll=None)
+    table = _table(plan, range(1), drawn, plan.play(still)).slice(0, 0)
     said = {**(table.schema.metadata or {}), PLAN: json.dumps(plan.manifest).encode()}
     with whole(path) as part:
         parquet.write_table(table.replace_schema_metadata(said), part)
@@ -206,13 +189,11 @@ def _write_manifest(path: Path, plan: Plan) -> None:
 
 def read_manifest(folder: Path) -> dict[str, Any]:
     """Return what a folder says of its sweep."""
-    import pyarrow
-    from pyarrow import parquet
+    from pyarrow import ArrowException, parquet
 
     try:
-        schema = parquet.read_schema(folder / MANIFEST)
-        found = json.loads((schema.metadata or {})[PLAN])
-    except (ValueError, KeyError, pyarrow.ArrowException):
+        found = json.loads((parquet.read_schema(folder / MANIFEST).metadata or {})[PLAN])
+    except (ValueError, KeyError, ArrowException):
         message = f"{MANIFEST} cannot be read: {ANEW}"
         raise setting_error("out", str(folder), message) from None
     return found if isinstance(found, dict) else {}
@@ -220,22 +201,21 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 def _is_whole(folder: Path, plan: Plan, part: int) -> bool:
     """Tell whether a part is there, complete, and of this plan."""
-    import pyarrow
-    from pyarrow import parquet
+    from pyarrow import ArrowException, parquet
 
     try:
         found = parquet.read_metadata(part_path(folder, part))
-    except (OSError, pyarrow.ArrowException):
+    except (OSError, ArrowException):
         return False
     said = (found.metadata or {}).get(HASH, b"").decode()
     return bool(found.num_rows == len(plan.shots_of(part)) and said == plan.manifest["hash"])
 
 
-def _write(plan: Plan, folder: Path, part: int, inputs: Drawn, batch: Batch) -> Done:
+def _write(plan: Plan, folder: Path, part: int, drawn: Drawn, batch: Batch) -> Done:
     """Write what came of the shots of a part."""
     from pyarrow import parquet
 
-    table = _table(plan, plan.shots_of(part), inputs, batch)
+    table = _table(plan, plan.shots_of(part), drawn, batch)
     floats = [field.name for field in table.schema if str(field.type) == "double"]
     others = [field.name for field in table.schema if field.name not in floats]
     with whole(part_path(folder, part)) as path:
@@ -248,28 +228,27 @@ def _write(plan: Plan, folder: Path, part: int, inputs: Drawn, batch: Batch) -> 
     return Done(len(batch), batch.by_reference, plan.samples)
 
 
-def _table(plan: Plan, shots: range, inputs: Drawn, batch: Batch) -> pyarrow.Table:
+def _table(plan: Plan, shots: range, drawn: Drawn, batch: Batch) -> pyarrow.Table:
     """Return inputs and results as a table, with the unit of each column."""
     import pyarrow
 
-    columns: dict[str, tuple[Any, str]] = {
-        "shot": (np.arange(shots.start, shots.stop, dtype=np.int64), "")
-    }
-    for name, values in inputs.columns.items():
-        columns[name] = values, UNITS.get(name) or UNITS.get(name.partition("_")[0], "")
+    columns: dict[str, Any] = {"shot": np.arange(shots.start, shots.stop, dtype=np.int64)}
+    columns |= drawn.columns
+    units = {key: UNITS.get(key) or UNITS.get(key.partition("_")[0], "") for key in drawn.columns}
     for i, id_ in enumerate(plan.scene.index):
-        columns[f"x_{id_}"] = batch.final[:, i, 0], "m"
-        columns[f"y_{id_}"] = batch.final[:, i, 1], "m"
-    if plan.scene.pockets:
-        for i, id_ in enumerate(plan.scene.index):
-            columns[f"pocketed_{id_}"] = batch.pocketed[:, i].astype(np.int16), ""
-    columns["duration"] = batch.duration, "s"
-    for name in ("hits", "cushions", "first_hit", "status"):
-        columns[name] = getattr(batch, name), ""
+        columns |= {f"x_{id_}": batch.final[:, i, 0], f"y_{id_}": batch.final[:, i, 1]}
+        units |= {f"x_{id_}": "m", f"y_{id_}": "m"}
+    for i, id_ in enumerate(plan.scene.index if plan.scene.pockets else ()):
+        columns[f"pocketed_{id_}"] = batch.pocketed[:, i].astype(np.int16)
+    for key in ("duration", "hits", "cushions", "first_hit", "status"):
+        columns[key] = getattr(batch, key)
+    units["duration"] = "s"
     fields = [
-        pyarrow.field(name, pyarrow.from_numpy_dtype(values.dtype), metadata={"unit": unit})
-        for name, (values, unit) in columns.items()
+        pyarrow.field(
+            key, pyarrow.from_numpy_dtype(each.dtype), metadata={"unit": units.get(key, "")}
+        )
+        for key, each in columns.items()
     ]
     schema = pyarrow.schema(fields, metadata={HASH: plan.manifest["hash"].encode()})
-    arrays = [pyarrow.array(np.ascontiguousarray(values)) for values, _ in columns.values()]
+    arrays = [pyarrow.array(np.ascontiguousarray(each)) for each in columns.values()]
     return pyarrow.Table.from_arrays(arrays, schema=schema)

@@ -16,17 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.model import Scene, Shot, State
-from pool_pymunk.model.inputs import (
-    SI,
-    TABLE,
-    column_of,
-    input_value,
-    parts,
-    rolled,
-    row_of,
-    struck,
-)
+from pool_pymunk.fast import Batch, simulate_many
+from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.plain import argument, between, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
@@ -38,13 +29,14 @@ from pool_pymunk.studies.uncertainty import StartSampler, launched, normal, unif
 
 SPREADS = ("start", "noise.speed", "noise.angle")  # each of these takes one width
 UNITS = {"start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg"}
-UNITS = {row.name: SI[row.quantity] for row in TABLE.values()} | UNITS
+UNITS = {row.name: inputs.SI[row.quantity] for row in inputs.TABLE.values()} | UNITS
 # These inputs have fixed random numbers of a shot; every other input has those of its name.
 SLOT = {"speed": 0, "angle": 1, "turn": 1, "mass": 2} | {
-    key: 3 + column for key, column in column_of("coefficients").items()
+    key: 3 + column for key, column in inputs.column_of("coefficients").items()
 }
 NOISE_SLOT = {"noise.speed": 10, "noise.angle": 12}  # A normal number takes two uniform ones.
 START_SLOT = 16
+OF_SHOT = {"speed", "angle", "turn", *NOISE_SLOT}  # These change the struck ball's velocity.
 
 
 class Drawn(NamedTuple):
@@ -62,12 +54,12 @@ class Plan:
     """A plan says which shots are played.
 
     ``vary`` has a range (low, high) for each key that is drawn, or one width: ``start`` moves every
-    ball's start by up to so much (m) along x and along y; ``noise.speed`` (m/s) and ``noise.angle``
+    ball's start by up to this (m) along x and along y; ``noise.speed`` (m/s) and ``noise.angle``
     (degrees) are the standard deviations of the player's errors. ``grid`` has (low, high, count)
     for each key that takes values at equal distances, ends included; all are combined, the last
-    key's values come first. The keys are ``speed`` (m/s), ``angle`` (degrees, relative to the
-    shot's), ``roll`` (of the struck ball), ``mass`` (kg, of the struck ball), ``restitution.*`` and
-    ``friction.*``. The manifest knows the ``law`` of every contact by its name alone.
+    key's values come first. Keys are names of inputs (:mod:`pool_pymunk.model.inputs`); ``angle``
+    (degrees) is relative to the shot's, and ``mass`` (kg) that of the struck ball. The manifest
+    knows the ``law`` of every contact by its name alone.
     """
 
     scene: Scene
@@ -94,48 +86,35 @@ class Plan:
         from pool_pymunk import __version__
 
         shot = self.shot
+        rolls = [shot.roll] * self.scene.surface.rolls if shot else []
         said = {
             "format": 1,
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
-            "shot": shot
-            and [
-                shot.name,
-                shot.ball,
-                *self._struck_velocity,
-                shot.aim,
-                *[shot.roll] * self.scene.surface.rolls,
-            ],
+            "shot": shot and [shot.name, shot.ball, *self._struck_velocity, shot.aim, *rolls],
             "law": self.law.name,
             "vary": {key: list(values) for key, values in sorted(self.vary.items())},
             "grid": {key: list(values) for key, values in self.grid.items()},
-            "samples": self.samples,
-            "seed": self.seed,
-            "chunk": self.chunk,
+            **{key: getattr(self, key) for key in ("samples", "seed", "chunk")},
         }
         digest = hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
         return said | {"hash": digest}
 
-    # -- the start of the shot ---------------------------------------------------------------------
-
     @cached_property
     def _state(self) -> State:
         """The state at the moment of the shot; one that goes on from another shot is its end."""
-        first = self.shot and shot_before(self.scene, self.shot)
-        exact = reference_solver().name
+        first, exact = self.shot and shot_before(self.scene, self.shot), reference_solver().name
         before = simulate(self.scene, first, solver=exact, law=self.law).end if first else None
         return self.scene.start(self.shot, before)
 
     @cached_property
     def ball(self) -> int:
         """The number of the struck ball; without a shot that of the first ball that moves."""
-        if self.shot is not None:
-            return self.scene.index[self.shot.ball]
-        moves = [i for i, v in enumerate(self._state.velocity) if v != (0.0, 0.0)]
-        return moves[0] if moves else 0
+        moves = (i for i, v in enumerate(self._state.velocity) if v != (0.0, 0.0))
+        return self.scene.index[self.shot.ball] if self.shot else next(moves, 0)
 
     @property
-    def _struck_velocity(self) -> tuple[float, float]:
+    def _struck_velocity(self) -> Point:
         return self._state.velocity[self.ball]
 
     @property
@@ -143,47 +122,57 @@ class Plan:
         """The roll of the struck ball, as a share of its velocity."""
         return (self.shot or self.scene.balls[self.ball]).roll
 
-    # -- drawing -----------------------------------------------------------------------------------
-
     def draw(self, shots: range) -> Drawn:
         """Return the inputs of these shots."""
-        count, balls = len(shots), len(self.scene.balls)
-        numbers = uniforms(self.seed, shots, START_SLOT + 2 * balls)
-        columns: dict[str, Array] = {}
-        inner = math.prod(steps for _, _, steps in self.grid.values())
-        for key, (low, high, steps) in self.grid.items():  # The last key's values change fastest.
-            inner //= steps
-            step = np.arange(shots.start, shots.stop) // inner % steps
-            columns[key] = np.linspace(low, high, steps)[step]
-        for key, said in self.vary.items():
-            if key in NOISE_SLOT:
-                columns[key] = said[0] * normal(numbers[:, NOISE_SLOT[key] :])
-            elif key != "start":
-                low, high = said
-                columns[key] = low + (high - low) * self._drawn(key, shots, numbers)
-        position = np.tile(np.array(self._state.position), (count, 1, 1))
-        velocity = np.tile(np.array(self._state.velocity), (count, 1, 1))
-        for id_ in self._state.off:
-            position[:, self.scene.index[id_]] = np.nan
+        numbers = uniforms(self.seed, shots, START_SLOT + 2 * len(self.scene.balls))
+        columns, vary = self._columns(shots, numbers), dict[str, Array]()
+        position, velocity = (
+            np.tile(np.array(each), (len(shots), 1, 1))
+            for each in (self._state.position, self._state.velocity)
+        )
+        position[:, [self.scene.index[id_] for id_ in self._state.off]] = np.nan
         if "start" in self.vary:
             (width,) = self.vary["start"]
-            moves = 2.0 * numbers[:, START_SLOT:].reshape(position.shape) - 1.0
-            position += width * moves
+            position += width * (2.0 * numbers[:, START_SLOT:].reshape(position.shape) - 1.0)
             if not self._state.off:  # Overlapping balls are moved apart.
-                position = StartSampler(self.scene, np.full((balls, 2), width)).apart(position)
-        arrays, vary = {"position": position, "velocity": velocity}, dict[str, Array]()
+                widths = np.full(position.shape[1:], width)
+                position = StartSampler(self.scene, widths).apart(position)
+        arrays = {"position": position, "velocity": velocity}
         for key, values in columns.items():
-            kind, whose = parts(self.meaning(key))
-            array, axis = (TABLE[kind].column if kind in TABLE else None) or ("", 0)
+            kind, whose = inputs.parts(self.meaning(key))
+            row = inputs.TABLE.get(kind)
+            array, axis = (row and row.column) or ("", 0)
             if array in arrays:
                 arrays[array][:, self.scene.index[whose], axis] = values
-            elif kind in TABLE and array != "struck":
+            elif row is not None and array != "struck":
                 vary[self.meaning(key)] = values
         velocity[:, self.ball] = self._struck(columns, position, velocity[:, self.ball])
         share = columns.get("roll", self._share)
         carried = self._state.roll if self.shot is not None and self.shot.from_previous else None
-        roll = rolled(self.scene, velocity, self.ball, share, carried)
+        roll = inputs.rolled(self.scene, velocity, self.ball, share, carried)
         return Drawn(self._named(columns, position), position, velocity, vary, roll)
+
+    def play(self, drawn: Drawn, **how: Any) -> Batch:
+        """Play the shots that were drawn; ``how`` has other arguments of ``simulate_many``."""
+        said = drawn._asdict() | {"law": self.law} | how
+        del said["columns"]
+        return simulate_many(self.scene, **said)
+
+    def _columns(self, shots: range, numbers: Array) -> dict[str, Array]:
+        """Return what is varied, by its keys; the values of the grid's last key change fastest."""
+        columns: dict[str, Array] = {}
+        inner = math.prod(steps for _, _, steps in self.grid.values())
+        for key, (low, high, steps) in self.grid.items():
+            inner //= steps
+            step = np.arange(shots.start, shots.stop) // inner % steps
+            columns[key] = np.linspace(low, high, steps)[step]
+        for key, (low, *others) in self.vary.items():
+            if key in NOISE_SLOT:
+                columns[key] = low * normal(numbers[:, NOISE_SLOT[key] :])
+            for high in others:
+                drawn = numbers[:, SLOT[key]] if key in SLOT else self._own(key, shots)
+                columns[key] = low + (high - low) * drawn
+        return columns
 
     def meaning(self, key: str) -> str:
         """Return the input of the table that a key of a sweep means."""
@@ -193,43 +182,36 @@ class Plan:
 
     def own(self, key: str) -> float:
         """Return the value of a key that was not varied."""
-        kind, whose = parts(self.meaning(key))
-        array, axis = TABLE[kind].column or ("", 0)
+        kind, whose = inputs.parts(self.meaning(key))
+        array, axis = inputs.TABLE[kind].column or ("", 0)
         state = self._state._asdict()
         if array in state:
             return float(state[array][self.scene.index[whose]][axis])
         if array == "struck":
             vx, vy = self._struck_velocity
             return {"speed": math.hypot(vx, vy), "roll": self._share}.get(kind, 0.0)
-        return input_value(self.scene, self.meaning(key))
+        return inputs.input_value(self.scene, self.meaning(key))
 
-    def _drawn(self, key: str, shots: range, numbers: Array) -> Array:
+    def _own(self, key: str, shots: range) -> Array:
         """Return the random numbers of an input, which others have no part in."""
-        if key in SLOT:
-            return numbers[:, SLOT[key]]
         own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) << 64
         return uniforms(self.seed + own, shots, 1)[:, 0]
 
-    def _struck(
-        self, columns: Mapping[str, Array], position: Array, velocity: Array
-    ) -> Array:  # fmt: skip
+    def _struck(self, columns: Mapping[str, Array], position: Array, velocity: Array) -> Array:
         """Return the velocities (S, 2) of the struck ball as it was varied."""
         moves = "start" in self.vary or any(key[:2] in ("x.", "y.") for key in columns)
         if self.shot is not None and self.shot.aim is not None and moves:
             velocity = launched(self.scene, self.shot, position)
-        if not {"speed", "angle", "turn", *NOISE_SLOT} & columns.keys():
+        if OF_SHOT.isdisjoint(columns):
             return velocity
         speed = columns.get("speed", np.hypot(*velocity.T)) + columns.get("noise.speed", 0.0)
         turn = sum(columns.get(key, 0.0) for key in ("angle", "turn", "noise.angle"))
-        return struck(velocity, {"speed": np.maximum(speed, 0.0), "turn": turn})
+        return inputs.struck(velocity, {"speed": np.maximum(speed, 0.0), "turn": turn})
 
     def _named(self, columns: Mapping[str, Array], position: Array) -> dict[str, Array]:
         """Return what was varied by the names of its columns; places are ``start_x_1``."""
-        places = {
-            f"{axis}.{ball.id}": position[:, i, k]
-            for i, ball in enumerate(self.scene.balls)
-            for k, axis in enumerate("xy")
-        }
+        names, count = inputs.names_in(self.scene)["position"], len(position)
+        places = dict(zip(names, position.reshape(count, -1).T, strict=True))
         named = {key.replace(".", "_"): columns[key] for key in columns if key not in places}
         moved = places if "start" in self.vary else [key for key in places if key in columns]
         return named | {f"start_{key.replace('.', '_', 1)}": places[key] for key in moved}
@@ -260,17 +242,15 @@ def make_plan(
     total = points if samples is None else argument("samples", samples, whole(1))
     if steps and total != points:
         raise setting_error("samples", total, f"the grid has {points:,} points")
-    plan = Plan(
-        scene, find_shot(scene, shot), varied, steps, total, argument("seed", seed, whole(0)),
-        argument("chunk", chunk, whole(1)), asked.settings.law_of(scene),
-    )  # fmt: skip
+    chosen, seed = find_shot(scene, shot), argument("seed", seed, whole(0))
+    chunk, used = argument("chunk", chunk, whole(1)), asked.settings.law_of(scene)
+    plan = Plan(scene, chosen, varied, steps, total, seed, chunk, used)
     seen: dict[str, str] = {}
     for key in (*plan.vary, *plan.grid):
         other = seen.setdefault(plan.meaning(key), key)
         if other != key:
             raise setting_error("vary", key, f"means the same as {other}")
-    of_shot = {"speed", "angle", "turn", "roll", *NOISE_SLOT}
-    moving = of_shot & seen.keys() | {"angle"} & set(seen.values())
+    moving = (OF_SHOT | {"roll"}) & {*seen, *seen.values()}
     if moving and plan._struck_velocity == (0.0, 0.0):
         raise setting_error("shot", None, f"there is no shot whose {min(moving)} could be varied")
     return plan
@@ -282,8 +262,10 @@ def _range(scene: Scene, key: str, value: Any, name: str) -> tuple[float, ...]:
     if key in SPREADS:
         if len(values) != 1:
             raise setting_error(where, str(value), "must be one width")
-        return (argument(where, value if np.ndim(value) == 0 else values[0], between(0.0)),)
-    row = TABLE["mass"] if key == "mass" else row_of(name, key, scene, (*SPREADS, "mass"))[0]
+        return (argument(where, values[0], between(0.0)),)
+    row = inputs.TABLE["mass"]
+    if key != "mass":
+        row, _ = inputs.row_of(name, key, scene, (*SPREADS, "mass"))
     if len(values) != 2:
         raise setting_error(where, str(value), "must be a range (low, high)")
     low, high = (argument(where, each, between(row.low)) for each in values)
