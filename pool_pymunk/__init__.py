@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         Friction,
         Physics,
         Pocket,
+        Post,
         Restitution,
         Scene,
         SceneError,
@@ -65,6 +66,7 @@ __all__ = [
     "Pair",
     "Physics",
     "Pocket",
+    "Post",
     "Restitution",
     "Run",
     "Scene",
@@ -99,7 +101,8 @@ __all__ = [
 # The library is loaded when a name of it is asked for, so that --help need not wait for it.
 _HOMES = {
     "fast": "Batch simulate_many",
-    "model": "Ball Friction Physics Pocket Restitution Scene SceneError Shot State Table Units",
+    "model": "Ball Friction Physics Pocket Post Restitution Scene SceneError Shot State Table"
+    " Units",
     "model.racks": "rack",
     "model.scenario": "load loads",
     "physics.contact": "NT Pair",

@@ -26,7 +26,18 @@ from typing import Any, NamedTuple
 
 from mpmath import mp, mpc, mpf
 
-from pool_pymunk import Ball, Friction, Physics, Pocket, Restitution, Scene, State, Table
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Physics,
+    Pocket,
+    Post,
+    Restitution,
+    Scene,
+    SceneError,
+    State,
+    Table,
+)
 
 DATA = Path(__file__).parent / "data"
 DIGITS = 40
@@ -125,8 +136,28 @@ class Side(NamedTuple):
     length: Number
 
 
+class Curve(NamedTuple):
+    """This is a round cushion: a part of a circle from ``start`` to ``end``, or all of it.
+
+    ``bulge`` is that of an arc, and -1 for a post: balls are outside of it.
+    """
+
+    center: Vec
+    radius: Number
+    bulge: Number
+    start: Vec = None
+    end: Vec = None
+
+    def has(self, place: Vec) -> bool:
+        """Tell whether the curve lies in the direction of a place from its centre."""
+        if self.start is None:
+            return True
+        top = -across(self.end - self.start) * mp.sign(self.bulge)  # from the chord to the arc
+        return bool(abs(mp.arg((place - self.center) / top)) <= 2 * mp.atan(abs(self.bulge)))
+
+
 class Flight:
-    """Balls fly by Eq. 10 until they meet each other, a face, a corner or the rim of a pocket.
+    """Balls fly by Eq. 10 until they meet each other, a cushion, a corner or a pocket's rim.
 
     Where balls roll, ``roll`` is the velocity (m/s) at which they would; else it is the velocity.
 
@@ -156,10 +187,22 @@ class Flight:
         self.due: dict[Contact, Number] = {}
         self.everybody = range(len(self.place))
         self.contacts: list[Contact] = [("ball", i, j) for i, j in combinations(self.everybody, 2)]
+        bulges = (scene.table.bulge or (0.0,) * len(corners)) if scene.table else ()
+        self.curves = {k: arc(self.sides[k], mpf(b)) for k, b in enumerate(bulges) if b}
+        self.curves |= {
+            len(self.sides) + k: Curve(vector(post.position), mpf(post.radius), mpf(-1))
+            for k, post in enumerate(scene.posts)
+        }
+        turns = [mp.expj(2 * mp.atan(mpf(b))) for b in bulges]  # from the chord to an end's heading
         for k, side in enumerate(self.sides):
-            reflex = dot(across(self.sides[k - 1].along), side.along) < 0
+            before = self.sides[k - 1].along * turns[k - 1]
+            reflex = dot(across(before), side.along / turns[k]) < -ROUNDING
             for i in self.everybody:
-                self.contacts += [("face", i, k)] + ([("corner", i, k)] if reflex else [])
+                if k not in self.curves:
+                    self.contacts.append(("face", i, k))
+                if reflex:
+                    self.contacts.append(("corner", i, k))
+        self.contacts += [("curve", i, k) for i in self.everybody for k in self.curves]
         self.contacts += [("pocket", i, k) for i in self.everybody for k in range(len(self.holes))]
         self.known = {c: self._coefficients(c) for c in self.contacts}
 
@@ -168,14 +211,23 @@ class Flight:
         given, mu = self.scene.restitution, self.scene.friction
         effective = 1 / sum(1 / self.mass[i] for i in balls_of(contact))
         if contact[0] != "ball":
-            return mpf(given.cushion or 0), mpf(mu.cushion), effective
+            own = self.scene.posts[contact[2] - len(self.sides)] if self._is_post(contact) else None
+            e = given.cushion if own is None or own.restitution is None else own.restitution
+            rubs = mu.cushion if own is None or own.friction is None else own.friction
+            return mpf(e or 0), mpf(rubs), effective
         has_cue = any(self.scene.balls[i].cue for i in balls_of(contact))
         e = given.cue_ball if has_cue and given.cue_ball is not None else given.ball_ball
         return mpf(e or 0), mpf(mu.ball_ball), effective
 
+    def _is_post(self, contact: Contact) -> bool:
+        return contact[0] == "curve" and contact[2] >= len(self.sides)
+
     def _normal(self, contact: Contact) -> Vec:
         """Return the unit vector from the ball to what it meets."""
         kind, i, j = contact
+        if kind == "curve":
+            out = self.place[i] - self.curves[j].center
+            return mp.sign(self.curves[j].bulge) * out / abs(out)
         if kind == "face":
             return -across(self.sides[j].along)
         to = (self.place[j] if kind == "ball" else self.sides[j].start) - self.place[i]
@@ -228,13 +280,30 @@ class Flight:
         if kind == "ball":
             path = [b - a for a, b in zip(path, self._path(j), strict=True)]
         else:
-            path[0] -= self.holes[j][0] if kind == "pocket" else self.sides[j].start
+            path[0] -= self.holes[j][0] if kind == "pocket" else self._place_of(contact)
+        if kind == "curve":
+            return self._meets_curve(path, self.curves[j], self.radius[i], until)
         if kind == "face":
             return self._meets_face(path, self.sides[j], touching, until)
         x, y = [c.real for c in path], [c.imag for c in path]
         gap = [a + b for a, b in zip(product(x, x), product(y, y), strict=True)]
         gap[0] -= touching * touching
         return next(self._closings(gap, until, 2 * touching), None)
+
+    def _place_of(self, contact: Contact) -> Vec:
+        """Return the centre of a curve, or the first corner of a side."""
+        kind, _, k = contact
+        return self.curves[k].center if kind == "curve" else self.sides[k].start
+
+    def _meets_curve(self, path: Poly, curve: Curve, r: Number, until: Number) -> Number | None:
+        """Return when a ball meets a curve: from within its circle, or from outside."""
+        facing = -mp.sign(curve.bulge)
+        touching = curve.radius + facing * r
+        x, y = [c.real for c in path], [c.imag for c in path]
+        gap = [facing * (a + b) for a, b in zip(product(x, x), product(y, y), strict=True)]
+        gap[0] -= facing * touching * touching
+        times = self._closings(gap, until, 2 * touching, is_within=facing < 0)
+        return next((t for t in times if curve.has(curve.center + value(path, t))), None)
 
     def _meets_face(self, path: Poly, side: Side, touching: Number, until: Number) -> Number | None:
         turned = [c * side.along.conjugate() for c in path]
@@ -245,15 +314,31 @@ class Flight:
         times = self._closings(height, until, 1)
         return next((t for t in times if 0 <= value(foot, t) <= side.length), None)
 
-    def _closings(self, gap: Poly, until: Number, scale: Number) -> Iterator[Number]:
-        """Yield the times from now at which a gap closes, whose unit is ``scale`` metres."""
+    def _closings(
+        self, gap: Poly, until: Number, scale: Number, is_within: bool = False
+    ) -> Iterator[Number]:
+        """Yield the times from now at which a gap closes, whose unit is ``scale`` metres.
+
+        One that is negative now closes now, unless a ball may be outside and come in first.
+        """
         slope, slow = derivative(gap), -scale * self.still
-        if gap[0] <= scale * self.no_gap and gap[1] < slow:
+        is_in = not is_within or gap[0] >= -scale * self.no_gap
+        if gap[0] <= scale * self.no_gap and gap[1] < slow and is_in:
             yield mpf(0)
             return
         for t in real_roots(gap, mpf(0), until if until < FAR else beyond_all_roots(gap)):
             if value(slope, t) < slow:
                 yield t
+
+
+def arc(side: Side, bulge: Number) -> Curve:
+    """Return the curve of a side, by the angle of which ``bulge`` is the tangent of a quarter."""
+    half = 2 * mp.atan(abs(bulge))
+    radius = side.length / (2 * mp.sin(half))
+    end = side.start + side.length * side.along
+    inwards = across(side.along) * mp.sign(bulge)
+    center = (side.start + end) / 2 + inwards * radius * mp.cos(half)
+    return Curve(center, radius, bulge, side.start, end)
 
 
 # -- contacts one at a time ------------------------------------------------------------------------
@@ -459,6 +544,25 @@ def random_pocket_scene(law: str, table: str, rng: random.Random) -> Scene:
         if all(math.dist(ball.position, place) > 1.05 * radius for ball in scene.balls):
             pockets.append(Pocket(f"p{len(pockets)}", place, radius))
     return replace(scene, pockets=tuple(pockets))
+
+
+def random_round_scene(law: str, table: str, rng: random.Random) -> Scene:
+    """Return a random scene with posts, some of whose cushions are arcs; some of them roll."""
+    make = random_rolling_scene if rng.random() < 0.4 else random_scene
+    while True:
+        scene = make(law, table, rng)
+        outline = OUTLINES[table] or ()
+        bulge = tuple(rng.choice([0.0, round(rng.uniform(-0.25, 0.9), 3)]) for _ in outline)
+        posts = []
+        for _ in range(rng.randint(0 if any(bulge) else 1, 3)):
+            place = round(rng.uniform(-1.0, 2.0), 4), round(rng.uniform(-1.0, 1.7), 4)
+            own = [rng.choice([None, round(rng.uniform(0.3, 1.0), 2)]) for _ in "ef"]
+            posts.append(Post(place, rng.choice([0.0, round(rng.uniform(0.01, 0.2), 4)]), *own))
+        try:
+            ground = Table(outline, bulge) if outline else None
+            return replace(scene, table=ground, posts=tuple(posts))
+        except SceneError:
+            continue  # An outline crosses itself, or something lies in something.
 
 
 def random_rolling_scene(law: str, table: str, rng: random.Random) -> Scene:

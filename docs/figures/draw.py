@@ -60,6 +60,7 @@ def live_page(out: Path) -> None:
 PICTURES: dict[str, Drawing] = {
     "collision.png": collision,
     "l-shaped.png": run("l-shaped"),
+    "stadium.png": run("stadium"),
     "played/played.html": live_page,
     "residuals.png": residuals,
     "mine-end.png": run(str(HERE / "mine.toml")),

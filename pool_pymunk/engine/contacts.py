@@ -318,9 +318,11 @@ class ContactEngine:
         r = self.radii[i]
         if hit.kind == "wall":
             wall = self.walls[hit.j]
-            nx, ny = normal = wall.nearest(x, y, r).normal(x, y)
+            side = wall.nearest(x, y, r)
+            nx, ny = normal = side.normal(x, y)
             pair = Pair(self.masses[i], math.inf, wall.restitution, wall.friction)
-            return Contact(i, NO_BALL, normal, pair, wall.number, (x - r * nx, y - r * ny))
+            point, bends = (x - r * nx, y - r * ny), side.curvature(x, y)
+            return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends)
         bx, by, _, _ = motions[hit.j]
         nx, ny = normal = unit(bx - x, by - y)
         return Contact(i, hit.j, normal, self.pair(i, hit.j), None, (x + r * nx, y + r * ny))

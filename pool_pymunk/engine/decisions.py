@@ -58,7 +58,7 @@ def contact_time(since_met: float, to_go: float, radius: float, pull: float, man
     They sink into each other by ``DEEPEST`` radii at most, at this ``pull`` (m/s^2). After ``many``
     hits it is not much shorter, because other balls push these two on whenever they would rest.
     """
-    shallow = math.sqrt(4.0 * DEEPEST * radius / pull)
+    shallow = math.sqrt(4.0 * DEEPEST * radius / pull) if pull > 0.0 else math.inf
     least = SHORTEST * shallow if many else 0.0
     return min(max(CONTACT_TIME * max(since_met, to_go), least), shallow)
 

@@ -3,7 +3,8 @@
 They would touch all the time. Instead they hit each other once in a contact time, in
 micro-collisions (:mod:`pool_pymunk.engine.decisions`), which are no events; a warning names the
 balls. The error is of second order in the contact time for two balls, of first for a cluster. A
-ball that its roll presses to a wall is played alike.
+ball that its roll presses to a wall is played alike, and so is a ball that runs along the inside of
+an arc, on which v^2 / R presses it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.physics.contact import NO_BALL, Contact
-from pool_pymunk.physics.path import NOT_MET, Path, Persistent
+from pool_pymunk.physics.path import NOT_MET, Path, Persistent, motion_at
 from pool_pymunk.physics.surface import Surface
 
 # the numbers of two balls, the lower one first; a wall is -1 less the number of its cushion
@@ -48,7 +49,7 @@ class PersistentContacts:
         self.paths = paths
         self.radii = radii
         self.pull = surface.pull
-        self.has_walls = surface.rolls  # whether balls may press on walls
+        self.rolls = surface.rolls
         self.longer = 1.0
         self.history: dict[Two, History] = {}
 
@@ -57,18 +58,28 @@ class PersistentContacts:
         for pair in [pair for pair in self.history if i in pair]:
             del self.history[pair]
 
-    def between(self, i: int, j: int, now: float) -> Persistent:
-        """Return how long one persistent contact of two balls takes, and what is faint in it."""
+    def may_press(self, contact: Contact) -> bool:
+        """Tell whether two sides may press on each other; on a straight wall only a roll does."""
+        return contact.b != NO_BALL or self.rolls or contact.curvature < 0.0
+
+    def between(
+        self, i: int, j: int, now: float, press: float = 0.0, turn: float = 0.0
+    ) -> Persistent:
+        """Return how long one persistent contact of two balls takes, and what is faint in it.
+
+        A wall may ``press`` (m/s^2) on a ball, too. An arc turns it by a radian in ``turn`` (s).
+        """
         past = self.history.get((i, j))
         if past is None:
             return NOT_MET
         balls = (i, j) if j >= 0 else (i,)
         ends = [self.paths[k].end for k in balls if self.paths[k].end < math.inf]
-        to_go = max(ends, default=now) - now
+        to_go = max(max(ends, default=now) - now, turn)
         radius = min([self.radii[k] for k in balls])
         many = past.hits > decisions.MANY_TIMES
-        time = decisions.contact_time(now - past.met, to_go, radius, self.pull, many) * self.longer
-        return Persistent(time, decisions.faint(now - past.last, time, self.pull) if many else 0.0)
+        pull = max(self.pull, press)
+        time = decisions.contact_time(now - past.met, to_go, radius, pull, many) * self.longer
+        return Persistent(time, decisions.faint(now - past.last, time, pull) if many else 0.0)
 
     def is_persistent(self, pair: Two, now: float) -> bool:
         """Tell whether two balls are in persistent contact."""
@@ -87,30 +98,44 @@ class PersistentContacts:
         past = self.history.get(pair) if self.history else None
         if past is None:
             return MEETS
-        time, faint = self.between(i, j, now)
+        press = self.pressing(contact, now) if j < 0 else 0.0
+        time, faint = self.between(i, j, now, press, self._turn(contact, press))
         if j < 0:
-            least = self._least_off(contact, time)
+            least = self._least_off(contact, press, time)
         else:
             least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
         if not decisions.persists(now - past.last, time):
             return ContactStage(least, faint)
-        return ContactStage(least, faint, past, decisions.is_micro(closing, time, self.pull))
+        pull = max(self.pull, press)
+        return ContactStage(least, faint, past, decisions.is_micro(closing, time, pull))
 
     def begin(self, contact: Contact, now: float) -> float:
         """Return the least bounce (m/s) of a ball that lies at a wall; 0 if nothing presses it."""
         pair = pair_of(contact)
         self.history.setdefault(pair, History(now, now, 0))
-        return self._least_off(contact, self.between(*pair, now).time)
+        press = self.pressing(contact, now)
+        time = self.between(*pair, now, press, self._turn(contact, press)).time
+        return self._least_off(contact, press, time)
 
-    def _least_off(self, contact: Contact, time: float) -> float:
-        """Return the speed (m/s) at which a ball leaves a wall and is back in a time (s)."""
+    def pressing(self, contact: Contact, now: float) -> float:
+        """Return how strongly (m/s^2) a wall's ball is pressed on to it, by its roll or an arc."""
         path, (nx, ny) = self.paths[contact.a], contact.normal
-        drive = -(path.ax * nx + path.ay * ny)
-        return max(drive * time / 2.0, self.too_slow_to_move(contact.a)) if drive > 0.0 else 0.0
+        _, _, vx, vy = motion_at(path, now)
+        along = vy * nx - vx * ny
+        return -(path.ax * nx + path.ay * ny) - contact.curvature * along * along
+
+    def _turn(self, contact: Contact, press: float) -> float:
+        """Return the time (s) in which an arc that presses (m/s^2) on a ball turns it by 1 rad."""
+        return self.paths[contact.a].speed / press if contact.curvature * press < 0.0 else 0.0
+
+    def _least_off(self, contact: Contact, press: float, time: float) -> float:
+        """Return the speed (m/s) at which a ball leaves a wall and is back in a time (s)."""
+        least = 2.0 * self.too_slow_to_move(contact.a)  # A slower ball would rest.
+        return max(press * time / 2.0, least) if press > 0.0 else 0.0
 
     def note(self, contact: Contact, stage: ContactStage, now: float) -> int:
         """Note a hit of two balls, and return how many micro-collisions they have had."""
-        if self.pull == 0.0:
+        if self.pull == 0.0 and contact.curvature >= 0.0:
             return 0
         pair, past = pair_of(contact), stage.past
         hits = self.history[pair].hits if pair in self.history else 0

@@ -196,11 +196,12 @@ class Resolver:
         noise = noises[contact.a]
         if contact.b != NO_BALL:
             noise = max(noise, noises[contact.b])
-        is_noted = contact.b != NO_BALL or persistent.has_walls
+        is_noted, e = persistent.may_press(contact), contact.pair.restitution
+        if e == 1.0 and contact.curvature < 0.0:  # Hits along an arc do not converge then.
+            least, faint, is_micro = 0.0, 0.0, False
         if closing < faint or not decisions.is_hit(closing, noise, least):
             touches_wall = is_noted and contact.b == NO_BALL and closing >= -max(noise, least)
             return self._at_wall(contact, now) if touches_wall else Answer(contact, MISSED)
-        e = contact.pair.restitution
         is_least = e * closing < least
         is_micro = is_micro and (contact.b != NO_BALL or is_least)
         answer = Answer(contact, MICRO if is_micro else HIT)
@@ -297,6 +298,13 @@ def _push(contact: Contact, parting: float, velocity: Velocities) -> float:
         return push_apart(contact, parting, velocity)
     lacking = max(parting + closing_speed(contact, velocity), 0.0)
     (vx, vy), (nx, ny) = velocity[contact.a], contact.normal
+    if contact.curvature < 0.0 and lacking > 0.0:
+        # An arc turns the velocity, which adds no energy, and its friction acts on this push, too.
+        along = vy * nx - vx * ny
+        square = max(vx * vx + vy * vy - parting * parting, 0.0)
+        slower = max(math.sqrt(square) - contact.pair.friction * lacking, 0.0)
+        more = math.copysign(slower, along) - along
+        vx, vy = vx - more * ny, vy + more * nx
     velocity[contact.a] = vx + lacking * nx, vy + lacking * ny
     return contact.pair.m_a * lacking
 

@@ -6,13 +6,15 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pool_pymunk.physics.laws import COMPILED
-from pool_pymunk.physics.sides import Face, Rim, RoundSide
+from pool_pymunk.physics.sides import Arc, Face, Rim, RoundSide
 
-# These kinds of sides are compiled, each with how it is read from its numbers.
+# These kinds of sides are compiled, each with how it is read from its numbers. Shots with arcs are
+# played by Python, but it is compiled where balls may lie beside them.
 KINDS: dict[type, Callable[[Any], Any]] = {
     Face: lambda p: Face((p[0], p[1]), (p[2], p[3]), (p[4], p[5]), p[6], p[7]),
     RoundSide: lambda p: RoundSide((p[0], p[1]), p[2]),
     Rim: lambda p: Rim((p[0], p[1]), p[2]),
+    Arc: lambda p: Arc((p[0], p[1]), p[2], (p[3], p[4]), (p[5], p[6]), p[7]),
 }
 
 
@@ -44,4 +46,5 @@ cushion = by_kind([law.cushion for law in COMPILED])
 jumps = by_kind([law.jumps for law in COMPILED])
 gap = by_kind([answer("gap", kind) for kind in KINDS])
 normal = by_kind([answer("normal", kind) for kind in KINDS])
-time_of_contact = by_kind([answer("time_of_contact", kind) for kind in KINDS])
+MET = [kind for kind in KINDS if kind is not Arc]
+time_of_contact = by_kind([answer("time_of_contact", kind) for kind in MET])

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.fast.kinds import KINDS
+from pool_pymunk.fast.kinds import KINDS, MET
 from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDE, TableArrays
 from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Law
@@ -55,15 +55,18 @@ def arrays_of(found: Sequence[Wall], outline: Table | None) -> TableArrays:
             numbers = np.hstack(side)  # type: ignore[call-overload]
             numbers = np.pad(numbers, (0, NUMBERS - len(numbers)))
             sides.append((list(KINDS).index(type(side)), numbers, core_of(side), *its))
-    xs, ys = np.array(outline.outline if outline else np.empty((0, 2))).T.copy()
+    xs, ys = np.array(outline.polyline if outline else np.empty((0, 2))).T.copy()
     return TableArrays(np.array(sides, dtype=SIDE).view(np.recarray), xs, ys)
 
 
 def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
     sides = {type(side) for wall in walls(scene) for side in wall.sides}
-    is_known = sides <= KINDS.keys() and type(scene.surface) is Sliding
-    return is_known and law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
+    has_own = any(post.restitution is not None or post.friction is not None for post in scene.posts)
+    is_known = sides <= set(MET) and type(scene.surface) is Sliding
+    return (
+        is_known and not has_own and law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
+    )
 
 
 def plain(table: TableArrays) -> TableArrays:

@@ -11,6 +11,7 @@ from pool_pymunk.model.parts import (
     Friction,
     Physics,
     Pocket,
+    Post,
     Restitution,
     Shot,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "Physics",
     "Pocket",
     "Point",
+    "Post",
     "Problem",
     "Restitution",
     "Scene",

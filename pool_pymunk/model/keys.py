@@ -42,6 +42,7 @@ Number = Annotated[float, Key(plain.between(0.0))]  # from 0 on
 Place = Annotated[Point, Key(plain.point, "length")]  # m
 Velocity = Annotated[Point, Key(plain.point, "speed")]  # m/s
 Corners = Annotated[tuple[Point, ...], Key(plain.corners, "length")]  # m
+Bulges = Annotated[tuple[float, ...], Key(plain.numbers)]
 Ends = Annotated[Mapping[str, Point], Key(plain.ends, "length")]  # m
 
 

@@ -8,20 +8,75 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from pool_pymunk.model.keys import Corners, Part
+from pool_pymunk.model.keys import Bulges, Corners, Part
 from pool_pymunk.model.plain import problems_of, size
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
-from pool_pymunk.physics.sides import Face, RoundSide, Wall
+from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
+
+PIECES = 360  # of a whole circle, where an arc is drawn; they lie 4e-5 of the radius off
+STRAIGHT_ON = 1e-12  # rad; an arc that turns off by less goes on straight, and has no corner there
 
 
 class Edge(NamedTuple):
-    """One cushion from ``start`` to ``end``, its unit ``tangent``, its unit ``normal`` inwards."""
+    """One cushion from ``start`` to ``end``, its unit ``tangent``, its unit ``normal`` inwards.
+
+    Where the cushion is an arc, they are those of its chord, as is ``length`` (m), and ``bulge`` is
+    the tangent of a quarter of the arc's angle.
+    """
 
     start: Point
     end: Point
     tangent: Point
     normal: Point
     length: float
+    bulge: float = 0.0
+
+    @property
+    def side(self) -> Face | Arc:
+        """The cushion's surface."""
+        if self.bulge == 0.0:
+            return Face(self.start, self.tangent, self.normal, self.length)
+        b = self.bulge
+        far = self.length * (1.0 - b * b) / (4.0 * b)
+        x, y = ((p + q) / 2.0 + far * n
+                for p, q, n in zip(self.start, self.end, self.normal, strict=True))  # fmt: skip
+        ends = [unit(end[0] - x, end[1] - y) for end in (self.start, self.end)]
+        first, last = ends if b > 0.0 else ends[::-1]
+        return Arc((x, y), self.arc_radius, first, last, -math.copysign(1.0, b))
+
+    @property
+    def arc_radius(self) -> float:
+        """The radius (m) of the arc; infinite for a straight cushion."""
+        b = abs(self.bulge)
+        return self.length * (1.0 + b * b) / (4.0 * b) if b > 0.0 else math.inf
+
+    @property
+    def arc_length(self) -> float:
+        """The length (m) along the cushion."""
+        b = abs(self.bulge)
+        return 4.0 * math.atan(b) * self.arc_radius if b > 0.0 else self.length
+
+    def heading(self, at_end: bool) -> Point:
+        """Return the unit vector along the cushion at its start, or at its end."""
+        (tx, ty), b = self.tangent, self.bulge if at_end else -self.bulge
+        cos, sin = (1.0 - b * b) / (1.0 + b * b), 2.0 * b / (1.0 + b * b)
+        return cos * tx - sin * ty, sin * tx + cos * ty
+
+    def at(self, share: float) -> tuple[Point, Point]:
+        """Return the place (m) at a share of the cushion's length, and its normal there."""
+        (x, y), side = self.start, self.side
+        if isinstance(side, Face):
+            s = share * self.length
+            return (x + s * self.tangent[0], y + s * self.tangent[1]), self.normal
+        turn = 4.0 * math.atan(self.bulge) * share
+        (cx, cy), cos, sin = side.center, math.cos(turn), math.sin(turn)
+        x, y = cx + cos * (x - cx) - sin * (y - cy), cy + sin * (x - cx) + cos * (y - cy)
+        return (x, y), side.normal(x, y)
+
+    def points(self) -> list[Point]:
+        """Return points along the cushion (m), from its start on, without its end."""
+        parts = math.ceil(PIECES * 4.0 * abs(math.atan(self.bulge)) / math.tau)
+        return [self.start, *(self.at(k / parts)[0] for k in range(1, parts))]
 
     def height(self, x: float, y: float) -> float:
         """Distance (m) of a point from the cushion's line, positive on the table's side."""
@@ -33,22 +88,30 @@ class Edge(NamedTuple):
 
     def distance(self, x: float, y: float) -> float:
         """Distance (m) of a point from the cushion itself, ends included."""
+        if self.bulge != 0.0:
+            gap = abs(self.side.gap(x, y, 0.0))
+            ends = [math.dist((x, y), end) for end in (self.start, self.end)]
+            return gap if gap < math.inf else min(ends)
         s = min(max(self.along(x, y), 0.0), self.length)
         foot_x = self.start[0] + s * self.tangent[0]
         foot_y = self.start[1] + s * self.tangent[1]
         return math.hypot(x - foot_x, y - foot_y)
 
 
-def _edge(start: Point, end: Point) -> Edge:
+def _edge(start: Point, end: Point, bulge: float = 0.0) -> Edge:
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
     tangent = (dx / length, dy / length)
-    return Edge(start, end, tangent, (-tangent[1], tangent[0]), length)
+    return Edge(start, end, tangent, (-tangent[1], tangent[0]), length, bulge)
 
 
 @dataclass(frozen=True)
 class Table(Part):
     """A table: any simple polygon, counter-clockwise; cushion k runs from corner k to the next.
+
+    A cushion may be an arc. Its ``bulge`` is the tangent of a quarter of the arc's angle: 0 is
+    straight, 1 a half circle outwards, and negative numbers bulge into the table. Two corners are
+    enough where both cushions bulge outwards.
 
     >>> table = Table.rectangle(2.0, 1.0)
     >>> [edge.normal for edge in table.edges][1]
@@ -58,6 +121,7 @@ class Table(Part):
     """
 
     outline: Corners
+    bulge: Bulges = ()
 
     @classmethod
     def rectangle(cls, length: float, width: float) -> Table:
@@ -65,8 +129,38 @@ class Table(Part):
         raise_any([*problems_of(length, size, "length"), *problems_of(width, size, "width")])
         return cls(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)))
 
+    @classmethod
+    def stadium(cls, length: float, width: float) -> Table:
+        """Return a rectangle with half circles at its ends: x from 0 to ``length`` over all (m).
+
+        >>> Table.stadium(2.0, 1.0).bounds
+        (0.0, 0.0, 2.0, 1.0)
+        """
+        raise_any([*problems_of(length, size, "length"), *problems_of(width, size, "width")])
+        if not length > width:
+            raise_any([Problem("length", length, f"must be greater than the width ({width:g})")])
+        low, high = width / 2.0, length - width / 2.0
+        outline = ((low, 0.0), (high, 0.0), (high, width), (low, width))
+        return cls(outline, (0.0, 1.0, 0.0, 1.0))
+
+    @classmethod
+    def circle(cls, radius: float) -> Table:
+        """Return a round table, whose middle is at (``radius``, ``radius``) (m).
+
+        >>> [round(x, 12) for x in Table.circle(0.5).bounds]
+        [0.0, 0.0, 1.0, 1.0]
+        """
+        raise_any(problems_of(radius, size, "radius"))
+        return cls(((2.0 * radius, radius), (0.0, radius)), (1.0, 1.0))
+
     def _problems(self) -> Iterator[Problem]:
-        if len(self.outline) < 3:
+        if self.bulge and len(self.bulge) != len(self.outline):
+            message = f"must have {len(self.outline)} numbers, one for each side"
+            yield Problem("bulge", list(self.bulge), message)
+            return
+        if len(self.outline) < 3 and not (
+            len(self.outline) == 2 and min(self.bulge, default=0) > 0
+        ):
             yield self._problem("must have three corners or more")
             return
         slack = COORDINATE_ROUNDING * max(map(abs, self.bounds))
@@ -75,10 +169,10 @@ class Table(Part):
                 k_before = (k - 1) % len(self.outline)
                 yield self._problem(f"has two equal corners in a row ({k_before} and {k})")
                 return
-        meeting = _crossing(self.edges, slack)
+        meeting = self._crossing(slack)
         if meeting is not None:
             yield self._problem("crosses itself (cushion {} meets cushion {})".format(*meeting))
-        elif _area(self.outline) <= 0.0:
+        elif _area(self.polyline) <= 0.0:
             yield self._problem("must run counter-clockwise")
 
     def _problem(self, message: str) -> Problem:
@@ -87,8 +181,21 @@ class Table(Part):
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
         """The cushions, in order along the outline."""
-        corners = self.outline
-        return tuple(_edge(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
+        corners, bulge = self.outline, self.bulge or (0.0,) * len(self.outline)
+        return tuple(map(_edge, corners, corners[1:] + corners[:1], bulge))
+
+    @cached_property
+    def polyline(self) -> tuple[Point, ...]:
+        """The outline, in which arcs are strings of many corners (m)."""
+        return tuple(point for edge in self.edges for point in edge.points())
+
+    def _crossing(self, slack: float) -> tuple[int, int] | None:
+        """Return the numbers of two cushions that meet where they should not, or None."""
+        points = self.polyline
+        of_edge = [k for k, edge in enumerate(self.edges) for _ in edge.points()]
+        pieces = tuple(map(_edge, points, points[1:] + points[:1]))
+        found = _crossing(pieces, slack)
+        return None if found is None else (of_edge[found[0]], of_edge[found[1]])
 
     @cached_property
     def reflex_corners(self) -> tuple[int, ...]:
@@ -96,22 +203,22 @@ class Table(Part):
 
         Corner k joins cushions k - 1 and k.
         """
-        tangents = [edge.tangent for edge in self.edges]
-        return tuple(k for k, t in enumerate(tangents) if _cross(tangents[k - 1], t) < 0.0)
+        edges = self.edges
+        least = [STRAIGHT_ON if edges[k - 1].bulge or e.bulge else 0.0 for k, e in enumerate(edges)]
+        turns = [_cross(edges[k - 1].heading(True), e.heading(False)) for k, e in enumerate(edges)]
+        return tuple(k for k, turn in enumerate(turns) if turn < -least[k])
 
     @cached_property
     def walls(self) -> tuple[Wall, ...]:
         """The cushions as walls without coefficients, in order along the outline.
 
-        Each wall has the cushion's face, and the cushion's first corner if it sticks out into the
-        table.
+        Each wall has the cushion's face or arc, and the cushion's first corner if it sticks out
+        into the table.
         """
-        found = []
-        for k, edge in enumerate(self.edges):
-            face = Face(edge.start, edge.tangent, edge.normal, edge.length)
-            corner = (RoundSide(edge.start),) if k in self.reflex_corners else ()
-            found.append(Wall((face, *corner), 0.0, 0.0, k))
-        return tuple(found)
+        corners = {k: (RoundSide(self.edges[k].start),) for k in self.reflex_corners}
+        return tuple(
+            Wall((edge.side, *corners.get(k, ())), 0.0, 0.0, k) for k, edge in enumerate(self.edges)
+        )
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -123,7 +230,8 @@ class Table(Part):
     def is_rectangle(self) -> bool:
         """Tell whether the table is a rectangle with cushions 0 to 3 as the report has them."""
         x0, y0, x1, y1 = self.bounds
-        return self.outline == ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+        is_straight = not any(self.bulge)
+        return is_straight and self.outline == ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
 
     def contains(self, x: float, y: float) -> bool:
         """Tell whether a point is on the table (even-odd rule)."""
@@ -131,7 +239,7 @@ class Table(Part):
 
     @cached_property
     def _corners(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        xs, ys = zip(*self.outline, strict=True)
+        xs, ys = zip(*self.polyline, strict=True)
         return xs, ys
 
 

@@ -13,6 +13,7 @@ from pool_pymunk.model.keys import (
     Ends,
     Factor,
     Flag,
+    Gap,
     Key,
     Length,
     Mass,
@@ -85,6 +86,22 @@ class Pocket(Part):
     id: Name
     position: Place
     radius: Length
+
+
+@dataclass(frozen=True, slots=True)
+class Post(Part):
+    """A post is a round obstacle that balls bounce off as off a cushion: position (m), radius (m).
+
+    With radius 0 it is a pin. It has the coefficients of the cushions unless it has its own.
+
+    >>> Post((1.0, 0.5), 0.05, restitution=0.9).friction is None
+    True
+    """
+
+    position: Place
+    radius: Gap
+    restitution: Share | None = None
+    friction: Number | None = None
 
 
 @dataclass(frozen=True, slots=True)

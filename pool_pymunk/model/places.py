@@ -13,7 +13,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import Ball, Pocket
+from pool_pymunk.model.parts import Ball, Pocket, Post
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, listed, shown
 from pool_pymunk.model.state import State
 from pool_pymunk.model.units import Units
@@ -109,14 +109,20 @@ def place_problems(
     pockets: Sequence[Pocket] = (),
     share: float = TOUCHING,
     units: Units = METRES,
+    posts: Sequence[Post] = (),
 ) -> Iterator[Problem]:
-    """Find balls off the table, in cushions, in pockets and in each other; lengths in ``units``."""
+    """Find balls off the table, or in cushions, posts, pockets, balls; lengths in ``units``."""
     cushions = table.walls if table is not None else ()
     holes = [pocket(each.position, each.radius, k) for k, each in enumerate(pockets)]
     for k, ball in balls.items():
         name = f"ball {shown(ball.id)}"
         for message in _ground_problems(name, ball, table, cushions, share, units):
             yield Problem(("balls", k, "position"), list(ball.position), message)
+        for number, post in enumerate(posts):
+            room = room_at_round(RoundSide(post.position, post.radius), *ball.position, ball.radius)
+            if sinks(room, ball.radius, *ball.position, share):
+                message = said(name, f"post {number}", room, ball.radius, units)
+                yield Problem(("balls", k, "position"), list(ball.position), message)
         for hole in holes:
             room = room_beside(hole.sides, *ball.position, ball.radius)
             if lies_in(hole, room, *ball.position, ball.radius):
@@ -129,6 +135,22 @@ def place_problems(
         what, smaller = f"ball {shown(a.id)}", min(a.radius, b.radius)
         message = said(f"ball {shown(b.id)}", what, room, smaller, units)
         yield Problem(("balls", j, "position"), list(b.position), message)
+
+
+def post_problems(post: Post, table: Table | None, units: Units = METRES) -> Iterator[str]:
+    """Say that a post is off the table, or in which cushion it lies."""
+    (x, y), r = post.position, post.radius
+    if table is None:
+        return
+    if not table.contains(x, y):
+        yield "the post is off the table"
+        return
+    rooms = [edge.distance(x, y) - r for edge in table.edges]
+    room = min(rooms)
+    if sinks(room, r, x, y, TOUCHING):
+        depth = units.from_si(-room, "length")
+        cushion = rooms.index(room)
+        yield f"the post lies in cushion {cushion} by {depth:.2g} {units.length}"
 
 
 def _ground_problems(

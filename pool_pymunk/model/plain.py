@@ -158,6 +158,13 @@ def corners(value: Any, unit: float = 1.0) -> tuple[Point, ...]:
     return tuple(each(point, enumerate(value), unit))
 
 
+def numbers(value: Any) -> tuple[float, ...]:
+    """Read finite numbers in a tuple, a list or an array."""
+    if not is_row(value):
+        raise Unfit("must be numbers, [0.0, 1.0, ...]")
+    return tuple(each(finite, enumerate(value)))
+
+
 def ends(value: Any, unit: float = 1.0) -> dict[str, Point]:
     """Read points by the ids of their balls."""
     if not isinstance(value, Mapping):

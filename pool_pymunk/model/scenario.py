@@ -24,6 +24,7 @@ from pool_pymunk.model.parts import (
     Friction,
     Physics,
     Pocket,
+    Post,
     Restitution,
     Shot,
     beside,
@@ -63,12 +64,13 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
     **{name: part.KEYS for name, part in PARTS.items()},
     "ball": {key: Ball.KEYS[key] for key in DEFAULTS},
     "pockets": Pocket.KEYS,
+    "posts": Post.KEYS,
     "balls": Ball.KEYS,
     "racks": RACK,
     "shots": {FILE_NAMES.get(name, name): key for name, key in Shot.KEYS.items()}
     | {"from": Key(choice(("start", "previous")))},
 }
-LISTS = ("pockets", "balls", "racks", "shots")
+LISTS = ("pockets", "posts", "balls", "racks", "shots")
 SIZE = {"radius": 1.0, "mass": 1.0}  # stands in for one that is missing or broken
 OF_RACKS = {"position": "apex", "id": "ids"}  # what a rack has for these keys of its balls
 
@@ -185,8 +187,11 @@ class _File:
             "table": self._table(),
             **{name: self._part(name, kind, self._section(name)) for name, kind in PARTS.items()},
         }
-        balls, pockets = [*self._balls(), *self._racked()], [*self._pockets()]
-        lists: Values = {"balls": balls, "pockets": pockets, "shots": [*self._shots(balls)]}
+        balls = [*self._balls(), *self._racked()]
+        lists: Values = {
+            "balls": balls, "pockets": [*self._pockets()], "posts": [*self._posts()],
+            "shots": [*self._shots(balls)],
+        }  # fmt: skip
         self._note(
             scene_problems(
                 **lists,
@@ -344,6 +349,12 @@ class _File:
             values: Values = {"id": str(k)} | own
             if self._is_complete(where, Pocket, values):
                 yield where, Pocket(**values)
+
+    def _posts(self) -> Iterator[tuple[Location, Post]]:
+        """Yield the sound posts."""
+        for where, own in self.entries["posts"]:
+            if self._is_complete(where, Post, own):
+                yield where, Post(**own)
 
     def _shots(self, balls: Located[Ball]) -> Iterator[tuple[Location, Shot]]:
         """Yield the shots; where one is unsound, one that stands in for it."""

@@ -75,6 +75,7 @@ def _text(scene: Scene, units: Units) -> str:
         ("[restitution]", _said(scene.restitution, units)),
         ("[friction]", _said(scene.friction, units)),
         *(("[[pockets]]", _unusual(pocket, units)) for pocket in scene.pockets),
+        *(("[[posts]]", _unusual(post, units)) for post in scene.posts),
         *(("[[balls]]", _unusual(ball, units)) for ball in scene.balls),
         *(("[[shots]]", _unusual(shot, units)) for shot in scene.shots),
     ]
@@ -110,7 +111,7 @@ def _table(table: Table | None, units: Units) -> Values:
     corner = table.outline[2:3]
     if corner and min(corner[0]) >= SMALLEST and table == Table.rectangle(*corner[0]):
         return dict(zip(("length", "width"), _in_units(corner[0], "length", units), strict=True))
-    return _said(table, units)
+    return _unusual(table, units)
 
 
 def _units(units: Units, written: Units) -> Values:
@@ -122,7 +123,7 @@ def _units(units: Units, written: Units) -> Values:
 def _in_units(value: Any, kind: str, units: Units) -> Any:
     """Return a number, a point or points in these units, where they are of a kind that has some."""
     if not kind:
-        return value
+        return list(value) if isinstance(value, tuple) else value
     if isinstance(value, Mapping):
         return {key: _in_units(one, kind, units) for key, one in value.items()}
     if isinstance(value, tuple):

@@ -15,8 +15,17 @@ from typing import Any, TypeVar, overload
 
 from pool_pymunk.model.keys import Part, Text
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import NEAREST, Ball, Friction, Physics, Pocket, Restitution, Shot
-from pool_pymunk.model.places import METRES, SUNK, place_problems, placed
+from pool_pymunk.model.parts import (
+    NEAREST,
+    Ball,
+    Friction,
+    Physics,
+    Pocket,
+    Post,
+    Restitution,
+    Shot,
+)
+from pool_pymunk.model.places import METRES, SUNK, place_problems, placed, post_problems
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     Location,
@@ -28,6 +37,7 @@ from pool_pymunk.model.problems import (
 )
 from pool_pymunk.model.state import NO_ROLLING, State, read_state
 from pool_pymunk.model.units import Units
+from pool_pymunk.physics import sides
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.physics.surface import Rolling, Sliding
 
@@ -58,6 +68,7 @@ class Scene(Part):
     title: Text = ""
     units: Units = field(default_factory=Units)
     pockets: tuple[Pocket, ...] = ()
+    posts: tuple[Post, ...] = ()
 
     def __repr__(self) -> str:
         return (
@@ -72,35 +83,56 @@ class Scene(Part):
         return scene_in_notebook(self)
 
     def _ground(self) -> str:
-        count = len(self.pockets)
-        holes = f" and {count} pocket{'s' * (count > 1)}" if count else ""
+        counts = {"post": len(self.posts), "pocket": len(self.pockets)}
+        more = [f"{count} {name}{'s' * (count > 1)}" for name, count in counts.items() if count]
         if self.table is None:
-            return f"an open plane{holes}"
+            return " with ".join(["an open plane", *filter(None, [" and ".join(more)])])
         x0, y0, x1, y1 = self.table.bounds
-        cushions = f"{len(self.table.edges)} cushions{holes}"
-        return f"a table of {x1 - x0:g} x {y1 - y0:g} m with {cushions}"
+        has = listed([f"{len(self.table.edges)} cushions", *more]).replace(", ", " and ")
+        return f"a table of {x1 - x0:g} x {y1 - y0:g} m with {has}"
 
     def _problems(self) -> Iterator[Problem]:
-        balls, pockets, shots = (
-            [((name, k), part) for k, part in enumerate(getattr(self, name))]
-            for name in ("balls", "pockets", "shots")
-        )
+        lists: dict[str, Any] = {
+            name: [((name, k), part) for k, part in enumerate(getattr(self, name))]
+            for name in ("balls", "pockets", "posts", "shots")
+        }
         yield from scene_problems(
-            balls, pockets, shots, self.table, self.restitution, self.friction, self.physics
-        )
+            **lists, table=self.table, restitution=self.restitution, friction=self.friction,
+            physics=self.physics,
+        )  # fmt: skip
 
     @cached_property
     def index(self) -> Mapping[str, int]:
         """The place of each ball's id in ``balls``."""
         return {ball.id: i for i, ball in enumerate(self.balls)}
 
+    @cached_property
+    def cushions(self) -> tuple[sides.Wall, ...]:
+        """What balls bounce off: the cushions of the table, and after them the posts."""
+        own = self.restitution.cushion, self.friction.cushion
+        edges = () if self.table is None else self.table.walls
+        found = [sides.Wall(wall.sides, own[0] or 0.0, own[1], wall.number) for wall in edges]
+        for post in self.posts:
+            e, friction = (
+                its if its is not None else scenes or 0.0
+                for its, scenes in zip((post.restitution, post.friction), own, strict=True)
+            )
+            side = sides.RoundSide(post.position, post.radius)
+            found.append(sides.Wall((side,), e, friction, len(found)))
+        return tuple(found)
+
+    @property
+    def first_post(self) -> int:
+        """The number of the first post among the cushions."""
+        return 0 if self.table is None else len(self.table.edges)
+
     @property
     def diagonal(self) -> float:
         """The length (m) of the diagonal of the table's bounding box; infinite without a table."""
         if self.table is None:
             return math.inf
-        xs, ys = zip(*self.table.outline, strict=True)
-        return math.hypot(max(xs) - min(xs), max(ys) - min(ys))
+        x0, y0, x1, y1 = self.table.bounds
+        return math.hypot(x1 - x0, y1 - y0)
 
     @property
     def surface(self) -> Sliding | Rolling:
@@ -197,7 +229,7 @@ class Scene(Part):
         there = placed(self.balls, state)
         raise_any(
             Problem(("start", "position", problem.steps[1]), problem.value, problem.message)
-            for problem in place_problems(there, self.table, self.pockets, SUNK)
+            for problem in place_problems(there, self.table, self.pockets, SUNK, posts=self.posts)
         )
         return state
 
@@ -253,6 +285,7 @@ def _scaled(vector: Point, share: float) -> Point:
 def scene_problems(
     balls: Located[Ball],
     pockets: Located[Pocket],
+    posts: Located[Post],
     shots: Located[Shot],
     table: Table | None,
     restitution: Restitution,
@@ -277,13 +310,24 @@ def scene_problems(
         yield Problem((*where, "cue"), True, f"{written(cues[0])} is the cue ball already")
     yield from repeated("id", [(where, pocket.id) for where, pocket in pockets])
     there = {k: ball for k, (where, ball) in enumerate(balls) if where not in nowhere}
-    for problem in place_problems(there, table, [hole for _, hole in pockets], units=units):
+    holes, obstacles = [hole for _, hole in pockets], [post for _, post in posts]
+    for problem in place_problems(there, table, holes, posts=obstacles, units=units):
         where = balls[int(problem.steps[1])][0]
         yield Problem((*where, "position"), problem.value, problem.message)
+    largest = max([ball.radius for _, ball in balls], default=0.0)
+    for k, edge in enumerate(table.edges if table else ()):
+        if edge.bulge > 0.0 and edge.arc_radius <= largest:
+            message = f"cushion {k} is no wider than the largest ball"
+            yield Problem(("table", "bulge", k), edge.bulge, message)
+    for where, post in posts:
+        for message in post_problems(post, table, units):
+            yield Problem((*where, "position"), list(post.position), message)
     ids = [ball.id for _, ball in balls]
     yield from shot_problems(shots, ids if knows_balls and ids else None)
     has_table = table is not None if has_table is None else has_table
-    yield from restitution_needs(restitution, has_table, len(balls), len(cues))
+    lacks = [post for _, post in posts if post.restitution is None]
+    needs = "there is a table" if has_table else "a post has none of its own" if lacks else ""
+    yield from restitution_needs(restitution, needs, len(balls), len(cues))
     moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for _, ball in balls)
     if friction.rolling is None:
         given = [(where, ball.roll) for where, ball in balls]
@@ -331,12 +375,14 @@ def shot_problems(shots: Located[Shot], ids: Collection[str] | None) -> Iterator
 
 
 def restitution_needs(
-    restitution: Restitution, has_table: bool, balls: int, cues: int
+    restitution: Restitution, cushion: str, balls: int, cues: int
 ) -> Iterator[Problem]:
-    """Find coefficients of restitution that the scene needs and leaves out."""
-    if has_table and restitution.cushion is None:
-        message = "is missing where there is a table"
-        yield Problem(("restitution", "cushion"), LEFT_OUT, message)
+    """Find coefficients of restitution that the scene needs and leaves out.
+
+    ``cushion`` says why that of the cushions is needed, and is empty if it is not.
+    """
+    if cushion and restitution.cushion is None:
+        yield Problem(("restitution", "cushion"), LEFT_OUT, f"is missing where {cushion}")
     meet = {False: balls - cues > 1, True: balls > 1 and cues > 0}  # without the cue ball, with it
     if any(meet[cue] and ball_ball_restitution(restitution, cue) is None for cue in meet):
         message = "is missing where two balls can meet"

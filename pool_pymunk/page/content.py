@@ -15,7 +15,7 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.units import UNITS
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
-from pool_pymunk.render.table import plane, woodwork
+from pool_pymunk.render.table import plane, seen_posts, woodwork
 from pool_pymunk.render.view import contact_places, extent, settings
 from pool_pymunk.results.run import Run
 
@@ -48,6 +48,7 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
             {"id": hole.id, "x": hole.position[0], "y": hole.position[1], "radius": hole.radius}
             for hole in scene.pockets
         ],
+        "posts": seen_posts(scene),
         "balls": [
             {"id": b.id, "radius": b.radius, "color": c, "halo": halo_color(c), "striped": s}
             for b, c, s in zip(scene.balls, ball_colors(scene), striped(scene), strict=True)
@@ -59,7 +60,8 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
 
 
 def _on_the_table(scene: Scene) -> tuple[object, ...]:
-    return scene.table, scene.pockets, tuple((b.id, b.radius, b.color) for b in scene.balls)
+    balls = tuple((b.id, b.radius, b.color) for b in scene.balls)
+    return scene.table, scene.pockets, scene.posts, balls
 
 
 def _run(run: Run, label: str) -> dict[str, Any]:

@@ -35,6 +35,7 @@ class Contact(NamedTuple):
     or from the cushion into the table. A cushion uses ``m_a``, ``restitution`` and ``friction`` of
     ``pair``. ``point`` (m) is the place where the two touch. ``cushion`` is the number by which the
     cushion is reported. ``gap`` (m) is the distance between the two; 0 where rounding hides it.
+    ``curvature`` (1/m) is that of a :class:`~pool_pymunk.physics.sides.Side`.
     """
 
     a: int
@@ -44,6 +45,7 @@ class Contact(NamedTuple):
     cushion: int | None = None
     point: Vector = (0.0, 0.0)
     gap: float = 0.0
+    curvature: float = 0.0
 
     @property
     def balls(self) -> tuple[int, ...]:

@@ -92,6 +92,69 @@ def path_to_disc(offset: Vector, direction: Vector, touching: float) -> float:
     return max((distance - touching) * (distance + touching) / (along + chord), 0.0)
 
 
+def path_out_of_disc(offset: Vector, direction: Vector, touching: float, deepest: float) -> float:
+    """Return the path length (m) after which a straight path leaves a disc; infinite if it misses.
+
+    The arguments are those of :func:`path_to_disc`. A path that begins at the disc's edge, or not
+    farther out than ``deepest`` (m) from its middle, leaves at once if it does not lead inwards.
+
+    >>> path_out_of_disc((0.5, 0.0), (1.0, 0.0), 1.0, 1.1)
+    1.5
+    >>> path_out_of_disc((-1.0, 0.0), (0.0, 1.0), 1.0, 1.1)
+    0.0
+    """
+    (dx, dy), (ux, uy) = offset, direction
+    along, distance = dx * ux + dy * uy, math.sqrt(dx * dx + dy * dy)
+    room = (touching - distance) * (touching + distance)
+    square = room + along * along  # of half the chord
+    if distance > deepest and (along <= 0.0 or square <= 0.0):
+        return math.inf
+    chord = math.sqrt(square) if square > 0.0 else 0.0
+    if along > 0.0:
+        return along + chord
+    return room / (chord - along) if room > 0.0 else 0.0
+
+
+def time_to_leave(
+    offset: Vector, velocity: Vector, acceleration: Vector, touching: float, horizon: float
+) -> float:
+    """Return the time (s) at which a point leaves a disc; infinite if not within ``horizon`` (s).
+
+    The arguments are those of :func:`time_of_impact`. With the distance d and g = touching^2 - d^2,
+    g'' >= -2 (V^2 + d |acceleration|), where V is the largest speed. A Newton iteration by this
+    bound cannot overshoot. V is that of a piece of the motion, and no step is longer than it. A
+    point that touches the edge from within and moves along it leaves at once.
+
+    >>> time_to_leave((0.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), 2.0, 10.0)
+    1.0
+    """
+    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, acceleration
+    pull, t = math.sqrt(ax * ax + ay * ay), 0.0
+    tiny = 4.0 * EPSILON * (abs(dx) + abs(dy) + touching) * touching
+    for iteration in range(MOST_ITERATIONS):
+        x, y = dx + t * (vx + 0.5 * t * ax), dy + t * (vy + 0.5 * t * ay)
+        ux, uy = vx + t * ax, vy + t * ay
+        room, rate = touching * touching - x * x - y * y, -2.0 * (x * ux + y * uy)
+        bends = ux * ux + uy * uy + x * ax + y * ay  # -g'' / 2
+        if room <= tiny and (rate < 0.0 or (rate == 0.0 and bends >= 0.0 and iteration == 0)):
+            return t
+        speed = math.sqrt(ux * ux + uy * uy)
+        slower = speed if speed > math.sqrt(pull * touching) else math.sqrt(pull * touching)
+        if slower == 0.0:
+            return math.inf
+        piece = touching / slower
+        bound = (speed + pull * piece) * (speed + pull * piece) + touching * pull
+        room = room if room > tiny else tiny
+        root = math.sqrt(rate * rate + 4.0 * bound * room)
+        step = 2.0 * room / (root - rate) if rate < 0.0 else (rate + root) / (2.0 * bound)
+        before, t = t, t + (step if step < piece else piece)
+        if t > horizon:
+            return math.inf
+        if t == before:
+            return t
+    return t
+
+
 def time_of_impact(
     offset: Vector,
     velocity: Vector,

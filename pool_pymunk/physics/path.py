@@ -13,9 +13,11 @@ from pool_pymunk.physics.motion import (
     EPSILON,
     Vector,
     closing_acceleration,
+    path_out_of_disc,
     path_to_disc,
     stopping_time,
     time_of_impact,
+    time_to_leave,
     time_to_slide,
 )
 
@@ -177,6 +179,40 @@ def disc_time(path: Path, center: Vector, touching: float, now: float) -> float:
     speed = math.sqrt(vx * vx + vy * vy)
     length = path_to_disc((dx, dy), (vx / speed, vy / speed), touching)
     return arrival(path, length, now) if length < math.inf else math.inf
+
+
+def time_out(path: Path, center: Vector, touching: float, deepest: float, since: float) -> float:
+    """Return when (s), not before ``since``, a ball is farther from a place than ``touching`` (m).
+
+    A ball that is as far, but not farther than ``deepest`` (m), leaves at once unless it moves in.
+    """
+    if path.slows:
+        dx, dy = center[0] - path.x, center[1] - path.y
+        speed = speed_of(path)
+        if speed == 0.0:
+            return math.inf
+        ux, uy = path.vx / speed, path.vy / speed
+        length = path_out_of_disc((dx, dy), (ux, uy), touching, deepest)
+        return arrival(path, length, since) if length < math.inf else math.inf
+    x, y, vx, vy = motion_at(path, since)
+    dx, dy = center[0] - x, center[1] - y
+    if dx * dx + dy * dy > deepest * deepest:
+        since = time_in(path, center, touching, since)
+        if since == math.inf:
+            return since
+        x, y, vx, vy = motion_at(path, since)
+        dx, dy = center[0] - x, center[1] - y
+    pull = -path.ax, -path.ay
+    return since + time_to_leave((dx, dy), (-vx, -vy), pull, touching, path.end - since)
+
+
+def time_in(path: Path, center: Vector, touching: float, since: float) -> float:
+    """Return when (s), from ``since`` on, a ball comes as near to a place as ``touching`` (m)."""
+    if path.slows:
+        return disc_time(path, center, touching, since)
+    x, y, vx, vy = motion_at(path, since)
+    offset, time, noise = (center[0] - x, center[1] - y), path.end - since, SLIGHT * speed_of(path)
+    return since + time_of_impact(offset, (-vx, -vy), (-path.ax, -path.ay), touching, time, noise)
 
 
 def pair_time(

@@ -13,10 +13,22 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 from pool_pymunk.physics.motion import EPSILON, Vector, time_to_return
-from pool_pymunk.physics.path import Path, arrival, disc_time, speed_of
+from pool_pymunk.physics.path import (
+    Path,
+    arrival,
+    disc_time,
+    motion_at,
+    speed_of,
+    time_in,
+    time_out,
+)
 
 OVERLAP = 1e-6  # radii; a ball that overlaps a face by no more than this touches it.
 GRAZING = 1e-12  # A ball that touches a face and sinks by less than this share moves along it.
+
+
+# A parabola crosses a circle four times at most, so it comes in twice and leaves twice.
+MOST_CROSSINGS = 2
 
 
 class Side(Protocol):
@@ -182,6 +194,82 @@ class RoundSide(NamedTuple):
     def edge(self, r: float) -> Round:
         """Return the circle on which the centre of a touching ball lies."""
         return Round(self.center, self.radius + r)
+
+
+class Arc(NamedTuple):
+    """An arc is a side that is part of a circle; balls are inside of the circle or outside.
+
+    It runs counter-clockwise around ``center`` (m), from the direction ``first`` to ``last``, which
+    are unit vectors. ``facing`` is 1 for an arc that bulges into the table, so that balls are
+    outside of its circle, and -1 for one that bulges outwards.
+    """
+
+    center: Vector
+    radius: float
+    first: Vector
+    last: Vector
+    facing: float
+
+    @property
+    def core(self) -> float:
+        return 0.0
+
+    def gap(self, x: float, y: float, r: float) -> float:
+        """Return the distance (m) from the ball; infinite if the ball is not beside the arc."""
+        (cx, cy), radius, first, last, facing = self
+        dx, dy = x - cx, y - cy
+        if not within_sector(dx, dy, first, last):
+            return math.inf
+        return facing * (math.sqrt(dx * dx + dy * dy) - radius) - r
+
+    def normal(self, x: float, y: float) -> Vector:
+        nx, ny = unit(x - self.center[0], y - self.center[1])
+        return self.facing * nx, self.facing * ny
+
+    def curvature(self, x: float, y: float) -> float:
+        dx, dy = x - self.center[0], y - self.center[1]
+        return self.facing / math.sqrt(dx * dx + dy * dy)
+
+    def time_of_contact(self, path: Path, r: float, now: float) -> float:
+        """Return when (s) a ball meets the arc: as it comes into the circle, or as it leaves it."""
+        center, radius, first, last, facing = self
+        since = path.t if path.slows or now < path.t else now
+        touching = radius + facing * r
+        if facing > 0.0:
+            touching -= 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
+        for _ in range(MOST_CROSSINGS):
+            if facing > 0.0:
+                t = time_in(path, center, touching, since)
+            else:
+                t = time_out(path, center, touching, radius, since)
+            if t == math.inf:
+                return t
+            x, y, _, _ = motion_at(path, t)
+            if within_sector(x - center[0], y - center[1], first, last):
+                return t if t > now else now
+            if path.slows:
+                return math.inf
+            since = t
+            if facing > 0.0:
+                since = time_out(path, center, touching, touching, t)
+            else:
+                since = time_in(path, center, touching, t)
+            if since == math.inf:
+                return since
+        return math.inf
+
+    def edge(self, r: float) -> Round:
+        """Return the circle on which the centre of a touching ball lies."""
+        return Round(self.center, self.radius + self.facing * r)
+
+
+def within_sector(x: float, y: float, first: Vector, last: Vector) -> bool:
+    """Tell whether a direction lies between two others, counter-clockwise, to rounding."""
+    slack = GRAZING * math.sqrt(x * x + y * y)
+    after, before = first[0] * y - first[1] * x, x * last[1] - y * last[0]
+    if first[0] * last[1] - first[1] * last[0] > 0.0:  # They are less than half a turn apart.
+        return after >= -slack and before >= -slack
+    return after >= -slack or before >= -slack
 
 
 class Rim(NamedTuple):

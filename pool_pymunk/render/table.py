@@ -11,11 +11,12 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.transforms import Bbox
 
-from pool_pymunk.model import Pocket, Point, Table, Units
+from pool_pymunk.model import Pocket, Point, Scene, Table, Units
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import CUSHION, RAIL, View
 
 SHARPEST_MITRE = math.radians(60.0)  # A sharper corner of the cushions is drawn round.
+PIN = 0.2  # of the smallest ball's radius; no post is drawn smaller
 PITCH = 0.16  # of the width; the lines of an open plane are at most so far apart
 
 
@@ -37,8 +38,9 @@ def woodwork(table: Table, pockets: Sequence[Pocket]) -> Woodwork:
     """Return the woodwork of a table. Rails have no sights where pockets are."""
     short = min(Bbox.from_extents(*table.bounds).size)
     cushion, rail, thin = CUSHION * short, (CUSHION + RAIL) * short, 0.006 * short
-    headings = [math.atan2(edge.tangent[1], edge.tangent[0]) for edge in table.edges]
-    turns = [b - a for a, b in zip(headings, headings[1:] + headings[:1], strict=True)]
+    edges = table.edges
+    ends = [(edges[k - 1].heading(True), edge.heading(False)) for k, edge in enumerate(edges)]
+    turns = [math.atan2(b[1], b[0]) - math.atan2(a[1], a[0]) for a, b in ends]
     sharpest = min(math.pi - math.remainder(turn, math.tau) for turn in turns)
     join = "round" if sharpest <= SHARPEST_MITRE else "miter"
     layers = (
@@ -46,7 +48,7 @@ def woodwork(table: Table, pockets: Sequence[Pocket]) -> Woodwork:
         ("inlay", cushion + thin, join), ("cushion", cushion, join), ("nose", thin / 2, join),
     )  # fmt: skip
     shades = tuple(0.12 * k * cushion for k in range(1, 7))
-    return Woodwork(table.outline, layers, shades, tuple(sights(table, pockets)), 0.007 * short)
+    return Woodwork(table.polyline, layers, shades, tuple(sights(table, pockets)), 0.007 * short)
 
 
 def draw_table(
@@ -81,19 +83,34 @@ def draw_pockets(axes: Axes, pockets: Sequence[Pocket], view: View, style: Style
             axes.add_artist(Circle(place, size * radius, facecolor=color, linewidth=0, zorder=1.4))
 
 
+def draw_posts(axes: Axes, scene: Scene, view: View, style: Style) -> None:
+    """Draw round obstacles as cushions are drawn; pins have a size that can be seen."""
+    for x, y, radius in seen_posts(scene):
+        place = view.place((x, y))
+        for size, color in ((1.0, style.rail_edge), (0.85, style.rail)):
+            looks: dict[str, Any] = {"facecolor": color, "linewidth": 0, "zorder": 1.45}
+            axes.add_artist(Circle(place, size * radius * view.scale, **looks))
+
+
+def seen_posts(scene: Scene) -> list[tuple[float, float, float]]:
+    """Return place and radius (m) of each post, as they are drawn."""
+    least = PIN * min(ball.radius for ball in scene.balls)
+    return [(*post.position, max(post.radius, least)) for post in scene.posts]
+
+
 def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
     """Yield points on the rails (m), quarters of the shortest side apart, where there is room."""
     out = (CUSHION + RAIL / 2) * min(Bbox.from_extents(*table.bounds).size)
-    step = min(edge.length for edge in table.edges) / 4.0
+    step = min(edge.arc_length for edge in table.edges) / 4.0
     for k, edge in enumerate(table.edges):
         low = 2.0 * out * (k in table.reflex_corners)
         high = 2.0 * out * ((k + 1) % len(table.edges) in table.reflex_corners)
-        parts = min(round(edge.length / step), 40)
-        for s in (edge.length * part / parts for part in range(1, parts)):
-            x = edge.start[0] + s * edge.tangent[0] - out * edge.normal[0]
-            y = edge.start[1] + s * edge.tangent[1] - out * edge.normal[1]
+        parts = min(round(edge.arc_length / step), 40)
+        for share in (part / parts for part in range(1, parts)):
+            (x, y), (nx, ny) = edge.at(share)
+            x, y = x - out * nx, y - out * ny
             far = all(math.dist((x, y), hole.position) > 2.0 * hole.radius for hole in pockets)
-            if far and low < s < edge.length - high:
+            if far and low < share * edge.arc_length < edge.arc_length - high:
                 yield x, y
 
 

@@ -54,7 +54,9 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Bbox:
     points = [np.array([ball.position for ball in scene.balls])]
     for run in runs:
         points += [breakpoints[:, 1:3] for breakpoints in run.knots] + [np.array(run.end.position)]
-    points += [np.add.outer((-hole.radius, hole.radius), hole.position) for hole in scene.pockets]
+    discs = [(hole.position, hole.radius) for hole in scene.pockets]
+    discs += [(post.position, post.radius) for post in scene.posts]
+    points += [np.add.outer((-radius, radius), place) for place, radius in discs]
     every = np.concatenate(points)
     every = every[np.isfinite(every).all(axis=1)]
     box = Bbox([every.min(axis=0), every.max(axis=0)])
@@ -75,11 +77,9 @@ def contact_places(run: Run) -> list[tuple[float, Point, float]]:
             (x2, y2), other = places[balls[1]], scene.balls[balls[1]].radius
             share = radius / (radius + other)
             x, y, radius = x + share * (x2 - x), y + share * (y2 - y), min(radius, other)
-        elif scene.table is not None and event.cushion is not None:
-            edge = scene.table.edges[event.cushion]
-            s = min(max(edge.along(x, y), 0.0), edge.length)
-            x, y = edge.start[0] + s * edge.tangent[0], edge.start[1] + s * edge.tangent[1]
-            radius /= 2.0
+        elif event.cushion is not None:
+            nx, ny = scene.cushions[event.cushion].nearest(x, y, radius).normal(x, y)
+            x, y, radius = x - radius * nx, y - radius * ny, radius / 2.0
         found.append((event.t, (x, y), radius))
     return found
 

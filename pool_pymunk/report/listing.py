@@ -181,17 +181,21 @@ def modelled(scene: Scene) -> Iterator[str]:
     else:
         shape = "rectangle" if scene.table.is_rectangle else "polygon"
         friction = _coefficient(scene.friction.cushion)
-        yield f"table: {shape} with {len(scene.table.edges)} cushions, {friction}"
+        arcs = sum(edge.bulge != 0.0 for edge in scene.table.edges)
+        of_them = f" ({arcs} of them arcs)" if arcs else ""
+        yield f"table: {shape} with {len(scene.table.edges)} cushions{of_them}, {friction}"
+    if scene.posts:
+        first, last = scene.first_post, len(scene.cushions) - 1
+        which = f"cushion {last}" if first == last else f"cushions {first} to {last}"
+        yield f"posts: {len(scene.posts)}, reported as {which}"
     if scene.pockets:
         yield f"pockets: {', '.join(pocket.id for pocket in scene.pockets)}"
-    slows = f"{(rolling or 0.0) * scene.physics.gravity:.6g} m/s^2"
     if scene.deceleration == 0.0:
         yield "surface friction: none; no damping callback"
     else:
         yield f"surface friction: {scene.deceleration:.6g} m/s^2"
-        if rolling is not None:
-            yield f"friction of rolling: {slows}"
     if rolling is not None:
+        slows = f"{rolling * scene.physics.gravity:.6g} m/s^2"
         yield f"rolling friction: {slows}; balls slide, then roll, without english"
     if scene.physics.max_time is not None:
         yield f"runs end after {scene.physics.max_time:g} s at the latest"

@@ -75,7 +75,7 @@ def extent(scene: Scene, breakpoints: Sequence[ArrayLike]) -> float:
     """Return how far apart (m) places on the table are at most, or those where balls were."""
     places = [np.asarray(each)[:, 1:3] for each in breakpoints]
     if scene.table is not None:
-        places.append(np.array(scene.table.outline))
+        places.append(np.array(scene.table.polyline))
     return float(np.linalg.norm(np.ptp(np.concatenate(places), axis=0)))
 
 

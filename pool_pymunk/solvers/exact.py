@@ -18,11 +18,8 @@ from pool_pymunk.solvers.record import NEVER_SETTLES, Settings
 
 
 def walls(scene: Scene) -> list[Wall]:
-    """Return the scene's cushions as walls."""
-    e, friction = scene.restitution.cushion, scene.friction.cushion
-    if scene.table is None or e is None:
-        return []
-    return [Wall(each.sides, e, friction, each.number) for each in scene.table.walls]
+    """Return the scene's cushions and posts as walls."""
+    return list(scene.cushions)
 
 
 def pockets(scene: Scene) -> list[Wall]:
@@ -94,7 +91,8 @@ class TraceRecorder(Recorder):
     def persistent(self, contact: Contact, t: float) -> None:
         presses = f"surface friction presses balls {self._balls([contact])} together"
         if contact.cushion is not None:
-            presses = f"its roll presses ball {self._balls([contact])} to a cushion"
+            what = "an arc" if contact.curvature < 0.0 else "its roll"
+            presses = f"{what} presses ball {self._balls([contact])} to a cushion"
         text = (
             f"{presses}: instead of a collapse there is one hit in each contact time (at most "
             f"{CONTACT_TIME:g} of the time since the first hit or until rest)"

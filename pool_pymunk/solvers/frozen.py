@@ -46,9 +46,9 @@ def touching(scene: Scene, start: State) -> Rows:
         distance = math.hypot(x - u, y - v)
         if is_closed((distance - r - scene.balls[j].radius) / NEARLY_CLOSED, x, y, r):
             found.append((i, j, ((x - u) / distance, (y - v) / distance)))
-    walls = scene.table.walls if scene.table is not None else ()
-    for _, i, x, y, r in _outer(scene.table, discs):
-        for k, wall in enumerate(walls):
+    near = discs if scene.posts else _outer(scene.table, discs)
+    for _, i, x, y, r in near:
+        for k, wall in enumerate(scene.cushions):
             side = wall.nearest(x, y, r)
             gap = side.gap(x, y, r)
             if -r < gap <= r and is_closed(gap / NEARLY_CLOSED, x, y, r):

@@ -10,12 +10,14 @@ thousandth of a radius, because pymunk's default, 0.1, is more than a ball in me
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import pairwise
 
 import pymunk
 
 from pool_pymunk.model import Scene, State
-from pool_pymunk.model.outline import Edge
 from pool_pymunk.model.scene import ball_ball_restitution
+from pool_pymunk.physics.sides import Wall
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
@@ -48,9 +50,9 @@ class Builtin(Stepping):
         for i in self.gone:
             gone = self.bodies[i]
             self.space.remove(gone, *gone.shapes, *gone.constraints)
-        for number, edge in enumerate(scene.table.edges if scene.table else ()):
-            for kind in (CUE, OTHER):
-                self._add_cushion(number, edge, kind)
+        for kind in (CUE, OTHER):
+            for shape, number in self._cushions():
+                self._add_cushion(shape, scene.cushions[number], kind)
         self.space.on_collision(BALL, BALL, post_solve=self._met)
         self.space.on_collision(BALL, CUSHION, post_solve=self._met)
         self.steps_a_look = max(1, round(1.0 / (LOOKS * self.dt)))
@@ -82,16 +84,25 @@ class Builtin(Stepping):
             brake.max_force = ball.mass * self.scene.deceleration
             self.space.add(brake)
 
-    def _add_cushion(self, number: int, edge: Edge, kind: int) -> None:
-        cushion = pymunk.Segment(self.space.static_body, edge.start, edge.end, 0.0)
+    def _cushions(self) -> Iterator[tuple[pymunk.Shape, int]]:
+        """Yield the shapes of the cushions, with their numbers; arcs are strings of segments."""
+        ground, table = self.space.static_body, self.scene.table
+        for number, edge in enumerate(table.edges if table else ()):
+            points = [*edge.points(), edge.end]
+            for a, b in pairwise(points):
+                yield pymunk.Segment(ground, a, b, 0.0), number
+        for number, post in enumerate(self.scene.posts, start=self.scene.first_post):
+            yield pymunk.Circle(ground, post.radius, post.position), number
+
+    def _add_cushion(self, cushion: pymunk.Shape, wall: Wall, kind: int) -> None:
         cushion.collision_type = CUSHION
-        e, of_ball = self.scene.restitution.cushion or 0.0, self._elasticity(kind == CUE)
-        cushion.elasticity = e / of_ball if of_ball > 0.0 else 0.0
-        mu, of_ball = self.scene.friction.cushion, math.sqrt(self.scene.friction.ball_ball)
-        cushion.friction = mu / of_ball if of_ball > 0.0 else 0.0
+        of_ball = self._elasticity(kind == CUE)
+        cushion.elasticity = wall.restitution / of_ball if of_ball > 0.0 else 0.0
+        of_ball = math.sqrt(self.scene.friction.ball_ball)
+        cushion.friction = wall.friction / of_ball if of_ball > 0.0 else 0.0
         cushion.filter = pymunk.ShapeFilter(categories=0b100, mask=kind)
         self.space.add(cushion)
-        self.number[cushion] = number
+        self.number[cushion] = wall.number
 
     def _met(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         if not arbiter.is_first_contact:

@@ -79,12 +79,31 @@ def set_up(
         table.put_ball(pymunk.Circle(body, ball.radius), roll)
     for id_ in start.off:
         table.remove_ball(table.balls[scene.index[id_]])
-    for wall, edge in zip(walls(scene), scene.table.edges if scene.table else (), strict=True):
-        cushion = pymunk.Segment(space.static_body, edge.start, edge.end, 0.0)
-        table.put_wall(cushion, wall)
+    for wall, shape in zip(walls(scene), cushion_shapes(scene, space), strict=True):
+        table.put_wall(shape, wall)
     for hole in scene.pockets:
         table.add_pocket(hole.position, hole.radius)
     return table
+
+
+AROUND = 1e-3  # of an arc's radius; the polygon around it is so much wider than its corners
+
+
+def cushion_shapes(scene: Scene, space: pymunk.Space) -> list[pymunk.Shape]:
+    """Return shapes that hold the scene's cushions, and its posts.
+
+    A straight cushion is a segment, and a post a circle. pymunk has no arcs: around one lies a
+    polygon, which tells which balls are near, and the arc itself answers.
+    """
+    found: list[pymunk.Shape] = []
+    ground = space.static_body
+    for edge in scene.table.edges if scene.table else ():
+        if edge.bulge == 0.0:
+            found.append(pymunk.Segment(ground, edge.start, edge.end, 0.0))
+        else:
+            around = [*edge.points(), edge.end]
+            found.append(pymunk.Poly(ground, around, radius=AROUND * edge.arc_radius))
+    return [*found, *(pymunk.Circle(ground, p.radius, p.position) for p in scene.posts)]
 
 
 FRICTION = {"friction": ("joint", "callback")}

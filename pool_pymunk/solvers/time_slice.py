@@ -15,13 +15,15 @@ rest stays where it is. A ball that travels more than its radius in a slice can 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from math import atan2, copysign, cos, hypot, pi, sin
 
 from pool_pymunk.model import Point, Scene, State, Table
+from pool_pymunk.model.places import is_beside
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.sides import Wall, core_of
 from pool_pymunk.physics.surface import GYRATION, NO_ROLL, SHARE
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
@@ -63,6 +65,9 @@ class Slices(Stepping):
         self.present = [i for i, ball in enumerate(scene.balls) if ball.id not in start.off]
         self.moving = [i for i in self.present if self._moves(i)]
         self.first_look = True
+        is_rectangle = scene.table is not None and scene.table.is_rectangle
+        # The listing has its own rule for the cushions of a rectangle.
+        self.walls = scene.cushions[scene.first_post if is_rectangle else 0 :]
 
     # -- motion ----------------------------------------------------------------------------------
 
@@ -120,10 +125,11 @@ class Slices(Stepping):
     def look(self, moved: list[int]) -> None:
         """Let pockets take balls in, answer overlaps with cushions, and then those of pairs."""
         moved = [i for i in moved if not self._is_pocketed(i)]
-        if self.scene.table is not None:
-            answer = self._rectangle if self.scene.table.is_rectangle else self._polygon
-            for i in moved:
-                answer(i, self.scene.table)
+        table = self.scene.table
+        for i in moved:
+            if table is not None and table.is_rectangle:
+                self._rectangle(i, table)
+            self._overlaps(i, self.walls)
         active = set(self.present if self.first_look else moved)
         self.first_look = False
         for i, j in combinations(self.present, 2):
@@ -151,46 +157,40 @@ class Slices(Stepping):
             at, approach = motion[axis], motion[axis + 2]
             if at > high or at < low:
                 motion[axis] = min(max(at, low), high)
-                motion[axis + 2], motion[3 - axis] = self._cushion(NT(approach, motion[3 - axis]))
-                self._rub(i, (1.0 - axis, 0.0 + axis), motion[axis + 2] - approach)
-                self._note_cushion(i, numbers[at > high], approach)
+                wall = self.scene.cushions[numbers[at > high]]
+                motion[axis + 2], motion[3 - axis] = self.law.cushion(
+                    NT(approach, motion[3 - axis]), wall.restitution, wall.friction
+                )
+                self._rub(i, wall, (1.0 - axis, 0.0 + axis), motion[axis + 2] - approach)
+                self._note_cushion(i, wall.number, approach)
 
-    def _polygon(self, i: int, table: Table) -> None:
-        """Answer cushions edge by edge by the listing's rule, and corners that stick out."""
-        motion, r = self.motion[i], self.radius[i]
-        for number, edge in enumerate(table.edges):
-            height = edge.height(*motion[:2])
-            if -r < height < r and 0.0 <= edge.along(*motion[:2]) <= edge.length:
-                self._bounce(i, number, edge.normal, r - height)
-        for number in table.reflex_corners:
-            corner_x, corner_y = table.outline[number]
-            dx, dy = motion[0] - corner_x, motion[1] - corner_y
-            distance = hypot(dx, dy)
-            if 0.0 < distance < r:
-                self._bounce(i, number, (dx / distance, dy / distance), r - distance)
+    def _overlaps(self, i: int, walls: Sequence[Wall]) -> None:
+        """Answer the sides of walls one by one by the listing's rule."""
+        r = self.radius[i]
+        for wall in walls:
+            for side in wall.sides:
+                x, y, _, _ = self.motion[i]
+                gap = side.gap(x, y, r)
+                if gap < 0.0 and is_beside(gap, r, core_of(side)):
+                    self._bounce(i, wall, side.normal(x, y), -gap)
 
-    def _bounce(self, i: int, number: int, normal: Point, depth: float) -> None:
+    def _bounce(self, i: int, wall: Wall, normal: Point, depth: float) -> None:
         (x, y, vx, vy), (nx, ny) = self.motion[i], normal
         v = NT(vx * nx + vy * ny, vy * nx - vx * ny)
         if v.n < 0.0:
-            n, s = self._cushion(v)
+            n, s = self.law.cushion(v, wall.restitution, wall.friction)
             vx, vy = n * nx - s * ny, n * ny + s * nx
-            self._rub(i, normal, n - v.n)
+            self._rub(i, wall, normal, n - v.n)
         self.motion[i][:] = x + depth * nx, y + depth * ny, vx, vy
-        self._note_cushion(i, number, min(v.n, 0.0))
+        self._note_cushion(i, wall.number, min(v.n, 0.0))
 
-    def _cushion(self, v: NT) -> NT:
-        e = self.scene.restitution.cushion
-        assert e is not None
-        return self.law.cushion(v, e, self.scene.friction.cushion)
-
-    def _rub(self, i: int, normal: Point, change: float) -> None:
+    def _rub(self, i: int, wall: Wall, normal: Point, change: float) -> None:
         """Let friction slow the roll into a cushion that changed the normal velocity (m/s)."""
         if not self.rolls:
             return
         (wx, wy), (nx, ny) = self.roll[i], normal
         n = wx * nx + wy * ny
-        less = copysign(min(self.scene.friction.cushion * abs(change) / GYRATION, abs(n)), n)
+        less = copysign(min(wall.friction * abs(change) / GYRATION, abs(n)), n)
         self.roll[i] = wx - less * nx, wy - less * ny
 
     def _note_cushion(self, i: int, number: int, approach: float) -> None:
@@ -303,6 +303,8 @@ class Slices(Stepping):
         table, (x, y, _, _), r = self.scene.table, self.motion[i], self.radius[i]
         for pocket in self.scene.pockets:
             yield hypot(x - pocket.position[0], y - pocket.position[1]) - pocket.radius
+        for post in self.scene.posts:
+            yield hypot(x - post.position[0], y - post.position[1]) - post.radius - r
         if table is not None and table.is_rectangle:
             x0, y0, x1, y1 = table.bounds
             yield min(x - x0, x1 - x, y - y0, y1 - y) - r

@@ -198,7 +198,7 @@ class Reference(NamedTuple):
 def reference_of(run: Run, agree: float) -> Reference:
     """Return a run as others are compared with it, to ``agree`` (m)."""
     times = np.linspace(0.0, run.duration, INSTANTS + 1)
-    cushions = len(run.scene.table.edges) if run.scene.table else 0  # They come before pockets.
+    cushions = len(run.scene.cushions)  # They come before pockets.
     pockets = {hole.id: cushions + k for k, hole in enumerate(run.scene.pockets)}
     met: list[list[int]] = [[] for _ in run.scene.balls]
     for event in contacts(run):

@@ -274,6 +274,7 @@ class Errors:
             return np.array([-1.0, 1.0]), offset / distance[:, np.newaxis], 1.0 / distance, offset
         normals, curvatures, corners = [], [], []
         outline = () if self.scene.table is None else self.scene.table.outline
+        outline = (*outline, *(post.position for post in self.scene.posts))
         for step, (x, y) in zip(steps, states[:, 0, :2].tolist(), strict=True):
             number = step.event.cushion or 0
             side = self.walls[number].nearest(x, y, self.scene.balls[step.balls[0]].radius)

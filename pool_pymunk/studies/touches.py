@@ -89,6 +89,11 @@ def _at_rest(run: Run) -> list[tuple[Vector, float, bool, str]]:
     table, found = run.scene.table, list[tuple[Vector, float, bool, str]]()
     if table is not None:
         found += ((table.outline[k], 0.0, False, f"{k}, None") for k in table.reflex_corners)
+    first = run.scene.first_post
+    found += (
+        (post.position, post.radius, False, f"{k}, None")
+        for k, post in enumerate(run.scene.posts, start=first)
+    )
     rims = ((hole.position, hole.radius, True, f"None, {hole.id}") for hole in run.scene.pockets)
     return [*found, *rims]
 

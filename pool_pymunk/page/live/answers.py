@@ -143,7 +143,11 @@ class Answers:
         scene, balls = self.scene, placed(self.scene.balls, state)
         others = {i: ball for i, ball in balls.items() if i != scene.index[asked.ball]}
         before, found = (
-            list(place_problems(some, scene.table, scene.pockets, units=scene.units))
+            list(
+                place_problems(
+                    some, scene.table, scene.pockets, units=scene.units, posts=scene.posts
+                )
+            )
             for some in (others, balls)
         )
         new = [one.message for one in found if one not in before]

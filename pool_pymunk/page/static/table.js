@@ -18,8 +18,8 @@ class TableView {
 
   /** Show another content, or the same in other colours; what looks the same is not drawn anew. */
   show(content, style) {
-    const { seen, plane, table, pockets, balls } = content;
-    const looks = JSON.stringify([seen, plane, table, pockets, balls, style]);
+    const { seen, plane, table, pockets, posts, balls } = content;
+    const looks = JSON.stringify([seen, plane, table, pockets, posts, balls, style]);
     Object.assign(this, { content, style });
     if (looks !== this.looks) this.forget();
     this.looks = looks;
@@ -102,6 +102,10 @@ class TableView {
     for (const { x, y, radius } of this.content.pockets) {
       this.disc(pen, x, y, radius, this.style.lip);
       this.disc(pen, x, y, 0.9 * radius, this.style.hole);
+    }
+    for (const [x, y, radius] of this.content.posts) {
+      this.disc(pen, x, y, radius, this.style.rail_edge);
+      this.disc(pen, x, y, 0.85 * radius, this.style.rail);
     }
     return ground;
   }

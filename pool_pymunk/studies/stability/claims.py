@@ -82,7 +82,7 @@ def energy_kept(trial: Trial) -> Measure:
 def momentum(trial: Trial) -> Measure | None:
     """Measure that momentum is kept, where balls meet only balls and nothing brakes them."""
     scene = trial.scene
-    others = scene.table or scene.deceleration > 0.0 or scene.pockets
+    others = scene.table or scene.deceleration > 0.0 or scene.pockets or scene.posts
     return None if others else momentum_kept(trial)
 
 
