@@ -11,10 +11,11 @@ from pool_pymunk import Billiards, load, same_balls
 from pool_pymunk.world import TableBall, TableState
 
 SCENE = load("eight-ball")
-assert SCENE.table and SCENE.restitution.ball_ball and SCENE.restitution.cushion
+E, MU = SCENE.restitution, SCENE.friction
+assert SCENE.table and E.ball_ball and E.cushion and MU.rolling
 EDGES, RADIUS, (LENGTH, WIDTH) = SCENE.table.edges, SCENE.balls[0].radius, SCENE.table.bounds[2:]
-PAIR = same_balls(SCENE.restitution.ball_ball, SCENE.friction.ball_ball)
-RAIL = (SCENE.restitution.cushion, SCENE.friction.cushion)
+PAIR, RAIL = same_balls(E.ball_ball, MU.ball_ball), (E.cushion, MU.cushion)
+SLIDES, ROLLS = SCENE.deceleration, MU.rolling * SCENE.physics.gravity  # m/s^2
 LONGEST_STEP, FULL, PULL = 1 / 30, 8.0, 0.5  # s; m/s at a full pull, and how far (m) that is
 FINE, SCALE = 2, 780  # The canvas, of 780 pixels a metre, is twice as fine as the window.
 ROOM, BELOW, TRAY = 0.16, 0.3, [Vec2d(0.071 * k - 0.034, WIDTH + 0.2) for k in range(16)]  # m
@@ -68,7 +69,9 @@ class Game:
     def __init__(self) -> None:
         pygame.font.init()
         self.space, self.balls = Space(), dict[int, TableBall]()
-        self.table = Billiards(self.space, LONGEST_STEP, pair=PAIR, deceleration=SCENE.deceleration)
+        self.table = Billiards(
+            self.space, LONGEST_STEP, pair=PAIR, deceleration=SLIDES, rolling=ROLLS
+        )
         for a, b, *_ in EDGES:
             self.table.add_wall(Segment(self.space.static_body, a, b, 0.0), *RAIL)
         for hole in SCENE.pockets:
@@ -100,8 +103,7 @@ class Game:
         """Do what the player asks for."""
         key = event.key if event.type == pygame.KEYDOWN else None
         self.is_open = self.is_open and event.type != pygame.QUIT and key != pygame.K_ESCAPE
-        if key == pygame.K_r:
-            del self.before[1:]
+        self.before = self.before[:1] if key == pygame.K_r else self.before
         if key in (pygame.K_u, pygame.K_r) and self.before:
             self.table.restore_state(self.before.pop())
         if "pos" in event.dict:
@@ -122,7 +124,7 @@ class Game:
             place = ball.body.position if ball.is_on_table else TRAY[number]
             canvas.blit(self.pictures[number], self.pictures[number].get_rect(center=pixel(place)))
         if seen:
-            pygame.draw.circle(canvas, IVORY, pixel(seen.way[1]), RADIUS * SCALE, 3)
+            pygame.draw.circle(canvas, IVORY, pixel(seen.where or seen.way[-1]), RADIUS * SCALE, 3)
             away = -self.shot(1.0).normalized()
             for *ends, color in ((0.05, 0.07, IVORY), (0.07, 0.5, "tan"), (0.5, 0.8, "#5a2d18")):
                 a, b = (cue.body.position + away * (end + speed / 30) for end in ends)

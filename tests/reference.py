@@ -20,7 +20,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import combinations, pairwise
+from itertools import combinations, count, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -679,6 +679,21 @@ def made(law: str, table: str, k: int, file: str = "reference") -> dict[str, Any
         contacts = len(kinds) - kinds.count("stop") - kinds.count("roll")
         if 3 <= contacts <= 60 and (not has or has in kinds):
             return {"name": name, "scene": scene_to_dict(scene), "run": run_to_dict(run)}
+
+
+def fresh_scenes(file: str, first: int) -> Iterator[tuple[Scene, dict[str, Any]]]:
+    """Yield new random scenes of a data file's kind with their runs, from the seed ``first`` on."""
+    draw, has, _ = FILES[file]
+    for k in count(first):
+        rng = random.Random(f"{file} {k}")
+        table = rng.choice(sorted(OUTLINES))
+        scene = draw(rng.choice(("coulomb", "published")), table, rng)
+        try:
+            run = run_to_dict(reference_run(scene))
+        except Refused:
+            continue
+        if any(kind == has for _, kind, *_ in run["events"]):
+            yield scene, run
 
 
 def main() -> None:

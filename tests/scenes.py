@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table
+from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table, load
 from pool_pymunk.cli import main
 from pool_pymunk.model import Point
 
@@ -41,6 +41,14 @@ TABLES = {
 def seeds(count: int) -> range:
     """Return the seeds of this many random scenes; they count from POOL_SEED."""
     return range(BASE_SEED, BASE_SEED + count)
+
+
+def sliding(name: str) -> Scene:
+    """Return a bundled scene whose balls roll as one whose balls slide as far instead."""
+    scene = load(name)
+    assert scene.friction.rolling is not None
+    slow = replace(scene.friction, surface=scene.friction.rolling, rolling=None)
+    return replace(scene, friction=slow)
 
 
 def some_slow(count: int, quick: int) -> list[Any]:

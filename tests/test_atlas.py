@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from commands import exit_code, refusal
 from numpy.typing import NDArray
+from scenes import sliding
 
 from pool_pymunk import (
     Ball,
@@ -65,8 +66,9 @@ def test_the_command_draws_it(
 ) -> None:
     from imageio.v3 import imread
 
-    path = tmp_path / "map.png"
-    scenario = "eight-ball" if show == "pocket" else "report"
+    path, scenario = tmp_path / "map.png", tmp_path / "scene.toml"
+    scene = sliding("eight-ball") if show == "pocket" else load("report")
+    scene.to_toml(scenario)
     line = f"atlas {scenario} --shot 1 --size 120x80 --angle -8:8 --show {show} --out {path}"
     assert exit_code(*line.split()) == 0
     assert capsys.readouterr().out.startswith("9,600 shots in ")
@@ -79,7 +81,7 @@ def test_the_command_draws_it(
 
 @pytest.mark.parametrize("show", MAPS)
 def test_an_atlas_for_one_map_has_what_this_map_shows(show: str) -> None:
-    scene = load("eight-ball")
+    scene = sliding("eight-ball")
     how: dict[str, Any] = {"size": (40, 30), "angle": (-8, 8)}
     every, one = atlas(scene, 1, **how), atlas(scene, 1, **how, show=show)
     for name, key in MAPS.items():
@@ -151,7 +153,7 @@ def test_an_atlas_of_what_makes_no_sense(wrong: dict[str, Any], line: str) -> No
 
 def few_balls() -> Scene:
     """Return an eight-ball table with four balls on it."""
-    scene = load("eight-ball")
+    scene = sliding("eight-ball")
     places = {"cue": (0.6, 0.4), "8": (1.6, 0.9), "1": (1.1, 0.75), "4": (2.0, 0.35)}
     balls = tuple(replace(b, position=places[b.id]) for b in scene.balls if b.id in places)
     return replace(scene, balls=balls, shots=(Shot("pot", "cue", speed=3.0, aim="8"),))

@@ -276,9 +276,9 @@ def test_the_line_says_what_is_met_and_where(game: Any, monkeypatch: pytest.Monk
             event, ghost = met[0]
             other = next((ball for ball in event.balls if ball is not cue), None)
             assert (seen.met, seen.wall) == (other, event.wall)
-            assert math.dist(ghost, seen.way[1]) < 1e-9
+            assert math.dist(ghost, seen.where) < 1e-9
             if other is not None:
-                assert math.dist(seen.way[1], seen.other_way[0]) == pytest.approx(
+                assert math.dist(seen.where, seen.other_way[0]) == pytest.approx(
                     2.0 * pool_game.RADIUS, abs=1e-9
                 )
         kinds.add("ball" if seen.met else "wall" if seen.wall is not None else "pocket")

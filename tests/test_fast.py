@@ -48,9 +48,7 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.fast import compiled, due, loop, many, moves
-from pool_pymunk.fast.shots import read_source
-from pool_pymunk.fast.tables import table_of
+from pool_pymunk.fast import compiled, due, many, moves
 from pool_pymunk.physics.motion import path_to_disc
 from pool_pymunk.physics.path import pair_time, set_off
 
@@ -354,16 +352,6 @@ def test_without_numba_the_bits_are_the_same(monkeypatch: pytest.MonkeyPatch) ->
         slow = simulate_many(scene, position, velocity)
     assert slow.by_reference == 3
     np.testing.assert_array_equal(usual.final, slow.final)
-
-
-def test_the_loop_is_the_same_uncompiled() -> None:
-    """What numba compiles is plain Python, and gives the same bits as such."""
-    scene, position, velocity = simulation_1(5)
-    source = read_source(scene, position, velocity, None, None, None)
-    out = many.empty(5, 11)
-    assert many.play_chunk(loop.play_shots, source, table_of(scene), out, slice(0, 5)) == 5
-    assert out.status.tolist() == 5 * [0]
-    np.testing.assert_array_equal(out.final, simulate_many(scene, position, velocity).final)
 
 
 def test_no_shots_and_resting_ones() -> None:

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import random
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import pytest
 from amplified import amplification
-from reference import (
-    OUTLINES,
-    Refused,
-    random_pocket_scene,
-    reference_run,
-    run_to_dict,
-    scene_from_dict,
-)
+from reference import fresh_scenes, scene_from_dict
 from scenes import DATA, seeds
 
 from pool_pymunk import (
@@ -75,21 +68,10 @@ def test_random_scenes_in_forty_digits(
 
 @pytest.mark.slow
 def test_two_hundred_fresh_scenes_in_forty_digits() -> None:
-    """POOL_SEED makes other ones; the reference refuses some, and others come instead."""
-    played, k = 0, seeds(1)[0] * 10_000
-    while played < 200:
-        k += 1
-        rng = random.Random(f"fresh {k}")
-        table = rng.choice(sorted(OUTLINES))
-        scene = random_pocket_scene(rng.choice(["coulomb", "published"]), table, rng)
-        try:
-            answer = run_to_dict(reference_run(scene))
-        except Refused:
-            continue
-        if any(kind == "pocket" for _, kind, _, _ in answer["events"]):
-            played += 1
-            for solver, dt in EXACT:
-                agrees(scene, answer, solver, dt)
+    """POOL_SEED makes other ones."""
+    for scene, answer in islice(fresh_scenes("pocket", 10_000 * seeds(1)[0]), 200):
+        for solver, dt in EXACT:
+            agrees(scene, answer, solver, dt)
 
 
 # -- one ball and one pocket -----------------------------------------------------------------------

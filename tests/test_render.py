@@ -23,7 +23,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
-from scenes import typed
+from scenes import sliding, typed
 
 from pool_pymunk import Run, load, loads, simulate
 from pool_pymunk.model import Ball, Scene
@@ -712,8 +712,8 @@ def test_tracks_of_ghosts_are_thin_and_pale_and_have_no_halos(run: Run) -> None:
 
 def test_an_overlay_has_a_key_where_a_label_does_not_fit(run: Run) -> None:
     assert key_of(Show((run, shoot(velocity="[0.5, -0.5]")))) is None
-    small = simulate(load("eight-ball"), "Break", solver="event-driven")
-    other = simulate(load("eight-ball"), "Break", solver="pymunk-discrete", dt=1 / 240)
+    small = simulate(sliding("eight-ball"), "Break", solver="event-driven")
+    other = simulate(sliding("eight-ball"), "Break", solver="pymunk-discrete", dt=1 / 240)
     key = key_of(Show((small, other)))
     assert key is not None
     assert {"cue", "1", "15"} <= {text.get_text() for text in key.get_texts()}

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import exit_code, refusal
-from scenes import AT_A_TERMINAL
+from scenes import AT_A_TERMINAL, sliding
 
 import pool_pymunk
 from pool_pymunk import Scene, SettingError, load, simulate, sweep
@@ -133,7 +133,7 @@ def test_a_grid_combines_all_values() -> None:
 
 
 def test_the_dataset_has_every_shot_as_the_exact_solver_plays_it(tmp_path: Path) -> None:
-    scene = load("eight-ball")
+    scene = sliding("eight-ball")
     done: list[Done] = []
     found = sweep(
         scene, 1, vary={"speed": (4, 8), "start": 1e-4}, samples=50, chunk=20, out=tmp_path,

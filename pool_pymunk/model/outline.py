@@ -100,7 +100,7 @@ class Edge(NamedTuple):
 
 def _edge(start: Point, end: Point, bulge: float = 0.0) -> Edge:
     dx, dy = end[0] - start[0], end[1] - start[1]
-    length = math.hypot(dx, dy)
+    length = math.sqrt(dx * dx + dy * dy)
     tangent = (dx / length, dy / length)
     return Edge(start, end, tangent, (-tangent[1], tangent[0]), length, bulge)
 
@@ -163,7 +163,7 @@ class Table(Part):
         ):
             yield self._problem("must have three corners or more")
             return
-        slack = COORDINATE_ROUNDING * max(map(abs, self.bounds))
+        slack = COORDINATE_ROUNDING * max(max(map(abs, corner)) for corner in self.outline)
         for k, corner in enumerate(self.outline):
             if math.dist(self.outline[k - 1], corner) <= slack:
                 k_before = (k - 1) % len(self.outline)

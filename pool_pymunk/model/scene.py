@@ -108,7 +108,7 @@ class Scene(Part):
 
     @cached_property
     def cushions(self) -> tuple[sides.Wall, ...]:
-        """What balls bounce off: the cushions of the table, and after them the posts."""
+        """The walls that balls bounce off: the cushions of the table, and after them the posts."""
         own = self.restitution.cushion, self.friction.cushion
         edges = () if self.table is None else self.table.walls
         found = [sides.Wall(wall.sides, own[0] or 0.0, own[1], wall.number) for wall in edges]

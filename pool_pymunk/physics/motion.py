@@ -125,7 +125,7 @@ def time_to_leave(
     bound cannot overshoot. V is that of a piece of the motion, and no step is longer than it. A
     point that touches the edge from within and moves along it leaves at once.
 
-    >>> time_to_leave((0.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), 2.0, 10.0)
+    >>> round(time_to_leave((0.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), 2.0, 10.0), 12)
     1.0
     """
     (dx, dy), (vx, vy), (ax, ay) = offset, velocity, acceleration

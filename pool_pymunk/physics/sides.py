@@ -372,8 +372,9 @@ def core_of(side: Any) -> float:
 
 def face_between(start: Vector, end: Vector, radius: float = 0.0) -> Face:
     """Return the face that a traveller from ``start`` to ``end`` (m) has on the left."""
-    tx, ty = unit(end[0] - start[0], end[1] - start[1])
-    return Face(start, (tx, ty), (-ty, tx), math.dist(start, end), radius)
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    tx, ty = unit(dx, dy)
+    return Face(start, (tx, ty), (-ty, tx), math.sqrt(dx * dx + dy * dy), radius)
 
 
 def unit(x: float, y: float) -> Vector:

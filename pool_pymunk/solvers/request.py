@@ -212,10 +212,12 @@ def request(
     if law is not None and read_law(law) and method.own_law:
         message = f"{method.name} has a law of its own and cannot take another"
         raise setting_error("law", read_law(law).name, message)
-    if scene.surface.rolls and not method.rolls:
+    is_late = options.get("contacts") == "discrete"
+    if scene.surface.rolls and (is_late or not method.rolls):
         others = ", ".join(name for name, other in SOLVERS.items() if other.rolls)
         message = f"does not roll balls, and the scene has friction.rolling (these do: {others})"
-        raise setting_error("solver", solver, message)
+        named = f"{solver} with discrete contacts" if is_late else solver
+        raise setting_error("solver", named, message)
     if isinstance(law, str):
         scene = replace(scene, physics=replace(scene.physics, law=law))
     step, latest = _given("dt", dt, size), _given("max_time", max_time, size)

@@ -33,7 +33,7 @@ class Prediction(NamedTuple, Generic[Who]):
     (s), which is infinite if nothing is met. ``way`` has the ball's turning points: its place,
     where it meets what it meets, and where it turns next or stops. ``other_way`` is that of the
     ball met, from its place at the contact on. Both have the places, too, where balls begin to
-    roll; until then the line may be curved.
+    roll; until then the line may be curved. ``where`` is the ball's place when it meets that.
     """
 
     met: Who | None
@@ -42,6 +42,7 @@ class Prediction(NamedTuple, Generic[Who]):
     t: float
     way: tuple[Vector, ...]
     other_way: tuple[Vector, ...]
+    where: Vector | None = None
 
 
 class Witness(Recorder):
@@ -53,12 +54,13 @@ class Witness(Recorder):
         self.wall: int | None = None
         self.pocket: int | None = None
         self.at = math.inf
+        self.turn = 0  # the number of the ball's turn at that time
         self.turns: defaultdict[int, list[Vector]] = defaultdict(list)
         self.rolled: defaultdict[int, int] = defaultdict(int)  # how many of them are no turns
 
     def contact(self, contact: Contact, t: float) -> None:
         if self.at == math.inf and self.ball in contact.balls:
-            self.wall, self.at = contact.cushion, t
+            self.wall, self.at, self.turn = contact.cushion, t, len(self.turns[self.ball])
             self.met = next((i for i in contact.balls if i != self.ball), None)
             if self.met is not None:  # Its line begins here.
                 self.turns[self.met], self.rolled[self.met] = [], 0
@@ -74,9 +76,9 @@ class Witness(Recorder):
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         """Note the line into a pocket."""
-        self.turns[i] += [motion[:2], center]
         if self.at == math.inf and i == self.ball:
-            self.pocket, self.at = pocket, t
+            self.pocket, self.at, self.turn = pocket, t, len(self.turns[i])
+        self.turns[i] += [motion[:2], center]
 
     def turns_of(self, i: int) -> list[Vector]:
         """Return the first two turns of ball ``i``, and where it began to roll before them."""
@@ -111,6 +113,7 @@ def sketch(
         t=witness.at,
         way=((start.x, start.y), *(witness.turns_of(witness.ball) or [start.rest])),
         other_way=() if met is None else tuple(witness.turns_of(met)),
+        where=None if witness.at == math.inf else witness.turns[witness.ball][witness.turn],
     )
 
 

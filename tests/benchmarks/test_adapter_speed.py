@@ -104,9 +104,12 @@ def test_many_balls(benchmark: Any, count: int) -> None:
 def eight_ball(alone: bool) -> tuple[pymunk.Space, Billiards]:
     """Return the break of `eight-ball` as a game has it, with the cue ball in motion."""
     scene, space = load("eight-ball"), pymunk.Space()
-    pair = same_balls(0.95, 0.05)
-    table = Billiards(space, 1 / 60, pair=pair, deceleration=scene.deceleration, alone=alone)
-    assert scene.table is not None
+    pair = same_balls(0.95, scene.friction.ball_ball)
+    assert scene.table is not None and scene.friction.rolling is not None
+    table = Billiards(
+        space, 1 / 60, pair=pair, deceleration=scene.deceleration,
+        rolling=scene.friction.rolling * scene.physics.gravity, alone=alone,
+    )  # fmt: skip
     for edge in scene.table.edges:
         table.add_wall(pymunk.Segment(space.static_body, edge.start, edge.end, 0), 0.75, 0.14)
     for pocket in scene.pockets:

@@ -6,6 +6,7 @@ import math
 import random
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 from pool_pymunk.model import (
     STANDARD_GRAVITY,
@@ -31,6 +32,8 @@ CLOTH = Friction(surface=0.1, cushion=0.2, ball_ball=0.05)
 SMOOTH = Friction()
 GLIDE = Friction(surface=0.01, cushion=0.2, ball_ball=0.05)
 CHALK = Friction(ball_ball=0.05)
+ROLLS = Friction(surface=0.2, rolling=0.1)
+PULL, DRAG = 0.2 * STANDARD_GRAVITY, 0.1 * STANDARD_GRAVITY  # m/s^2; of sliding, and of rolling
 
 Row = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 
@@ -390,6 +393,100 @@ def pockets() -> Iterator[Case]:
     yield Case("with a ball and a cushion", scene, (must.pocket("0"), stays))
 
 
+# -- balls that roll -------------------------------------------------------------------------------
+
+
+def rolling(rows: Iterable[Row], *rolls: float, **parts: Any) -> Scene:
+    """Return a scene of balls that roll; ``rolls`` are the first ones' shares of their velocity."""
+    balls = alike(rows)
+    struck = tuple(replace(ball, roll=roll) for ball, roll in zip(balls, rolls, strict=False))
+    made = {"restitution": ELASTIC, "friction": ROLLS, **parts}
+    return Scene((*struck, *balls[len(struck) :]), **made)
+
+
+def far(v: float, w: float, time: float = math.inf, drag: float = DRAG) -> float:
+    """Return how far (m) a ball slides and rolls from v with a roll w (m/s), to rest or for a time.
+
+    It slides for 2 |v - w| / 7 mu_s g, until it rolls at 5/7 v + 2/7 w.
+    """
+    slides, last = 2.0 * abs(v - w) / (7.0 * PULL), (5.0 * v + 2.0 * w) / 7.0
+    rolls = min(abs(last) / drag if drag else math.inf, time - slides)
+    return (v + last) / 2.0 * slides + (last - math.copysign(drag, last) * rolls / 2.0) * rolls
+
+
+def slides_and_rolls() -> Iterator[Case]:
+    """Let a ball slide, then roll: draw that cancels the motion, next to no slip, and no end."""
+    for label, speed, degrees, roll, drag in (
+        ("draw", 1.0, 20.0, -1.0, DRAG), ("slip of 1e-9", 1.0, 20.0, 1.0 + 1e-9, DRAG),
+        ("slip of 1e-12", 1.0, 20.0, 1.0 + 1e-12, DRAG), ("-1e-12", 1.0, 20.0, 1.0 - 1e-12, DRAG),
+        ("no slip", 1.0, 20.0, 1.0, DRAG), ("v = w = 0 at once", 1.0, 20.0, -2.5, DRAG),
+        ("at 1e-6 m/s", 1e-6, 20.0, -2.5, DRAG), ("at 1e3 m/s", 1e3, 20.0, -2.5, DRAG),
+        ("rolls for ever", 1.0, 20.0, 0.5, 0.0),
+    ):  # fmt: skip
+        time = math.inf if drag else 3.0
+        (x, y), track = unit(degrees), far(speed, roll * speed, time, drag)
+        friction = replace(ROLLS, rolling=drag / STANDARD_GRAVITY)
+        physics = Physics(max_time=None if drag else time)
+        scene = rolling(
+            [(0.0, 0.0, speed * x, speed * y)], roll, friction=friction, physics=physics
+        )
+        rolls = roll not in (1.0, -2.5)
+        kinds = ["roll"] * rolls + ["stop"] * (drag > 0.0)
+        yield Case(label, scene, (must.end_at({"0": (track * x, track * y)}), must.happens(*kinds)))
+
+
+def follows() -> Iterator[Case]:
+    """Stop a ball by a full hit: it only rotates then, and sets off at 2/7 of its roll.
+
+    It hits at the start, or within 1e-12 m of where it begins to roll.
+    """
+    for roll in (1.0, 1e-6, -1.0):
+        ends = {"0": (far(0.0, roll), 0.0), "1": (2.0 * R + far(1.0, 0.0), 0.0)}
+        scene = rolling([(0.0, 0.0, 1.0, 0.0), (2.0 * R, 0.0, *REST)], roll)
+        yield Case(f"at once, roll {roll:g}", scene, (must.end_at(ends), must.contacts_are(1)))
+    slides, last = 12.0 / (49.0 * PULL), 5.0 / 7.0  # m, m/s
+    for off in (1e-3, 1e-9, 1e-12, 1e-15, 0.0, -1e-15, -1e-12):
+        x, v = slides + max(off, 0.0), math.sqrt(last * last - 2.0 * DRAG * max(off, 0.0))
+        ends = {"0": (x + far(0.0, v), 0.0), "1": (x + 2.0 * R + far(v, 0.0), 0.0)}
+        scene = rolling([(0.0, 0.0, 1.0, 0.0), (slides + off + 2.0 * R, 0.0, *REST)])
+        # A hit before the end of sliding takes the ball by less than this.
+        claims = (must.end_at(ends, 1e-11 * (off < 0.0)), must.contacts_are(1))
+        yield Case(f"rolls {off:+g} m before", scene, claims)
+
+
+def turns_back() -> Iterator[Case]:
+    """Let a ball with draw turn back as it grazes a face, a corner or a rim, or before that."""
+    ell = Table(((-4.0, -4.0), (0.0, -4.0), (0.0, -R), (4.0, -R), (4.0, 4.0), (-4.0, 4.0)))
+    hole = Pocket("hole", (0.0, 0.0), 2.0 * R)
+    for deep in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12):
+        met = int(deep > 0.0)
+        # A full hit leaves (0, -0.5) of (0.25, -0.5) m/s, and the roll of (-1, 2) m/s.
+        y = 0.05 * math.hypot(1.0, 2.5) / PULL - deep
+        rows = [(0.0, y, 0.25, -0.5), (2.0 * R, y, *REST)]
+        face = rolling(rows, -4.0, table=rectangle(8.0, 4.0, (-4.0, -R)))
+        yield Case(f"face {deep:+g} m", face, (must.contacts_are(1 + met),))
+        y = 0.125 / PULL - deep
+        corner = rolling([(0.0, y, 0.0, -0.5)], -4.0, table=ell)
+        yield Case(f"corner {deep:+g} m", corner, (must.contacts_are(met),))
+        rim = rolling([(0.0, y + hole.radius, 0.0, -0.5)], -4.0, pockets=(hole,))
+        yield Case(f"rim {deep:+g} m", rim, (must.pocket("0" * met),))
+
+
+def pressed_by_rolls() -> Iterator[Case]:
+    """Let a roll press a ball to a cushion, or to a ball that lies there: there they rest."""
+    table = rectangle(2.0, 1.0)
+    alone, other = (2.0 - R - 2.0**-9, 0.5, 0.125, 0.0), (2.0 - R, 0.5, *REST)
+    for label, e, rows in (
+        ("e = 0", 0.0, [alone]),
+        ("e = 0.2", 0.2, [alone]),
+        ("follows a frozen ball, e = 0", 0.0, [(2.0 - 3.0 * R - 2.0**-9, 0.5, 0.125, 0.0), other]),
+    ):
+        ends = {"0": (2.0 - (2 * len(rows) - 1) * R, 0.5)}
+        dull = Restitution(e, None, e)
+        scene = rolling(rows, 1.0, table=table, restitution=dull)
+        yield Case(label, scene, (must.know_of_ends(ends),), slow=len(rows) > 1)
+
+
 # -- many, and without end -------------------------------------------------------------------------
 
 
@@ -481,6 +578,14 @@ EXTREMES = (
     Extreme("squeezed to a cushion", "by a ball up to 1e8 times as heavy", squeezes),
     Extreme("pockets", "rims grazed within 1e-12, and one reached at contact", pockets),
     Extreme("converging cushions", "a wedge of 60 to 0.1 degrees", wedges),
+    Extreme("sliding, then rolling", "draw that cancels the motion, slips of 1e-12, no end",
+            slides_and_rolls, ("coulomb",)),
+    Extreme("follow after a full hit", "at once, and within 1e-15 m of where it rolls", follows,
+            ("coulomb",)),
+    Extreme("draw that turns back", "at a face, corner or rim, within 1e-12", turns_back,
+            ("coulomb",)),
+    Extreme("pressed by a roll", "to a cushion, or to a ball that lies there", pressed_by_rolls,
+            ("coulomb",)),
     Extreme("many contacts", "up to 100,000 without losses", many_contacts, ("coulomb",)),
     Extreme("many balls", "up to 1,000", many_balls),
     Extreme("dense piles", "9 and 25 moving balls, e from 0.9 to 0", piles, ("coulomb",)),

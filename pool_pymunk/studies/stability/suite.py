@@ -21,6 +21,7 @@ MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000
 # This is the limit of pairs looked at one by one.
 MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000
 PROCESSES = 2
+NOT_OFFERED = "not offered"  # Balls roll, and the solver has no rolling.
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,8 @@ class Cell:
         if not self.outcomes:
             return "not run: it has a law of its own"
         reasons = [outcome.not_run for outcome in self.outcomes if outcome.not_run]
+        if reasons and not self.run and reasons[-1] == NOT_OFFERED:
+            return NOT_OFFERED
         share = f"{len(reasons)} of {len(self.outcomes)} " if self.run else ""
         return f"{share}not run: {reasons[-1]}" if reasons else ""
 
@@ -140,6 +143,8 @@ def check(extreme: Extreme, solver: str, quick: bool = False) -> Cell:
 
 def _outcome(trial: Trial, quick: bool) -> CaseResult:
     about = (trial.case.label, trial.law, trial.dt)
+    if trial.scene.surface.rolls and not trial.method.rolls:
+        return CaseResult(*about, not_run=NOT_OFFERED)
     steps = trial.reference.run.duration / trial.dt if trial.dt else 0.0
     if steps > (QUICK_MOST_STEPS if quick else MOST_STEPS):
         return CaseResult(*about, not_run=f"would need {steps:.0e} steps")
