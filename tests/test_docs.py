@@ -31,6 +31,7 @@ NEEDS = {
     "environments.md": "gymnasium",
     "fit.md": "scipy",
     "notebooks.md": "pandas",
+    "shots-in-torch.md": "torch",
     "simulate-many.md": "numba",
 }
 

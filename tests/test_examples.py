@@ -11,6 +11,7 @@ import pymunk
 import pytest
 from scenes import example
 
+from pool_pymunk import load, simulate_many
 from pool_pymunk.physics.path import set_off
 
 pytestmark = pytest.mark.heavy
@@ -127,6 +128,25 @@ def test_every_obstacle_is_a_wall() -> None:
     for wall, (x, y) in enumerate(((1.63, 0.5), *flipper.POSTS), start=4):
         world.table.place(world.balls[0], (x, y - 0.25))
         assert world.table.predict(world.balls[0], (0.0, 1.0)).wall == wall
+
+
+# -- a thousand shots that learn -------------------------------------------------------------------
+
+
+def test_shots_learn_where_to_leave_the_cue_ball(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("numba")
+    steer = example("steer_a_thousand")
+    found = steer.main(["--out", str(tmp_path), "--shots", "100", "--rounds", "40"])
+    there = int((found.off < steer.NEAR).sum())
+    assert there >= 40
+    assert np.hypot(*(found.first - steer.TARGET).T).min() > found.off.min() < 1e-9
+    assert f"{there} of 100 shots leave the cue ball within 1 cm" in capsys.readouterr().out
+    angle, speed = found.shots.T
+    again = simulate_many(load("report"), vary={"angle": angle, "speed": speed})
+    assert np.allclose(again.final[:, 0], found.last, rtol=0.0, atol=0.0)
+    assert (tmp_path / "steer_a_thousand.png").read_bytes().startswith(b"\x89PNG")
 
 
 # -- round ends ------------------------------------------------------------------------------------

@@ -44,6 +44,11 @@ class Batch:
     them, or the law is not compiled.
     ``by_reference`` counts them. ``in_doubt`` (S,) tells in which shots contacts came together at
     one instant, or may have, and ``spread`` what that may do. ``wall_time`` is in s.
+
+    ``derivatives`` (S, N, 2, P) are those of ``final`` by the inputs ``by`` (P), in SI, as
+    ``run(k).derivatives`` has them: NaN where none exists, or where a shot cannot start. It is None
+    if none were asked for. ``derived_in_python`` (S,) tells of which shots they were worked out in
+    Python, because something in them was doubtful.
     """
 
     scene: Scene
@@ -62,6 +67,9 @@ class Batch:
     in_doubt: NDArray[np.bool_]
     wall_time: float
     source: Source = field(repr=False)
+    derivatives: Floats | None = field(default=None, repr=False)
+    by: tuple[str, ...] = ()
+    derived_in_python: NDArray[np.bool_] | None = field(default=None, repr=False)
 
     statuses = STATUSES
 
@@ -71,7 +79,10 @@ class Batch:
     def __repr__(self) -> str:
         counts = np.bincount(self.status, minlength=len(STATUSES))
         ends = ", ".join(f"{n} {name}" for n, name in zip(counts, STATUSES, strict=True) if n)
-        return f"<Batch of {len(self):,} shots: {ends or 'none'}; {self.by_reference} by reference>"
+        text = f"{self.by_reference} by reference"
+        if self.derived_in_python is not None:
+            text += f"; derivatives of {int(self.derived_in_python.sum())} in Python"
+        return f"<Batch of {len(self):,} shots: {ends or 'none'}; {text}>"
 
     @property
     def ended(self) -> NDArray[np.bool_]:

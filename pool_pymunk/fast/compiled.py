@@ -37,7 +37,11 @@ UNCOUNTED = {"_nrt": False}
 # All calls are inlined, which made shots 1.3 times as fast and took no longer to compile; except
 # those for contacts of one instant, which are rare, and with which it took minutes.
 CALLED: dict[str, Any] = {"no_cfunc_wrapper": True, "no_rewrites": True}
-APART = ("pool_pymunk.fast.together", "pool_pymunk.physics.together")
+APART = (
+    "pool_pymunk.fast.together",
+    "pool_pymunk.physics.together",
+    "pool_pymunk.fast.derivatives",
+)
 
 
 def is_there() -> bool:
@@ -57,6 +61,12 @@ def _say_that_it_compiles() -> None:
 
 
 @cache
+def follow_shots(follow: Callable[..., int]) -> Callable[..., int]:
+    """Return the compiled pass of derivatives."""
+    return _compiled(follow, _say_that_it_compiles, **UNCOUNTED)
+
+
+@cache
 def alone(function: Callable[..., int]) -> Callable[..., int]:
     """Return a function compiled, with those that it calls; without numba, as it is."""
     return _compiled(function) if is_there() else function
@@ -71,7 +81,7 @@ def _compiled(
         if called is not function:
             _register(called)
     config = numba.config
-    before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
+    before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder(function))
     try:
         compiled = numba.njit(nogil=True, cache=True, error_model="numpy", **options)(function)
     finally:
@@ -110,15 +120,15 @@ def _register(function: FunctionType) -> None:
     import_module("numba.extending").register_jitable(forceinline=inline, **CALLED)(function)
 
 
-def sources() -> list[str]:
-    """Return the names of the modules from which the loop is compiled."""
-    return sorted({function.__module__ for function in functions()})
+def sources(root: Callable[..., int] = loop.play_shots) -> list[str]:
+    """Return the names of the modules from which a function is compiled."""
+    return sorted({function.__module__ for function in functions(root)})
 
 
-def cache_folder() -> Path:
-    """Return the folder for what is compiled from the present sources."""
+def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:
+    """Return the folder for what is compiled from the present sources of a function."""
     digest = hashlib.sha256(sys.version.encode())
-    for name in sources():
+    for name in sources(root):
         digest.update(inspect.getsource(sys.modules[name]).encode())
     try:
         folder = Path(os.environ.get(CACHE) or _user_cache()) / digest.hexdigest()[:16]

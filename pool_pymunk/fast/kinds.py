@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from pool_pymunk.physics.dual import slopes_of
 from pool_pymunk.physics.laws import COMPILED
 from pool_pymunk.physics.sides import Arc, Face, Rim, RoundSide
 
@@ -41,10 +42,23 @@ def answer(question: str, kind: type) -> Callable[..., Any]:
     return answered
 
 
+def slopes(method: Any) -> Callable[..., Any]:
+    """Return a function of a record that writes down the derivatives of a method of a law."""
+    write = slopes_of(method)
+
+    def written(law: Any, *asked: Any) -> Any:
+        return write(*asked)
+
+    return written
+
+
 ball_ball = by_kind([law.ball_ball for law in COMPILED])
 cushion = by_kind([law.cushion for law in COMPILED])
+hit_slopes = by_kind([slopes(law.ball_ball) for law in COMPILED])
+cushion_slopes = by_kind([slopes(law.cushion) for law in COMPILED])
 jumps = by_kind([law.jumps for law in COMPILED])
 gap = by_kind([answer("gap", kind) for kind in KINDS])
+curvature = by_kind([answer("curvature", kind) for kind in KINDS])
 normal = by_kind([answer("normal", kind) for kind in KINDS])
 MET = [kind for kind in KINDS if kind is not Arc]
 time_of_contact = by_kind([answer("time_of_contact", kind) for kind in MET])

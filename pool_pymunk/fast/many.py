@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from itertools import islice
@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
+from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.loop import HARD
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, tracks
-from pool_pymunk.fast.shots import Source, is_gone, read_source
+from pool_pymunk.fast.shots import Source, is_gone, read_names, read_source
 from pool_pymunk.fast.tables import can_compile, table_of
 from pool_pymunk.model import Scene, SceneError
 from pool_pymunk.model.plain import argument, whole
@@ -53,6 +54,7 @@ def simulate_many(
     max_time: float | None = None,
     threads: int | None = None,
     on_done: Done | None = None,
+    derivatives: str | Sequence[str] | None = None,
 ) -> Batch:
     """Play many shots exactly, and return where the balls end.
 
@@ -66,7 +68,9 @@ def simulate_many(
     has its share of its velocity, and the ball of the scene's first shot has that of this shot.
     ``law`` and ``max_time`` (s) are those of each shot (default: the scene's). ``threads``
     (default: one a core) share the work; the results do not depend on them. ``on_done(n)`` is
-    called whenever ``n`` more shots are done.
+    called whenever ``n`` more shots are done. ``derivatives`` names inputs, or groups of them, as
+    :meth:`Run.derivatives` takes them; ``batch.derivatives`` (S, N, 2, P) then says how the ends
+    depend on them.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
     'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 64 balls,
@@ -85,7 +89,12 @@ def simulate_many(
     began = time.perf_counter()
     source = read_source(scene, position, velocity, vary, law, max_time, roll)
     out = empty(*source.position.shape[:2])
-    handed_back = play_all(source, out, threads, on_done or (lambda _: None))
+    follower = None
+    if derivatives is not None:
+        follower = Follower(source, read_names(source, derivatives), out)
+    handed_back = play_all(source, out, threads, on_done or (lambda _: None), follower)
+    if follower is not None:
+        follower.complete()
     hard = int((handed_back & (out.status != CANNOT_START)).sum())
     if hard > max(FEW_HARD, len(handed_back) / 10) and _is_known(source) and compiled.is_there():
         warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
@@ -99,6 +108,9 @@ def simulate_many(
         handed_back=handed_back,
         wall_time=time.perf_counter() - began,
         source=source,
+        derivatives=None if follower is None else follower.found,
+        by=() if follower is None else follower.names,
+        derived_in_python=None if follower is None else follower.again,
     )
 
 
@@ -176,6 +188,8 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
 
     with nullcontext() if play.signatures else play._cache.turn():
         work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
+    if watcher is not None:
+        watcher.watch(slice(0, 0), tracks(0, 0))
     if count == 1:  # A thread would take longer than the shot.
         done(work(slice(0, 1)))
         return
@@ -215,6 +229,10 @@ def play_chunk(
         first += played
         if first == len(own.status):
             break
+    if watcher is not None and watcher.replays:
+        work.scene.keeps = 0
+        for s in np.flatnonzero(own.status < 0).tolist():
+            play(work, table, shots, own, kept, s, s + 1)
     return first
 
 

@@ -12,7 +12,18 @@ from numpy.typing import NDArray
 from pool_pymunk.fast.records import NOTHING, WORK, Shots
 from pool_pymunk.fast.tables import cue_of, law_number, together_number
 from pool_pymunk.model import Point, Scene, State
-from pool_pymunk.model.inputs import TABLE, column_of, parts, rolled, row_of, struck, with_inputs
+from pool_pymunk.model.inputs import (
+    TABLE,
+    Names,
+    chosen,
+    column_of,
+    derivable,
+    parts,
+    rolled,
+    row_of,
+    struck,
+    with_inputs,
+)
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.laws import Law
@@ -74,7 +85,8 @@ class Source(NamedTuple):
     def run(self, k: int, measures_policies: bool = True) -> Run:
         """Play shot ``k`` by the exact solver; raises SceneError if it cannot start."""
         asked, start = self.request(k, measures_policies)
-        return asked.play(None, start)
+        run = asked.play(None, start)
+        return run if self.watched < 0 else replace(run, watched=self.scene.balls[self.watched].id)
 
     def request(self, k: int, measures_policies: bool = True) -> tuple[Request, State]:
         """Return what shot ``k`` asks for, and its start; raises SceneError if it cannot start."""
@@ -179,6 +191,12 @@ def read_source(
     source = Source(asked.scene, asked, *_begun(asked.scene, given, varied))
     _check_that_it_ends(source)
     return source
+
+
+def read_names(source: Source, asked: object) -> Names:
+    """Return the names of the inputs by which shots are derived; raises SettingError for others."""
+    scene = source.scene_of(0) if len(source.position) else source.scene
+    return chosen("derivatives", asked, derivable(scene, source.watched != NOTHING))
 
 
 def _begun(

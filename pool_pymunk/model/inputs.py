@@ -39,7 +39,8 @@ class Input:
     coefficient needs none: its part has it by its name). It lies
     between ``low`` and ``high``, and above ``low`` if it is a ``size``. ``start`` is how the
     position and velocity (4,) of its ball at the start depend on it, of a ball with the velocity
-    (vx, vy); None: they do not. ``column`` is the array of a batch, and the place in it.
+    (vx, vy), numbers or arrays; None: they do not. ``column`` is the array of a batch, and the
+    place in it.
     """
 
     name: str
@@ -52,7 +53,7 @@ class Input:
     low: float = -math.inf
     high: float = math.inf
     size: bool = False
-    start: Callable[[float, float], tuple[float, ...]] | None = None
+    start: Callable[[Any, Any], tuple[Any, ...]] | None = None
     column: tuple[str, int] | None = None
 
     @property
@@ -140,13 +141,14 @@ def _with_angle(shot: Shot, value: float) -> Shot:
     return replace(shot, velocity=(math.cos(angle) * speed, math.sin(angle) * speed))
 
 
-def _faster(vx: float, vy: float) -> tuple[float, ...]:
-    speed = math.hypot(vx, vy)
-    return (0.0, 0.0, vx / speed, vy / speed) if speed > 0.0 else (0.0,) * 4
+def _faster(vx: Any, vy: Any) -> tuple[Any, ...]:
+    speed = np.hypot(vx, vy)
+    unit = np.where(speed > 0.0, speed, 1.0)  # A ball that rests goes nowhere faster.
+    return 0.0, 0.0, vx / unit, vy / unit
 
 
-def _turned(vx: float, vy: float) -> tuple[float, ...]:
-    return (0.0, 0.0, math.radians(-vy), math.radians(vx))
+def _turned(vx: Any, vy: Any) -> tuple[Any, ...]:
+    return 0.0, 0.0, np.radians(-vy), np.radians(vx)
 
 
 ROWS = (
@@ -219,6 +221,16 @@ def names_in(scene: Scene, shots: Iterable[str] = ("",)) -> dict[str, list[str]]
         for whose in owners[rows[0].of]:
             found[group] += [_name(row, whose) for row in rows if _has(scene, row)]
     return {group: names for group, names in found.items() if names}
+
+
+def derivable(scene: Scene, is_struck: bool) -> dict[str, list[str]]:
+    """Return the inputs by which one run is derived, group by group, and all of them as "all".
+
+    Those of a shot are among them if a ball ``is_struck``.
+    """
+    groups = names_in(scene, [""] if is_struck else [])
+    groups["all"] = [name for names in groups.values() for name in names if name != "turn"]
+    return groups
 
 
 def _name(row: Input, whose: str) -> str:
@@ -328,9 +340,10 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     )
 
 
-def start_of(name: str, ball: Ball, struck: bool, velocity: tuple[float, float]
-             ) -> tuple[float, ...] | None:  # fmt: skip
+def start_of(name: str, ball: Ball, struck: bool, velocity: Any) -> tuple[Any, ...] | None:
     """Return how a ball's start (4,) depends on an input; None: it does not.
+
+    ``velocity`` has vx and vy: numbers, or arrays for many shots.
 
     >>> start_of("vy.C", Ball("C", (0.0, 0.0), 0.03, 0.2), True, (1.0, 0.0))
     (0.0, 0.0, 0.0, 1.0)

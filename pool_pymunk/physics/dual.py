@@ -1,8 +1,10 @@
-"""This module differentiates a contact law by dual numbers, through the law's own functions.
+"""This module differentiates contact laws.
 
-A dual number is a number with its derivatives by some inputs. Sums and products of dual numbers
-follow the rules of differentiation, so a law that is asked with dual numbers answers with its exact
-Jacobian (forward accumulation: Griewank and Walther, Evaluating Derivatives, SIAM 2008, ch. 3).
+The slopes of the package's own laws are written down. Another law is differentiated by dual
+numbers, through its own functions. A dual number is a number with its derivatives by some inputs.
+Sums and products of dual numbers follow the rules of differentiation, so a law that is asked with
+dual numbers answers with its exact Jacobian (forward accumulation: Griewank and Walther, Evaluating
+Derivatives, SIAM 2008, ch. 3).
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.laws import Law, Published, cushion, published
 from pool_pymunk.physics.motion import EPSILON, Array
 
 # A law is asked this share of the speeds beside its inputs, too. Splitting a velocity along the
@@ -140,7 +142,7 @@ def hit_jacobian(
     >>> from pool_pymunk.physics.laws import Coulomb
     >>> a, b, pair = NT(1.0, 0.0), NT(0.0, 0.0), Pair(0.2, 0.2, 0.5, 0.1)
     >>> found = hit_jacobian(Coulomb(), a, b, pair, (True, True))
-    >>> found[0, :, :4].round(3).tolist()
+    >>> (found[0, :, :4].round(3) + 0.0).tolist()
     [[0.25, 0.0, 0.75, 0.0], [0.0, 0.5, 0.0, 0.5], [0.75, 0.0, 0.25, 0.0], [0.0, 0.5, 0.0, 0.5]]
     """
 
@@ -148,6 +150,10 @@ def hit_jacobian(
         after_a, after_b = law.ball_ball(NT(*inputs[:2]), NT(*inputs[2:4]), Pair(*inputs[4:]))
         return (*after_a, *after_b)
 
+    def slopes(inputs: Sequence[float], rows: Array) -> None:
+        known(NT(*inputs[:2]), NT(*inputs[2:4]), Pair(*inputs[4:]), rows)
+
+    known = slopes_of(law.ball_ball)
     if law.jumps(a, b, pair):
         return None
     step = BESIDE * max(fastest, *map(abs, (*a, *b)))
@@ -159,7 +165,7 @@ def hit_jacobian(
     if free == [0, 1] and abs(b.t) <= step < abs(slip):
         directions.append((0.0, 0.0, 0.0, step))
     turns = any(min(abs(slip), abs((a.t, b.t)[k])) <= WIDE * step for k in free)
-    return _sides(answer, (*a, *b, *pair), directions, turns)
+    return _sides(answer, slopes if known else None, (*a, *b, *pair), directions, turns)
 
 
 def cushion_jacobian(
@@ -178,22 +184,27 @@ def cushion_jacobian(
     def answer(inputs: Sequence[Any]) -> tuple[Any, ...]:
         return tuple(law.cushion(NT(*inputs[:2]), *inputs[2:]))
 
+    def slopes(inputs: Sequence[float], rows: Array) -> None:
+        known(NT(*inputs[:2]), inputs[2], inputs[3], rows)
+
+    known = slopes_of(law.cushion)
     step = BESIDE * max(fastest, *map(abs, v))
     slower = math.copysign(step, -v.t) if moves else 0.0
     turns = moves and abs(v.t) <= WIDE * step
-    return _sides(answer, (*v, restitution, friction), [(-step, slower)], turns)
+    inputs = (*v, restitution, friction)
+    return _sides(answer, slopes if known else None, inputs, [(-step, slower)], turns)
 
 
 def _sides(
-    answer: Answer, inputs: Sequence[float], directions: Sequence[Steps], turns: bool
+    answer: Answer, slopes: Any, inputs: Sequence[float], directions: Sequence[Steps], turns: bool
 ) -> Array | None:
     """Return the Jacobians (S, M, K) a step to either side; None where the answers differ there."""
     if not turns:
-        here, jacobian = _jacobian(answer, inputs)
+        here, jacobian = _jacobian(answer, slopes, inputs)
         if all(_is_straight(answer, inputs, here.tolist(), steps) for steps in directions):
             return jacobian[np.newaxis]
     both = [[sign * step for step in steps] for steps in directions for sign in (1.0, -1.0)]
-    found = [_jacobian(answer, _moved(inputs, steps)) for steps in both]
+    found = [_jacobian(answer, slopes, _moved(inputs, steps)) for steps in both]
     answers = np.array([values for values, _ in found])
     size = max(map(abs, inputs))
     if not (np.abs(answers - answers[0]) <= SAME * size).all():
@@ -216,9 +227,14 @@ def _moved(inputs: Sequence[float], steps: Steps) -> list[float]:
     return [x + step for x, step in zip(inputs, steps, strict=False)] + list(inputs[len(steps) :])
 
 
-def _jacobian(answer: Answer, inputs: Sequence[float]) -> tuple[Array, Array]:
-    """Return the answer and its derivatives."""
+def _jacobian(answer: Answer, slopes: Any, inputs: Sequence[float]) -> tuple[Array, Array]:
+    """Return the answer and its derivatives, by the law's ``slopes`` if they are known."""
     count = len(inputs)
+    if slopes is not None:
+        values = np.array(answer(inputs))
+        rows = np.empty((len(values), count))
+        slopes(inputs, rows)
+        return values, rows
     duals = [
         Dual(value, tuple([1.0 if k == j else 0.0 for j in range(count)]))
         for k, value in enumerate(inputs)
@@ -227,3 +243,80 @@ def _jacobian(answer: Answer, inputs: Sequence[float]) -> tuple[Array, Array]:
     answers = answer(duals)
     values = np.array([_value(one) for one in answers])
     return values, np.array([one.slopes if isinstance(one, Dual) else zero for one in answers])
+
+
+# -- slopes that are known -------------------------------------------------------------------------
+
+
+def coulomb_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
+    """Write the derivatives (4, 8) of :func:`~pool_pymunk.physics.laws.coulomb` into ``rows``.
+
+    Rows and columns are those of :func:`hit_jacobian`; numba can compile this. With the shares
+    s_a = m_b / (m_a + m_b) and s_b = 1 - s_a, the balls' velocities change by -s_a j and s_b j.
+    """
+    m_a, m_b, e, mu = pair
+    both = m_a + m_b
+    share_a, share_b = m_b / both, m_a / both
+    closing, slip = max(a.n - b.n, 0.0), a.t - b.t
+    j_n = (1.0 + e) * closing
+    of_closing = 1.0 + e if a.n >= b.n else 0.0
+    by_n = (of_closing, 0.0, -of_closing, 0.0, 0.0, 0.0, closing, 0.0)
+    j_t, by_t = slip, (0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0)
+    if abs(slip) > mu * j_n:
+        sign = 1.0 if slip > 0.0 else -1.0
+        most, each = sign * mu, sign * mu * of_closing
+        j_t, by_t = most * j_n, (each, 0.0, -each, 0.0, 0.0, 0.0, most * closing, sign * j_n)
+    for k in range(8):
+        rows[0, k], rows[1, k] = -share_a * by_n[k], -share_a * by_t[k]
+        rows[2, k], rows[3, k] = share_b * by_n[k], share_b * by_t[k]
+    for m in range(4):
+        j = j_t if m % 2 else j_n
+        rows[m, m] += 1.0
+        rows[m, 4] += j * share_a / both
+        rows[m, 5] -= j * share_b / both
+
+
+def published_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
+    """Write the derivatives of :func:`~pool_pymunk.physics.laws.published` into ``rows``."""
+    m_a, m_b, e, mu = pair
+    both, closing, after = m_a + m_b, a.n - b.n, published(a, b, pair)
+    rows[:, :] = 0.0
+    rows[0, 0], rows[0, 2] = (m_a - m_b * e) / both, m_b * (1.0 + e) / both
+    rows[2, 0], rows[2, 2] = m_a * (1.0 + e) / both, (m_b - m_a * e) / both
+    rows[0, 4], rows[0, 5] = (a.n - after[0].n) / both, (b.n - e * closing - after[0].n) / both
+    rows[2, 4], rows[2, 5] = (a.n + e * closing - after[1].n) / both, (b.n - after[1].n) / both
+    rows[0, 6], rows[2, 6] = -m_b * closing / both, m_a * closing / both
+    slip = a.t - b.t
+    sign = 1.0 if slip > 0.0 else -1.0 if slip < 0.0 else 0.0
+    for m in (1, 3):
+        before, new = (a, after[0]) if m == 1 else (b, after[1])
+        if new.t == 0.0 and before.t != 0.0:
+            continue  # It is held at zero.
+        each = sign if m == 1 else -sign
+        for k in range(8):
+            rows[m, k] = each * mu * rows[m - 1, k]
+        rows[m, m - 1] -= each * mu
+        rows[m, m] += 1.0
+        rows[m, 7] -= each * (before.n - new.n)
+
+
+def cushion_slopes(v: NT, restitution: float, friction: float, rows: Any) -> None:
+    """Write the derivatives (2, 4) of :func:`~pool_pymunk.physics.laws.cushion` into ``rows``."""
+    after = cushion(v, restitution, friction)
+    push, toward = after.n - v.n, 1.0 if after.n >= v.n else -1.0
+    sign = 1.0 if v.t > 0.0 else -1.0 if v.t < 0.0 else 0.0
+    rows[:, :] = 0.0
+    rows[0, 0], rows[0, 2] = -restitution, -v.n
+    if after.t != 0.0 or v.t == 0.0:
+        each = sign * friction * toward
+        rows[1, 0], rows[1, 1] = each * (1.0 + restitution), 1.0
+        rows[1, 2], rows[1, 3] = each * v.n, -sign * abs(push)
+
+
+SLOPES = {Law.ball_ball: coulomb_slopes, Published.ball_ball: published_slopes,
+          Law.cushion: cushion_slopes}  # fmt: skip
+
+
+def slopes_of(method: Any) -> Any:
+    """Return what writes down the derivatives of this method of a law; None if it is not known."""
+    return SLOPES.get(getattr(method, "__func__", method))

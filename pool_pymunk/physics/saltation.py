@@ -1,107 +1,134 @@
-"""This module linearises motion and contacts: how a small change before becomes one after.
+"""This module linearises contacts: how a small change before a contact becomes one after it.
 
 A change is that of a ball's state (x, y, vx, vy) at a fixed time, so it lives on while the ball
-moves on (:class:`~pool_pymunk.physics.surface.Surface`). A :class:`Saltation` takes changes
-through a contact, in four steps. The contact comes at another time. At that time the states are
-changed by more, because they went on changing until then. The law answers other velocities, along a
-normal that has turned. And the balls have been on their new paths for more or less time. The four
-together are the saltation matrix
+moves on (:class:`~pool_pymunk.physics.surface.Surface`). A contact does four things to changes. It
+comes at another time. At that time the states are changed by more, because they went on changing
+until then. The law answers other velocities, along a normal that has turned. And the balls have
+been on their new paths for more or less time. The four together are the saltation matrix
 
     S = R + (f_after - R f_before) G / (G f_before)
 
 with the Jacobian R of what the contact does to the state, the rates of change f of the state before
 and after it, and the gradient G of the gap (Kong, Payne, Zhu and Johnson, Saltation Matrices: The
 Essential Tool for Linearizing Hybrid Dynamical Systems, Proceedings of the IEEE 112, 2024, 585).
+
+The functions take each part of a change as one number, as numba compiles them, or as an array of
+what P inputs do, as numpy has it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.motion import EPSILON
+
+# Rounding moves a place by less than this share of its coordinates. An instant of the engine has
+# the same bound (:func:`~pool_pymunk.engine.decisions.instant`).
+BLUR = 256.0 * EPSILON
+GRAZE = 1e-6  # A contact that closes more slowly than this share of the speeds is a graze: rounding
+# has a say in whether it comes at all.
+AGREE = 1e-8  # of the speeds; a velocity farther off what the law answers is a policy's
+EDGE = 1e-9  # of a radius; a ball that meets a cushion so near to its end may meet the corner
+# A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
+# largest number, so a square of it, or its product with what one contact does, does not overflow.
+MOST = 1e150
 
 # x, y (m), vx, vy (m/s), ax, ay (m/s^2)
 Motion6 = tuple[float, float, float, float, float, float]
+Part = Any  # of a change: a number, or an array (P,)
+Change = Any  # four parts: of x, y, vx and vy
 
 
-class Saltation(NamedTuple):
-    """A meeting takes changes of a ball's state (K = 4), or of two (K = 8), through their contact.
+class Geometry(NamedTuple):
+    """This is the geometry of a ball's contact with a cushion, or with another ball.
 
-    ``guard`` (K,) is the gradient of the gap, ``closing`` (m/s) how fast the gap shrinks, ``rate``
-    (K,) how fast the states change before the contact. ``turning`` (K,) says how far the normal
-    turns (rad). ``split`` (M, K) gives the changes of the velocities along normal and tangent, and
-    ``join`` (K, M) takes them back to those along x and y.
+    ``normal`` points to the ball, from the cushion or from the other ball. ``curvature`` (1/m) says
+    how fast it turns as the ball moves along. ``closing`` (m/s) is how fast the gap shrinks, and
+    ``depth`` (m) how deep the two would sink into each other, as balls slow down and pass on.
     """
 
-    guard: Array
+    normal: Vector
+    curvature: float
     closing: float
-    rate: Array
-    turning: Array
-    split: Array
-    join: Array
-
-    def times(self, change: Array, gap: Array | float = 0.0) -> Array:
-        """Return how much later (P,) the contact comes, by changes of the states and of the gap."""
-        return np.asarray((self.guard @ change + gap) / self.closing)
-
-    def moved(self, change: Array, times: Array) -> Array:
-        """Return the changes of the states (K, P) at the contact, whenever it comes."""
-        return np.asarray(change + self.rate[:, np.newaxis] * times)
-
-    def after(
-        self, moved: Array, times: Array, parts: Array, rates: Sequence[Sequence[float]]
-    ) -> Array:
-        """Return the changes of the states after the contact, at a fixed time again.
-
-        ``parts`` (M, P) are the changes of the velocities along normal and tangent after it, and
-        ``rates`` the velocities and accelerations that the balls have then.
-        """
-        found = self.join @ parts
-        turned = [part for vx, vy, _, _ in rates for part in (0.0, 0.0, -vy, vx)]
-        found += np.array(turned)[:, np.newaxis] * (self.turning @ moved)
-        for row in range(0, len(moved), 4):
-            found[row : row + 2] = moved[row : row + 2]
-        return np.asarray(found - np.array(rates).ravel()[:, np.newaxis] * times)
+    depth: float
 
 
-def hit(a: Motion6, b: Motion6) -> Saltation:
-    """Return the meeting of two balls that move like this."""
+def hit(a: Motion6, b: Motion6) -> Geometry:
+    """Return the geometry of a hit of two balls that move so; the normal points from A to B."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     distance = math.sqrt(dx * dx + dy * dy)
-    nx, ny = dx / distance, dy / distance
-    turning = np.array([ny, -nx, 0.0, 0.0, -ny, nx, 0.0, 0.0]) / distance
-    guard = np.array([-nx, -ny, 0.0, 0.0, nx, ny, 0.0, 0.0])
-    closing = (a[2] - b[2]) * nx + (a[3] - b[3]) * ny
-    return _meeting((a, b), (nx, ny), guard, closing, turning)
+    relative = (dx, dy, b[2] - a[2], b[3] - a[3], b[4] - a[4], b[5] - a[5])
+    return bounce(relative, (dx / distance, dy / distance), 1.0 / distance)
 
 
-def bounce(a: Motion6, normal: Vector, curvature: float) -> Saltation:
-    """Return the meeting of a ball with a cushion; ``normal`` points into the table.
+def bounce(motion: Motion6, normal: Vector, curvature: float) -> Geometry:
+    """Return the geometry of a ball's contact with what it moves like this against.
 
-    ``curvature`` (1/m) says how fast the normal turns as the ball moves along the side: 0 at a
-    straight side, and one over the distance of the centres at a corner.
+    ``curvature`` (1/m) is 0 at a straight side, and one over the distance of the centres at a
+    corner.
     """
-    nx, ny = normal
-    turning = curvature * np.array([-ny, nx, 0.0, 0.0])
-    guard = np.array([nx, ny, 0.0, 0.0])
-    return _meeting((a,), normal, guard, -(a[2] * nx + a[3] * ny), turning)
+    (_, _, vx, vy, ax, ay), (nx, ny) = motion, normal
+    closing, across = -(vx * nx + vy * ny), vy * nx - vx * ny
+    out = ax * nx + ay * ny + curvature * across * across
+    depth = closing * closing / (2.0 * out) if out > 0.0 else math.inf
+    return Geometry(normal, curvature, closing, depth)
 
 
-def _meeting(
-    motions: Sequence[Motion6], normal: Vector, guard: Array, closing: float, turning: Array
-) -> Saltation:
-    nx, ny = normal
-    count = len(motions)
-    split, join = np.zeros((2 * count, 4 * count)), np.zeros((4 * count, 2 * count))
-    spun: list[float] = []
-    for k, (_, _, vx, vy, _, _) in enumerate(motions):
-        split[2 * k, 4 * k + 2 : 4 * k + 4] = join[4 * k + 2 : 4 * k + 4, 2 * k] = normal
-        split[2 * k + 1, 4 * k + 2 : 4 * k + 4] = join[4 * k + 2 : 4 * k + 4, 2 * k + 1] = (-ny, nx)
-        spun += [vy * nx - vx * ny, -(vx * nx + vy * ny)]
-    split += np.array(spun)[:, np.newaxis] * turning
-    return Saltation(guard, closing, np.array(motions)[:, 2:].ravel(), turning, split, join)
+def lateness(geometry: Geometry, x: Part, y: Part, gap: Part) -> Part:
+    """Return how much later (s) the contact comes, by changes of the offset (m) and of the gap."""
+    nx, ny = geometry.normal
+    return (nx * x + ny * y + gap) / geometry.closing
+
+
+def turning(geometry: Geometry, x: Part, y: Part) -> Part:
+    """Return how far the normal turns (rad), by changes of the offset (m) at the contact."""
+    nx, ny = geometry.normal
+    return geometry.curvature * (nx * y - ny * x)
+
+
+def at_contact(motion: Motion6, change: Change, late: Part) -> Change:
+    """Return the change of a ball's state at the contact, which comes ``late`` (s)."""
+    (_, _, vx, vy, ax, ay), (x, y, u, v) = motion, change
+    return x + vx * late, y + vy * late, u + ax * late, v + ay * late
+
+
+def parts_before(geometry: Geometry, velocity: Vector, u: Part, v: Part, turn: Part) -> Any:
+    """Return the changes of a ball's velocity along the normal and along the tangent."""
+    (nx, ny), (vx, vy) = geometry.normal, velocity
+    n, t = vx * nx + vy * ny, vy * nx - vx * ny
+    return nx * u + ny * v + t * turn, nx * v - ny * u - n * turn
+
+
+def after(geometry: Geometry, rate: Any, place: Any, parts: Any, turn: Part, late: Part) -> Change:
+    """Return the change of a ball's state after the contact, at a fixed time again.
+
+    ``rate`` is the velocity and the acceleration that the ball has then. At the contact its
+    ``place`` is changed so, and its new velocity by these ``parts`` along normal and tangent.
+    """
+    (nx, ny), (vx, vy, ax, ay) = geometry.normal, rate
+    (x, y), (n, t) = place, parts
+    return (
+        x - vx * late,
+        y - vy * late,
+        nx * n - ny * t - vy * turn - ax * late,
+        ny * n + nx * t + vx * turn - ay * late,
+    )
+
+
+# -- what rounding decides -------------------------------------------------------------------------
+
+
+def is_now(t: float, now: float, fastest: float, size: float, blur: float = BLUR) -> bool:
+    """Tell whether a time (s) is that of an instant, to rounding, in the motion of balls.
+
+    ``fastest`` (m/s) is the largest part of a velocity, and ``size`` (m) that of a place.
+    """
+    return t == now or abs(t - now) * fastest < blur * (size * (fastest > 0.0) + now * fastest)
+
+
+def is_at_corner(x: float, y: float, radius: float, tangent: Vector, normal: Vector) -> bool:
+    """Tell whether a ball at (x, y) from a corner touches its side just where the corner begins."""
+    along, height = x * tangent[0] + y * tangent[1], x * normal[0] + y * normal[1]
+    return abs(along) <= EDGE * radius and abs(height - radius) <= EDGE * radius

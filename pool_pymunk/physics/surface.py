@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -91,7 +91,7 @@ class Sliding(NamedTuple):
         >>> moves = np.array([0.0, 0.0, 0.0, 2.0, 0.0, -0.5, 0.0])
         >>> by_state, by_pull = Sliding(0.5).jacobian(moves, np.array(2.0))
         >>> by_state[0].tolist(), by_pull[:, 0].tolist()
-        ([1.0, 0.0, 2.0, 0.0], [-2.0, -0.0, -2.0, -0.0])
+        ([1.0, 0.0, 2.0, 0.0], [-2.0, 0.0, -2.0, 0.0])
         """
         return _slowing(breakpoints[..., 3:5], time, self.pull)
 
@@ -237,23 +237,60 @@ def rolls_of(breakpoints: Array, times: Array) -> Array:
     return roll + time * acceleration * np.where(is_rolling, 1.0, -1.0 / GYRATION)
 
 
+class Slowing(NamedTuple):
+    """These numbers say what motion that slows to rest makes of small changes.
+
+    It runs along (``ux``, ``uy``) for a ``time`` (s). A change of velocity moves the ball ``place``
+    (s) times as far, and the part along the motion ``along`` (s) times as far besides; ``kept`` and
+    ``lost`` are these shares for the velocity.
+    """
+
+    ux: float
+    uy: float
+    time: float
+    place: float
+    along: float
+    kept: float
+    lost: float
+
+
+def slowing(vx: float, vy: float, time: float, pull: float) -> Slowing:
+    """Linearise motion that slows to rest, after a ``time`` (s); numba can compile it."""
+    speed = math.sqrt(vx * vx + vy * vy)
+    if speed == 0.0:
+        is_free = time == 0.0 or pull == 0.0
+        return Slowing(0.0, 0.0, 0.0, time if is_free else 0.0, 0.0, 1.0 if is_free else 0.0, 0.0)
+    if pull > 0.0:
+        time = min(time, speed / pull)
+    lost = pull * time / speed
+    place, along = time * (1.0 - lost / 2.0), time * lost / 2.0
+    return Slowing(vx / speed, vy / speed, time, place, along, 1.0 - lost, lost)
+
+
+def slowed(s: Slowing, x: Any, y: Any, u: Any, v: Any, pull: Any) -> Any:
+    """Return the change of a ball's state, by that at the start and by that of the pull.
+
+    Each part of a change is one number, or an array.
+    """
+    speed = s.ux * u + s.uy * v
+    far = s.along * speed - s.time * s.time / 2.0 * pull
+    fast = s.lost * speed - s.time * pull
+    return (
+        x + s.place * u + far * s.ux,
+        y + s.place * v + far * s.uy,
+        s.kept * u + fast * s.ux,
+        s.kept * v + fast * s.uy,
+    )
+
+
 def _slowing(velocity: Array, time: Array, pull: float) -> tuple[Array, Array]:
     """Linearise motion that slows to rest, by its state (..., 4, 4) and ``pull`` (..., 4, 1)."""
-    speed = np.sqrt((velocity**2).sum(axis=-1))
-    moves, is_free = speed > 0.0, (time == 0.0) | (pull == 0.0)
-    ux = velocity / np.where(moves, speed, 1.0)[..., np.newaxis]
-    if pull > 0.0:
-        time = np.minimum(time, speed / pull)
-    lost = pull * time / np.where(moves, speed, 1.0)
-    kept = np.where(moves, 1.0 - lost, is_free)
-    along = ux[..., :, np.newaxis] * ux[..., np.newaxis, :]
-    by_state = np.zeros((*speed.shape, 4, 4))
-    by_state[..., :2, :2] = np.eye(2)
-    by_state[..., :2, 2:] = _grid(time * (1.0 - lost / 2.0)) * np.eye(2)
-    by_state[..., :2, 2:] += _grid(time * lost / 2.0) * along
-    by_state[..., 2:, 2:] = _grid(kept) * np.eye(2) + _grid(lost) * along
-    by_pull = -np.concatenate((_row(time**2 / 2.0) * ux, _row(time) * ux), axis=-1)
-    return by_state, by_pull[..., np.newaxis]
+    asked = zip(velocity.reshape(-1, 2).tolist(), np.ravel(time).tolist(), strict=True)
+    found = np.array([slowing(vx, vy, duration, pull) for (vx, vy), duration in asked])
+    numbers = Slowing(*found.reshape(-1, len(Slowing._fields), 1).swapaxes(0, 1))
+    both = np.stack(np.broadcast_arrays(*slowed(numbers, *np.eye(5))), axis=1)
+    both = both.reshape(*np.shape(time), 4, 5)
+    return both[..., :4], both[..., 4:]
 
 
 def _end_of_slowing(velocity: Array, pull: float) -> tuple[Array, Array]:

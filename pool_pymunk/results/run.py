@@ -113,6 +113,7 @@ class Run:
     again: Callable[..., Run] | None = field(default=None, repr=False)
     variants: tuple[Variant, ...] = field(default=(), repr=False)
     law_used: Law | None = field(default=None, repr=False)
+    watched: str | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         step = "" if self.dt is None else f" at {step_text(self.dt)}"
@@ -126,7 +127,7 @@ class Run:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Run):
             return NotImplemented
-        apart = {"knots", "wall_time", "again", "variants", "law_used"}
+        apart = {"knots", "wall_time", "again", "variants", "law_used", "watched"}
         names = {each.name for each in fields(self)} - apart
         same = all(getattr(self, name) == getattr(other, name) for name in names)
         both = zip(self.knots, other.knots, strict=True)
@@ -161,6 +162,11 @@ class Run:
     def name(self) -> str:
         """The shot's name; "as set up" where the scene runs as its velocities have it."""
         return self.shot.name if self.shot else "as set up"
+
+    @property
+    def struck(self) -> str | None:
+        """The ball of the shot, or of a shot of a batch: its speed and direction are inputs."""
+        return self.watched if self.shot is None else self.shot.ball
 
     @cached_property
     def t(self) -> Array:

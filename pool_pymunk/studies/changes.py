@@ -7,27 +7,38 @@ from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
 from pool_pymunk.model.inputs import Names, parts, start_of
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.contact import NT, Vector, split
+from pool_pymunk.physics.contact import NT, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import NOISE, from_breakpoint, motion_at
-from pool_pymunk.physics.saltation import Motion6, Saltation, bounce, hit
+from pool_pymunk.physics.saltation import (
+    AGREE,
+    BLUR,
+    GRAZE,
+    MOST,
+    Geometry,
+    Motion6,
+    after,
+    at_contact,
+    bounce,
+    hit,
+    is_at_corner,
+    is_now,
+    lateness,
+    parts_before,
+    turning,
+)
 from pool_pymunk.physics.surface import GYRATION, roll_rate
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
-from pool_pymunk.studies.touches import BLUR, GRAZE, Touch, touches
-
-AGREE = 1e-8  # of the speeds; a velocity farther off what the law answers is a policy's
-# A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
-# largest number, so a square of it, or its product with what one contact does, does not overflow.
-MOST = 1e150
-EDGE = 1e-9  # of a radius; a ball that meets a cushion so near to its end may meet the corner
+from pool_pymunk.studies.touches import Touch, touches
 
 ROLL = "roll"  # the input of that name
 
@@ -59,13 +70,17 @@ class VariedInputs:
         change = np.zeros((4, self.count))
         ball, shot = self.run.scene.balls[i], self.run.shot
         _, _, _, *velocity, _, _ = self.run.knots[i][0, :7].tolist()
-        struck = shot is not None and shot.ball == ball.id
+        struck = self.run.struck == ball.id
         for name in names:
             change[:, self.column[name]] = start_of(name, ball, struck, tuple(velocity)) or 0.0
         if not self.run.scene.surface.rolls:
             return change
-        roll, share = self.run.knots[i][0, 7:9], shot.roll if shot and struck else ball.roll
-        is_share = struck or (roll == share * np.array(velocity)).all()  # else it was given alone
+        roll, share = self.run.knots[i][0, 7:9], ball.roll
+        if struck:  # Of a shot of a batch, the roll alone is known.
+            square = float(np.square(velocity).sum())
+            share = shot.roll if shot else float(roll @ velocity) / (square or 1.0)
+        own = share * np.array(velocity)
+        is_share = bool(shot and struck) or (np.abs(roll - own) <= NOISE * np.abs(own).sum()).all()
         turn = share * change[2:] if is_share else np.zeros_like(change[2:])
         for name in [name for name in names if parts(name)[0] == ROLL and struck]:
             turn[:, self.column[name]] = velocity
@@ -225,7 +240,7 @@ class Changes:
             _, x, y, vx, vy = self.breakpoints[i][self.at[i]][:5]
             fastest = max(fastest, abs(vx), abs(vy))
             size = max(size, abs(x) + abs(y) + self.scene.balls[i].radius)
-        return t == now or abs(t - now) * fastest < BLUR * (size * (fastest > 0.0) + now * fastest)
+        return is_now(t, now, fastest, size)
 
     def _rests_just_at(self, i: int, t: float) -> bool:
         """Tell whether a ball that moved comes to rest at this time (s)."""
@@ -253,43 +268,49 @@ class Changes:
             raise Lost("a contact is persistent, or answered by a policy")
         before = [self._moved(i, event.t) for i in balls]
         states = [state for state, _ in before]
-        change = np.concatenate([each[:4] for _, each in before])
         rates = [self.breakpoints[i][self.at[i] + 1][3:7] for i in balls]
-        meeting, normal = self._meeting(balls, states, event)
+        geometry = self._geometry(balls, states, event)
         fastest = max(abs(part) for state in states for part in state[2:4])
         size = sum(abs(x) + abs(y) + self.scene.balls[i].radius
                    for i, (x, y, *_) in zip(balls, states, strict=True))  # fmt: skip
-        if meeting.closing <= GRAZE * fastest or _depth(meeting) <= BLUR * size:
+        if geometry.closing <= GRAZE * fastest or geometry.depth <= BLUR * size:
             raise Lost("a contact is a graze")
-        times = meeting.times(change, self._gap(balls))
-        if times.any() and self._is_now(event.t, 0.0, balls):
+        late = lateness(geometry, *_offset([change for _, change in before]), self._gap(balls))
+        if late.any() and self._is_now(event.t, 0.0, balls):
             self._warn("balls touch at the start", event.t)
-            times = np.where(times != 0.0, math.nan, times)
-        moved = meeting.moved(change, times)
-        parts = meeting.split @ moved
-        before_nt = [split(state[2:4], normal) for state in states]
+            late = np.where(late != 0.0, math.nan, late)
+        moved = [at_contact(state, change[:4], late) for state, change in before]
+        turn = turning(geometry, *_offset(moved))
+        parts = np.array([
+            part
+            for state, (_, _, u, v) in zip(states, moved, strict=True)
+            for part in parts_before(geometry, state[2:4], u, v, turn)
+        ])  # fmt: skip
+        before_nt = [split(state[2:4], geometry.normal) for state in states]
         moves = [bool(row.any()) for row in parts[1::2]]
         law, answer, given = self._asked(balls, before_nt, moves, fastest)
         if law is None:
             raise Lost(f"law {self.law.name} jumps or has a kink")
-        after = (part for vx, vy, _, _ in rates for part in split((vx, vy), normal))
+        found = (part for vx, vy, _, _ in rates for part in split((vx, vy), geometry.normal))
         said = chain.from_iterable(answer)
-        if not all(abs(a - b) <= AGREE * fastest for a, b in zip(after, said, strict=True)):
+        if not all(abs(a - b) <= AGREE * fastest for a, b in zip(found, said, strict=True)):
             raise Lost("a contact is answered by a policy")
         answered = self._answered(law, parts, given, event.t)
-        self.times.append(times)
-        change = meeting.after(moved, times, answered, rates)
+        self.times.append(late)
         rolls = [
-            self._roll_at(i, 0, each[4:], times) for i, (_, each) in zip(balls, before, strict=True)
+            self._roll_at(i, 0, each[4:], late) for i, (_, each) in zip(balls, before, strict=True)
         ]
         if self.surface.rolls and len(balls) == 1:
             pushed = answer[0].n - before_nt[0].n, (answered - parts)[0]
-            turned = np.array(normal), meeting.turning @ moved
-            rolls = [self._slowed(balls[0], event.t, rolls[0], *turned, *pushed)]
+            rolls = [
+                self._slowed(balls[0], event.t, rolls[0], np.array(geometry.normal), turn, *pushed)
+            ]
         for n, i in enumerate(balls):
-            roll = self._roll_at(i, 1, rolls[n], -times)
+            roll = self._roll_at(i, 1, rolls[n], -late)
             self.at[i] += 1
-            self.change[i] = np.concatenate((change[4 * n : 4 * n + 4], roll))
+            own = moved[n][:2], answered[2 * n : 2 * n + 2]
+            new = after(geometry, rates[n], *own, turn, late)
+            self.change[i] = np.concatenate((new, roll))
 
     def _roll_at(self, i: int, later: int, change: Array, times: Array) -> Array:
         """Return the change of a ball's roll at a contact that comes later by these ``times``.
@@ -320,22 +341,17 @@ class Changes:
         less, of_less = (along, of_along) if is_all else (sign * most, sign * of_most)
         return np.asarray(change - n[:, None] * of_less - across[:, None] * less * turning)
 
-    def _meeting(
-        self, balls: list[int], states: list[Motion6], event: Event
-    ) -> tuple[Saltation, Vector]:
-        """Return the geometry of a contact, and its normal."""
+    def _geometry(self, balls: list[int], states: list[Motion6], event: Event) -> Geometry:
+        """Return the geometry of a contact."""
         x, y = states[0][:2]
         if len(states) == 2:
-            dx, dy = states[1][0] - x, states[1][1] - y
-            distance = math.sqrt(dx * dx + dy * dy)
-            return hit(states[0], states[1]), (dx / distance, dy / distance)
+            return hit(states[0], states[1])
         assert event.cushion is not None
         radius = self.scene.balls[balls[0]].radius
         if self._may_meet_a_corner(x, y, radius):
             raise Lost("a ball meets a cushion just where a corner begins")
         side = self.walls[event.cushion].nearest(x, y, radius)
-        normal = side.normal(x, y)
-        return bounce(states[0], normal, side.curvature(x, y)), normal
+        return bounce(states[0], side.normal(x, y), side.curvature(x, y))
 
     def _may_meet_a_corner(self, x: float, y: float, radius: float) -> bool:
         """Tell whether a ball that touches the table touches it where a side and a corner join."""
@@ -344,9 +360,7 @@ class Changes:
             assert table is not None
             for edge in (table.edges[k - 1], table.edges[k]):
                 cx, cy = table.outline[k]
-                along = (x - cx) * edge.tangent[0] + (y - cy) * edge.tangent[1]
-                height = (x - cx) * edge.normal[0] + (y - cy) * edge.normal[1]
-                if abs(along) <= EDGE * radius and abs(height - radius) <= EDGE * radius:
+                if is_at_corner(x - cx, y - cy, radius, edge.tangent, edge.normal):
                     return True
         return False
 
@@ -478,14 +492,10 @@ class Changes:
         self.warnings[text] = None
 
 
-def _depth(meeting: Saltation) -> float:
-    """Return how deep (m) two sides would sink into each other, as balls slow down and pass on."""
-    velocity, pull = meeting.rate.reshape(-1, 2, 2).swapaxes(0, 1)
-    guard, turning = (row.reshape(-1, 2, 2)[:, 0] for row in (meeting.guard, meeting.turning))
-    bend = math.hypot(*turning[0])
-    swing = float((turning * velocity).sum())
-    out = float((guard * pull).sum()) + (swing * swing / bend if bend > 0.0 else 0.0)
-    return meeting.closing**2 / (2.0 * out) if out > 0.0 else math.inf
+def _offset(changes: Sequence[Any]) -> tuple[Array, Array]:
+    """Return the change of a ball's place, or of the offset of two balls."""
+    (x, y, *_), (from_x, from_y, *_) = changes[-1], changes[0]
+    return (x, y) if len(changes) == 1 else (x - from_x, y - from_y)
 
 
 def law_of(run: Run) -> Law:

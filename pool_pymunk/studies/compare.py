@@ -219,6 +219,8 @@ class Beside:
     ``departure`` (S, N) is when (s; inf: never) a ball left it, ``same`` (S,) who has its contacts.
     """
 
+    replays = False
+
     def __init__(self, run: Run, reference: Reference, out: Out) -> None:
         self.reference, self.duration = reference, out.duration
         self.order = contact_order(run)

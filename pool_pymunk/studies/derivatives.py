@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pool_pymunk.model import Scene, Shot
-from pool_pymunk.model.inputs import SHOT, TABLE, Names, chosen, names_in, parts
+from pool_pymunk.model.inputs import SHOT, TABLE, Names, chosen, derivable, parts
 from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
@@ -105,9 +105,7 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
         exact = listed([name for name, solver in SOLVERS.items() if solver.exact])
         message = f"is not exact, so its runs have no exact derivatives (exact are: {exact})"
         raise setting_error("solver", run.solver, message)
-    groups = names_in(run.scene, [] if run.shot is None else [""])
-    groups["all"] = [name for names in groups.values() for name in names if name != "turn"]
-    names = chosen("wrt", wrt, groups)
+    names = chosen("wrt", wrt, derivable(run.scene, run.struck is not None))
     return differentiated(run, names, VariedInputs(run, names))
 
 

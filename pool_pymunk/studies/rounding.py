@@ -20,11 +20,12 @@ from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON, Array, free_motions
+from pool_pymunk.physics.saltation import AGREE
 from pool_pymunk.results.run import SURE, Event, Run
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies import Mask
-from pool_pymunk.studies.changes import AGREE, law_of
+from pool_pymunk.studies.changes import law_of
 
 # A sum or a product errs by up to half a spacing; this is the root mean square, as a share.
 UNIT = EPSILON / 2.0 / math.sqrt(3.0)

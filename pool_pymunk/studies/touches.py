@@ -13,15 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion import EPSILON, Array, free_motions
+from pool_pymunk.physics.motion import Array, free_motions
+from pool_pymunk.physics.saltation import BLUR, GRAZE
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies import Mask
 
-# Rounding moves a place by less than this share of its coordinates. An instant of the engine has
-# the same bound (:func:`~pool_pymunk.engine.decisions.instant`).
-BLUR = 256.0 * EPSILON
-GRAZE = 1e-6  # A contact that closes more slowly than this share of the speeds is a graze: rounding
-# has a say in whether it comes at all.
 CHUNK = 1 << 18  # pairs of pieces that are looked at together, in some 50 MB
 LAST = 1e-9  # of a piece; so long before its end it is asked whether a ball that stops parts
 HALVINGS = 60  # After this many halvings an interval of time is as short as rounding.

@@ -1,0 +1,564 @@
+"""This module follows small changes of the inputs through compiled shots, in a pass of its own.
+
+It goes through a shot's breakpoints and contacts, as :mod:`pool_pymunk.studies.changes` goes
+through the events of a run, with the same functions. A shot that has something for which there may
+be no derivative is left to that module, as is each that the exact solver has played in Python.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import namedtuple
+from typing import Any
+
+import numpy as np
+
+from pool_pymunk.fast import compiled
+from pool_pymunk.fast.batch import CANNOT_START
+from pool_pymunk.fast.due import path_of
+from pool_pymunk.fast.kinds import (
+    ball_ball,
+    curvature,
+    cushion,
+    cushion_slopes,
+    hit_slopes,
+    jumps,
+    normal,
+)
+from pool_pymunk.fast.loop import OUT_OF_TIME, read_shot
+from pool_pymunk.fast.moves import nearest, put_path
+from pool_pymunk.fast.records import NOTHING, Out, Tracks
+from pool_pymunk.fast.shots import COLUMNS, Floats, Source, is_gone
+from pool_pymunk.fast.tables import table_of
+from pool_pymunk.model.inputs import Names, parts, start_of
+from pool_pymunk.model.scene import Scene
+from pool_pymunk.physics import saltation
+from pool_pymunk.physics.contact import NT, Pair, split
+from pool_pymunk.physics.dual import BESIDE, STRAIGHT, WIDE
+from pool_pymunk.physics.path import motion_at, set_off
+from pool_pymunk.physics.saltation import AGREE, BLUR, GRAZE, MOST, Geometry, is_now
+from pool_pymunk.physics.surface import slowed, slowing
+from pool_pymunk.results.run import Run
+
+CAREFUL = 4.0  # This many times as wide as there, limits leave what is doubtful to `Changes`.
+UNCLEAR = CAREFUL * BLUR
+HALVINGS = 40  # After this many the least distance of two paths is known to rounding.
+NO_ONE = -(1 << 30)  # stands for neither a ball nor a wall
+
+# A follow has a record for shots and the tracks of some, and arrays of three kinds. What balls may
+# touch: the sides of walls, and the `first` side of each wall; discs at rest (D, 5): x, y, radius,
+# whether only a ball's centre counts, wall; faces (F, 8): start, tangent, normal, length, wall; and
+# (C, 6) where faces begin or end at a corner: it, tangent, normal. What P inputs change: the starts
+# (S, N, 4, P), masses (N, P), radii (N, P), coefficients (6, P). And how shots stand: the changes
+# of the balls' states (N, 4, P) at their last breakpoints, what each has met there, how many
+# breakpoints each has had, whether it is off the table; and of the balls of a contact (2): their
+# numbers, motions (6) and changes of the velocities' parts (4, P), how late the contact comes and
+# how far its normal turns (P), and the derivatives of the law (4, 8).
+Follow = namedtuple(
+    "Follow",
+    "w tracks sides first discs faces corners starts of_mass of_radius of_coefficients "
+    "change met at gone balls motion parts late turn law",
+)
+
+
+class Follower:
+    """A follower watches shots, and works out the derivatives of their ends by ``names``.
+
+    ``found`` (S, N, 2, P) has them; of shots that are not ``known`` (S,) they are still missing.
+    Those of some shots were worked out ``again`` (S,), in Python.
+    """
+
+    replays = True  # Shots that have no track are played again, so that their ends are as ever.
+
+    def __init__(self, source: Source, names: Names, out: Out) -> None:
+        self.source, self.names, self.out = source, names, out
+        count, balls, _ = source.position.shape
+        self.found = np.full((count, balls, 2, len(names)), math.nan)
+        self.known = np.zeros(count, np.bool_)
+        self.again = self.known.copy()
+        self.around = _around(source.scene)
+        self.latest = source.scene.physics.max_time
+
+    def watch(self, part: slice, tracks: Tracks) -> None:
+        """Follow these shots, if their changes are ordinary."""
+        source, duration = self.source, self.out.duration[part]
+        is_cut = (self.out.status[part] == OUT_OF_TIME) | (duration == self.latest)
+        balls, count = len(source.scene.balls), len(self.names)
+        shapes = (balls, 4, count), (2, 6), (4, count), (count,), (count,), (4, 8)
+        changes, *others = (np.empty(shape) for shape in shapes)
+        numbers = np.empty((3, balls), np.int64)
+        inputs = _inputs(source, self.names, part)
+        room = (changes, *numbers, np.empty(2, np.int64), *others)
+        g = Follow(source.work(keeps=True), tracks, *self.around, *inputs, *room)
+        found, known = self.found[part], self.known[part]
+        compiled.follow_shots(follow_shots)(g, source.shots(part), duration, is_cut, found, known)
+
+    def see(self, k: int, run: Run) -> None:
+        """Work out the derivatives of shot ``k``, which was not compiled."""
+        self.found[k] = run.derivatives(self.names).final
+        self.known[k] = self.again[k] = True
+
+    def complete(self) -> None:
+        """Work out the derivatives that are still missing, in Python."""
+        for k in np.flatnonzero(~self.known & (self.out.status != CANNOT_START)).tolist():
+            self.see(k, self.source.run(k, measures_policies=False))
+
+
+def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
+    """Return what the inputs change in some shots, in the arrays of a follow."""
+    scene, count, is_off = source.scene, len(names), is_gone(source.position[part])
+    velocity = np.where(is_off[..., np.newaxis], 0.0, source.velocity[part])
+    starts = np.zeros((*velocity.shape[:2], 4, count))
+    sizes = {key: np.zeros((len(scene.balls), count)) for key in ("mass", "radius")}
+    coefficients = np.zeros((len(COLUMNS), count))
+    for p, name in enumerate(names):
+        kind, whose = parts(name)
+        if kind in sizes:
+            sizes[kind][scene.index[whose], p] = 1.0
+        elif kind in COLUMNS:
+            unit = scene.physics.gravity if kind == "friction.surface" else 1.0
+            coefficients[COLUMNS[kind], p] = unit
+        for i, ball in enumerate(scene.balls):
+            start = start_of(name, ball, i == source.watched, velocity[:, i].T)
+            if start is not None:
+                for row, each in enumerate(start):
+                    starts[:, i, row, p] = each
+    if scene.restitution.cue_ball is None and "restitution.cue_ball" not in source.vary:
+        coefficients[1] = coefficients[0]  # The cue ball is as any other.
+    return starts, *sizes.values(), coefficients
+
+
+def _around(scene: Scene) -> tuple[Any, ...]:
+    """Return what balls may touch in a scene, in the arrays of a follow."""
+    sides, table = table_of(scene).sides, scene.table
+    first = np.unique(sides.first)
+    discs, faces, corners = list[Any](), list[Any](), list[Any]()
+    if table is not None:
+        for k in table.reflex_corners:
+            discs.append((*table.outline[k], 0.0, 0.0, k))
+            for edge in (table.edges[k - 1], table.edges[k]):
+                corners.append((*table.outline[k], *edge.tangent, *edge.normal))
+        for k, edge in enumerate(table.edges):
+            faces.append((*edge.start, *edge.tangent, *edge.normal, edge.length, k))
+    before = len(first) - len(scene.pockets)
+    for k, hole in enumerate(scene.pockets):
+        discs.append((*hole.position, hole.radius, 1.0, before + k))
+    grids = (np.array(rows, float).reshape(-1, size)
+             for rows, size in ((discs, 5), (faces, 8), (corners, 6)))  # fmt: skip
+    return sides, first, *grids
+
+
+# -- what numba compiles ---------------------------------------------------------------------------
+
+
+def follow_shots(g: Follow, shots: Any, duration: Any, is_cut: Any, found: Any, known: Any) -> int:
+    """Follow changes through some shots; tell which are ``known``, and return how many are."""
+    count = first = begun = 0
+    for s in range(len(known)):
+        last, ended = g.tracks.ends[s, 0], g.tracks.ends[s, 1]
+        if last > first:
+            read_shot(g.w, shots, s)
+            g.w.now, g.w.scene.latest = duration[s], duration[s] if is_cut[s] else math.inf
+            start(g, g.starts[s], first)
+            if follow_shot(g, first, last, begun, ended):
+                known[s] = finish(g, found[s])
+                count += known[s]
+            if not known[s]:
+                found[s] = math.nan
+        first, begun = last, ended
+    return count
+
+
+def start(g: Follow, starts: Any, first: int) -> None:
+    """Put the balls to where they begin."""
+    for i in range(g.w.scene.balls):
+        g.at[i], g.gone[i] = -1, g.w.ball[i].is_off
+        copy(starts[i], g.change[i])
+        set_out(g, i, g.tracks.rows[first + i], NO_ONE)
+
+
+def set_out(g: Follow, i: int, row: Any, met: int) -> None:
+    """Go on to the next breakpoint of a ball, where it has met something."""
+    put_path(g.w.ball[i], set_off(row[1], (row[2], row[3]), (row[4], row[5]), g.w.scene.pull))
+    g.at[i] += 1
+    g.met[i] = met
+
+
+def follow_shot(g: Follow, first: int, last: int, begun: int, ended: int) -> bool:
+    """Follow the changes from breakpoint to breakpoint; return False where one is doubtful."""
+    breakpoints, k = g.tracks.rows, first + g.w.scene.balls
+    while k < last:
+        i, t, met, takes_in = int(breakpoints[k, 0]), breakpoints[k, 1], NO_ONE, False
+        if (
+            breakpoints[k, 4] != 0.0 or breakpoints[k, 5] != 0.0 or g.w.ball[i].end != t
+        ):  # It is no stop.
+            if begun == ended or g.tracks.contacts[begun, 0] != i:
+                return False
+            met = g.tracks.contacts[begun, 1]
+            takes_in = met < 0 and g.sides[g.first[-1 - met]].pocket != NOTHING
+            begun += 1
+        g.balls[0], g.balls[1] = i, met if met >= 0 else i
+        there = k + (met >= 0 or takes_in)
+        is_there = (
+            there < last and int(breakpoints[there, 0]) == g.balls[1] and breakpoints[there, 1] == t
+        )
+        if not is_there or is_doubtful(g, t, met):
+            return False
+        for n in range(1 + (met >= 0)):
+            carry(g, g.balls[n], t)
+        if met == NO_ONE:
+            g.change[i, 2:] = 0.0
+        elif takes_in:
+            if not falls(g, i, t, -1 - met):
+                return False
+        elif not meets(g, breakpoints, k, t, met):
+            return False
+        set_out(g, i, breakpoints[k + takes_in], met)
+        if met >= 0:
+            set_out(g, met, breakpoints[k + 1], i)
+        k = there + 1
+    return begun == ended
+
+
+def finish(g: Follow, found: Any) -> bool:
+    """Write down what changes of the ends are found; return False where one is doubtful."""
+    t = g.w.now
+    for i in range(g.w.scene.balls):
+        if may_touch(g, i, t, NO_ONE, NO_ONE):
+            return False
+        ball = g.w.ball[i]
+        is_cut = g.w.scene.latest < math.inf
+        if is_cut and is_now(ball.end, t, largest(g, i), size_of(g, i), UNCLEAR):
+            return False
+    for i in range(g.w.scene.balls):
+        carry(g, i, t)
+        copy(g.change[i, :2], found[i])
+    return True
+
+
+def copy(numbers: Any, there: Any) -> None:
+    """Copy rows of numbers; numba would allocate something for it."""
+    for row in range(numbers.shape[0]):
+        for p in range(numbers.shape[1]):
+            there[row, p] = numbers[row, p]
+
+
+def carry(g: Follow, i: int, t: float) -> None:
+    """Take a ball's change along its path, to a time (s)."""
+    ball, change = g.w.ball[i], g.change[i]
+    numbers = slowing(ball.vx, ball.vy, t - ball.t, g.w.scene.pull)
+    for p in range(change.shape[1]):
+        pull = g.of_coefficients[3, p]
+        change[0, p], change[1, p], change[2, p], change[3, p] = slowed(
+            numbers, change[0, p], change[1, p], change[2, p], change[3, p], pull
+        )
+
+
+def falls(g: Follow, i: int, t: float, wall: int) -> bool:
+    """Let a ball fall into a pocket, where it stays; return False if it grazes the rim."""
+    x, y, vx, vy = motion_at(path_of(g.w.ball[i]), t)
+    nx, ny = normal(g.sides[g.first[wall]], x, y)
+    g.change[i], g.gone[i] = 0.0, 1
+    return bool(-(vx * nx + vy * ny) > CAREFUL * GRAZE * max(abs(vx), abs(vy)))
+
+
+# -- contacts --------------------------------------------------------------------------------------
+
+
+def meets(g: Follow, breakpoints: Any, k: int, t: float, met: int) -> bool:
+    """Take changes through a contact, as `Changes` does; return False where it is doubtful."""
+    i, count, fastest, size = g.balls[0], 1 if met < 0 else 2, 0.0, 0.0
+    for n in range(count):
+        ball, motion = g.w.ball[g.balls[n]], g.motion[n]
+        x, y, vx, vy = motion_at(path_of(ball), t)
+        motion[0], motion[1], motion[2], motion[3] = x, y, vx, vy
+        motion[4], motion[5] = ball.ax, ball.ay
+        fastest, size = max(fastest, abs(vx), abs(vy)), size + abs(x) + abs(y) + ball.radius
+    a, b = six(g.motion[0]), six(g.motion[1])
+    if met >= 0:
+        geometry = saltation.hit(a, b)
+    else:
+        if may_be_at_corner(g, a[0], a[1], g.w.ball[i].radius):
+            return False
+        side = g.sides[g.first[-1 - met]]
+        side = nearest(g.sides, side, a[0], a[1], g.w.ball[i].radius)
+        geometry = saltation.bounce(a, normal(side, a[0], a[1]), curvature(side, a[0], a[1]))
+    if geometry.closing <= CAREFUL * GRAZE * fastest or geometry.depth <= UNCLEAR * size:
+        return False
+    move_on(g, geometry, count)
+    if count == 2:
+        is_sound = answer_hit(g, geometry, fastest, breakpoints, k)
+    else:
+        is_sound = answer_bounce(g, geometry, fastest, breakpoints, k)
+    most = 0.0
+    for n in range(count):
+        row, change = breakpoints[k + n], g.change[g.balls[n]]
+        rate = row[4], row[5], row[6], row[7]
+        for p in range(change.shape[1]):
+            place = change[0, p], change[1, p]
+            own = g.parts[2 * n, p], g.parts[2 * n + 1, p]
+            new = saltation.after(geometry, rate, place, own, g.turn[p], g.late[p])
+            change[0, p], change[1, p], change[2, p], change[3, p] = new
+            most = max(most, abs(new[0]), abs(new[1]), max(abs(new[2]), abs(new[3])))
+    return bool(is_sound and most * CAREFUL < MOST)
+
+
+def six(motion: Any) -> Any:
+    """Return a motion as a tuple."""
+    return motion[0], motion[1], motion[2], motion[3], motion[4], motion[5]
+
+
+def move_on(g: Follow, geometry: Geometry, count: int) -> None:
+    """Work out how late the contact comes, and what is changed by then."""
+    i, j = g.balls[0], g.balls[1]
+    for p in range(len(g.late)):
+        of_i, of_j = g.change[i], g.change[j if count == 2 else i]
+        x, y, gap = of_i[0, p], of_i[1, p], -g.of_radius[i, p]
+        if count == 2:
+            x, y, gap = of_j[0, p] - x, of_j[1, p] - y, gap - g.of_radius[j, p]
+        late = g.late[p] = saltation.lateness(geometry, x, y, gap)
+        for n in range(count):
+            own = g.change[g.balls[n]]
+            change = own[0, p], own[1, p], own[2, p], own[3, p]
+            own[0, p], own[1, p], own[2, p], own[3, p] = saltation.at_contact(
+                six(g.motion[n]), change, late
+            )
+        x, y = of_i[0, p], of_i[1, p]
+        if count == 2:
+            x, y = of_j[0, p] - x, of_j[1, p] - y
+        turn = g.turn[p] = saltation.turning(geometry, x, y)
+        for n in range(count):
+            own, velocity = g.change[g.balls[n]], (g.motion[n, 2], g.motion[n, 3])
+            g.parts[2 * n, p], g.parts[2 * n + 1, p] = saltation.parts_before(
+                geometry, velocity, own[2, p], own[3, p], turn
+            )
+
+
+def answer_hit(g: Follow, geometry: Geometry, fastest: float, breakpoints: Any, k: int) -> bool:
+    """Answer a hit by the law's derivatives; return False where they are not known for sure."""
+    i, j, scene = g.balls[0], g.balls[1], g.w.scene
+    is_cue, masses = scene.cue in (i, j), (g.w.ball[i].mass, g.w.ball[j].mass)
+    e = scene.cue_ball if is_cue else scene.ball_ball
+    pair = Pair(masses[0], masses[1], e, scene.ball_friction)
+    a = split((g.motion[0, 2], g.motion[0, 3]), geometry.normal)
+    b = split((g.motion[1, 2], g.motion[1, 3]), geometry.normal)
+    after_a, after_b = ball_ball(scene, a, b, pair)
+    own, most = 0.5 * AGREE * fastest, max(abs(a.n), abs(a.t), max(abs(b.n), abs(b.t)))
+    is_sound = is_answer(breakpoints[k], after_a, geometry, own)
+    is_sound &= is_answer(breakpoints[k + 1], after_b, geometry, own)
+    slip, of_a, of_b, wide = a.t - b.t, moves(g, 1), moves(g, 3), WIDE * BESIDE * max(fastest, most)
+    turns_a = of_a and min(abs(slip), abs(a.t)) <= CAREFUL * wide
+    turns_b = of_b and min(abs(slip), abs(b.t)) <= CAREFUL * wide
+    if not is_sound or turns_a or turns_b or jumps(scene, a, b, pair):
+        return False
+    less = -wide if slip > 0.0 else wide
+    t_a, t_b = (less, 0.0) if of_a else (0.0, -less if of_b else 0.0)
+    more_a, more_b = ball_ball(scene, NT(a.n + wide, a.t + t_a), NT(b.n, b.t + t_b), pair)
+    less_a, less_b = ball_ball(scene, NT(a.n - wide, a.t - t_a), NT(b.n, b.t - t_b), pair)
+    bend = max(bend_of(more_a, after_a, less_a), bend_of(more_b, after_b, less_b))
+    hit_slopes(scene, a, b, pair, g.law)
+    for p in range(len(g.late)):
+        own_e, mu = g.of_coefficients[1 if is_cue else 0, p], g.of_coefficients[5, p]
+        answer_change(g, p, 4, (g.of_mass[i, p], g.of_mass[j, p], own_e, mu))
+    return bend * CAREFUL <= STRAIGHT * most
+
+
+def answer_bounce(g: Follow, geometry: Geometry, fastest: float, breakpoints: Any, k: int) -> bool:
+    """Answer a hit on a cushion by the law's derivatives; return False as for a hit of balls."""
+    scene, e, mu = g.w.scene, g.w.scene.cushion, g.w.scene.cushion_friction
+    v = split((g.motion[0, 2], g.motion[0, 3]), geometry.normal)
+    after, most, slides = cushion(scene, v, e, mu), max(abs(v.n), abs(v.t)), moves(g, 1)
+    wide = WIDE * BESIDE * max(fastest, most)
+    is_sound = is_answer(breakpoints[k], after, geometry, 0.5 * AGREE * fastest)
+    if not is_sound or (slides and abs(v.t) <= CAREFUL * wide):
+        return False
+    slower = (-wide if v.t > 0.0 else wide) if slides else 0.0
+    more = cushion(scene, NT(v.n - wide, v.t + slower), e, mu)
+    less = cushion(scene, NT(v.n + wide, v.t - slower), e, mu)
+    cushion_slopes(scene, v, e, mu, g.law)
+    for p in range(len(g.late)):
+        answer_change(g, p, 2, (g.of_coefficients[2, p], g.of_coefficients[4, p]))
+    return bend_of(more, after, less) * CAREFUL <= STRAIGHT * most
+
+
+def answer_change(g: Follow, p: int, count: int, numbers: Any) -> None:
+    """Multiply the changes of the velocities' parts, and of the law's numbers, by its slopes."""
+    law, parts = g.law, g.parts
+    a, t, b, u = parts[0, p], parts[1, p], parts[2, p], parts[3, p]
+    for m in range(count):
+        total = law[m, 0] * a + law[m, 1] * t
+        if count == 4:
+            total += law[m, 2] * b + law[m, 3] * u
+        for n in range(len(numbers)):
+            total += law[m, count + n] * numbers[n]
+        parts[m, p] = total
+
+
+def is_answer(row: Any, answer: NT, geometry: Geometry, most: float) -> bool:
+    """Tell whether a ball has gone on as the law answers."""
+    n, t = split((row[4], row[5]), geometry.normal)
+    return abs(n - answer.n) <= most and abs(t - answer.t) <= most
+
+
+def moves(g: Follow, row: int) -> bool:
+    """Tell whether an input changes this part of a velocity."""
+    found = False
+    for p in range(len(g.late)):
+        found |= g.parts[row, p] != 0.0
+    return found
+
+
+def bend_of(more: NT, here: NT, less: NT) -> float:
+    """Return how far three answers are from lying on a line (m/s)."""
+    return max(abs(more.n - 2.0 * here.n + less.n), abs(more.t - 2.0 * here.t + less.t))
+
+
+# -- doubts ----------------------------------------------------------------------------------------
+
+
+def largest(g: Follow, i: int) -> float:
+    """Return the largest part of a ball's velocity (m/s)."""
+    return float(max(abs(g.w.ball[i].vx), abs(g.w.ball[i].vy)))
+
+
+def size_of(g: Follow, i: int) -> float:
+    """Return how large (m) the numbers of a ball's place are."""
+    return float(abs(g.w.ball[i].x) + abs(g.w.ball[i].y) + g.w.ball[i].radius)
+
+
+def is_doubtful(g: Follow, t: float, met: int) -> bool:
+    """Tell whether something else may come to the present balls just at ``t`` (s)."""
+    i, j = g.balls[0], g.balls[1]
+    if may_touch(g, i, t, met, NO_ONE):
+        return True
+    if met >= 0 and (may_touch(g, j, t, i, i) or may_coincide(g, j, i, t)):
+        return True
+    return met != NO_ONE and may_coincide(g, i, j, t)
+
+
+def may_coincide(g: Follow, i: int, other: int, t: float) -> bool:
+    """Tell whether ball ``i`` may start, rest, or have met another one just when it meets one."""
+    ball, fastest, size = g.w.ball[i], largest(g, i), max(size_of(g, i), size_of(g, other))
+    if fastest == 0.0:
+        fastest = largest(g, other)
+    is_new = g.at[i] > 0 and is_now(ball.t, t, fastest, size, UNCLEAR)
+    moved = ball.vx != 0.0 or ball.vy != 0.0 or g.at[i] > 0
+    rests = moved and is_now(ball.end, t, fastest, size, UNCLEAR)
+    is_first = is_now(t, 0.0, fastest, size, UNCLEAR)
+    return is_new or rests or is_first or is_now(t, g.w.scene.latest, fastest, size, UNCLEAR)
+
+
+def may_be_at_corner(g: Follow, x: float, y: float, radius: float) -> bool:
+    """Tell whether a ball may touch the table where a side and a corner join."""
+    for k in range(len(g.corners)):
+        c = g.corners[k]
+        tangent, across = (c[2], c[3]), (c[4], c[5])
+        if saltation.is_at_corner(x - c[0], y - c[1], radius, tangent, across):
+            return True
+    return False
+
+
+def may_touch(g: Follow, i: int, t: float, met: int, done: int) -> bool:
+    """Tell whether the path of ball ``i`` up to ``t`` (s) may touch what it does not hit.
+
+    It ends where the ball has ``met`` something; ball ``done`` was looked at before.
+    """
+    ball = g.w.ball[i]
+    if g.gone[i]:
+        return False
+    is_still = ball.vx == 0.0 and ball.vy == 0.0
+    if not is_still and ball.t < t and may_touch_table(g, i, t, met):
+        return True
+    for j in range(g.w.scene.balls):
+        other = g.w.ball[j]
+        since = max(ball.t, other.t)
+        rests = is_still and other.vx == 0.0 and other.vy == 0.0
+        if j in (i, done) or rests or g.gone[j] or since >= t:
+            continue
+        have_met = g.met[i] == j and g.met[j] == i and ball.t == other.t
+        x, y, vx, vy = motion_at(path_of(ball), since)
+        dx, dy, ux, uy = motion_at(path_of(other), since)
+        fastest = max(abs(vx), abs(vy), max(abs(ux), abs(uy)))
+        size = abs(x) + abs(y) + abs(dx) + abs(dy) + (t - since) * 4.0 * fastest
+        if are_tangent(
+            (dx - x, dy - y), (ux - vx, uy - vy), (other.ax - ball.ax, other.ay - ball.ay),
+            t - since, ball.radius + other.radius, size, fastest, not have_met, met != j,
+        ):  # fmt: skip
+            return True
+    return False
+
+
+def may_touch_table(g: Follow, i: int, t: float, met: int) -> bool:
+    """Tell whether the path of a ball that moves may touch a corner, a rim or a face."""
+    b, begun = g.w.ball[i], g.met[i]
+    x, y, _, _ = motion_at(path_of(b), t)
+    fastest = max(abs(b.vx), abs(b.vy))
+    size = abs(b.x) + abs(b.y) + abs(x) + abs(y) + b.radius
+    for k in range(len(g.discs)):
+        d = g.discs[k]
+        wall, apart = -1 - int(d[4]), d[2] if d[3] != 0.0 else b.radius
+        if are_tangent(
+            (d[0] - b.x, d[1] - b.y), (-b.vx, -b.vy), (-b.ax, -b.ay), t - b.t, apart,
+            size + abs(d[0]) + abs(d[1]), fastest, begun != wall, met != wall,
+        ):  # fmt: skip
+            return True
+    blur = UNCLEAR * size
+    for k in range(len(g.faces)):
+        f = g.faces[k]
+        wall, least = -1 - int(f[7]), CAREFUL * GRAZE * fastest
+        goes_along = begun != wall and abs(b.vx * f[4] + b.vy * f[5]) <= least
+        if goes_along and on_face(f, b.x, b.y, b.radius, blur):
+            return True
+        if met != wall and on_face(f, x, y, b.radius, blur):
+            return True
+    return False
+
+
+def on_face(f: Any, x: float, y: float, radius: float, blur: float) -> bool:
+    """Tell whether a ball at this place touches a face, or nearly so."""
+    dx, dy = x - f[0], y - f[1]
+    foot = dx * f[2] + dy * f[3]
+    is_beside = -blur <= foot and foot <= f[6] + blur
+    return bool(is_beside and abs(dx * f[4] + dy * f[5] - radius) <= blur)
+
+
+def are_tangent(
+    offset: Any, velocity: Any, pull: Any, time: float, apart: float, size: float, fastest: float,
+    begins: bool, ends: bool,
+) -> bool:  # fmt: skip
+    """Tell whether discs may touch, as they move on for a ``time`` (s), and not hit each other.
+
+    They touch at the distance ``apart`` (m). Look at the beginning and at the end if they have not
+    met there. In between, the relative path deviates from its chord by |a| T^2 / 8 at most.
+    """
+    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
+    ux, uy = vx + time * ax, vy + time * ay
+    x, y = dx + time * (vx + ux) / 2.0, dy + time * (vy + uy) / 2.0
+    blur = UNCLEAR * (size + apart)
+    far, bow = apart + blur, time * time / 8.0
+    bow_x, bow_y = far + bow * abs(ax), far + bow * abs(ay)
+    if min(dx, x) > bow_x or max(dx, x) < -bow_x or min(dy, y) > bow_y or max(dy, y) < -bow_y:
+        return False
+    first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
+    rate, at_last = dx * vx + dy * vy, x * ux + y * uy
+    if begins and abs(first - apart) <= blur and abs(rate) <= CAREFUL * GRAZE * fastest * first:
+        return True
+    if ends and abs(last - apart) <= blur:
+        return True
+    slight = GRAZE * (abs(vx) + abs(vy) + abs(ux) + abs(uy))
+    if rate > slight * first or at_last < -slight * last:
+        return False
+    cx, cy = x - dx, y - dy
+    length = math.sqrt(cx * cx + cy * cy)
+    if abs(dx * cy - dy * cx) > far * length + bow * abs(ax * cy - ay * cx):
+        return False
+    near, part = 0.0, time
+    for _ in range(HALVINGS):
+        middle = 0.5 * (near + part)
+        mx, my = dx + middle * (vx + middle * ax / 2.0), dy + middle * (vy + middle * ay / 2.0)
+        if mx * (vx + middle * ax) + my * (vy + middle * ay) > 0.0:
+            part = middle
+        else:
+            near = middle
+    mx, my = dx + part * (vx + part * ax / 2.0), dy + part * (vy + part * ay / 2.0)
+    return abs(math.sqrt(mx * mx + my * my) - apart) <= blur

@@ -1,0 +1,79 @@
+"""Random shots of all kinds of scenes, for the tests of many shots."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from frozen import FORMS, random_frozen_scene
+from hard_kinds import random_hard_scene
+from scenes import TABLES, random_scene
+
+from pool_pymunk import Ball, Friction, Physics, Pocket, Restitution, Scene, rack
+from pool_pymunk.fast import compiled
+
+HAS_NUMBA = compiled.is_there()
+needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
+KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard"]
+
+
+def some_scene(kind: str, seed: int) -> Scene:
+    """Return a random scene of a kind, with balls of different sizes and masses."""
+    rnd = random.Random(seed)
+    law = rnd.choice(("coulomb", "published"))
+    if kind == "rack":
+        return many_balls(rnd, law, rows=5)
+    if kind == "crowd":
+        return many_balls(rnd, law, rows=9)
+    if kind == "hard":
+        kind = rnd.choice(("persistent", "struck", "slow", "moving", "packed", "corner"))
+        return random_hard_scene(kind, rnd)
+    if kind == "frozen":
+        physics = Physics(max_time=30.0, law=law)
+        if seed % 2:
+            return replace(many_balls(rnd, law, rows=5, gap=0.0), physics=physics)
+        form, at_cushion = rnd.choice(FORMS), rnd.random() < 0.7
+        return replace(random_frozen_scene(form, at_cushion, rnd), physics=physics)
+    scene = random_scene(seed, kind if kind in TABLES else "rectangle", law)
+    balls = [replace(ball, mass=ball.mass * 10 ** rnd.uniform(-1, 2)) for ball in scene.balls]
+    if rnd.random() < 0.5:
+        balls[-1] = replace(balls[-1], cue=True)
+    cue = rnd.choice((None, rnd.uniform(0.3, 1)))
+    scene = replace(scene, balls=tuple(balls), restitution=replace(scene.restitution, cue_ball=cue))
+    if kind == "pockets":
+        holes = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0))
+        pockets = (Pocket(str(k), place, 0.075) for k, place in enumerate(holes))
+        kept = [ball for ball in balls if all(math.dist(ball.position, h) > 0.08 for h in holes)]
+        return replace(scene, pockets=tuple(pockets), balls=tuple(kept or balls[:1]))
+    if kind == "no friction":
+        friction = replace(scene.friction, surface=0.0)
+        return replace(scene, friction=friction, physics=replace(scene.physics, max_time=3.0))
+    return scene
+
+
+def many_balls(rnd: random.Random, law: str, rows: int, gap: float | None = None) -> Scene:
+    """Return a rack, with small gaps if not told otherwise, and a ball that breaks it."""
+    gap = 10 ** rnd.uniform(-4, -2) if gap is None else gap
+    balls = rack((0.3, 0.0), radius=0.03, mass=0.17, rows=rows, gap=gap)
+    cue = Ball("C", (-0.3, rnd.uniform(-0.02, 0.02)), 0.03, 0.2, cue=True, velocity=(4.0, 0.1))
+    friction = Friction(0.2, 0.1, 0.05)
+    return Scene((cue, *balls), None, Restitution(0.9), friction, Physics(law=law))
+
+
+def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any], ...]:
+    """Return positions and velocities of some shots: every velocity is turned and scaled."""
+    rng = np.random.default_rng(seed)
+    position = np.tile([ball.position for ball in scene.balls], (count, 1, 1)).astype(float)
+    velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1)).astype(float)
+    turn, scale = rng.uniform(0, math.tau, (count, 1)), rng.uniform(0.2, 1.5, (count, 1))
+    x, y = velocity[..., 0].copy(), velocity[..., 1].copy()
+    velocity[..., 0] = scale * (x * np.cos(turn) - y * np.sin(turn))
+    velocity[..., 1] = scale * (x * np.sin(turn) + y * np.cos(turn))
+    gone = rng.random((count, len(scene.balls))) < 0.1
+    gone[:, 0] = False
+    position[gone] = np.nan
+    return position, velocity
