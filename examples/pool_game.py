@@ -16,7 +16,7 @@ assert SCENE.table and E.ball_ball and E.cushion and MU.rolling
 EDGES, RADIUS, (LENGTH, WIDTH) = SCENE.table.edges, SCENE.balls[0].radius, SCENE.table.bounds[2:]
 PAIR, RAIL = same_balls(E.ball_ball, MU.ball_ball), (E.cushion, MU.cushion)
 SLIDES, ROLLS = SCENE.deceleration, MU.rolling * SCENE.physics.gravity  # m/s^2
-LONGEST_STEP, FULL, PULL = 1 / 30, 8.0, 0.5  # s; m/s at a full pull, and how far (m) that is
+STEP, FULL, PULL = 1 / 30, 8.0, 0.5  # s; m/s at a full pull, and how far (m) that is
 FINE, SCALE = 2, 780  # The canvas, of 780 pixels a metre, is twice as fine as the window.
 ROOM, BELOW, TRAY = 0.16, 0.3, [Vec2d(0.071 * k - 0.034, WIDTH + 0.2) for k in range(16)]  # m
 WINDOW = (round((LENGTH + 2 * ROOM) * SCALE / FINE), round((WIDTH + ROOM + BELOW) * SCALE / FINE))
@@ -69,9 +69,7 @@ class Game:
     def __init__(self) -> None:
         pygame.font.init()
         self.space, self.balls = Space(), dict[int, TableBall]()
-        self.table = Billiards(
-            self.space, LONGEST_STEP, pair=PAIR, deceleration=SLIDES, rolling=ROLLS
-        )
+        self.table = Billiards(self.space, STEP, pair=PAIR, deceleration=SLIDES, rolling=ROLLS)
         for a, b, *_ in EDGES:
             self.table.add_wall(Segment(self.space.static_body, a, b, 0.0), *RAIL)
         for hole in SCENE.pockets:
@@ -93,7 +91,7 @@ class Game:
 
     def advance(self, seconds: float) -> None:
         """Let time (s) pass; when all balls rest, a pocketed cue ball comes back."""
-        self.space.step(min(seconds, LONGEST_STEP))
+        self.space.step(min(seconds, STEP))
         if not self.table.moving and not self.balls[0].is_on_table:
             state, spot = self.table.save_state(), self.table.free_spot((LENGTH / 4, WIDTH / 2))
             state.motions[self.balls[0].number] = (*spot, 0.0, 0.0)

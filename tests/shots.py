@@ -19,10 +19,27 @@ from pool_pymunk.fast import compiled
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
 KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard"]
+ROLLS = " that rolls"
+ROLLING = [kind + ROLLS for kind in KINDS]
+
+
+def rolling(scene: Scene, seed: int) -> Scene:
+    """Return the scene with balls that slide, then roll, some of them without end."""
+    rnd, friction = random.Random(f"roll {seed}"), scene.friction
+    rolls = [rnd.choice((0.0, 1.0, rnd.uniform(-3.0, 3.0))) for _ in scene.balls]
+    least = friction.surface * rnd.choice((0.0, 0.02, 0.1, rnd.random()))
+    return replace(
+        scene,
+        balls=tuple(replace(b, roll=roll) for b, roll in zip(scene.balls, rolls, strict=True)),
+        friction=replace(friction, rolling=least),
+        physics=scene.physics if least else replace(scene.physics, max_time=3.0),
+    )
 
 
 def some_scene(kind: str, seed: int) -> Scene:
     """Return a random scene of a kind, with balls of different sizes and masses."""
+    if kind in ROLLING:
+        return rolling(some_scene(kind.removesuffix(ROLLS), seed), seed)
     rnd = random.Random(seed)
     law = rnd.choice(("coulomb", "published"))
     if kind == "rack":
@@ -56,7 +73,7 @@ def some_scene(kind: str, seed: int) -> Scene:
 
 
 def many_balls(rnd: random.Random, law: str, rows: int, gap: float | None = None) -> Scene:
-    """Return a rack, with small gaps if not told otherwise, and a ball that breaks it."""
+    """Return a rack, with small gaps by default, and a ball that breaks it."""
     gap = 10 ** rnd.uniform(-4, -2) if gap is None else gap
     balls = rack((0.3, 0.0), radius=0.03, mass=0.17, rows=rows, gap=gap)
     cue = Ball("C", (-0.3, rnd.uniform(-0.02, 0.02)), 0.03, 0.2, cue=True, velocity=(4.0, 0.1))

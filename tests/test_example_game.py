@@ -130,7 +130,7 @@ def test_time_is_that_of_the_clock_but_for_long_frames(game: Any) -> None:
     shoot(game, BREAK, 0.3)
     for seconds in (0.001, 0.016, 0.017, 1.0):
         game.advance(seconds)
-    assert game.table.time == pytest.approx(0.034 + pool_game.LONGEST_STEP, abs=1e-12)
+    assert game.table.time == pytest.approx(0.034 + pool_game.STEP, abs=1e-12)
 
 
 # -- undo and a new rack ---------------------------------------------------------------------------

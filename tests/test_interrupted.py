@@ -119,7 +119,8 @@ def test_ctrl_c_keeps_the_shots_that_were_compared(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     compared = importlib.import_module("pool_pymunk.cli.compare")
-    monkeypatch.setattr(compared, "_compared", twice_then_ctrl_c(compared._compared))
+    twice = twice_then_ctrl_c(compared.simulate_beside)
+    monkeypatch.setattr(compared, "simulate_beside", twice)
     results = tmp_path / "all.json"
     arguments = ("compare", "report", "--solvers", "pymunk", "--json", str(results))
     assert exit_code(*arguments, "--out", str(tmp_path / "out")) == 130

@@ -150,19 +150,19 @@ def test_an_arc_waits_for_the_second_crossing() -> None:
 @pytest.mark.parametrize(("solver", "dt"), EXACT)
 def test_a_post_answers_as_a_cushion(solver: str, dt: float | None, radius: float) -> None:
     """A ball that meets a post half full leaves it by Eq. 9 along the line of centres."""
-    reach, e, mu = radius + r, 0.8, 0.1
-    ball = Ball("C", (0.0, reach / 2), r, 0.2, velocity=(2.0, 0.0))
+    touching, e, mu = radius + r, 0.8, 0.1
+    ball = Ball("C", (0.0, touching / 2), r, 0.2, velocity=(2.0, 0.0))
     scene = Scene((ball,), restitution=Restitution(cushion=e), friction=Friction(0.2, mu))
     scene = replace(scene, posts=(Post((1.0, 0.0), radius),))
     run = play(scene, solver, dt)
     pull, n = 0.2 * 9.80665, (-math.sqrt(0.75), 0.5)
-    hit = 1.0 - math.sqrt(0.75) * reach
+    hit = 1.0 - math.sqrt(0.75) * touching
     speed = math.sqrt(4.0 - 2 * pull * hit)
     v_n, v_t = speed * math.sqrt(0.75), speed / 2
     v_n, v_t = e * v_n, v_t - mu * (1 + e) * v_n
     far = (v_n**2 + v_t**2) / (2 * pull) / math.hypot(v_n, v_t)
     x = hit + far * (v_n * n[0] + v_t * n[1])
-    y = reach / 2 + far * (v_n * n[1] - v_t * n[0])
+    y = touching / 2 + far * (v_n * n[1] - v_t * n[0])
     assert math.dist(run.final["C"], (x, y)) < 1e-13
     assert [event.cushion for event in run.events] == [0, None]
 

@@ -253,7 +253,7 @@ def test_without_numba_they_have_the_same_bits(
     uncompiled: Any = partial(loop.play_shots)
     uncompiled.signatures = ["Python"]
     monkeypatch.setattr(compiled, "is_there", lambda: by == "the loop")
-    monkeypatch.setattr(compiled, "play_shots", lambda: uncompiled)
+    monkeypatch.setattr(compiled, "play_shots", lambda rolls: uncompiled)
     few = KINDS[kind](SLOW.get(kind, SHOTS)).first(FEW)
     assert digest(play(few, law) for law in LAWS) == on_file[kind][f"{2 * FEW} shots"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from math import atan2, cos, hypot, pi, sin
+from math import atan2, cos, hypot, pi, sin, sqrt
 
 import pytest
 from scenes import frozen_rack, seeds
@@ -102,9 +102,9 @@ class PlainLoop:
             height, along = edge.height(*self.p[i]), edge.along(*self.p[i])
             if -r < height < r and 0.0 <= along <= edge.length:
                 self.bounce(i, number, edge.normal, r - height)
-        for number in table.reflex_corners:
             dx, dy = (self.p[i][axis] - table.outline[number][axis] for axis in (0, 1))
-            if 0.0 < (distance := hypot(dx, dy)) < r:
+            is_near = 0.0 < (distance := sqrt(dx * dx + dy * dy)) < r
+            if number in table.reflex_corners and is_near:
                 self.bounce(i, number, (dx / distance, dy / distance), r - distance)
 
     def bounce(self, i: int, number: int, normal: Point, depth: float) -> None:

@@ -38,7 +38,7 @@ from pool_pymunk.engine.resolver import (
 )
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.path import NOISE, NOT_MET, Path, motion_at, pair_time
+from pool_pymunk.physics.path import NOISE, NOT_MET, Path, bound_of, motion_at, pair_time
 from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import NO_ROLL, Surface
 
@@ -457,8 +457,7 @@ class ContactEngine:
             self._begin(i, path, noise)
 
     def _begin(self, i: int, path: Path, noise: float) -> None:
-        speed = path.speed if path.slows else path.fastest or math.inf
-        self.paths[i], self.speeds[i], self.noises[i] = path, speed, noise
+        self.paths[i], self.speeds[i], self.noises[i] = path, bound_of(path), noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 

@@ -70,7 +70,7 @@ class PersistentContacts:
         A wall may ``press`` (m/s^2) on a ball, too. An arc turns it by a radian in ``turn`` (s).
         """
         past = self.history.get((i, j))
-        if past is None:
+        if past is None or max(self.pull, press) == 0.0:
             return NOT_MET
         balls = (i, j) if j >= 0 else (i,)
         ends = [self.paths[k].end for k in balls if self.paths[k].end < math.inf]

@@ -30,7 +30,7 @@ from pool_pymunk.physics.contact import (
     closing_speed,
     groups,
 )
-from pool_pymunk.physics.impulses import Call, Shared, along_normal
+from pool_pymunk.physics.impulses import Call, Shared, along_normal, slowing
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.path import NOISE
 from pool_pymunk.physics.surface import Push
@@ -315,6 +315,6 @@ def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:
     for answer in resolution.answers:
         contact = answer.contact
         if contact.b == NO_BALL and answer.kind != MISSED:
-            slows = contact.pair.friction * answer.impulse / contact.pair.m_a
+            slows = slowing(contact.pair.friction, answer.impulse, contact.pair.m_a)
             pushes.setdefault(contact.a, []).append((contact.normal, slows))
     return pushes

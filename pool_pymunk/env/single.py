@@ -176,7 +176,7 @@ class PotEnv(BilliardsEnv):
     >>> observation, info = env.reset(seed=1, options={"called": "2"})
     >>> env.scene.balls[info["called"]].id
     '2'
-    >>> observation, reward, terminated, truncated, info = env.step([0.96, 0.2])
+    >>> observation, reward, terminated, truncated, info = env.step([-0.218, 0.4])
     >>> reward, terminated, info["is_success"]
     (1.0, True, True)
     """

@@ -39,9 +39,9 @@ class Batch:
       overlap, or one is off the table or within a pocket. ``statuses`` has the names. What a shot
       with one of the last two has in the other arrays means nothing.
 
-    ``handed_back`` (S,) tells which shots the exact solver played in Python, because they are hard:
-    hits at one instant have no end, or there are more than 64 of them, or because balls roll in
-    them, or the law is not compiled.
+    ``handed_back`` (S,) tells which shots the exact solver played in Python, because they are hard
+    or the law is not compiled. A shot is hard in which hits at one instant have no end, or there
+    are more than 64 of them, or a roll may hold its ball to a cushion.
     ``by_reference`` counts them. ``in_doubt`` (S,) tells in which shots contacts came together at
     one instant, or may have, and ``spread`` what that may do. ``wall_time`` is in s.
 

@@ -50,8 +50,11 @@ def is_there() -> bool:
 
 
 @cache
-def play_shots() -> Any:
-    """Return the compiled loop; compile it if this machine has not done so yet."""
+def play_shots(rolls: bool) -> Any:
+    """Return the compiled loop for balls that slide or, where it ``rolls``, slide and then roll.
+
+    It compiles when it is first called, if this machine has not done so yet.
+    """
     return _compiled(loop.play_shots, _say_that_it_compiles, **UNCOUNTED)
 
 

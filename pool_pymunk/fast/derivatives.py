@@ -81,6 +81,8 @@ class Follower:
 
     def watch(self, part: slice, tracks: Tracks) -> None:
         """Follow these shots, if their changes are ordinary."""
+        if self.source.scene.surface.rolls:
+            return  # The derivatives of balls that roll are worked out in Python.
         source, duration = self.source, self.out.duration[part]
         is_cut = (self.out.status[part] == OUT_OF_TIME) | (duration == self.latest)
         balls, count = len(source.scene.balls), len(self.names)
@@ -133,6 +135,8 @@ def _around(scene: Scene) -> tuple[Any, ...]:
     sides, table = table_of(scene).sides, scene.table
     first = np.unique(sides.first)
     discs, faces, corners = list[Any](), list[Any](), list[Any]()
+    for k, post in enumerate(scene.posts, start=scene.first_post):
+        discs.append((*post.position, post.radius, 0.0, k))
     if table is not None:
         for k in table.reflex_corners:
             discs.append((*table.outline[k], 0.0, 0.0, k))

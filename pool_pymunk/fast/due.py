@@ -13,7 +13,7 @@ from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.fast.kinds import time_of_contact
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
 from pool_pymunk.physics.contact import approach
-from pool_pymunk.physics.path import Path, Persistent, motion_at, pair_time
+from pool_pymunk.physics.path import Path, Persistent, motion_at, pair_time, standing
 from pool_pymunk.physics.sides import unit
 
 # Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
@@ -22,10 +22,22 @@ MARGIN = 1e-9
 PARTING = 1e-6  # Balls that part surely do so faster than this share of their speeds.
 
 
+def may_roll(ball: Moving) -> bool:
+    """Tell whether balls of this scene roll; numba knows when it compiles."""
+    return len(ball.roll) > 0
+
+
+def slows(ball: Moving) -> bool:
+    """Tell whether a ball's path slows."""
+    return not may_roll(ball) or bool(ball.roll[0] != 0.0)
+
+
 def path_of(ball: Moving) -> Path:
     """Return the path of a ball."""
     b = ball
-    return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, True, 0.0, 0.0)
+    if not may_roll(b):
+        return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, True, 0.0, 0.0)
+    return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, slows(b), b.roll[1], b.roll[2])
 
 
 def put_box(ball: Moving, found: tuple[float, float, float, float]) -> None:
@@ -94,7 +106,7 @@ def look_for_walls(w: Work, sides: Sides, i: int) -> None:
     ball, due = w.ball[i], w.due[i]
     path, found, wall, first, second = path_of(ball), NOTHING, NOTHING, math.inf, math.inf
     due.path_end = math.inf
-    if ball.vx != 0.0 or ball.vy != 0.0:
+    if ball.speed > 0.0:
         for k in range(len(sides)):
             t = time_of_contact(sides[k], path, ball.radius, w.now)
             if t < first:
@@ -169,7 +181,8 @@ def persistent_of(w: Work, i: int, j: int, now: float) -> Persistent:
     pair = w.pair[i, j]
     if pair.last == -math.inf:
         return Persistent(0.0, 0.0)
-    to_go = max(w.ball[i].end, w.ball[j].end) - now
+    one, other = w.ball[i].end, w.ball[j].end
+    to_go = max(one if one < math.inf else now, other if other < math.inf else now) - now
     radius, many = min(w.ball[i].radius, w.ball[j].radius), pair.hits > decisions.MANY_TIMES
     time = decisions.contact_time(now - pair.met, to_go, radius, w.scene.pull, many)
     return Persistent(time, decisions.faint(now - pair.last, time, w.scene.pull) if many else 0.0)
@@ -181,29 +194,32 @@ def persistent_of(w: Work, i: int, j: int, now: float) -> Persistent:
 def stay_apart(a: Moving, b: Moving, touching: float, since: float, until: float) -> bool:
     """Tell whether balls of this sum of radii surely do not meet from ``since`` to ``until``."""
     if not a.moves:
-        return not b.moves or passes(b, a.rest[0], a.rest[1], touching)
-    if not b.moves:
-        return passes(a, b.rest[0], b.rest[1], touching)
-    end = min(a.end, b.end)
-    if not keep_apart(a, b, touching, since, min(until, end)):
+        a, b = b, a
+    if not b.moves and (slows(a) or not a.moves):
+        return not a.moves or passes(a, b.rest[0], b.rest[1], touching)
+    path, other, end = path_of(a), standing(since, b.rest[0], b.rest[1]), a.end
+    if b.moves:
+        other, end = path_of(b), min(a.end, b.end)
+    if not keep_apart(path, other, touching, since, min(until, end)):
         return False
-    if until < end:
-        return True
     mover, rester = (a, b) if b.end <= a.end else (b, a)
+    # What follows a path that does not slow is another one, which is asked for by itself.
+    if until < end or not b.moves or not slows(rester):
+        return True
     x, y, _, _ = motion_at(path_of(rester), end)
-    return passes(mover, x, y, touching)
+    return slows(mover) and passes(mover, x, y, touching)
 
 
 def passes(mover: Moving, x: float, y: float, touching: float) -> bool:
-    """Tell whether a ball surely does not come as near as ``touching`` (m) to a place (m)."""
+    """Tell whether a ball that slows comes surely no nearer than ``touching`` (m) to a place."""
     dx, dy = x - mover.x, y - mover.y
     margin = MARGIN * (abs(x) + abs(y) + abs(mover.x) + abs(mover.y) + touching)
     along, across = dx * mover.vx + dy * mover.vy, abs(dx * mover.vy - dy * mover.vx)
     return bool(along < -margin * mover.speed or across > (touching + margin) * mover.speed)
 
 
-def keep_apart(a: Moving, b: Moving, touching: float, since: float, until: float) -> bool:
-    """Tell whether two balls that both move surely do not meet.
+def keep_apart(a: Path, b: Path, touching: float, since: float, until: float) -> bool:
+    """Tell whether balls surely do not meet on two paths.
 
     They part if their velocity at first and at last points away from their first offset, at an
     acute angle. Otherwise their offset deviates from its chord by |a| T^2 / 8 at most.
@@ -211,8 +227,8 @@ def keep_apart(a: Moving, b: Moving, touching: float, since: float, until: float
     time = until - since
     if not 0.0 < time < math.inf:
         return False
-    x, y, vx, vy = motion_at(path_of(a), since)
-    dx, dy, ux, uy = motion_at(path_of(b), since)
+    x, y, vx, vy = motion_at(a, since)
+    dx, dy, ux, uy = motion_at(b, since)
     dx, dy, vx, vy, ax, ay = dx - x, dy - y, ux - vx, uy - vy, b.ax - a.ax, b.ay - a.ay
     wx, wy = vx + time * ax, vy + time * ay  # the velocity at last
     least = PARTING * (abs(dx) + abs(dy)) * (abs(vx) + abs(vy) + abs(wx) + abs(wy))

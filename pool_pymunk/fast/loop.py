@@ -3,7 +3,8 @@
 It is the contact engine: it calls the functions that :mod:`pool_pymunk.engine.contacts` calls with
 the same numbers in the same order, so every bit of an end is the same. Contacts that come alone are
 answered here, and others by :mod:`pool_pymunk.fast.together`. Shots are ``HARD``, and played by the
-engine, in which hits at one instant have no end, too many contacts touch, or a ball is lost.
+engine, in which hits at one instant have no end, too many contacts touch, its roll may hold a ball
+to a cushion, or a ball is lost.
 """
 
 from __future__ import annotations
@@ -18,25 +19,31 @@ from pool_pymunk.fast.due import (
     forget,
     look_ahead,
     look_for_walls,
+    may_roll,
     meet_others,
     path_of,
     persistent_of,
     put_box,
     refresh,
+    slows,
 )
 from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal
 from pool_pymunk.fast.moves import (
     begin,
     keep,
     keep_contact,
+    may_be_held,
     nearest,
     note_hit,
+    path_from,
     put_path,
+    roll_of,
     squared,
     stop,
 )
 from pool_pymunk.fast.records import (
     COLUMNS,
+    MOST_BALLS,
     MOST_ROWS,
     NOTHING,
     Out,
@@ -57,8 +64,10 @@ from pool_pymunk.fast.together import (
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.contact import Pair, approach, changed, split, wall_approach
-from pool_pymunk.physics.path import NOISE, Path, motion_at, set_off
+from pool_pymunk.physics.impulses import pushed_along, slowing
+from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.sides import unit
+from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
 
 MOST_EVENTS = 1_000_000  # A shot with more events goes to the engine, which gives it up.
 
@@ -79,7 +88,7 @@ def play_shots(
         read_shot(w, shots, s)
         status, balls, place, off = HARD, w.scene.balls, shots.position[s], shots.is_off[s]
         may_lie = misplaced(table, place, off, shots.radius, TOUCHING, 0, balls) == balls
-        if may_lie and start(w, table.sides, place, shots.velocity[s]):
+        if may_lie and start(w, table.sides, shots, s):
             status = play(w, table.sides)
         out.status[s] = status
         if status >= 0:
@@ -102,6 +111,7 @@ def read_shot(w: Work, shots: Shots, s: int) -> None:
     scene.ahead = piece(scene.balls, high_x - low_x, high_y - low_y)
     scene.ball_ball, scene.cue_ball, scene.cushion = c[s, 0], c[s, 1], c[s, 2]
     scene.pull, scene.cushion_friction, scene.ball_friction = c[s, 3], c[s, 4], c[s, 5]
+    scene.drag = c[s, 6]
 
 
 def misplaced(
@@ -167,19 +177,37 @@ def play(w: Work, sides: Sides) -> int:
         due = w.due[i]
         is_hit, is_wall = due.ball_t == t, due.wall_t == t
         j = due.ball if is_hit else NOTHING
-        if due.stop_t == t:  # A ball stops before it is hit at the same time.
-            stop(w, i, t)
-        elif j >= 0 and w.due[j].stop_t == t:
-            stop(w, j, t)
+        # A ball stops, or begins to roll, before it is hit at the same time.
+        if due.stop_t == t or (j >= 0 and w.due[j].stop_t == t):
+            if not end_path(w, sides, i if due.stop_t == t else j, t):
+                return HARD
         elif is_hit or is_wall:
             if not answer(w, sides, i, j, other_t):
                 return HARD
-            if w.count.events >= MOST_EVENTS or w.track.rows + 8 > MOST_ROWS:
+            if w.count.events >= MOST_EVENTS or w.track.rows + 4 * MOST_BALLS > MOST_ROWS:
                 return HARD
         else:
             look_ahead(w, i)
             meet_others(w, i, i)
             refresh(w, i)
+
+
+def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
+    """Let a ball rest at the end of its path, or roll on; return False if it is lost."""
+    ball = w.ball[i]
+    if slows(ball):
+        stop(w, i, t)
+        return True
+    path = roll_on(path_of(ball), w.scene.drag)
+    is_sound = put_path(ball, path)
+    ball.noise = NOISE * ball.speed
+    if sets_off(path):
+        w.count.events += 1
+        keep(w, i, path)
+    else:
+        stop(w, i, t)
+    predict(w, sides, (i,))
+    return is_sound
 
 
 def answer(w: Work, sides: Sides, i: int, j: int, other_t: float) -> bool:
@@ -213,19 +241,22 @@ def may_come_together(w: Work, i: int, j: int, other_t: float) -> bool:
 # -- setting up ------------------------------------------------------------------------------------
 
 
-def start(w: Work, sides: Sides, position: Any, velocity: Any) -> bool:
-    """Set the balls in motion; tell whether that is an ordinary start."""
+def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
+    """Put the balls of shot ``s`` on their paths; tell whether that is an ordinary start."""
     clear(w)
-    is_ordinary = True
+    is_ordinary = bool(not may_roll(w.ball[0]) or w.scene.drag <= w.scene.pull)
     for i in range(w.scene.balls):
-        ball, vx, vy = w.ball[i], velocity[i, 0], velocity[i, 1]
-        if ball.is_off:
-            vx = vy = 0.0
-        path = set_off(0.0, (position[i, 0], position[i, 1]), (vx, vy), w.scene.pull)
+        ball, x, y = w.ball[i], shots.position[s, i, 0], shots.position[s, i, 1]
+        vx = vy = wx = wy = 0.0
+        if not ball.is_off:
+            vx, vy = shots.velocity[s, i, 0], shots.velocity[s, i, 1]
+            if may_roll(ball):
+                wx, wy = shots.roll[s, i, 0], shots.roll[s, i, 1]
+        path = path_from(w, 0.0, (x, y), (vx, vy), (wx, wy))
         is_ordinary &= put_path(ball, path)
-        ball.noise = NOISE * ball.speed
+        ball.noise = NOISE * fastest_of(path)
         keep(w, i, path)
-        ball.moves, ball.rested = vx != 0.0 or vy != 0.0, -math.inf
+        ball.moves, ball.rested = sets_off(path), -math.inf
         put_box(ball, NOWHERE if ball.is_off else box(path, ball.radius, 0.0, math.inf))
     for i in range(w.scene.balls):
         if w.ball[i].moves:
@@ -273,8 +304,8 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
     note_hit(w, i, j)
     fastest = max(squared((ax, ay)), squared((bx, by)), squared(after_a), squared(after_b))
     noise = decisions.noise_after(fastest, noise)
-    is_sound = begin(w, i, (x, y), after_a, noise)
-    is_sound &= begin(w, j, (u, v), after_b, noise)
+    is_sound = begin(w, i, (x, y), after_a, roll_of(w, i), noise)
+    is_sound &= begin(w, j, (u, v), after_b, roll_of(w, j), noise)
     predict(w, sides, (i, j))
     return is_sound
 
@@ -318,7 +349,9 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
         return False
     x, y, vx, vy = motion_at(path_of(ball), w.now)
     across = normal(nearest(sides, side, x, y, ball.radius), x, y)
-    if has_many or not decisions.is_hit(wall_approach((vx, vy), across), ball.noise, 0.0):
+    closing = wall_approach((vx, vy), across)
+    is_hit = decisions.is_hit(closing, ball.noise, 0.0)
+    if has_many or not is_hit or may_be_held(w, ball, across, closing, w.scene.cushion):
         return answer_alone(w, sides, i, -1 - side.first, has_many)
     before = split((vx, vy), across)
     parts = cushion(w.scene, before, w.scene.cushion, w.scene.cushion_friction)
@@ -327,7 +360,12 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
     w.count.cushions += 1
     keep_contact(w, i, -1 - side.wall)
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), ball.noise)
-    is_sound = begin(w, i, (x, y), after, noise)
+    roll = roll_of(w, i)
+    if may_roll(ball):
+        impulse = pushed_along(across, ball.mass, (vx, vy), after)
+        push = across, slowing(w.scene.cushion_friction, impulse, ball.mass)
+        roll = changed_by(slowed_by(push, roll, NO_ROLL), roll)
+    is_sound = begin(w, i, (x, y), after, roll, noise)
     predict(w, sides, (i,))
     return is_sound
 
@@ -338,7 +376,7 @@ def take_in(w: Work, i: int, side: Any) -> bool:
     keep_contact(w, i, -1 - side.wall)
     x, y, vx, vy = motion_at(path_of(ball), w.now)
     keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now, True, 0.0, 0.0))
-    path = set_off(w.now, (side.center[0], side.center[1]), (0.0, 0.0), 0.0)
+    path = standing(w.now, side.center[0], side.center[1])
     put_path(ball, path)
     ball.noise, ball.moves = 0.0, 0
     keep(w, i, path)

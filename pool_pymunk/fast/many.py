@@ -32,15 +32,12 @@ FEW = 512  # So few shots are not shared out.
 POLL = 0.1  # s; so often an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
-LONG = 5_000  # This many shots take Python some seconds.
 FEW_HARD = 10  # Fewer shots that are handed back are no matter.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
-    "own answers them, or balls overlapped at the start; gaps of 1e-4 m between balls that " \
-    "touch, or restitutions nearer to 1, keep shots compiled"  # fmt: skip
-
-ROLLING = "balls that roll are not compiled yet, so each shot takes the Python solver, which is " \
-    "some hundred times slower; friction of sliding alone is compiled"  # fmt: skip
+    "own answers them, its roll may have held a ball to a cushion, or balls overlapped at the " \
+    "start; gaps of 1e-4 m between balls that touch, or restitutions nearer to 1, keep shots " \
+    "compiled"  # fmt: skip
 
 
 def simulate_many(
@@ -98,8 +95,6 @@ def simulate_many(
     hard = int((handed_back & (out.status != CANNOT_START)).sum())
     if hard > max(FEW_HARD, len(handed_back) / 10) and _is_known(source) and compiled.is_there():
         warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
-    elif source.scene.surface.rolls and hard > LONG:
-        warnings.warn(ROLLING, stacklevel=2)
     return Batch(
         scene=source.scene,
         law=source.asked.law,
@@ -181,7 +176,8 @@ def _threads(asked: int | None) -> int:
 
 def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: Any) -> None:
     """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark."""
-    play, table, count = compiled.play_shots(), table_of(source.scene), len(out.status)
+    play, count = compiled.play_shots(rolls=source.scene.surface.rolls), len(out.status)
+    table = table_of(source.scene)
 
     def work(part: slice) -> int:
         return play_chunk(play, source, table, out, part, watcher)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import box
-from pool_pymunk.fast.due import note_next, path_of, put_box
+from pool_pymunk.fast.due import may_roll, note_next, path_of, put_box
 from pool_pymunk.fast.kinds import gap
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.path import Path, motion_at, set_off
+from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, sets_off, standing
+from pool_pymunk.physics.surface import NO_ROLL, roll_at, slide_or_roll
 
 is_lost = Path.is_lost
 
@@ -18,20 +20,34 @@ is_lost = Path.is_lost
 def put_path(ball: Moving, path: Path) -> bool:
     """Give a ball a new path; tell whether its contact times mean something."""
     ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end, _, _, _ = path
+    if may_roll(ball):
+        ball.roll[0], ball.roll[1], ball.roll[2] = path.slows, path.wx, path.wy
     ball.rest[0], ball.rest[1] = path.x, path.y
-    ball.speed = math.sqrt(path.vx * path.vx + path.vy * path.vy)
+    ball.speed = bound_of(path)
     return not is_lost(path, ball.radius)
 
 
-def begin(w: Work, i: int, place: Vector, velocity: Vector, noise: float) -> bool:
+def path_from(w: Work, t: float, place: Vector, velocity: Vector, roll: Vector) -> Path:
+    """Return the path of a ball on the scene's surface."""
+    if may_roll(w.ball[0]):
+        return slide_or_roll(t, place, velocity, roll, w.scene.pull, w.scene.drag)
+    return set_off(t, place, velocity, w.scene.pull)
+
+
+def roll_of(w: Work, i: int) -> Vector:
+    """Return the roll (m/s) of ball ``i`` now."""
+    return roll_at(path_of(w.ball[i]), w.now) if may_roll(w.ball[i]) else NO_ROLL
+
+
+def begin(w: Work, i: int, place: Vector, velocity: Vector, roll: Vector, noise: float) -> bool:
     """Set a ball off on a new path, or put it to rest; tell whether it is not lost."""
     ball = w.ball[i]
     if squared(velocity) <= noise * noise:
         velocity = (0.0, 0.0)
-    path = set_off(w.now, place, velocity, w.scene.pull)
+    path = path_from(w, w.now, place, velocity, roll)
     is_sound = put_path(ball, path)
     ball.noise = noise
-    if path.vx != 0.0 or path.vy != 0.0:
+    if sets_off(path):
         ball.moves = 1
         keep(w, i, path)
     elif ball.moves:
@@ -48,7 +64,7 @@ def stop(w: Work, i: int, t: float) -> None:
     ball.rested = t
     count.events += 1
     count.duration = max(count.duration, t)
-    rests = set_off(t, (x, y), (0.0, 0.0), 0.0)
+    rests = standing(t, x, y)
     put_box(ball, box(rests, ball.radius, t, math.inf))
     keep(w, i, rests)
 
@@ -59,6 +75,7 @@ def keep(w: Work, i: int, path: Path) -> None:
         row = w.track.row[w.track.rows]
         row[0], row[1], row[2], row[3] = i, path.t, path.x, path.y
         row[4], row[5], row[6], row[7] = path.vx, path.vy, path.ax, path.ay
+        row[8], row[9] = path.wx, path.wy
         w.track.rows += 1
 
 
@@ -81,6 +98,20 @@ def note_hit(w: Work, i: int, j: int) -> None:
         count.met[other] = 1
         if count.first_hit == NOTHING:
             count.first_hit = other
+
+
+def may_be_held(w: Work, ball: Moving, across: Vector, closing: float, e: float) -> bool:
+    """Tell whether its roll may hold a ball to a cushion that it nears at ``closing`` (m/s).
+
+    The engine knows, for whom contacts with cushions have histories (engine/persistent.py).
+    """
+    drive = -(ball.ax * across[0] + ball.ay * across[1])
+    if not may_roll(ball) or drive <= 0.0:
+        return False
+    pull, radius = w.scene.pull, ball.radius
+    time = decisions.contact_time(math.inf, 0.0, radius, pull, False)  # the longest one
+    least = max(drive * time / 2.0, decisions.too_slow_to_move(pull, ball.x, ball.y, radius))
+    return e * closing < least or decisions.is_micro(closing, time, pull)
 
 
 def nearest(sides: Sides, side: Any, x: float, y: float, r: float) -> Any:

@@ -12,8 +12,8 @@ import numpy as np
 
 from pool_pymunk.physics.contact import Pair
 
-Work = Any  # one record of WORK
-Moving = Any  # one record of BALL
+Work = Any  # one record of WORKS
+Moving = Any  # one record of BALLS
 Sides = Any  # an array of SIDE
 
 MOST_BALLS = 64
@@ -35,17 +35,22 @@ SIDE = np.dtype(
 SCENE = np.dtype(
     [("kind", I), ("together", I), ("balls", I), ("cue", I), ("watched", I), ("latest", F),
      ("keeps", I),
-     ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F),
+     ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F), ("drag", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
 
-# A ball has its path, its speed at the beginning, what of it is noise, the box around it, and
-# where it rests, and since when, if it does not move.
-BALL = np.dtype(
-    [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
-     ("speed", F), ("noise", F), ("box", F, 4), ("moves", I), ("rest", F, 2), ("rested", F),
-     ("radius", F), ("mass", F), ("is_off", I)]
-)  # fmt: skip
+# A ball has its path, a speed that it does not exceed on it, what of it is noise, the box around
+# it, and where it rests, and since when, if it does not move. Its `roll` tells whether the path
+# slows, and has wx and wy. It has no numbers where balls only slide: numba compiles the loop once
+# more where it has, so nobody pays for it who does not need it.
+BALLS = {
+    rolls: np.dtype(
+        [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
+         ("roll", F, (3 * rolls,)), ("speed", F), ("noise", F), ("box", F, 4), ("moves", I),
+         ("rest", F, 2), ("rested", F), ("radius", F), ("mass", F), ("is_off", I)]
+    )
+    for rolls in (False, True)
+}  # fmt: skip
 
 # What is due for a ball: the times of its first wall and the second one, of its stop, of its next
 # look ahead, and of the first ball of a higher number; the time at which its path meets a wall, and
@@ -63,9 +68,9 @@ COUNT = np.dtype(
      ("pocket", I, N), ("met", I, N)]
 )  # fmt: skip
 
-# A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay. A contact is that
-# of a ball with another one, or with a wall, which is -1 - its number.
-COLUMNS = 8
+# A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. A contact
+# is that of a ball with another one, or with a wall, which is -1 - its number.
+COLUMNS = 10
 TRACK = np.dtype(
     [
         ("rows", I),
@@ -76,10 +81,11 @@ TRACK = np.dtype(
 )
 
 # A contact has the fields of physics.contact.Contact, the first side of its wall, what becomes of
-# it, when its balls hit each other last, and how fast they part at least.
+# it, when its balls hit each other last, how fast they part at least, its place in a round, and the
+# impulse of a cushion.
 CONTACT = np.dtype(
     [("a", I), ("b", I), ("normal", F, 2), ("gap", F), ("wall", I), ("kind", I), ("last", F),
-     ("parting", F), ("pair", [(name, F) for name in Pair._fields])]
+     ("parting", F), ("place", I), ("impulse", F), ("pair", [(name, F) for name in Pair._fields])]
 )  # fmt: skip
 
 # What has `met` at an instant, in its rounds, and what is `due`, are pairs of a ball and another
@@ -98,28 +104,32 @@ TOGETHER = np.dtype(
      ("pushing", I, C), ("chosen", I, C)]
 )  # fmt: skip
 
-WORK = np.dtype(
-    [("scene", SCENE), ("ball", BALL, N), ("now", F), ("instant", F), ("rounds", I),
-     ("in_doubt", I),
-     ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("pair", PAIR, (N, N)),
-     ("count", COUNT), ("track", TRACK), ("together", TOGETHER)]
-)  # fmt: skip
+WORKS = {
+    rolls: np.dtype(
+        [("scene", SCENE), ("ball", ball, N), ("now", F), ("instant", F), ("rounds", I),
+         ("in_doubt", I),
+         ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("pair", PAIR, (N, N)),
+         ("count", COUNT), ("track", TRACK), ("together", TOGETHER)]
+    )
+    for rolls, ball in BALLS.items()
+}  # fmt: skip
 
 
 # the sides of the walls, and the corners (C,) of the outline
 TableArrays = namedtuple("TableArrays", "sides xs ys")
 
-# The shots to play have positions and velocities (S, N, 2), in SI; `is_off` and `mass` are (S, N),
-# and `radius` is (N,). The `coefficients` (S, 6) are the restitutions of balls, of the cue ball and
-# of cushions, the pull of the surface, and the frictions of cushions and of balls.
-Shots = namedtuple("Shots", "position velocity is_off mass radius coefficients")
+# The shots to play have positions, velocities, and where balls roll their rolls (S, N, 2), in SI;
+# `is_off` and `mass` are (S, N), and `radius` is (N,). The `coefficients` (S, 7) are the
+# restitutions of balls, of the cue ball and of cushions, the pull of the surface, the frictions of
+# cushions and of balls, and the drag of the surface.
+Shots = namedtuple("Shots", "position velocity roll is_off mass radius coefficients")
 
 # what comes of the shots, in arrays as in a Batch; `halt` ends the work
 Out = namedtuple(
     "Out", "final duration hits cushions first_hit met pocketed events status in_doubt halt"
 )
 
-# the breakpoints (K, 8) and contacts (C, 2) of some shots, one shot after the other; those of shot
+# the breakpoints (K, 10) and contacts (C, 2) of some shots, one shot after the other; those of shot
 # s end where `ends[s]` (S, 2) says, and a hard shot has none
 Tracks = namedtuple("Tracks", "rows contacts ends")
 

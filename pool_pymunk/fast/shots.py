@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.records import NOTHING, WORK, Shots
+from pool_pymunk.fast.records import NOTHING, WORKS, Shots
 from pool_pymunk.fast.tables import cue_of, law_number, together_number
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.model.inputs import (
@@ -34,6 +34,7 @@ from pool_pymunk.solvers.request import Request
 Floats = NDArray[np.float64]
 
 SIZES = ("mass", "radius")  # what balls have besides their states
+OF_SURFACE = ("friction.surface", "friction.rolling")
 COLUMNS = column_of("coefficients")  # of the coefficients of the compiled shots
 
 
@@ -102,7 +103,7 @@ class Source(NamedTuple):
 
     def work(self, keeps: bool) -> Any:
         """Return a record in which shots can be played; if it ``keeps`` tracks, these, too."""
-        work = np.zeros(1, dtype=WORK).view(np.recarray)[0]
+        work = np.zeros(1, dtype=WORKS[self.scene.surface.rolls]).view(np.recarray)[0]
         own, latest = work.scene, self.asked.settings.max_time
         own.kind, own.watched, own.keeps = law_number(self.law), self.watched, keeps
         own.together = together_number(self.law)
@@ -115,19 +116,21 @@ class Source(NamedTuple):
         is_off, balls = is_gone(self.position[part]), self.scene.balls
         mass = _own(np.broadcast_to([ball.mass for ball in balls], is_off.shape))
         r, f = self.scene.restitution, self.scene.friction
-        own = [r.ball_ball, r.cue_ball, r.cushion, self.scene.surface.pull, f.cushion, f.ball_ball]
+        pull, drag = self.scene.surface.pull, self.scene.surface.drag
+        own = [r.ball_ball, r.cue_ball, r.cushion, pull, f.cushion, f.ball_ball, drag]
         coefficients = _own(np.broadcast_to(np.array(own, float), (len(mass), len(own))))
         for key, values in self.vary.items():
             if key == "mass":
                 mass[:] = values[part]
             else:
-                unit = self.scene.physics.gravity if key == "friction.surface" else 1.0
+                unit = self.scene.physics.gravity if key in OF_SURFACE else 1.0
                 coefficients[:, COLUMNS[key]] = values[part] * unit
         if "restitution.cue_ball" not in self.vary and r.cue_ball is None:
             coefficients[:, 1] = coefficients[:, 0]  # The cue ball is as any other.
         radius = np.array([ball.radius for ball in balls])
         places, velocity = self._places(part, is_off), _own(self.velocity[part])
-        return Shots(places, velocity, is_off.astype(np.int64), mass, radius, coefficients)
+        roll = _own(self.velocity[:0] if self.roll is None else self.roll[part])
+        return Shots(places, velocity, roll, is_off.astype(np.int64), mass, radius, coefficients)
 
 
 def is_gone(position: Floats) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDE, TableAr
 from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Law
 from pool_pymunk.physics.sides import Wall, core_of
-from pool_pymunk.physics.surface import Sliding
+from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.solvers.exact import pockets, walls
 
 HITS = ("ball_ball", "cushion", "jumps")  # what a law answers of a contact that comes alone
@@ -63,7 +63,7 @@ def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
     sides = {type(side) for wall in walls(scene) for side in wall.sides}
     has_own = any(post.restitution is not None or post.friction is not None for post in scene.posts)
-    is_known = sides <= set(MET) and type(scene.surface) is Sliding
+    is_known = sides <= set(MET) and type(scene.surface) in (Sliding, Rolling)
     return (
         is_known and not has_own and law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
     )

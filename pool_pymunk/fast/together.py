@@ -17,6 +17,7 @@ from pool_pymunk.fast.due import (
     forget,
     look_ahead,
     look_for_walls,
+    may_roll,
     meet,
     meet_others,
     path_of,
@@ -24,13 +25,32 @@ from pool_pymunk.fast.due import (
     refresh,
 )
 from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal, time_of_contact
-from pool_pymunk.fast.moves import begin, keep_contact, nearest, note_hit, squared
+from pool_pymunk.fast.moves import (
+    begin,
+    keep_contact,
+    may_be_held,
+    nearest,
+    note_hit,
+    roll_of,
+    squared,
+)
 from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Moving, Sides, Work
 from pool_pymunk.physics.collapse import go_on
-from pool_pymunk.physics.contact import NO_BALL, Pair, changed, closing_speed, first_of, join, split
+from pool_pymunk.physics.contact import (
+    NO_BALL,
+    Pair,
+    Vector,
+    changed,
+    closing_speed,
+    first_of,
+    join,
+    split,
+)
+from pool_pymunk.physics.impulses import along_normal, slowing
 from pool_pymunk.physics.laws import as_listed
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import unit
+from pool_pymunk.physics.surface import NO_ROLL, changed_by, slowed_by
 from pool_pymunk.physics.together import Room, push_apart, push_at_once
 
 MOST_UNLISTED = 2_000  # After this many instants with micro-collisions only, a shot is hard.
@@ -379,24 +399,30 @@ def resolve(w: Work, count: int) -> int:
         one = at.answered[k]
         for i in (one.a, one.b):
             at.is_in[i], at.before[i] = 1, (at.velocity[i][0], at.velocity[i][1])
-        look_at(w, one)
+        one.place = k
+        if not look_at(w, one):
+            return NOTHING
         hits += one.kind != MISSED
     if hits > 0 and not answer_hits(w, count):
         return NOTHING
     for k in range(count):
         if at.answered[k].kind != MISSED and at.answered[k].parting > 0.0:
             push_apart(at.answered[k], at.answered[k].parting, at.velocity)
-    is_sound = leave_out(w, count) and report(w, count) and carry_out(w)
+    is_sound = leave_out(w, count) and report(w, count) and carry_out(w, count)
     return hits if is_sound else NOTHING
 
 
-def look_at(w: Work, one: Any) -> None:
-    """Decide whether a contact is a hit, and of which kind; note when its balls have hit."""
+def look_at(w: Work, one: Any) -> bool:
+    """Decide whether a contact is a hit, of which kind, and note when; False if that is hard."""
     closing, noise = closing_speed(one, w.together.velocity), w.ball[one.a].noise
     least, faint, met, is_micro = 0.0, 0.0, w.now, False
     one.kind, one.parting = MISSED, 0.0
     pair = w.pair[one.a, max(one.b, 0)]
-    if one.b != NO_BALL:
+    if one.b == NO_BALL:
+        nx, ny = one.normal
+        if may_be_held(w, w.ball[one.a], (nx, ny), closing, one.pair.restitution):
+            return False
+    else:
         noise = max(noise, w.ball[one.b].noise)
         if pair.last > -math.inf:
             a, b = path_of(w.ball[one.a]), path_of(w.ball[one.b])
@@ -406,7 +432,7 @@ def look_at(w: Work, one: Any) -> None:
                 met, one.last = pair.met, pair.last
                 is_micro = decisions.is_micro(closing, time, w.scene.pull)
     if closing < faint or not decisions.is_hit(closing, noise, least):
-        return
+        return True
     one.kind = MICRO if is_micro else HIT
     if one.pair.restitution * closing < least:
         one.pair.restitution = max(one.pair.restitution, min(least / closing, 1.0))
@@ -414,6 +440,7 @@ def look_at(w: Work, one: Any) -> None:
     if one.b != NO_BALL and w.scene.pull > 0.0:
         pair.hits += is_micro
         pair.met, pair.last = met, w.now
+    return True
 
 
 def answer_hits(w: Work, count: int) -> bool:
@@ -447,7 +474,12 @@ def answer_group(w: Work, count: int) -> bool:
             at.response, at.factor, at.wanted, at.unit, at.impulse, at.rest,
             at.pushing, at.chosen, at.shares,
         )  # fmt: skip
-        return push_at_once(at.group, count, at.velocity, room)
+        is_known = push_at_once(at.group, count, at.velocity, room)
+        for k in range(count if may_roll(w.ball[0]) else 0):
+            at.answered[at.group[k].place].impulse = at.impulse[k]
+        return is_known
+    if may_roll(w.ball[0]):
+        return False
     for k in range(count):
         for m in range(k + 1, count):
             if as_listed(at.group[m]) < as_listed(at.group[k]):
@@ -464,7 +496,9 @@ def respond(w: Work, one: Any) -> None:
     v, i, j, e, mu = w.together.velocity, one.a, one.b, one.pair.restitution, one.pair.friction
     a = split(v[i], one.normal)
     if j == NO_BALL:
-        v[i] = changed(v[i], a, cushion(w.scene, a, e, mu), one.normal)
+        after = changed(v[i], a, cushion(w.scene, a, e, mu), one.normal)
+        w.together.answered[one.place].impulse = along_normal(one, v[i], after)
+        v[i] = after
         return
     b, pair = split(v[j], one.normal), Pair(one.pair.m_a, one.pair.m_b, e, mu)
     if jumps(w.scene, a, b, pair):
@@ -492,7 +526,8 @@ def leave_out(w: Work, count: int) -> bool:
             vx, vy = at.velocity[one.a][0], at.velocity[one.a][1]
             n = vx * nx + vy * ny
             at.velocity[one.a] = (vx - n * nx, vy - n * ny)
-            at.moved[one.a] = LED
+            at.moved[one.a] = one.kind = LED
+            one.impulse = along_normal(one, (vx, vy), at.velocity[one.a])
         elif at.moved[one.b] != HIT:
             if at.misses == MOST_TOGETHER:
                 return False
@@ -530,7 +565,21 @@ def revoke_stop(w: Work, i: int, last: float) -> None:
         ball.moves = 1
 
 
-def carry_out(w: Work) -> bool:
+def roll_after(w: Work, i: int, count: int) -> Vector:
+    """Return the roll of a ball after the cushions of a round have slowed it."""
+    at, roll, change = w.together, roll_of(w, i), NO_ROLL
+    if not may_roll(w.ball[i]):
+        return roll
+    for k in range(count):
+        one = at.answered[k]
+        if one.a == i and one.b == NO_BALL and one.kind != MISSED:
+            nx, ny = one.normal
+            push = (nx, ny), slowing(one.pair.friction, one.impulse, one.pair.m_a)
+            change = slowed_by(push, roll, change)
+    return changed_by(change, roll)
+
+
+def carry_out(w: Work, count: int) -> bool:
     """Give the balls their new paths, or put them to rest; return False if one is lost."""
     at, fastest, noise, is_sound = w.together, 0.0, 0.0, True
     for i in range(w.scene.balls):
@@ -544,6 +593,7 @@ def carry_out(w: Work) -> bool:
             slow = decisions.too_slow_to_move(w.scene.pull, ball.x, ball.y, ball.radius)
             if at.persistent[i] and vx * vx + vy * vy <= slow * slow:
                 vx = vy = 0.0
-            is_sound &= begin(w, i, (at.place[i][0], at.place[i][1]), (vx, vy), noise)
+            place, roll = (at.place[i][0], at.place[i][1]), roll_after(w, i, count)
+            is_sound &= begin(w, i, place, (vx, vy), roll, noise)
             at.velocity[i], at.changed[i] = (ball.vx, ball.vy), 1
     return is_sound

@@ -162,7 +162,7 @@ ROWS = (
     _coefficient("restitution", "cue_ball", 1, "of hits of the cue ball"),
     _coefficient("restitution", "cushion", 2, "of hits on cushions"),
     _coefficient("friction", "surface", 3, "of balls on the table"),
-    _coefficient("friction", "rolling", None, "of balls that roll"),
+    _coefficient("friction", "rolling", 6, "of balls that roll"),
     _coefficient("friction", "ball_ball", 5, "of hits of two balls"),
     _coefficient("friction", "cushion", 4, "of hits on cushions"),
     Input("speed", "speed", SHOT, "speed", "the shot's speed", _speed_of, _with_speed, 0.0,

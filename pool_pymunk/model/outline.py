@@ -100,7 +100,7 @@ class Edge(NamedTuple):
 
 def _edge(start: Point, end: Point, bulge: float = 0.0) -> Edge:
     dx, dy = end[0] - start[0], end[1] - start[1]
-    length = math.sqrt(dx * dx + dy * dy)
+    length = math.sqrt(dx * dx + dy * dy) or math.hypot(dx, dy)  # The smallest squares are 0.
     tangent = (dx / length, dy / length)
     return Edge(start, end, tangent, (-tangent[1], tangent[0]), length, bulge)
 

@@ -35,9 +35,19 @@ def along_normal(contact: Contact, before: Vector, after: Vector) -> float:
     >>> along_normal(cushion, (1.0, -2.0), (0.7, 1.0))
     0.6000000000000001
     """
-    nx, ny = contact.normal
-    change = (after[0] - before[0]) * nx + (after[1] - before[1]) * ny
-    return contact.pair.m_a * (change if contact.b == NO_BALL else -change)
+    pushed = pushed_along(contact.normal, contact.pair.m_a, before, after)
+    return pushed if contact.b == NO_BALL else -pushed
+
+
+def pushed_along(normal: Vector, mass: float, before: Vector, after: Vector) -> float:
+    """Return the change of a ball's momentum (N s) along a normal."""
+    nx, ny = normal
+    return mass * ((after[0] - before[0]) * nx + (after[1] - before[1]) * ny)
+
+
+def slowing(friction: float, impulse: float, mass: float) -> float:
+    """Return mu |v_n' - v_n| (m/s) of a cushion that gave a ball this impulse (N s)."""
+    return friction * impulse / mass
 
 
 class Shared:

@@ -83,15 +83,12 @@ class Path(NamedTuple):
     @property
     def speed(self) -> float:
         """The speed (m/s) at the beginning."""
-        return math.sqrt(self.vx * self.vx + self.vy * self.vy)
+        return speed_of(self)
 
     @property
     def fastest(self) -> float:
         """The highest speed (m/s) on the path, or that at the beginning if it has no end."""
-        if self.slows or self.end == math.inf:
-            return self.speed
-        _, _, vx, vy = motion_at(self, self.end)
-        return max(self.speed, math.sqrt(vx * vx + vy * vy))
+        return fastest_of(self)
 
     @property
     def ux(self) -> float:
@@ -106,7 +103,7 @@ class Path(NamedTuple):
     @property
     def moves(self) -> bool:
         """Tell whether the ball moves, or sets off."""
-        return self.vx != 0.0 or self.vy != 0.0 or self.ax != 0.0 or self.ay != 0.0
+        return sets_off(self)
 
     def is_lost(self, radius: float) -> bool:
         """Tell whether one rounding error of the time moves the ball by ``LOST`` radii."""
@@ -119,6 +116,26 @@ def speed_of(path: Path) -> float:
     """Return the speed (m/s) at the beginning of a path."""
     vx, vy = path.vx, path.vy
     return math.sqrt(vx * vx + vy * vy)
+
+
+def fastest_of(path: Path) -> float:
+    """Return the highest speed (m/s) on a path, or that at the beginning if it has no end."""
+    speed = speed_of(path)
+    if path.slows or path.end == math.inf:
+        return speed
+    _, _, vx, vy = motion_at(path, path.end)
+    return max(speed, math.sqrt(vx * vx + vy * vy))
+
+
+def bound_of(path: Path) -> float:
+    """Return a speed (m/s) that is not exceeded on a path, and is 0 for a ball that rests."""
+    fastest = fastest_of(path)
+    return fastest if fastest > 0.0 or path.slows else math.inf
+
+
+def sets_off(path: Path) -> bool:
+    """Tell whether the ball of a path moves, or sets off."""
+    return path.vx != 0.0 or path.vy != 0.0 or path.ax != 0.0 or path.ay != 0.0
 
 
 def pull_of(path: Path) -> float:

@@ -124,45 +124,16 @@ class Rolling(NamedTuple):
         return True
 
     def path(self, t: float, position: Vector, velocity: Vector, roll: Vector = NO_ROLL) -> Path:
-        (x, y), (vx, vy), (wx, wy) = position, velocity, roll
-        ux, uy = vx - wx, vy - wy
-        slip = math.sqrt(ux * ux + uy * uy)
-        if slip <= NO_SLIP * (abs(vx) + abs(vy) + abs(wx) + abs(wy)):
-            return set_off(t, position, velocity, self.drag)._replace(wx=vx, wy=vy)
-        if self.pull == 0.0:
-            return Path(t, x, y, vx, vy, 0.0, 0.0, math.inf, False, wx, wy)
-        pull, time = self.pull / slip, 2.0 * slip / (7.0 * self.pull)
-        return Path(t, x, y, vx, vy, -pull * ux, -pull * uy, t + time, False, wx, wy)
+        return slide_or_roll(t, position, velocity, roll, self.pull, self.drag)
 
     def then(self, path: Path) -> Path | None:
-        """Return the path on which a ball rolls; it rests if its speed is only rounding."""
-        if path.slows:
-            return None
-        x, y, vx, vy = motion_at(path, path.end)
-        least = NO_SLIP * (abs(path.vx) + abs(path.vy) + abs(path.wx) + abs(path.wy))
-        if abs(vx) + abs(vy) <= least:
-            return standing(path.end, x, y)
-        return self.path(path.end, (x, y), (vx, vy), (vx, vy))
+        return None if path.slows else roll_on(path, self.drag)
 
     def roll(self, path: Path, t: float, pushes: Sequence[Push] = ()) -> Vector:
-        """Return the roll (m/s); the surface of the ball slips over a cushion up or down.
-
-        Friction at a cushion takes (5/2) mu |v_n' - v_n| off the part along its normal, which does
-        not change its sign. Two cushions at once take no more energy than there is.
-        """
-        if path.slows:
-            wx, wy = motion_at(path, t)[2:]
-        else:
-            time = min(t, path.end) - path.t
-            wx, wy = path.wx - time * path.ax / GYRATION, path.wy - time * path.ay / GYRATION
-        dx = dy = 0.0
-        for (nx, ny), slows in pushes:
-            n = wx * nx + wy * ny
-            change = -math.copysign(min(slows / GYRATION, abs(n)), n)
-            dx, dy = dx + change * nx, dy + change * ny
-        along, square = wx * dx + wy * dy, dx * dx + dy * dy
-        share = min(1.0, -2.0 * along / square) if square > 0.0 else 0.0
-        return wx + share * dx, wy + share * dy
+        roll, change = roll_at(path, t), NO_ROLL
+        for push in pushes:
+            change = slowed_by(push, roll, change)
+        return changed_by(change, roll)
 
     def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]:
         """Linearise the motion of balls from these breakpoints (..., 9) on, after a time (...) (s).
@@ -218,6 +189,64 @@ class Rolling(NamedTuple):
         by_slip = SHARE * slip / size / self.pull
         by_pull = -SHARE * size / self.pull**2
         return np.concatenate(((0.0, 0.0), by_slip, -by_slip)), np.array([by_pull, 0.0])
+
+
+def slide_or_roll(
+    t: float, position: Vector, velocity: Vector, roll: Vector, pull: float, drag: float
+) -> Path:
+    """Return the path of a ball that slides from ``t`` (s) on until it rolls, or rolls already."""
+    (x, y), (vx, vy), (wx, wy) = position, velocity, roll
+    ux, uy = vx - wx, vy - wy
+    slip = math.sqrt(ux * ux + uy * uy)
+    if slip <= NO_SLIP * (abs(vx) + abs(vy) + abs(wx) + abs(wy)):
+        return _rolling(t, position, velocity, drag)
+    if pull == 0.0:
+        return Path(t, x, y, vx, vy, 0.0, 0.0, math.inf, False, wx, wy)
+    share, time = pull / slip, 2.0 * slip / (7.0 * pull)
+    return Path(t, x, y, vx, vy, -share * ux, -share * uy, t + time, False, wx, wy)
+
+
+def roll_on(path: Path, drag: float) -> Path:
+    """Return the path on which a ball rolls; it rests if its speed is only rounding."""
+    x, y, vx, vy = motion_at(path, path.end)
+    least = NO_SLIP * (abs(path.vx) + abs(path.vy) + abs(path.wx) + abs(path.wy))
+    if abs(vx) + abs(vy) <= least:
+        return standing(path.end, x, y)
+    return _rolling(path.end, (x, y), (vx, vy), drag)
+
+
+def _rolling(t: float, position: Vector, velocity: Vector, drag: float) -> Path:
+    t, x, y, vx, vy, ax, ay, end, _, _, _ = set_off(t, position, velocity, drag)
+    return Path(t, x, y, vx, vy, ax, ay, end, True, vx, vy)
+
+
+def roll_at(path: Path, t: float) -> Vector:
+    """Return the roll (m/s) of a ball on a path at ``t`` (s)."""
+    if path.slows:
+        _, _, vx, vy = motion_at(path, t)
+        return vx, vy
+    time = min(t, path.end) - path.t
+    return path.wx - time * path.ax / GYRATION, path.wy - time * path.ay / GYRATION
+
+
+def slowed_by(push: Push, roll: Vector, change: Vector) -> Vector:
+    """Add to a ``change`` of a ball's roll (m/s) that which a cushion makes.
+
+    The surface of the ball slips over the cushion up or down. Friction takes (5/2) mu |v_n' - v_n|
+    off the part of the roll along the normal, which does not change its sign.
+    """
+    (nx, ny), slows = push
+    n = roll[0] * nx + roll[1] * ny
+    less = -math.copysign(min(slows / GYRATION, abs(n)), n)
+    return change[0] + less * nx, change[1] + less * ny
+
+
+def changed_by(change: Vector, roll: Vector) -> Vector:
+    """Return the roll (m/s) after cushions; two at once take no more energy than there is."""
+    (dx, dy), (wx, wy) = change, roll
+    along, square = wx * dx + wy * dy, dx * dx + dy * dy
+    share = min(1.0, -2.0 * along / square) if square > 0.0 else 0.0
+    return wx + share * dx, wy + share * dy
 
 
 def roll_rate(breakpoint_: Sequence[float]) -> Vector:

@@ -90,6 +90,12 @@ class VariedInputs:
         """Return the change of one input itself; None if it is not varied."""
         return np.eye(self.count)[self.column[name]] if name in self.column else None
 
+    def of_cushion(self, kind: str, wall: int) -> Array | None:
+        """Return the change of a cushion's restitution or friction; a post may have its own."""
+        number, posts = wall - self.run.scene.first_post, self.run.scene.posts
+        is_own = number >= 0 and getattr(posts[number], kind) is not None
+        return None if is_own else self.unit(f"{kind}.cushion")
+
     def of_ball(self, kind: str, i: int) -> Array | None:
         """Return the change of a ball's mass or radius."""
         return self.unit(f"{kind}.{self.run.scene.balls[i].id}")
@@ -288,7 +294,7 @@ class Changes:
         ])  # fmt: skip
         before_nt = [split(state[2:4], geometry.normal) for state in states]
         moves = [bool(row.any()) for row in parts[1::2]]
-        law, answer, given = self._asked(balls, before_nt, moves, fastest)
+        law, answer, given = self._asked(balls, event.cushion, before_nt, moves, fastest)
         if law is None:
             raise Lost(f"law {self.law.name} jumps or has a kink")
         found = (part for vx, vy, _, _ in rates for part in split((vx, vy), geometry.normal))
@@ -303,7 +309,7 @@ class Changes:
         if self.surface.rolls and len(balls) == 1:
             pushed = answer[0].n - before_nt[0].n, (answered - parts)[0]
             rolls = [
-                self._slowed(balls[0], event.t, rolls[0], np.array(geometry.normal), turn, *pushed)
+                self._slowed(balls[0], event, rolls[0], np.array(geometry.normal), turn, *pushed)
             ]
         for n, i in enumerate(balls):
             roll = self._roll_at(i, 1, rolls[n], -late)
@@ -323,16 +329,19 @@ class Changes:
         return np.asarray(change + rate[:, np.newaxis] * times)
 
     def _slowed(
-        self, i: int, t: float, change: Array, n: Array, turning: Array, push: float, pushed: Array
-    ) -> Array:
-        """Return the change of a ball's roll that a cushion slows down at ``t`` (s).
+        self, i: int, event: Event, change: Array, n: Array, turning: Array, push: float,
+        pushed: Array,
+    ) -> Array:  # fmt: skip
+        """Return the change of a ball's roll that a cushion slows down.
 
         ``push`` (m/s) is how much the cushion changes the ball's speed along the normal ``n``, and
         ``pushed`` and ``turning`` (P,) are the changes of this and of the normal (rad).
         """
         last, across = np.array(self.breakpoints[i][self.at[i]]), np.array([-n[1], n[0]])
-        roll = last[7:9] + (t - last[0]) * np.array(roll_rate(last.tolist()))
-        mu, unit = self.scene.friction.cushion, self.inputs.unit("friction.cushion")
+        roll = last[7:9] + (event.t - last[0]) * np.array(roll_rate(last.tolist()))
+        assert event.cushion is not None
+        mu = self.walls[event.cushion].friction
+        unit = self.inputs.of_cushion("friction", event.cushion)
         along, of_along = roll @ n, n @ change + (roll @ across) * turning
         most, of_most = mu * push / GYRATION, mu * pushed / GYRATION
         if unit is not None:
@@ -356,17 +365,19 @@ class Changes:
     def _may_meet_a_corner(self, x: float, y: float, radius: float) -> bool:
         """Tell whether a ball that touches the table touches it where a side and a corner join."""
         table = self.scene.table
-        for k in table.reflex_corners if table is not None else ():
+        for k, edge in enumerate(table.edges if table is not None else ()):
             assert table is not None
-            for edge in (table.edges[k - 1], table.edges[k]):
-                cx, cy = table.outline[k]
-                if is_at_corner(x - cx, y - cy, radius, edge.tangent, edge.normal):
-                    return True
+            before, (cx, cy) = table.edges[k - 1], edge.start
+            if k in table.reflex_corners or before.bulge or edge.bulge:
+                for tx, ty in (before.heading(True), edge.heading(False)):
+                    if is_at_corner(x - cx, y - cy, radius, (tx, ty), (-ty, tx)):
+                        return True
         return False
 
     def _asked(
-        self, balls: list[int], before: list[NT], moves: list[bool], fastest: float
-    ) -> tuple[Array | None, Sequence[NT], ByInputs]:
+        self, balls: list[int], wall: int | None, before: list[NT], moves: list[bool],
+        fastest: float,
+    ) -> tuple[Array | None, Sequence[NT], ByInputs]:  # fmt: skip
         """Return the law's Jacobians within rounding of a hit, its answer, and what it is given."""
         inputs, scene = self.inputs, self.scene
         if len(balls) == 2:
@@ -379,9 +390,10 @@ class Changes:
                      inputs.unit("friction.ball_ball")]  # fmt: skip
             law = hit_jacobian(self.law, a, b, pair, moves, fastest)
             return law, self.law.ball_ball(a, b, pair), given
-        e, mu = scene.restitution.cushion or 0.0, scene.friction.cushion
+        assert wall is not None
+        e, mu = self.walls[wall].restitution, self.walls[wall].friction
         law = cushion_jacobian(self.law, before[0], e, mu, moves[0], fastest)
-        given = [inputs.unit("restitution.cushion"), inputs.unit("friction.cushion")]
+        given = [inputs.of_cushion(kind, wall) for kind in ("restitution", "friction")]
         return law, [self.law.cushion(before[0], e, mu)], given
 
     def _answered(self, law: Array, parts: Array, given: ByInputs, t: float) -> Array:

@@ -319,8 +319,11 @@ class Errors:
         """Return the law's answers to several velocities at each step; nan where it jumps."""
         law, scene = self.law, self.scene
         if len(steps[0].balls) == 1:
-            e, mu = scene.restitution.cushion or 0.0, scene.friction.cushion
-            bounces = (law.cushion(NT(n, t), e, mu) for each in asked for n, t in each)
+            walls = [self.walls[step.event.cushion or 0] for step in steps]
+            bounces = (
+                law.cushion(NT(n, t), wall.restitution, wall.friction)
+                for wall, each in zip(walls, asked, strict=True) for n, t in each
+            )  # fmt: skip
             return chain.from_iterable(bounces)
         found: list[tuple[NT, NT]] = []
         pair_of = cache(scene.pair)

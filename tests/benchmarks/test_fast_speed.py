@@ -77,12 +77,20 @@ def rack_of_fifteen(gap: float) -> Kind:
     return breaks(scene, 2.0, 8.0, 0.03)
 
 
+def that_rolls(kind: Kind, rolling: float | None = 0.01) -> Kind:
+    """Return the shots on a cloth on which balls slide, and roll where ``rolling`` is given."""
+    friction = replace(kind.scene.friction, surface=0.2, rolling=rolling)
+    return kind._replace(scene=replace(kind.scene, friction=friction))
+
+
 KINDS: dict[str, Callable[[], Kind]] = {
     "shot 1 of the report, starts varied": shot_1,
     "random breaks on the report's table": lambda: breaks(load("report"), 1.0, 6.0, np.pi),
     "rack of fifteen, gaps of 0.1 mm": lambda: rack_of_fifteen(1e-4),
     "frozen rack of fifteen": lambda: rack_of_fifteen(0.0),
     "eight-ball breaks": lambda: breaks(load("eight-ball"), 4.0, 9.0, 0.02),
+    "eight-ball breaks that roll": lambda: that_rolls(KINDS["eight-ball breaks"]()),
+    "follow and draw": lambda: breaks(load("follow-and-draw"), 1.0, 3.0, 0.02),
 }
 
 
@@ -131,6 +139,26 @@ def test_many_shots(benchmark: Any, name: str) -> None:
     benchmark.extra_info["shots_a_second"] = round(found.compiled)
     benchmark.extra_info["times_event_driven"] = round(found.compiled / found.python)
     benchmark.extra_info["two_threads"] = round(found.two_threads, 2)
+
+
+def events_cost(kind: Kind, count: int) -> tuple[float, float]:
+    """Return what an event costs (s), compiled and in Python."""
+    simulate_many(kind.scene, *kind.draw(1))
+    began = time.process_time()
+    batch = simulate_many(kind.scene, *kind.draw(count), threads=1)
+    compiled = (time.process_time() - began) / batch.events.sum()
+    began = time.process_time()
+    events = sum(len(batch.source.run(k, False).events) for k in range(SLOW))
+    return compiled, (time.process_time() - began) / events
+
+
+@pytest.mark.parametrize("name", list(KINDS)[:5])
+def test_an_event_of_balls_that_roll(benchmark: Any, name: str) -> None:
+    """Its cost is measured beside that of an event of balls that slide on the same cloth."""
+    kinds = [that_rolls(KINDS[name](), rolling) for rolling in (None, 0.01)]
+    slides, rolls = benchmark.pedantic(lambda: [events_cost(kind, 2_000) for kind in kinds])
+    benchmark.extra_info["compiled"] = rolls[0] / slides[0]
+    benchmark.extra_info["in_python"] = rolls[1] / slides[1]
 
 
 def print_table() -> list[Speed]:
