@@ -17,6 +17,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 from scenes import BASE_SEED
 
+from pool_pymunk import Law, Scene
+from pool_pymunk.fast import compiled, many
+from pool_pymunk.fast.tables import can_compile
+
 settings.register_profile(
     "fixed",
     deadline=None,
@@ -74,3 +78,20 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Say how the same random scenes come again."""
     if BASE_SEED:
         terminalreporter.write_line(f"Random scenes are those of POOL_SEED={BASE_SEED}.")
+
+
+@pytest.fixture(autouse=True)
+def balls_that_roll_are_compiled_in_slow_tests_alone(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Compiling their loop takes half a minute; other tests play such shots in Python.
+
+    So it is with the pass of derivatives.
+    """
+    if "slow" not in request.keywords:
+        monkeypatch.setattr(compiled, "follow_shots", lambda follow: follow)
+        monkeypatch.setattr(many, "can_compile", can_compile_if_no_ball_rolls)
+
+
+def can_compile_if_no_ball_rolls(scene: Scene, law: Law) -> bool:
+    return not scene.surface.rolls and can_compile(scene, law)

@@ -95,7 +95,7 @@ def test_an_atlas_for_one_map_has_what_this_map_shows(show: str) -> None:
             assert found.size == 0
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.parametrize("show", ["end", "hits"])
 def test_a_map_is_drawn_in_little_memory(show: str, tmp_path: Path) -> None:
     """What is kept of a pixel, its bytes in the picture, and twice those of the whole page."""
@@ -204,6 +204,7 @@ def test_a_shot_is_improved_until_a_ball_ends_where_it_shall() -> None:
     assert find(scene, 1, met, **how)[0].off == 0.0
 
 
+@pytest.mark.slow
 def test_found_shots_stay_within_the_ranges() -> None:
     scene = load("report")
 

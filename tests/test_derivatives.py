@@ -194,7 +194,10 @@ def test_derivatives_agree_with_forty_digits(law: str, table: str) -> None:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("table", OUTLINES)
+@pytest.mark.parametrize(
+    "table",
+    ["rectangle", *(pytest.param(t, marks=pytest.mark.slow) for t in OUTLINES if t != "rectangle")],
+)
 def test_derivatives_of_balls_that_roll_agree_with_forty_digits(table: str) -> None:
     compared("coulomb", table, 3, exactly_rolling_scene)
 

@@ -654,7 +654,7 @@ def test_single_and_vector_agree_bit_for_bit(case: str, mode: AutoresetMode) -> 
     assert agree(case, mode, count=7, limit=3, steps=8) > 10
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_single_and_vector_agree_on_a_thousand_episodes() -> None:
     ended = sum(agree(case, mode, 20, limit=4, steps=12) for case in CASES for mode in MODES)
     assert ended > 1_000

@@ -426,6 +426,7 @@ def pushed(scene: Scene, until: float, steps: int = 2000) -> np.ndarray[Any, Any
     return y[:4]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mu", "heavy"), [(0.0, 1.0), (0.2, 1.0), (0.0, 4.0)])
 def test_a_ball_that_is_pushed_along_stays_in_contact(mu: float, heavy: float) -> None:
     """It stays to a few hundredths of a micrometre; no hit is listed, and a warning says so."""
@@ -534,7 +535,7 @@ def heap(seed: int) -> Scene:
 
 @pytest.mark.heavy
 @pytest.mark.seeded
-@pytest.mark.parametrize("seed", some_slow(60, quick=16))
+@pytest.mark.parametrize("seed", some_slow(60, quick=6))
 def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
     """Persistent contacts sink by 1e-4 radii, and by four times that after a thousand hits."""
     scene = heap(seed)

@@ -133,6 +133,7 @@ def test_every_obstacle_is_a_wall() -> None:
 # -- a thousand shots that learn -------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_shots_learn_where_to_leave_the_cue_ball(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -85,13 +85,16 @@ def compare(kind: str, seed: int, count: int) -> Batch:
 
 
 @needs_numba
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind == "hard")) for kind in KINDS]
+)
 def test_a_thousand_random_shots_are_those_of_the_exact_solver_bit_for_bit(kind: str) -> None:
     count = 2 if kind == "crowd" else 10
     hard = sum(compare(kind, seed, count).by_reference for seed in range(13))
     assert hard <= 13 * count * (0.2 if kind == "hard" else 0.02)
 
 
+@pytest.mark.slow
 @needs_numba
 @pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
 @pytest.mark.heavy
@@ -178,7 +181,7 @@ VARY = {
 
 
 @pytest.mark.parametrize("key", [*VARY, "mass of each"])
-@pytest.mark.parametrize("rolls", [False, True])
+@pytest.mark.parametrize("rolls", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_what_differs_from_shot_to_shot(key: str, rolls: bool) -> None:
     if not rolls and key in ("roll", "friction.rolling"):
         pytest.skip("nothing rolls")
@@ -255,6 +258,7 @@ def test_a_frozen_rack_says_what_the_order_of_its_contacts_decides() -> None:
         assert (batch.in_doubt.tolist(), other.in_doubt.tolist()) == ([True], [False])
 
 
+@pytest.mark.slow
 @needs_numba
 @pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
 @pytest.mark.parametrize("law", ["coulomb", "published"])
@@ -271,6 +275,7 @@ def test_two_cushions_at_once_slow_a_roll(law: str) -> None:
     check_bits(batch, range(20))
 
 
+@pytest.mark.slow
 @needs_numba
 def test_a_ball_that_its_roll_holds_to_a_cushion_takes_the_exact_solver() -> None:
     scene = Scene(
@@ -284,6 +289,7 @@ def test_a_ball_that_its_roll_holds_to_a_cushion_takes_the_exact_solver() -> Non
     check_bits(batch, range(2))
 
 
+@pytest.mark.slow
 def test_balls_begin_with_the_rolls_that_are_given() -> None:
     balls = (
         Ball("C", (0.5, 0.5), 0.03, 0.2, cue=True),
@@ -342,7 +348,7 @@ def test_a_law_of_ones_own_takes_the_exact_solver() -> None:
     check_bits(batch, range(1))
 
 
-@pytest.mark.parametrize("rolls", [False, True])
+@pytest.mark.parametrize("rolls", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_without_numba_the_bits_are_the_same(
     rolls: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:  # fmt: skip
@@ -362,7 +368,7 @@ def test_no_shots_and_resting_ones() -> None:
     assert (still.duration.tolist(), still.events.tolist()) == ([0.0], [0])
 
 
-@pytest.mark.parametrize("rolls", [False, True])
+@pytest.mark.parametrize("rolls", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_shot_ends_at_its_latest_time(rolls: bool) -> None:
     scene, position, velocity = simulation_1(4, rolls)
     batch = simulate_many(scene, position, velocity, max_time=0.7)
@@ -479,10 +485,17 @@ def two_in_a_row() -> Scene:
     [
         (load("report"), 1, {}),
         (load("report"), 4, {"speed": 0.1, "angle": 0.01}),
-        (load("eight-ball"), 1, {"speed": 0.02, "angle": 0.002}),
+        pytest.param(
+            load("eight-ball"), 1, {"speed": 0.02, "angle": 0.002}, marks=pytest.mark.slow
+        ),
         (load("hexagon"), None, {}),
         (two_in_a_row(), 2, {}),
-        (report(True), 1, {"speed": 0.05, "inputs": {"roll": 0.1, "friction.rolling": 0.002}}),
+        pytest.param(
+            report(True),
+            1,
+            {"speed": 0.05, "inputs": {"roll": 0.1, "friction.rolling": 0.002}},
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["aimed", "with errors", "pockets", "polygon", "in a row", "rolling"],
 )

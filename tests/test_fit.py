@@ -639,7 +639,7 @@ def test_bad_options_are_one_line(option: str, value: str, said: str, capsys: Ca
     assert line.startswith(said)
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_a_stated_error_does_not_trap_the_search(tmp_path: Path) -> None:
     """Far from the answer all residuals are many stated errors, and none of them is a blunder."""
     shots = {

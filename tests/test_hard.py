@@ -38,7 +38,7 @@ def ends_off(
     return far, run.warnings
 
 
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+@pytest.mark.parametrize("solver", ["event-driven", pytest.param("pymunk", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("record", ANSWERS, ids=BY_NAME)
 def test_hard_contacts_in_many_digits(record: dict[str, Any], solver: str) -> None:
     """A run agrees within rounding, 1e-12 m times the scene's amplification, or has warnings."""

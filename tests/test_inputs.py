@@ -202,12 +202,15 @@ STUDIES: dict[str, tuple[Callable[[Scene, str, Path], None], dict[str, str]]] = 
 }  # fmt: skip
 
 
+SOME_SLOW = [pytest.param(each, marks=[pytest.mark.slow] * (each == "find")) for each in STUDIES]
+
+
 @needs
 @pytest.mark.heavy
 @pytest.mark.parametrize(
     ("name", "table"), CASES, ids=[f"{name}{'-rolls' * (on is ROLLS)}" for name, on in CASES]
 )
-@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize("study", SOME_SLOW)
 def test_every_study_takes_every_input_or_says_why_not(
     study: str, name: str, table: Scene, tmp_path: Path
 ) -> None:

@@ -82,6 +82,7 @@ def test_ctrl_c_before_the_first_shot_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_the_films_that_were_finished(tmp_path: Path) -> None:
     process = start("render", "report", "--size", "640x360", "--out", tmp_path / "out")
     wait_until((tmp_path / "out" / "shot-1.mp4").exists)

@@ -168,6 +168,7 @@ def test_ends_do_not_depend_on_derivatives() -> None:
         assert f"; derivatives of {count} in Python" in repr(derived)
 
 
+@pytest.mark.slow
 @needs_numba
 def test_many_threads_and_chunks_have_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load("report")

@@ -307,6 +307,7 @@ def test_a_player_who_never_errs_has_no_cloud() -> None:
     assert not any(answered(scene, "cloud", question(scene))[1]["ends"])
 
 
+@pytest.mark.slow
 def test_a_ball_off_the_table_has_no_cloud() -> None:
     scene = load("eight-ball")
     cloud = answered(scene, "cloud", question(scene, off=["1"], angle_error=1.0))[1]
@@ -685,6 +686,7 @@ def test_ctrl_c_ends_it_and_its_processes() -> None:
         wait_until(lambda: not is_alive(process.pid))
 
 
+@pytest.mark.slow
 def test_a_ctrl_c_that_comes_as_it_begins_is_not_lost() -> None:
     process = start("play", "report", "--no-browser")
     assert process.stdout is not None and process.stdout.readline()

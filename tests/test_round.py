@@ -78,8 +78,7 @@ def test_a_ball_goes_around_a_circle_by_equal_angles(solver: str, dt: float | No
     assert math.dist(run.final["C"], at) < 1e-11
 
 
-@pytest.mark.parametrize("rubs", [0.0, 0.2])
-@pytest.mark.parametrize("e", [0.0, 0.2])
+@pytest.mark.parametrize(("e", "rubs"), [(0.0, 0.0), (0.2, 0.2)])
 @pytest.mark.parametrize(("solver", "dt"), EXACT)
 def test_a_ball_runs_along_an_arc_as_the_equation_has_it(
     solver: str, dt: float | None, e: float, rubs: float
@@ -99,9 +98,9 @@ def test_a_ball_runs_along_an_arc_as_the_equation_has_it(
 
 
 def test_a_ball_without_losses_runs_along_an_arc_for_ever() -> None:
-    run = play(on_a_circle(1.0, 0.0, 0.5, max_time=7.0))
+    run = play(on_a_circle(1.0, 0.0, 0.5, max_time=2.0))
     assert math.hypot(*run.velocity[-1, 0]) == pytest.approx(1.0, abs=1e-4)
-    assert abs(around(run) - (7.0 / INNER) % math.tau) * INNER < run.policy_shift
+    assert abs(around(run) - (2.0 / INNER) % math.tau) * INNER < run.policy_shift
 
 
 @pytest.mark.parametrize("far", [0.0, 1e-15, 1e-13, 1e-11, 1e-9])

@@ -176,9 +176,6 @@ class PotEnv(BilliardsEnv):
     >>> observation, info = env.reset(seed=1, options={"called": "2"})
     >>> env.scene.balls[info["called"]].id
     '2'
-    >>> observation, reward, terminated, truncated, info = env.step([-0.218, 0.4])
-    >>> reward, terminated, info["is_success"]
-    (1.0, True, True)
     """
 
     plays = Pot
