@@ -14,7 +14,7 @@ ELSEWHERE := not browser and not docs
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run check test test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
+.PHONY: run check test played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
 run: $(VENV)/installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -23,7 +23,11 @@ run: $(VENV)/installed
 check: lint
 	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)"
 
-test: lint
+# What is checked and what is played have a core each at first.
+test: $(VENV)/installed
+	$(MAKE) --jobs 2 --no-print-directory lint played
+
+played:
 	$(BIN)/pytest -n auto -q -m "not slow and $(ELSEWHERE)"
 
 test-slow: export POOL_SEED ?= $(shell date +%s)

@@ -188,6 +188,7 @@ def test_found_shots_do_what_is_wanted_and_forgive_what_they_say() -> None:
     assert abs(wins / 200 - best.share) < 4 * math.sqrt(best.share * (1 - best.share) / 200)
 
 
+@pytest.mark.slow
 def test_a_shot_is_improved_until_a_ball_ends_where_it_shall() -> None:
     scene, goal = load("report"), (1.0, 0.5)
 

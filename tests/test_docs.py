@@ -27,7 +27,8 @@ NAMES = [page.name for page in PAGES]
 # This page plays a million shots into a folder that other blocks read.
 TOO_LONG = ("many-shots.md",)
 # They play thousands of shots, or compile the derivatives of shots.
-LONG = ("environments.md", "fit.md", "derivatives.md", "simulate-many.md", "shots-in-torch.md")
+LONG = ("environments.md", "fit.md", "derivatives.md", "simulate-many.md", "shots-in-torch.md",
+        "inputs.md", "solver-and-step.md")  # fmt: skip
 NEEDS = {
     "environments.md": "gymnasium",
     "fit.md": "scipy",

@@ -140,7 +140,7 @@ def test_the_friction_of_a_ball_that_slides() -> None:
     assert found.scene.friction.surface == found.values["friction.surface"]
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_exact_ends_give_the_exact_numbers() -> None:
     found = fit(GUESS, ends(TRUTH), COEFFICIENTS)
     for name, value in found.values.items():
@@ -580,7 +580,7 @@ def test_a_time_after_the_end_of_the_shot() -> None:
 # -- the command -----------------------------------------------------------------------------------
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 def test_the_command_writes_a_scenario_that_fits(tmp_path: Path, capsys: Capture) -> None:
     scenario, measured, out = tmp_path / "guess.toml", tmp_path / "m.csv", tmp_path / "out"
     GUESS.to_toml(scenario)

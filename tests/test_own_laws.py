@@ -180,6 +180,7 @@ def test_a_sweep_elsewhere_has_the_law(tmp_path: Path) -> None:
     assert parquet.read_table(tmp_path)["x_C"][1].as_py() == end["C"][0]
 
 
+@pytest.mark.slow
 def test_find_has_the_law(asked: str | Law) -> None:
     def moves(batch: Batch) -> np.ndarray[Any, np.dtype[np.bool_]]:
         assert batch.law == "damped"

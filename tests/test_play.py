@@ -385,6 +385,7 @@ SOUND: dict[str, st.SearchStrategy[Any]] = {
 QUESTIONS = st.fixed_dictionaries({}, optional={key: one | ODD for key, one in SOUND.items()})
 
 
+@pytest.mark.slow
 @given(st.sampled_from([*answers.QUESTIONS]), QUESTIONS, st.sampled_from([b"", b"", b"}", b"\0"]))
 @example("aim", {"angle": 1e300}, b"")
 @example("cloud", {"angle_error": 180.0, "off": ["1"]}, b"")
@@ -575,6 +576,7 @@ def test_bytes_that_are_no_request_harm_nobody(table: LiveTable, bytes_: bytes) 
     assert table.ask()[0] in (200, 429)
 
 
+@pytest.mark.slow
 def test_a_flood_is_slowed_down_and_goes_by(
     table: LiveTable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -625,6 +627,7 @@ def player() -> Iterator[Worker]:
     assert not made.process.is_alive()
 
 
+@pytest.mark.slow
 def test_a_shot_that_takes_too_long_is_cut(player: Worker) -> None:
     asked = question(player.scene)
     slow = json.dumps(asked | {"solver": "time-slice", "dt": 1e-9}).encode()
@@ -642,6 +645,7 @@ def test_who_comes_while_another_is_played_is_told(player: Worker) -> None:
         assert player.ask("aim", b"{}").status == 503
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_is_started_again(player: Worker) -> None:
     player.process.kill()
     player.process.join()
@@ -680,6 +684,7 @@ def playing() -> Iterator[subprocess.Popen[str]]:
     connection.close()
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_it_and_its_processes() -> None:
     with playing() as process:
         assert interrupt(process) == "error: interrupted\n"

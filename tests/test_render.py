@@ -949,6 +949,7 @@ def test_numbers_that_are_none_are_left_out(run: Run, tmp_path: Path) -> None:
         Show((run, simulate(load("two-balls"), solver="event-driven")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("radius", "label", "inside"),
     [(0.06, "10", True), (0.06, "a long name", False), (0.006, "10", False)],

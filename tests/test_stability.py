@@ -51,12 +51,10 @@ LONG = (
 def is_slow(key: Key) -> bool:
     """Tell whether a cell is left to the slow tests.
 
-    The rows of the report's law take as long again, and differ in the law alone. The solvers in
-    a space play the same rows.
+    The rows of the report's law take as long again, and differ in the law alone. The other
+    solvers play the same rows.
     """
-    is_in_a_space = key.solver.startswith("pymunk")
-    is_long = key.solver != "event-driven" and key.row in LONG
-    return key.law == "published" or is_in_a_space or is_long
+    return key.law == "published" or key.solver != "event-driven"
 
 
 ROWS = [

@@ -336,7 +336,7 @@ CONTACT = np.dtype(
 )  # fmt: skip
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.skipif(not compiled.is_there(), reason="numba is not installed")
 def test_compiled_impulses_have_the_same_bits() -> None:
     push = compiled.alone(together.push_at_once)

@@ -60,7 +60,7 @@ def ends(steps: Iterator[float], x: float, spring: bool = False, **settings: Any
 
 @every_step
 @pytest.mark.parametrize("friction", ["joint", "callback"])
-@pytest.mark.parametrize("x", [0.0, 1000.0])
+@pytest.mark.parametrize("x", [0.0, pytest.param(1000.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("spring", [False, True], ids=["no guest", "a guest on a spring"])
 def test_ends_are_those_of_contacts_at_exact_times(
     steps: str, friction: str, x: float, spring: bool

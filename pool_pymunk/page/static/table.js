@@ -99,13 +99,11 @@ class TableView {
     const pen = ground.getContext("2d");
     if (this.content.table) this.drawTable(pen);
     else this.drawPlane(pen);
-    for (const { x, y, radius } of this.content.pockets) {
-      this.disc(pen, x, y, radius, this.style.lip);
-      this.disc(pen, x, y, 0.9 * radius, this.style.hole);
-    }
-    for (const [x, y, radius] of this.content.posts) {
-      this.disc(pen, x, y, radius, this.style.rail_edge);
-      this.disc(pen, x, y, 0.85 * radius, this.style.rail);
+    const holes = this.content.pockets.map(({ x, y, radius }) => [x, y, radius, "lip", "hole", 0.9]);
+    const posts = this.content.posts.map((post) => [...post, "rail_edge", "rail", 0.85]);
+    for (const [x, y, radius, rim, inner, share] of [...holes, ...posts]) {
+      this.disc(pen, x, y, radius, this.style[rim]);
+      this.disc(pen, x, y, share * radius, this.style[inner]);
     }
     return ground;
   }
