@@ -1,7 +1,7 @@
 # make run, make test: all that a fresh clone needs. Both install into .venv first.
 # make check runs the quick half of the tests; it is for every change. make test-slow runs what make
 # test leaves out, and what is random with new choices; POOL_SEED=... repeats its random scenes, and
-# PROFILE=fixed those of hypothesis.
+# PROFILE=fixed those of hypothesis; then a share of the random scenes is played (POOL_SHARE).
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
@@ -32,6 +32,7 @@ played:
 
 test-slow: export POOL_SEED ?= $(shell date +%s)
 test-slow: PROFILE ?= random
+test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.3,1)
 test-slow: $(VENV)/installed
 	$(BIN)/pytest -n auto -q -m "(slow or hypothesis or seeded) and $(ELSEWHERE)" \
 		--hypothesis-profile $(PROFILE)

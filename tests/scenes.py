@@ -27,6 +27,8 @@ from pool_pymunk.model import Point
 
 DATA = Path(__file__).parent / "data"
 BASE_SEED = int(os.environ.get("POOL_SEED", "0"))
+SHARE = float(os.environ.get("POOL_SHARE", "1"))  # of the random scenes of slow tests
+MANY = 20  # From so many scenes on, a share of them is played.
 INCH = 0.0254
 TABLES = {
     "rectangle": Table.rectangle(2.0, 1.0),
@@ -39,8 +41,13 @@ TABLES = {
 
 
 def seeds(count: int) -> range:
-    """Return the seeds of this many random scenes; they count from POOL_SEED."""
-    return range(BASE_SEED, BASE_SEED + count)
+    """Return the seeds of this many random scenes, or a share; they count from POOL_SEED."""
+    return range(BASE_SEED, BASE_SEED + share_of(count))
+
+
+def share_of(count: int) -> int:
+    """Return how many of many random scenes are played: all, or the share POOL_SHARE of them."""
+    return count if count < MANY else max(MANY, math.ceil(SHARE * count))
 
 
 def sliding(name: str) -> Scene:

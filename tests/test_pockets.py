@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from amplified import amplification
 from reference import fresh_scenes, scene_from_dict
-from scenes import DATA, seeds
+from scenes import DATA, seeds, share_of
 
 from pool_pymunk import (
     Ball,
@@ -69,7 +69,7 @@ def test_random_scenes_in_forty_digits(
 @pytest.mark.slow
 def test_two_hundred_fresh_scenes_in_forty_digits() -> None:
     """POOL_SEED makes other ones."""
-    for scene, answer in islice(fresh_scenes("pocket", 10_000 * seeds(1)[0]), 200):
+    for scene, answer in islice(fresh_scenes("pocket", 10_000 * seeds(1)[0]), share_of(200)):
         for solver, dt in EXACT:
             agrees(scene, answer, solver, dt)
 

@@ -15,7 +15,7 @@ import pytest
 from amplified import amplification
 from reference import OUTLINES, fresh_scenes, random_rolling_scene
 from reference import scene_from_dict as scene_of
-from scenes import DATA, seeds
+from scenes import DATA, seeds, share_of
 
 from pool_pymunk import (
     Ball,
@@ -102,7 +102,9 @@ def test_random_scenes_in_forty_digits(
 def test_two_hundred_fresh_scenes_in_forty_digits() -> None:
     """POOL_SEED makes other ones."""
     fresh = fresh_scenes("rolling", 10_000 * seeds(1)[0])
-    for what, answer in islice((each for each in fresh if not exact(each[0]).policies), 200):
+    for what, answer in islice(
+        (each for each in fresh if not exact(each[0]).policies), share_of(200)
+    ):
         for solver, dt in EXACT:
             agrees(what, answer, solver, dt)
 

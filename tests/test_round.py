@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from amplified import amplification
 from reference import OUTLINES, Refused, random_round_scene, reference_run
-from scenes import seeds
+from scenes import seeds, share_of
 
 from pool_pymunk import (
     Ball,
@@ -219,7 +219,7 @@ def test_random_round_scenes_in_forty_digits() -> None:
 
 @pytest.mark.slow
 def test_hundred_and_fifty_round_scenes_in_forty_digits() -> None:
-    for scene in fresh(150):
+    for scene in fresh(share_of(150)):
         agrees(scene)
 
 
