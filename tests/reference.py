@@ -302,7 +302,8 @@ class Flight:
         x, y = [c.real for c in path], [c.imag for c in path]
         gap = [facing * (a + b) for a, b in zip(product(x, x), product(y, y), strict=True)]
         gap[0] -= facing * touching * touching
-        times = self._closings(gap, until, 2 * touching, is_within=facing < 0)
+        is_within = facing < 0 or abs(path[0]) < curve.radius
+        times = self._closings(gap, until, 2 * touching, is_within=is_within)
         return next((t for t in times if curve.has(curve.center + value(path, t))), None)
 
     def _meets_face(self, path: Poly, side: Side, touching: Number, until: Number) -> Number | None:

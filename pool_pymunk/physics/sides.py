@@ -237,7 +237,11 @@ class Arc(NamedTuple):
         touching = radius + facing * r
         if facing > 0.0:
             touching -= 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
-        for _ in range(MOST_CROSSINGS):
+            x, y, _, _ = motion_at(path, since)
+            dx, dy = x - center[0], y - center[1]
+            if dx * dx + dy * dy < radius * radius:  # The ball is behind the arc.
+                since = math.inf if path.slows else time_out(path, center, touching, radius, since)
+        for _ in range(MOST_CROSSINGS if since < math.inf else 0):
             if facing > 0.0:
                 t = time_in(path, center, touching, since)
             else:

@@ -20,10 +20,9 @@ from itertools import combinations
 from math import atan2, copysign, cos, hypot, pi, sin
 
 from pool_pymunk.model import Point, Scene, State, Table
-from pool_pymunk.model.places import is_beside
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.sides import Wall, core_of
+from pool_pymunk.physics.sides import Wall
 from pool_pymunk.physics.surface import GYRATION, NO_ROLL, SHARE
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
@@ -171,7 +170,7 @@ class Slices(Stepping):
             for side in wall.sides:
                 x, y, _, _ = self.motion[i]
                 gap = side.gap(x, y, r)
-                if gap < 0.0 and is_beside(gap, r, core_of(side)):
+                if -2.0 * r < gap < 0.0:
                     self._bounce(i, wall, side.normal(x, y), -gap)
 
     def _bounce(self, i: int, wall: Wall, normal: Point, depth: float) -> None:
