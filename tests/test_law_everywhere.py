@@ -266,9 +266,9 @@ def law_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     reference_of.cache_clear()
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.usefixtures("law_of_ones_own")
-@pytest.mark.parametrize("solver", ["event-driven", pytest.param("pymunk", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 @pytest.mark.parametrize("extreme", MATRIX)
 def test_ones_own_law_holds_in_the_whole_matrix(extreme: Extreme, solver: str) -> None:
     """A law that leaves things to the base class gains no energy, and is symmetric."""

@@ -244,7 +244,8 @@ def test_ends_have_the_same_bits_on_every_machine(
     assert hashes(kind) == on_file[kind]
 
 
-@pytest.mark.parametrize("by", ["the solver", pytest.param("the loop", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("by", ["the solver", "the loop"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_without_numba_they_have_the_same_bits(
     kind: str, by: str, on_file: dict[str, dict[str, str]], monkeypatch: pytest.MonkeyPatch
