@@ -99,7 +99,7 @@ class TableView {
     const pen = ground.getContext("2d");
     if (this.content.table) this.drawTable(pen);
     else this.drawPlane(pen);
-    const holes = this.content.pockets.map(({ x, y, radius }) => [x, y, radius, "lip", "hole", 0.9]);
+    const holes = this.content.pockets.map((at) => [at.x, at.y, at.radius, "lip", "hole", 0.9]);
     const posts = this.content.posts.map((post) => [...post, "rail_edge", "rail", 0.85]);
     for (const [x, y, radius, rim, inner, share] of [...holes, ...posts]) {
       this.disc(pen, x, y, radius, this.style[rim]);
