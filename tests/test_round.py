@@ -273,6 +273,8 @@ def test_outlines_that_cannot_be() -> None:
     for outline, bulge, said in (
         (square, (0.0, -1.5, 0.0, 0.0), "crosses itself"),
         (square, (0.0, 1.0), "must have 4 numbers"),
+        (square, (0.0, 1e-9, 0.0, 0.0), r"bulge\[1\] = 1e-09: must be 0, or between"),
+        (square, (0.0, 0.0, -1e200, 0.0), r"bulge\[2\] = -1e\+200: must be 0, or between"),
         (square[:2], (1.0, -1.0), "three corners or more"),
         (square[::-1], (0.0, 0.1, 0.0, 0.1), "counter-clockwise"),
     ):

@@ -14,6 +14,9 @@ from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, rais
 from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
 
 PIECES = 360  # of a whole circle, where an arc is drawn; they lie 4e-5 of the radius off
+# The radius of a flatter or rounder arc is so large that its rounding moves the cushion by more
+# than 6e-13 of the length between the corners (2^-52 b / 4 or 2^-52 / (4 b), with the bulge b).
+FLATTEST, ROUNDEST = 1e-4, 1e4
 STRAIGHT_ON = 1e-12  # rad; an arc that turns off by less goes on straight, and has no corner there
 
 
@@ -158,6 +161,11 @@ class Table(Part):
             message = f"must have {len(self.outline)} numbers, one for each side"
             yield Problem("bulge", list(self.bulge), message)
             return
+        for k, bulge in enumerate(self.bulge):
+            if bulge != 0.0 and not FLATTEST <= abs(bulge) <= ROUNDEST:
+                message = f"must be 0, or between {FLATTEST:g} and {ROUNDEST:g} in size"
+                yield Problem(("bulge", k), bulge, message)
+                return
         if len(self.outline) < 3 and not (
             len(self.outline) == 2 and min(self.bulge, default=0) > 0
         ):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -97,7 +98,7 @@ class Solver:
         return self.exact and self.dt is None
 
 
-class Stepping:
+class Stepping(ABC):
     """This is a run in steps of ``dt`` (s); ``moving`` are the numbers of the balls that move."""
 
     moving: Collection[int]
@@ -113,12 +114,13 @@ class Stepping:
         """The time (s) after the steps that were made."""
         return self.trace.steps * self.dt
 
+    @abstractmethod
     def advance(self, most: float) -> None:
         """Make at least one step, and at most this many; count them in the trace."""
-        raise NotImplementedError
 
     def cut_off(self) -> None:
         """Write down where the balls are that still move when the run ends."""
+        return
 
     def pocketed(self, i: int, x: float, y: float, vx: float, vy: float) -> Point | None:
         """List that a pocket takes ball ``i`` in, and return the pocket's centre, if one does."""
