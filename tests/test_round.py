@@ -142,6 +142,15 @@ def test_an_arc_waits_for_the_second_crossing() -> None:
     assert arc.time_of_contact(away, 0.1, 0.0) == math.inf
 
 
+def test_a_ball_behind_an_arc_meets_it_when_it_comes_back() -> None:
+    arc = Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), 1.0)
+    assert arc.time_of_contact(set_off(0.0, (0.5, 0.0), (3.0, 0.0), 0.1), 0.1, 0.0) == math.inf
+    path = Path(0.0, 0.5, 0.0, 3.0, 0.0, -2.0, 0.0, 10.0, False, 0.0, 0.0)
+    t = arc.time_of_contact(path, 0.1, 0.0)
+    assert t > 1.5
+    assert path.at(t)[0][0] == pytest.approx(1.1, abs=1e-13)
+
+
 # -- posts -----------------------------------------------------------------------------------------
 
 
