@@ -27,8 +27,9 @@ check: lint
 test: $(VENV)/installed
 	$(MAKE) --jobs 2 --no-print-directory lint played
 
+# One worker more than there are cores: one of them waits while another one compiles the shots.
 played:
-	$(BIN)/pytest -n auto -q -m "not slow and $(ELSEWHERE)"
+	$(BIN)/pytest -n $(shell $(PYTHON) -c "import os; print(os.cpu_count() + 1)") -q -m "not slow and $(ELSEWHERE)"
 
 test-slow: export POOL_SEED ?= $(shell date +%s)
 test-slow: PROFILE ?= random
