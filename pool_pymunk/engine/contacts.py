@@ -38,7 +38,7 @@ from pool_pymunk.engine.resolver import (
 )
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.path import NOISE, NOT_MET, Path, bound_of, motion_at, pair_time
+from pool_pymunk.physics.path import NOISE, NOT_MET, Path, bound_of, fastest_of, motion_at, pair_time
 from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import NO_ROLL, Surface
 
@@ -98,14 +98,17 @@ class ContactEngine:
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
+        i = len(self.paths)
         self.paths.append(path)
         self.radii.append(radius)
         self.masses.append(mass)
         self.rested.append(math.inf if path.moves else -math.inf)
-        for numbers in (self.speeds, self.noises, self.path_ends, self.ends):
-            numbers.append(math.inf)
-        self._begin(len(self.paths) - 1, path, NOISE * path.fastest)
-        return len(self.paths) - 1
+        self.path_ends.append(math.inf)
+        self.ends.append(math.inf)
+        self.speeds.append(0.0)
+        self.noises.append(0.0)
+        self._begin(i, path)
+        return i
 
     def vary(self, variant: Variant, measures: bool, touch: bool = True) -> None:
         """Play this variant of the run, whose policy looks at what may ``touch`` at the start."""
@@ -132,7 +135,7 @@ class ContactEngine:
         """Put ball ``i`` on a new path that somebody else gave it."""
         if path.moves:
             self.rested[i] = math.inf
-        self._begin(i, path, NOISE * path.fastest)
+        self._begin(i, path)
         self.recorder.path(i, path)
 
     # -- what is due -----------------------------------------------------------------------------
@@ -456,8 +459,9 @@ class ContactEngine:
                 self._stop(i, self.now, (x, y))
             self._begin(i, path, noise)
 
-    def _begin(self, i: int, path: Path, noise: float) -> None:
-        self.paths[i], self.speeds[i], self.noises[i] = path, bound_of(path), noise
+    def _begin(self, i: int, path: Path, noise: float | None = None) -> None:
+        self.paths[i], self.speeds[i] = path, bound_of(path)
+        self.noises[i] = NOISE * fastest_of(path) if noise is None else noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 

@@ -134,7 +134,7 @@ class Scene(Part):
         x0, y0, x1, y1 = self.table.bounds
         return math.hypot(x1 - x0, y1 - y0)
 
-    @property
+    @cached_property
     def surface(self) -> Sliding | Rolling:
         """The surface says how balls move on the table between contacts."""
         if self.friction.rolling is None:

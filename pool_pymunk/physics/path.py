@@ -120,7 +120,8 @@ def speed_of(path: Path) -> float:
 
 def fastest_of(path: Path) -> float:
     """Return the highest speed (m/s) on a path, or that at the beginning if it has no end."""
-    speed = speed_of(path)
+    vx, vy = path.vx, path.vy
+    speed = math.sqrt(vx * vx + vy * vy)
     if path.slows or path.end == math.inf:
         return speed
     _, _, vx, vy = motion_at(path, path.end)
