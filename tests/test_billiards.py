@@ -7,14 +7,14 @@ import math
 import pickle
 import random
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import pymunk
 import pytest
 from worlds import PAIR, STEP, A, M, Point, R, ball, hexagon, plane, steps
 
-from pool_pymunk import Billiards, same_balls
+from pool_pymunk import Billiards, Pair, same_balls
 from pool_pymunk.world import ContactEvent, TableBall
 
 
@@ -24,6 +24,13 @@ def places(balls: list[TableBall]) -> list[tuple[float, float]]:
 
 def numbers(contact: ContactEvent) -> list[int]:
     return [each.number for each in contact.balls]
+
+
+def circle_at(x: float) -> pymunk.Circle:
+    """Return the circle of a ball that is not on the table yet."""
+    body = pymunk.Body(M, 1e-4)
+    body.position = (x, 0.0)
+    return pymunk.Circle(body, R)
 
 
 def apart(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> float:
@@ -237,6 +244,53 @@ def test_a_ball_is_placed_and_met_there() -> None:
     steps(space, 3.0)
     assert len(met) == 1
     assert met[0].t == pytest.approx((1 - math.sqrt(1 - 2 * A * 0.24)) / A, abs=1e-12)
+
+
+RAILS = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
+ELL = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.8, 1.0), (0.8, 2.0), (0.0, 2.0))
+
+
+def walled(corners: tuple[Point, ...], how: str) -> Billiards:
+    """Return a table with walls of some kind, perhaps with gaps at the corners or an obstacle."""
+    space, table = plane()
+    gap = 0.1 if how == "gaps" else 0.0
+    for (x, y), (u, v) in itertools.pairwise([*corners, corners[0]]):
+        length = math.dist((x, y), (u, v))
+        dx, dy = gap * (u - x) / length, gap * (v - y) / length
+        ends = (x + dx, y + dy), (u - dx, v - dy)
+        out = (0.1 * (v - y) / length, -0.1 * (u - x) / length)
+        block = [*ends, *((a + out[0], b + out[1]) for a, b in ends)]
+        shape = (
+            pymunk.Poly(space.static_body, block)
+            if how == "blocks"
+            else pymunk.Segment(space.static_body, *ends, 0.005)
+        )
+        table.add_wall(shape, 0.8)
+    if how == "obstacle":
+        table.add_wall(pymunk.Circle(space.static_body, 0.15, (0.5, 0.5)), 0.8)
+    return table
+
+
+@pytest.mark.parametrize("how", ["rails", "gaps", "blocks", "obstacle"])
+@pytest.mark.parametrize("corners", [RAILS, ELL], ids=["rectangle", "L"])
+def test_a_ball_is_not_placed_off_a_bounded_table(corners: tuple[Point, ...], how: str) -> None:
+    table = walled(corners, how)
+    one = ball(table, 0.2, 0.2)
+    for place in ((1.9, 0.5), (0.1, 0.1), (0.5, 0.69), (0.31, 0.5), (1.0, 0.06)):
+        table.place(one, place)  # Beside gaps and obstacles there is room, too.
+    for off in ((2.3, 0.5), (5.0, 7.0), (-0.3, -0.3), (1.0, 1.4), (0.4, 2.3)):
+        assert said(partial(table.place, one, off)) == (
+            f"position = {list(off)}: the ball would lie off the table"
+        )
+    assert one.body.position == (1.0, 0.06)
+
+
+def test_a_ball_that_was_put_aside_comes_to_the_table() -> None:
+    table = walled(RAILS, "rails")
+    aside = ball(table, -1.0)
+    table.place(aside, (-2.0, 0.0))
+    table.place(aside, (1.0, 0.5))
+    assert aside.body.position == (1.0, 0.5)
 
 
 # -- undo and looking ahead ------------------------------------------------------------------------
@@ -502,6 +556,44 @@ def test_a_pair_that_says_other_masses_than_the_bodies_have() -> None:
     )
 
 
+NAN = math.nan
+
+
+@pytest.mark.parametrize(
+    ("pair", "line"),
+    [
+        (0.9, "pair = 0.9: must be a Pair for balls 0 and 1, such as same_balls gives"),
+        (None, "pair = None: must be a Pair for balls 0 and 1, such as same_balls gives"),
+        (Pair(NAN, NAN, 1.5, 0.0), "pair: restitution = 1.5: must be between 0 and 1"),
+        (Pair(NAN, NAN, NAN, 0.0), "pair: restitution = nan: must be a finite number"),
+        (Pair(NAN, NAN, 0.9, -0.1), "pair: friction = -0.1: must be 0 or more"),
+    ],
+)  # fmt: skip
+def test_a_pair_of_the_wrong_kind(pair: Any, line: str) -> None:
+    _, table = plane(pair=lambda i, j: pair)
+    ball(table, 0.0)
+    assert said(lambda: ball(table, 1.0)) == line
+
+
+def test_a_function_of_one_ball_is_no_pair() -> None:
+    assert said(lambda: plane(pair=lambda i: PAIR(i, i))).endswith(
+        "must be a function of two balls' numbers"
+    )
+
+
+def test_balls_may_have_ids() -> None:
+    _, table = plane()
+    eight, other = table.add_ball(circle_at(0.0), id="8"), table.add_ball(circle_at(1.0))
+    assert (eight.id, other.id) == ("8", None)
+    assert said(lambda: table.add_ball(circle_at(2.0), id="8")) == (
+        "id = 8: another ball on the table has this id"
+    )
+    assert said(lambda: table.add_ball(circle_at(2.0), id=8)) == "id = 8: must be a text"  # type: ignore[arg-type]
+    assert table.count == 2
+    table.remove_ball(eight)
+    assert table.add_ball(eight.circle, id="8").number == 2
+
+
 def test_calls_that_make_no_sense() -> None:
     _, table = plane()
     one = ball(table, 0.0)
@@ -613,6 +705,18 @@ def test_a_contact_event_says_where_and_how_fast() -> None:
     assert event.point == pytest.approx((0.2 - R, 0.0))
     assert event.normal == pytest.approx((1.0, 0.0))
     assert event.closing == pytest.approx(math.sqrt(1.0 - 2 * A * (0.2 - 2 * R)))
+    assert event.impulse == pytest.approx(M / 2 * 1.95 * event.closing)  # e = 0.95
+
+
+def test_an_impulse_is_what_a_wall_takes() -> None:
+    space, table = plane()
+    table.add_wall(pymunk.Segment(space.static_body, (0.5, -1.0), (0.5, 1.0), 0.0), 0.8, 0.2)
+    heard: list[ContactEvent] = []
+    table.on_contact = heard.append
+    table.strike(ball(table, 0.0), (1.0, 0.3))
+    steps(space, 1.0)
+    [event] = heard
+    assert event.impulse == pytest.approx(M * 1.8 * event.closing)
 
 
 @pytest.mark.parametrize("alone", [False, True])

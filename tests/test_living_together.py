@@ -8,6 +8,7 @@ import pickle
 import re
 from functools import partial
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pymunk
@@ -315,6 +316,23 @@ def test_a_space_with_threads_is_refused() -> None:
     if space.threaded:  # pymunk has no threads on Windows.
         with pytest.raises(ValueError, match="without threads"):
             Billiards(space, STEP, pair=PAIR)
+
+
+def test_a_table_may_change_its_thread_between_steps() -> None:
+    ends = []
+    for is_alone in (True, False):
+        space, table = plane()
+        one, _ = ball(table, 0.0), ball(table, 0.5)
+        table.strike(one, (1.0, 0.05))
+        for _ in range(60):
+            if is_alone:
+                space.step(STEP)
+            else:
+                other = Thread(target=space.step, args=(STEP,))
+                other.start()
+                other.join()
+        ends.append([tuple(each.body.position) for each in table.balls])
+    assert ends[0] == ends[1]
 
 
 def test_a_copy_of_the_space_is_refused() -> None:

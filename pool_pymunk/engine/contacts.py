@@ -38,7 +38,15 @@ from pool_pymunk.engine.resolver import (
 )
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.path import NOISE, NOT_MET, Path, bound_of, fastest_of, motion_at, pair_time
+from pool_pymunk.physics.path import (
+    NOISE,
+    NOT_MET,
+    Path,
+    bound_of,
+    fastest_of,
+    motion_at,
+    pair_time,
+)
 from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import NO_ROLL, Surface
 

@@ -22,11 +22,12 @@ SHARE, FROM_ZERO = between(0.0, 1.0), between(0.0)
 class TableBall:
     """A ball has a number, its circle and body, and a sensor that feels what is near.
 
-    ``is_on_table`` says whether it has not been pocketed or removed.
+    ``id`` is the name that you gave it, or None. ``is_on_table`` says whether it has not been
+    pocketed or removed.
     """
 
-    __slots__ = ("_engine", "before", "body", "circle", "id", "is_on_table", "joint", "number",
-                 "radius", "sensor", "shapes", "type")  # fmt: skip
+    __slots__ = ("_engine", "before", "body", "body_id", "circle", "id", "is_on_table", "joint",
+                 "number", "radius", "sensor", "shapes", "type")  # fmt: skip
 
     def __init__(
         self, number: int, circle: pymunk.Circle, sensor: pymunk.Circle, engine: ContactEngine
@@ -34,7 +35,8 @@ class TableBall:
         assert circle.body is not None
         self.number, self.radius = number, circle.radius
         self.circle, self.sensor = circle, sensor
-        self.body, self.id = circle.body, circle.body.id
+        self.body, self.body_id = circle.body, circle.body.id
+        self.id: str | None = None
         self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
         self.is_on_table = True
         self.type = circle.collision_type
@@ -45,7 +47,8 @@ class TableBall:
 
     def __repr__(self) -> str:
         where = "" if self.is_on_table else ", off the table"
-        return f"<Ball {self.number} at {tuple(self.body.position)}{where}>"
+        name = self.number if self.id is None else repr(self.id)
+        return f"<Ball {name} at {tuple(self.body.position)}{where}>"
 
     @property
     def path(self) -> Path:
@@ -58,8 +61,9 @@ class ContactEvent(NamedTuple):
 
     ``balls`` are two balls, or one ball that met the wall of number ``wall``. They touched at
     ``point`` (m). ``normal`` is the unit vector from the first ball to the second, or from the wall
-    to the ball, and ``closing`` (m/s) is how fast they came together. ``ball.path.at(event.t)`` has
-    a ball's place and velocity before the contact; its body is still where the step took it.
+    to the ball, ``closing`` (m/s) is how fast they came together, and ``impulse`` (N s) how much
+    momentum along the normal each gave to the other. ``ball.path.at(event.t)`` has a ball's place
+    and velocity before the contact; its body is still where the step took it.
     """
 
     t: float
@@ -68,6 +72,7 @@ class ContactEvent(NamedTuple):
     point: Vector
     normal: Vector
     closing: float
+    impulse: float
 
 
 def same_balls(

@@ -203,12 +203,15 @@ class Billiards:
 
     # -- setting up ------------------------------------------------------------------------------
 
-    def add_ball(self, circle: pymunk.Circle) -> TableBall:
+    def add_ball(self, circle: pymunk.Circle, id: str | None = None) -> TableBall:  # noqa: A002
         """Make ``circle`` and its body a ball; both join the space if they are not in it.
+
+        ``id`` is your own name of the ball, such as "8".
 
         In a shared space the ball gets a second circle, its sensor, with the same filter. Raises
         ValueError for what cannot be a ball: a shape that is no circle in the middle of a dynamic
-        body, that is a ball already, overlaps a ball or a wall, or lies within a pocket.
+        body, that is a ball already, overlaps a ball or a wall, or lies within a pocket; and for an
+        id that another ball on the table has.
         """
         state, body = self.state, circle.body  # A circle does not keep its body alive.
         checks.check_circle(circle)
@@ -221,7 +224,10 @@ class Billiards:
         for other in self.on_table()[:1]:
             masses = (other.body.mass, body.mass)
             checks.check_pair(self._said_pair(other.number, number), masses, (other.number, number))
-        return state.put_ball(circle, NO_ROLL)
+        name = checks.check_id(id, self.on_table())
+        ball = state.put_ball(circle, NO_ROLL)
+        ball.id = name
+        return ball
 
     def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> TableBall:
         """Do what :meth:`add_ball` does, with a roll (m/s), unchecked: nothing is wrong."""
@@ -313,11 +319,13 @@ class Billiards:
     def place(self, ball: TableBall, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
 
-        Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket.
+        Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket, or off the
+        table whose walls enclose it now.
         """
         self._check_ball(ball, changes_space=True)
         position = argument("position", position, point)
         checks.check_place(position, ball.radius, self.state.discs(without=ball), self._obstacles)
+        self._walls.refuse_off_table(self.state.discs()[ball.number][0], position)
         self.state.send(ball, position, (0.0, 0.0), NO_ROLL)
 
     def set_out(self, balls: Sequence[TableBall]) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from inspect import signature
 from typing import Any, NamedTuple
 
 import pymunk
@@ -16,7 +17,7 @@ from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall
 from pool_pymunk.physics.surface import Rolling, Sliding, Surface
-from pool_pymunk.world.ball import FROM_ZERO, TableBall
+from pool_pymunk.world.ball import FROM_ZERO, SHARE, TableBall
 
 LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step longer by this
 
@@ -52,8 +53,19 @@ def check_settings(space: Any, pair: Any, contacts: Any, friction: Any) -> None:
         raise setting_error("space", "threaded", "Billiards needs a space without threads")
     check_choice("contacts", contacts, ("swept", "discrete"))
     check_choice("friction", friction, ("joint", "callback"))
-    if not callable(pair):
+    if not callable(pair) or not _takes_two(pair):
         raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
+
+
+def _takes_two(function: Callable[..., object]) -> bool:
+    """Tell whether a function takes two arguments, as far as it says what it takes."""
+    try:
+        signature(function).bind(0, 1)
+    except TypeError:
+        return False
+    except ValueError:  # A built-in function may not say it.
+        return True
+    return True
 
 
 def check_choice(key: str, value: Any, choices: Sequence[str]) -> None:
@@ -94,7 +106,14 @@ def read_roll(roll: Any, velocity: Vector, rolls: bool) -> Vector:
 
 
 def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]) -> Pair:
-    """Return the pair with the masses of the bodies; refuse a pair that says otherwise."""
+    """Return the pair with the masses of the bodies; refuse what is none, or says otherwise."""
+    if not isinstance(pair, Pair):
+        message = (
+            f"must be a Pair for balls {numbers[0]} and {numbers[1]}, such as same_balls gives"
+        )
+        raise setting_error("pair", shown(pair), message)
+    argument("pair: restitution", pair.restitution, SHARE)
+    argument("pair: friction", pair.friction, FROM_ZERO)
     for mass, own, i in zip((pair.m_a, pair.m_b), masses, numbers, strict=True):
         if not math.isnan(mass) and mass != own:
             message = f"the body of ball {i} has a mass of {own:g} kg"
@@ -182,6 +201,17 @@ def check_place(
             room = places.room_beside_ball(*center, radius, *place, other)
             message = places.said("the ball", f"ball {number}", room, min(radius, other))
             raise setting_error("position", list(center), message)
+
+
+def check_id(id_: Any, balls: Iterable[TableBall]) -> str | None:
+    """Return the id of a new ball; refuse what is no text, or that of a ball on the table."""
+    if id_ is None:
+        return None
+    if not isinstance(id_, str):
+        raise setting_error("id", shown(id_), "must be a text")
+    if any(ball.id == id_ for ball in balls):
+        raise setting_error("id", id_, "another ball on the table has this id")
+    return id_
 
 
 def check_step(dt: float, longest: float) -> None:

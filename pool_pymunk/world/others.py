@@ -56,7 +56,7 @@ class SharedSteps(Steps):
         if has_others or self.entries != self._entries:
             self.drop_lost()
             now = read_bodies(self.space)
-            ball_of = {ball.id: ball for ball in self.ball_of.values()}
+            ball_of = {ball.body_id: ball for ball in self.ball_of.values()}
             self._balls = [ball_of.get(body) for body in now.moves()]
             self._rows = [None] * len(self._balls)
             self._forces.clear()
@@ -154,11 +154,11 @@ class SharedSteps(Steps):
         before, moves = (self._seen.moves(), after.moves()) if balls else ({}, {})
         share = damping**self.dt if damping != 1.0 else 1.0
         for ball in balls:
-            is_known = ball.id in before and ball.id in moves
+            is_known = ball.body_id in before and ball.body_id in moves
             if ball.is_on_table and is_known and ball not in self.sent_off:
                 (ax, ay), path = kicks.get(ball, NOTHING), paths[ball.number]
                 gain, slides = (ax * self.dt, ay * self.dt), path.end > began
-                was, now = before[ball.id][2:4], moves[ball.id][2:4]
+                was, now = before[ball.body_id][2:4], moves[ball.body_id][2:4]
                 push = self._push(path if slides else None, was, now, gain, share)
                 if ball in kicks or push != NOTHING:
                     self._kick(ball, (gain[0] + push[0], gain[1] + push[1]), share)

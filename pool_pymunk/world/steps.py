@@ -41,7 +41,8 @@ class Callbacks(Recorder):
         if self.of("on_contact") is not None:
             balls = tuple(self.state.balls[i] for i in contact.balls)
             closing = closing_speed(contact, {ball.number: ball.path.at(t)[1] for ball in balls})
-            event = ContactEvent(t, balls, contact.cushion, contact.point, contact.normal, closing)
+            where, impulse = (contact.point, contact.normal), self.state.engine.impulse
+            event = ContactEvent(t, balls, contact.cushion, *where, closing, impulse)
             self._tell("on_contact", event, balls=balls)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
@@ -88,8 +89,8 @@ class Callbacks(Recorder):
         state.drop_lost()
         before, moves = self._before.moves(), now.moves()
         for ball in state.on_table():
-            x, y, vx, vy = moves[ball.id][:4]
-            known = state.carried.get(ball) or before.get(ball.id, moves[ball.id])
+            x, y, vx, vy = moves[ball.body_id][:4]
+            known = state.carried.get(ball) or before.get(ball.body_id, moves[ball.body_id])
             there = None if (x, y) == known[:2] else state.beside(ball, x, y)
             goes = None if (vx, vy) == known[2:4] else (vx, vy)
             if there is not None or goes is not None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pymunk
 
 from pool_pymunk.model.places import said
@@ -12,6 +14,11 @@ from pool_pymunk.world.checks import Obstacle
 from pool_pymunk.world.state import LiveState, Phase
 
 WALL = 0x57616C6C  # This is our own collision type.
+# So many lines tell whether walls enclose a place; they are a little askew, as walls seldom are.
+LINES, SKEW = 32, 0.37
+# A place is off the table if fewer lines than this share say that it is on it: beside an obstacle
+# up to half of them say the wrong thing, across from two gaps an eighth.
+OFF = 0.25
 
 
 class Walls:
@@ -74,6 +81,26 @@ class Walls:
         self._unused.append(place)
         state.predict_anew()
         return True
+
+    def refuse_off_table(self, old: Vector, new: Vector) -> None:
+        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
+        if self._enclosed(old) > 0.5 and self._enclosed(new) < OFF:
+            raise setting_error("position", list(new), "the ball would lie off the table")
+
+    def _enclosed(self, place: Vector) -> float:
+        """Return which share of the straight lines from a place crosses an odd number of walls.
+
+        Of a place within the walls these are all, except for lines through gaps and obstacles.
+        """
+        shapes = [self._shapes[k] for k, each in self.obstacles.items() if not each.wall.is_pocket]
+        corners = [abs(x) for shape in shapes for x in shape.bb] or [0.0]
+        far = 4.0 * (max(corners) + abs(place[0]) + abs(place[1]))
+        odd = 0
+        for k in range(LINES):
+            angle = 2.0 * math.pi * (k + SKEW) / LINES
+            end = place[0] + far * math.cos(angle), place[1] + far * math.sin(angle)
+            odd += sum(each.segment_query(place, end) is not None for each in shapes) % 2
+        return odd / LINES
 
     def refuse_moved(self) -> None:
         """Refuse the present step if walls have moved, and put the balls back on their paths."""
