@@ -315,6 +315,7 @@ def input_value(scene: Scene, name: str) -> float:
 def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     """Return the scene with these numbers instead of its own.
 
+    A shot that places a ball places it as much elsewhere as the scene's own ball is.
     Raises SceneError where they make no scene.
 
     >>> from pool_pymunk import load
@@ -331,6 +332,15 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
         else:
             part = new.get((row.of, whose)) or _part(scene, row, whose)
             new[row.of, whose] = row.put(part, values[name])
+    for k, shot in enumerate(scene.shots, start=1):
+        ball = new.get((BALL, shot.ball))
+        if shot.place is not None and ball is not None:
+            was = _part(scene, TABLE["x"], shot.ball).position
+            moved = (
+                (p + now - then)
+                for p, now, then in zip(shot.place, ball.position, was, strict=True)
+            )
+            new[SHOT, str(k)] = replace(new.get((SHOT, str(k)), shot), place=tuple(moved))
     return replace(
         scene,
         restitution=replace(scene.restitution, **coefficients["restitution"]),

@@ -148,7 +148,8 @@ class Shot(Part):
     Beside the speed stands an ``angle`` (degrees, counter-clockwise from +x), or a ball to ``aim``
     at, by its id or as "nearest". ``from_previous`` goes on from where the shot before ended.
     ``published`` are reference ends to compare with (m). ``roll`` is a share of the ball's velocity
-    (follow is positive, draw negative), in a scene with ``Friction.rolling``.
+    (follow is positive, draw negative), in a scene with ``Friction.rolling``. With a ``place`` (m)
+    the ball begins there (ball in hand), even if it was pocketed before.
 
     >>> Shot("break", "C", speed=2.0, angle=0.0).launch
     (2.0, 0.0)
@@ -163,12 +164,15 @@ class Shot(Part):
     published: Ends = field(default_factory=dict, hash=False)
     angle: Angle | None = None
     roll: Factor = 0.0
+    place: Place | None = None
 
     def __repr__(self) -> str:
         said = {key: getattr(self, key) for key in LAUNCH}
         parts = [f"{key}={value!r}" for key, value in said.items() if value is not None]
         if self.roll != 0.0:
             parts.append(f"roll={self.roll!r}")
+        if self.place is not None:
+            parts.append(f"place={self.place!r}")
         if self.from_previous:
             parts.append("from_previous=True")
         if self.published:

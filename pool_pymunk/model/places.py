@@ -137,6 +137,22 @@ def place_problems(
         yield Problem(("balls", j, "position"), list(b.position), message)
 
 
+def no_room(
+    ball: Placed,
+    others: Iterable[Ball | Placed],
+    table: Table | None,
+    pockets: Sequence[Pocket] = (),
+    posts: Sequence[Post] = (),
+    units: Units = METRES,
+) -> Iterator[str]:
+    """Say why a ball cannot lie where it is placed: off the table, or in what."""
+    balls = {k: other for k, other in enumerate(others) if other.id != ball.id}
+    last = len(balls) + 1  # Overlaps are problems of the later ball.
+    for problem in place_problems({**balls, last: ball}, table, pockets, units=units, posts=posts):
+        if problem.steps[1] == last:
+            yield problem.message
+
+
 def post_problems(post: Post, table: Table | None, units: Units = METRES) -> Iterator[str]:
     """Say that a post is off the table, or in which cushion it lies."""
     (x, y), r = post.position, post.radius

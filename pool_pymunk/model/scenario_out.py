@@ -21,8 +21,8 @@ NEIGHBOURS = 4  # floats to each side of a quotient, one of which may give the n
 
 # A file has the keys of a part in this order; others follow.
 ORDER = (
-    "id", "name", "ball", "cue", "position", "length", "radius", "mass", "velocity", "speed",
-    "angle", "aim", "from", "published", "color",
+    "id", "name", "ball", "cue", "place", "position", "length", "radius", "mass", "velocity",
+    "speed", "angle", "aim", "from", "published", "color",
 )  # fmt: skip
 
 

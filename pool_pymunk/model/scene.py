@@ -7,9 +7,9 @@ friction, a second ball) is physics that no solver computes.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
@@ -25,7 +25,15 @@ from pool_pymunk.model.parts import (
     Restitution,
     Shot,
 )
-from pool_pymunk.model.places import METRES, SUNK, place_problems, placed, post_problems
+from pool_pymunk.model.places import (
+    METRES,
+    SUNK,
+    Placed,
+    no_room,
+    place_problems,
+    placed,
+    post_problems,
+)
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     Location,
@@ -166,19 +174,32 @@ class Scene(Part):
     def start(self, shot: Shot | None, before: State | None = None) -> State:
         """Return the state at the moment of a shot, from ``before`` or the scene's own.
 
-        Balls that are off the table there stay off. Raises SceneError for a shot that strikes or
-        aims at such a ball, or at one that the scene has not.
+        Balls that are off the table there stay off, except for one that the shot places. Raises
+        SceneError for a shot that strikes or aims at such a ball, or at one that the scene has not,
+        and for a place where the ball has no room.
         """
         state = before or self._as_set_up()
         if shot is None:
             return state
         raise_any(self._absent(shot, state.off))
         i = self.index[shot.ball]
+        if shot.place is not None:
+            state = self._with_ball_at(i, shot.place, state)
         velocity = shot.launch or self._aimed(shot, i, state)
         state = state._replace(velocity=_with(state.velocity, i, velocity))
         if state.roll is None:
             return state
         return state._replace(roll=_with(state.roll, i, _scaled(velocity, shot.roll)))
+
+    def _with_ball_at(self, i: int, place: Point, state: State) -> State:
+        """Return the state with ball ``i`` on the table, at another place (m)."""
+        ball = self.balls[i]
+        others = placed(self.balls, state).values()
+        here = Placed(ball.id, place, ball.radius)
+        room = no_room(here, others, self.table, self.pockets, self.posts)
+        raise_any(Problem("shot.place", list(place), message) for message in room)
+        position = _with(state.position, i, place)
+        return state._replace(position=position, off=state.off - {ball.id})
 
     def _as_set_up(self) -> State:
         """Return the state in which the scene's balls are before any shot."""
@@ -192,12 +213,12 @@ class Scene(Part):
     def _absent(self, shot: Shot, off: Collection[str]) -> Iterator[Problem]:
         """Find the balls that a shot strikes or aims at, and that are not on the table."""
         for key, id_ in (("ball", shot.ball), ("aim", shot.aim)):
-            if id_ in off:
+            if id_ in off and not (key == "ball" and shot.place is not None):
                 yield Problem(f"shot.{key}", id_, f"the ball is off the table before {shot.name}")
             elif id_ not in (None, NEAREST, *self.index):
                 message = f"there is no such ball (there are: {listed(self.index)})"
                 yield Problem(f"shot.{key}", id_, message)
-        if shot.aim == NEAREST and len(off) >= len(self.balls) - 1:
+        if shot.aim == NEAREST and len({*off, shot.ball}) >= len(self.balls):
             yield Problem("shot.aim", NEAREST, "every other ball is off the table")
 
     def _aimed(self, shot: Shot, i: int, state: State) -> Point:
@@ -322,6 +343,10 @@ def scene_problems(
     for where, post in posts:
         for message in post_problems(post, table, units):
             yield Problem((*where, "position"), list(post.position), message)
+    yield from _shots_without_room(
+        shots, there.values(), partial(no_room, table=table, pockets=holes, posts=obstacles,
+                                       units=units)
+    )  # fmt: skip
     ids = [ball.id for _, ball in balls]
     yield from shot_problems(shots, ids if knows_balls and ids else None)
     has_table = table is not None if has_table is None else has_table
@@ -337,6 +362,18 @@ def scene_problems(
     if moves and _never_rests(friction, physics) and physics.max_time is None:
         message = "is missing: without surface friction and gravity the balls never come to rest"
         yield Problem(("physics", "max_time"), LEFT_OUT, message)
+
+
+def _shots_without_room(
+    shots: Located[Shot], balls: Collection[Ball], no_room: Callable[..., Iterable[str]]
+) -> Iterator[Problem]:
+    """Find shots that place their ball where it has no room, as far as others are known."""
+    radii = {ball.id: ball.radius for ball in balls}
+    for where, shot in shots:
+        if shot.place is not None and shot.ball in radii:
+            here = Placed(shot.ball, shot.place, radii[shot.ball])
+            for message in no_room(here, () if shot.from_previous else balls):
+                yield Problem((*where, "place"), list(shot.place), message)
 
 
 def repeated(field: str, names: Iterable[tuple[Location, str]]) -> Iterator[Problem]:

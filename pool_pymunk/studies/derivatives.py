@@ -138,9 +138,11 @@ class _Chained(VariedInputs):
         ours = {"", str(number)}
         self.shots = [n for n in names if TABLE[parts(n)[0]].of == SHOT and parts(n)[1] in ours]
         others = [n for n in names if TABLE[parts(n)[0]].of != SHOT]
-        self.carried = np.array([self.by_names(i, others) for i in range(len(run.knots))])
-        if before is not None:
-            self.carried = before.changes.ends
+        own = np.array([self.by_names(i, others) for i in range(len(run.knots))])
+        self.carried = own if before is None else before.changes.ends.copy()
+        if run.shot is not None and run.shot.place is not None:
+            placed = run.scene.index[run.shot.ball]
+            self.carried[placed, :2] = own[placed, :2]
 
     def start(self, i: int) -> Array:
         """Return the change of a ball's state at the start; a shot gives its ball a velocity."""

@@ -248,6 +248,11 @@ class Study:
         return found | self.further
 
     @property
+    def places(self) -> tuple[Point, ...]:
+        """The places of the balls as the first shot of the chain begins (m)."""
+        return self.reference.scene.start(self.chain[0]).position
+
+    @property
     def further(self) -> dict[str, float]:
         """The half widths of further inputs by their names; each shot has a roll of its own."""
         found = dict(self.uncertainty.inputs)
@@ -262,7 +267,7 @@ class Study:
         scene, own = self.reference.scene, self.uncertainty.scaled(scale)
         rng = np.random.default_rng(seed)
         shots = rng.uniform(-1.0, 1.0, (samples, len(self.chain), 2)) * (own.speed, own.angle)
-        sampler = StartSampler(scene, own.widths(scene))
+        sampler = StartSampler(scene, own.widths(scene), self.places)
         starts, errors = sampler.starts(samples, rng), dict[str, Array]()
         for k, (speed, turn) in enumerate(shots.transpose(1, 2, 0), start=1):
             errors |= {f"speed.{k}": speed, f"turn.{k}": np.degrees(turn)}
@@ -284,7 +289,11 @@ class Study:
         others = {name: inputs.input_value(scene, name) + errors[name] for name in names}
         for name in [name for name in names if name[:3] in ("vx.", "vy.")]:
             velocity[:, scene.index[name[3:]], "xy".index(name[1])] = others.pop(name)
+        errors_of_places, position = position - self.places, position.copy()
         for k, shot in enumerate(self.chain, start=1):
+            if shot is not None and shot.place is not None:
+                i = scene.index[shot.ball]
+                position[:, i], pocketed[:, i] = shot.place + errors_of_places[:, i], -1
             there = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
             ball, share = None, None
             if shot is not None:
@@ -486,7 +495,7 @@ def _holds(study: Study, scale: float, by_errors: Array, seed: int) -> bool:
     """Tell whether most samples end within a tenth of what the derivatives say."""
     starts, errors, _ = study.draw(TRIED, seed, scale)
     played, finished = study.play(starts, errors, 1)
-    moved = starts - [ball.position for ball in study.reference.scene.balls]
+    moved = starts - study.places
     drawn = np.column_stack((moved.reshape(TRIED, -1), *errors.values()))
     widths = np.array(list(study.errors().values()))
     shares = drawn[:, widths > 0.0] / widths[widths > 0.0]

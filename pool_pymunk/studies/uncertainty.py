@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -214,11 +214,14 @@ def normal(numbers: Array) -> Array:
 
 
 class StartSampler:
-    """A start sampler draws starts; ``overlapping`` counts balls that it had to move apart."""
+    """A start sampler draws starts around ``places`` (m), by default those of the scene's balls.
 
-    def __init__(self, scene: Scene, widths: Array) -> None:
+    ``overlapping`` counts balls that it had to move apart.
+    """
+
+    def __init__(self, scene: Scene, widths: Array, places: Sequence[Point] | None = None) -> None:
         self.scene, self.widths, self.overlapping = scene, widths, 0
-        self.base = np.array([ball.position for ball in scene.balls])
+        self.base = np.array(places or [ball.position for ball in scene.balls])
         self.radius = np.array([ball.radius for ball in scene.balls])
         far = NEIGHBORS * np.hypot(*widths.max(axis=0))
         apart = np.hypot(*(self.base[:, None] - self.base[None]).transpose(2, 0, 1))

@@ -86,12 +86,13 @@ class Plan:
         from pool_pymunk import __version__
 
         shot = self.shot
-        rolls = [shot.roll] * self.scene.surface.rolls if shot else []
+        further = [shot.roll] * self.scene.surface.rolls if shot else []
+        further += (shot and shot.place) or ()
         said = {
             "format": 1,
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
-            "shot": shot and [shot.name, shot.ball, *self._struck_velocity, shot.aim, *rolls],
+            "shot": shot and [shot.name, shot.ball, *self._struck_velocity, shot.aim, *further],
             "law": self.law.name,
             "vary": {key: list(values) for key, values in sorted(self.vary.items())},
             "grid": {key: list(values) for key, values in self.grid.items()},
@@ -136,7 +137,7 @@ class Plan:
             position += width * (2.0 * numbers[:, START_SLOT:].reshape(position.shape) - 1.0)
             if not self._state.off:  # Overlapping balls are moved apart.
                 widths = np.full(position.shape[1:], width)
-                position = StartSampler(self.scene, widths).apart(position)
+                position = StartSampler(self.scene, widths, self._state.position).apart(position)
         arrays = {"position": position, "velocity": velocity}
         for key, values in columns.items():
             kind, whose = inputs.parts(self.meaning(key))
