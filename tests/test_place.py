@@ -8,18 +8,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from pool_pymunk import (
     Ball,
+    Batch,
     Friction,
     Pocket,
     Post,
     Restitution,
     Scene,
     SceneError,
+    SettingError,
     Shot,
     Table,
     Uncertainty,
+    find,
     loads,
     sensitivity,
     simulate,
@@ -181,3 +185,29 @@ def test_a_search_puts_the_ball_where_it_is_told(tmp_path: Path) -> None:
         shot = replace(SCENE.shots[0], place=place)
         alone = simulate(replace(SCENE, shots=(shot,)), 1, solver="event-driven")
         assert end == pytest.approx(np.ravel(alone.end.position), abs=1e-12)
+
+
+def test_a_ball_in_hand_is_looked_for_where_there_is_room() -> None:
+    """A straight shot pots the ball from behind it alone."""
+    lone = replace(SCENE, posts=(), shots=(Shot("pot", "C", speed=2.0, angle=0.0),))
+
+    def pots(batch: Batch) -> NDArray[np.bool_]:
+        return np.asarray(batch.pocketed[:, 1] == 0)
+
+    how: dict[str, Any] = {"speed": (1.0, 3.0), "tries": 60_000, "samples": 200, "best": 2}
+    found = find(lone, 1, pots, place=((0.2, 1.6), (0.1, 0.9)), **how)
+    assert found
+    for one in found:
+        assert one.shot.place is not None
+        assert one.run.pocketed["A"] == "far"
+        again = simulate(one.run.scene, one.shot, solver="event-driven")
+        assert again.final == one.run.final
+    assert found[0].share > find(lone, 1, pots, **how)[0].share
+
+
+def test_ranges_of_a_place_are_pairs() -> None:
+    wrong: Any = (0.2, 1.6, 0.1)
+    with pytest.raises(SettingError, match=r"place = .*: must be the ranges of x and of y"):
+        find(SCENE, 1, lambda batch: batch.hits > 0, place=wrong)
+    with pytest.raises(SettingError, match=r"y = \[0\.9, 0\.1\]: must be \(low, high\)"):
+        find(SCENE, 1, lambda batch: batch.hits > 0, place=((0.2, 1.6), (0.9, 0.1)))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.fast import Batch, simulate_many
+from pool_pymunk.fast.places import may_lie
 from pool_pymunk.model import Point, Scene, Shot
 from pool_pymunk.model.inputs import SHOT, input_value, rolled, row_of, struck
 from pool_pymunk.model.plain import argument, read_pair, size, whole
@@ -29,8 +30,10 @@ Wanted = Callable[[Batch], Any]
 APART = 1 << 64  # is added to the seed for the random numbers of other inputs
 AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
 TALL = 60  # speeds of the first look; the other tries are angles
-ROLLS = 7  # rolls of the first look, where they are looked for
-ROLL_ERROR = 0.05  # That of a player whose rolls are not in doubt; it tells shots apart.
+# rolls, x and y of the first look, where they are looked for
+FURTHER = {"roll": 7, "x": 5, "y": 5}
+# That of a player whose rolls are not in doubt, and radii, for places; they tell shots apart.
+ROLL_ERROR, PLACE_ERROR = 0.05, 0.5
 CANDIDATES = 12  # This many places are looked at closely, for each shot that is asked for.
 STEPS = 4  # So often a shot is moved to the middle of the tries around it that did it.
 MOST_STEPS = 20  # So often a shot is moved towards where balls shall end,
@@ -70,6 +73,7 @@ def find(
     angle: Range = (-180.0, 180.0),
     speed: Range | None = None,
     roll: Range | None = None,
+    place: tuple[Range, Range] | None = None,
     angle_error: float = 0.5,
     speed_error: float = 0.05,
     errors: Mapping[str, float] | None = None,
@@ -85,12 +89,13 @@ def find(
     ``wanted(batch)`` takes a :class:`~pool_pymunk.Batch` and returns which of its shots do it, a
     Boolean array (S,). The ball that ``shot`` strikes is struck at angles (degrees, from +x) within
     ``angle``, speeds (m/s) within ``speed`` (default: a quarter of the shot's to one and a half of
-    it) and rolls (shares of the velocity) within ``roll`` (default: the shot's). ``tries`` shots on
-    a grid are looked at first. The player's errors are normal, with the standard deviations
-    ``angle_error`` (degrees) and ``speed_error`` (m/s); ``errors`` has those of further inputs
-    (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of success is measured by
-    ``samples`` tries. The ``best`` shots are returned, no two of them within three standard
-    deviations of each other; the list is empty if no try did it. All runs are exact.
+    it) and rolls (shares of the velocity) within ``roll`` (default: the shot's). ``place`` has the
+    ranges of x and y (m) in which the ball may be put before (default: it lies where it lies).
+    ``tries`` shots on a grid are looked at first. The player's errors are normal, with the standard
+    deviations ``angle_error`` (degrees) and ``speed_error`` (m/s); ``errors`` has those of further
+    inputs (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of success is
+    measured by ``samples`` tries. The ``best`` shots are returned, no two of them within three
+    standard deviations of each other; the list is empty if no try did it. All runs are exact.
 
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then moved to where
     the squares of the distances from them are least (Gauss-Newton), as long as it does what is
@@ -109,21 +114,24 @@ def find(
     search = _ShotSearch(scene, chosen, wanted, seed, law)
     search.doubt(angle_error, speed_error, errors or {})
     search.aim_for({} if ends is None else ends)
-    search.read_ranges(angle, speed, roll)
+    search.read_ranges(angle, speed, roll, place)
     argument("tries", tries, whole(10 * TALL))
     argument("samples", samples, whole(10))
     argument("best", best, whole(1))
     found: list[Found] = []
-    for place in search.look(tries)[: CANDIDATES * best]:
-        one = search.closely(place, samples)
-        spots = [(other.angle, other.speed, other.shot.roll) for other in found]
-        if one is not None and not search.is_near((one.angle, one.speed, one.shot.roll), spots):
+    for spot in search.look(tries)[: CANDIDATES * best]:
+        one = search.closely(spot, samples)
+        spots = [search.spot_of(other.shot) for other in found]
+        if one is not None and not search.is_near(search.spot_of(one.shot), spots):
             found.append(one)
     return sorted(found, key=lambda one: (one.off, -one.share))[:best]
 
 
 class _ShotSearch:
-    """A search knows the scene, what is asked for, and the player."""
+    """A search knows the scene, what is asked for, and the player.
+
+    A spot (5,) is a shot: angle (degrees), speed (m/s), roll, and the x and y (m) of its ball.
+    """
 
     def __init__(
         self, scene: Scene, shot: Shot, wanted: Wanted, seed: int, law: str | Law | None
@@ -131,6 +139,7 @@ class _ShotSearch:
         self.scene, self.shot, self.wanted, self.seed, self.law = scene, shot, wanted, seed, law
         self.ball, start = scene.index[shot.ball], scene.start(shot)
         self.position, self.usual = np.array(start.position), math.hypot(*start.velocity[self.ball])
+        self.own = self.position[self.ball]
 
     def doubt(self, angle: float, speed: float, errors: Mapping[str, float]) -> None:
         """Say how far the shot and further inputs may be off: their standard deviations."""
@@ -153,29 +162,50 @@ class _ShotSearch:
         if not np.isfinite(self.goals).all():
             raise setting_error("ends", dict(ends), "must be finite numbers")
 
-    def read_ranges(self, angle: Range, speed: Range | None, roll: Range | None) -> None:
+    def read_ranges(
+        self, angle: Range, speed: Range | None, roll: Range | None,
+        place: tuple[Range, Range] | None,
+    ) -> None:  # fmt: skip
         """Read the ranges within which shots are looked for."""
         speed = speed or (0.25 * self.usual, 1.5 * self.usual)
-        given = {"angle": angle, "speed": speed, "roll": roll}
+        if place is not None and (not isinstance(place, Sequence) or len(place) != len("xy")):
+            raise setting_error("place", place, "must be the ranges of x and of y")
+        x, y = place or (None, None)
+        given = {"angle": angle, "speed": speed, "roll": roll, "x": x, "y": y}
         ranges = {key: read_pair(key, each) for key, each in given.items() if each is not None}
         for key, (low, high) in ranges.items():
             if not low < high:
                 raise setting_error(key, [low, high], "must be (low, high)")
             if key == "roll" and not self.scene.surface.rolls:
                 raise setting_error(key, [low, high], NO_ROLLING)
-        self.varied = list(ranges)
-        self.low, self.high = np.array([*ranges.values(), [self.shot.roll] * 2][:3]).T
+        self.varied = {key: k for k, key in enumerate(given) if key in ranges}
+        own = dict(zip(given, (0.0, 0.0, self.shot.roll, *self.own), strict=True))
+        self.low, self.high = np.array([ranges.get(key, (own[key],) * 2) for key in given]).T
 
-    def within(self, place: Array) -> Array:
-        """Return a place within the ranges; a range of 360 degrees or more goes round."""
-        place, low = place.copy(), self.low[0]
+    def spot_of(self, shot: Shot) -> Array:
+        """Return a found shot as a spot (5,)."""
+        return np.array([shot.angle, shot.speed, shot.roll, *(shot.place or self.own)])
+
+    def within(self, spot: Array) -> Array:
+        """Return a spot within the ranges; a range of 360 degrees or more goes round."""
+        spot, low = spot.copy(), self.low[0]
         if self.high[0] - low >= 360.0:
-            place[0] = low + (place[0] - low) % 360.0
-        return np.clip(place, self.low, self.high)
+            spot[0] = low + (spot[0] - low) % 360.0
+        return np.clip(spot, self.low, self.high)
 
-    def play(self, tries: Array, others: Array | None = None) -> Batch:
-        """Play the shot at angles, speeds and rolls (S, 3), with errors (S, P) of other inputs."""
-        (angle, speed, share), vary = tries.T, dict[str, Array]()
+    def places(self, tries: Array) -> tuple[Array, Mask]:
+        """Return the places of the balls (S, N, 2) for spots (S, 5), and where there is room."""
+        position = np.tile(self.position, (len(tries), 1, 1))
+        if "x" not in self.varied:
+            return position, np.ones(len(tries), dtype=bool)
+        position[:, self.ball] = tries[:, 3:]
+        has_room = np.asarray(may_lie(self.scene, position).all(axis=1))
+        position[~has_room] = self.position
+        return position, has_room
+
+    def play(self, tries: Array, others: Array | None = None) -> tuple[Batch, Mask]:
+        """Play spots (S, 5) with errors (S, P) of other inputs; tell where the ball has room."""
+        (angle, speed, share, _, _), vary = tries.T, dict[str, Array]()
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(tries), 1, 1))
         its = {"speed": np.maximum(speed, 0.0), "angle": angle}
         velocity[:, self.ball] = struck(velocity[:, self.ball], its)
@@ -190,71 +220,76 @@ class _ShotSearch:
             else:
                 vary[name] = values
         roll = rolled(self.scene, velocity, self.ball, share)
-        place, law = self.position, self.law
-        return simulate_many(self.scene, place, velocity, roll=roll, law=law, vary=vary)
+        (position, has_room), law = self.places(tries), self.law
+        batch = simulate_many(self.scene, position, velocity, roll=roll, law=law, vary=vary)
+        return batch, has_room
 
     def does(self, tries: Array, others: Array | None = None) -> Mask:
-        """Tell which of these shots (S, 3) do what is asked; a part at once is in memory."""
+        """Tell which of these spots (S, 5) do what is asked; a part at once is in memory."""
         found = []
         for k in range(0, len(tries), AT_ONCE):
             errors = None if others is None else others[k : k + AT_ONCE]
-            batch = self.play(tries[k : k + AT_ONCE], errors)
+            batch, has_room = self.play(tries[k : k + AT_ONCE], errors)
             answer = np.asarray(self.wanted(batch))
             if answer.shape != (len(batch),) or answer.dtype != np.bool_:
                 said = f"{answer.dtype} of shape {answer.shape}"
                 message = f"must return a Boolean array of shape ({len(batch)},)"
                 raise setting_error("wanted", said, message)
-            found.append(answer)
+            found.append(answer & has_room)
         return np.concatenate(found)
 
     def look(self, tries: int) -> list[Array]:
-        """Look at a grid, and return the places at which most around does it."""
-        deep = ROLLS if "roll" in self.varied else 1
-        wide = max(tries // (TALL * deep), 2)
-        x, y, z = map(np.linspace, self.low, self.high, (wide, TALL, deep))
-        grid = np.stack(np.meshgrid(x, y, z), axis=-1).reshape(-1, 3)
-        does = self.does(grid).reshape(TALL, wide, deep)
-        share = _smoothed(does.astype(float), x[1] - x[0], self.errors[0], axis=1)
-        share = _smoothed(share, y[1] - y[0], self.errors[1], axis=0)
+        """Look at a grid, and return the spots at which most around does it."""
+        deep = [count if key in self.varied else 1 for key, count in FURTHER.items()]
+        wide = max(tries // (TALL * math.prod(deep)), 2)
+        axes = [*map(np.linspace, self.low, self.high, (wide, TALL, *deep))]
+        grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, len(axes))
+        does = self.does(grid).reshape(TALL, wide, *deep)
+        share = does.astype(float)
+        for axis, (values, error) in enumerate(zip(axes, self.errors, strict=False)):
+            share = _smoothed(share, values[1] - values[0], error, axis=1 - axis)
         share[~does] = 0.0
-        places: list[Array] = []
+        spots: list[Array] = []
         for k in np.argsort(-share, axis=None, kind="stable").tolist():
-            if share.flat[k] == 0.0 or len(places) >= 200:
+            if share.flat[k] == 0.0 or len(spots) >= 200:
                 break
-            if not self.is_near(grid[k], places):
-                places.append(grid[k])
-        return places
+            if not self.is_near(grid[k], spots):
+                spots.append(grid[k])
+        return spots
 
-    def closely(self, place: Array, samples: int) -> Found | None:
-        """Move a place to where most tries around it do what is asked, and measure their share."""
+    def closely(self, spot: Array, samples: int) -> Found | None:
+        """Move a spot to where most tries around it do what is asked, and measure their share."""
         numbers = uniforms(self.seed, range(samples), 4)
-        errors = np.zeros((samples, 3))
+        errors = np.zeros((samples, len(spot)))
         errors[:, :2] = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
         more = uniforms(self.seed + APART, range(samples), 2 * len(self.others))
         each = [s * normal(more[:, 2 * k :]) for k, s in enumerate(self.others.values())]
         others, width = np.array(each).reshape(-1, samples).T, 1.0
         for _ in range(STEPS):
-            tries = place + width * errors
+            tries = spot + width * errors
             does = self.does(tries, width * others)
             if does.any():
                 middle = self.within(tries[does].mean(axis=0))
-                place = middle if self.does(middle[np.newaxis])[0] else place
+                spot = middle if self.does(middle[np.newaxis])[0] else spot
             width *= NARROWER
-        run = self.played(place)
+        run = self.played(spot)
         if run is None:
             return None
         if self.balls:
-            place, run = self.improved(place, run)
-        share, (angle, speed, _) = float(self.does(place + errors, others).mean()), place.tolist()
+            spot, run = self.improved(spot, run)
+        share, (angle, speed, *_) = float(self.does(spot + errors, others).mean()), spot.tolist()
         assert run.shot is not None
         return Found(run.shot, angle, speed, share, run, self.off(run))
 
-    def played(self, place: Array) -> Run | None:
+    def played(self, spot: Array) -> Run | None:
         """Play a shot exactly; return None if it does not do what is asked for."""
-        batch, (angle, speed, roll) = self.play(place[np.newaxis]), place.tolist()
-        if not np.asarray(self.wanted(batch))[0]:
+        (batch, has_room), (angle, speed, roll, x, y) = self.play(spot[np.newaxis]), spot.tolist()
+        if not has_room[0] or not np.asarray(self.wanted(batch))[0]:
             return None
-        shot = Shot("found", self.shot.ball, speed=max(speed, 0.0), angle=angle, roll=roll)
+        place = (x, y) if "x" in self.varied else self.shot.place
+        shot = Shot(
+            "found", self.shot.ball, speed=max(speed, 0.0), angle=angle, roll=roll, place=place
+        )
         return replace(batch.run(0), scene=replace(self.scene, shots=(shot,)), shot=shot)
 
     def off(self, run: Run) -> float:
@@ -262,28 +297,31 @@ class _ShotSearch:
         ends = np.array(run.end.position)[self.balls]
         return float(np.sqrt(((ends - self.goals) ** 2).sum()))
 
-    def improved(self, place: Array, run: Run) -> tuple[Array, Run]:
+    def improved(self, spot: Array, run: Run) -> tuple[Array, Run]:
         """Move a shot to where the balls end nearest to their goals, by steps of Gauss-Newton."""
+        names = [f"{key}.{self.shot.ball}" if key in "xy" else key for key in self.varied]
         for _ in range(MOST_STEPS):
-            slopes = derivatives(run, self.varied).final[self.balls].reshape(-1, len(self.varied))
+            slopes = derivatives(run, names).final[self.balls].reshape(-1, len(names))
             apart = (self.goals - np.array(run.end.position)[self.balls]).ravel()
             step = np.linalg.lstsq(np.nan_to_num(slopes), apart, rcond=None)[0]
-            step, least = np.pad(step, (0, 3 - len(step))), (1.0 - LEAST_GAIN) * self.off(run)
+            whole_step, least = np.zeros(len(spot)), (1.0 - LEAST_GAIN) * self.off(run)
+            whole_step[list(self.varied.values())] = step
             for share in SIZES:
-                moved = self.within(place + share * step)
+                moved = self.within(spot + share * whole_step)
                 other = self.played(moved)
                 if other is not None and self.off(other) < least:
-                    place, run = moved, other
+                    spot, run = moved, other
                     break
             else:
                 break
-        return place, run
+        return spot, run
 
-    def is_near(self, place: Any, places: Sequence[Any]) -> bool:
-        """Tell whether a shot is within three standard deviations of one of the others."""
-        away = np.reshape(places, (-1, 3)) - place
+    def is_near(self, spot: Array, spots: Sequence[Array]) -> bool:
+        """Tell whether a spot is within three standard deviations of one of the others."""
+        away = np.reshape(spots, (-1, len(spot))) - spot
         away[:, 0] = (away[:, 0] + 180.0) % 360.0 - 180.0
-        errors = np.array([*self.errors, self.others.get("roll") or ROLL_ERROR])
+        wide = PLACE_ERROR * self.scene.balls[self.ball].radius
+        errors = np.array([*self.errors, self.others.get("roll") or ROLL_ERROR, wide, wide])
         return bool((((away / errors) ** 2).sum(axis=1) <= 9.0).any())
 
 
