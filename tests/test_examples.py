@@ -212,3 +212,30 @@ def test_the_ends_stay_open_to_others() -> None:
     for _ in range(60):
         table.space.step(stadium.STEP)
     assert body.position.x == pytest.approx(-1.0)
+
+
+# -- a ball without losses -------------------------------------------------------------------------
+
+
+def test_a_ball_without_losses_is_chaotic_in_a_stadium_and_regular_in_a_circle(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    billiards = example("dynamical_billiards")
+    count = 500
+    found = billiards.main(["--out", str(tmp_path), "--contacts", str(count)])
+    assert (tmp_path / "dynamical_billiards.png").read_bytes().startswith(b"\x89PNG")
+    assert "500 contacts" in capsys.readouterr().out
+    exponents = [exponent for _, exponent in found]
+    assert exponents[0] == pytest.approx(0.43, abs=0.1)
+    assert max(exponents[1:]) < 0.02
+    for run, _ in found:
+        assert len(run.events) == count and run.warnings == ()
+        assert abs(run.energy["final"] - 0.5) < 1e-15 * count
+    along, sines = np.transpose(billiards.boundary_map(found[0][0]))
+    assert 0.0 <= along.min() < 0.1 and 4.0 + math.tau - 0.1 < along.max() <= 4.0 + math.tau
+    assert sines.min() < -0.95 and sines.max() > 0.95
+    for run, angle in ((found[1][0], 60.0), (found[2][0], 20.0)):
+        along, sines = np.transpose(billiards.boundary_map(run))
+        assert np.abs(sines - 0.6 * math.sin(math.radians(angle))).max() < 1e-12
+        turned = math.pi - 2.0 * math.asin(sines[0])
+        assert np.abs(np.sin((np.diff(along) - turned) / 2.0)).max() < 1e-10

@@ -6,6 +6,7 @@ import math
 import random
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from pool_pymunk.physics.sides import Arc
 
 EXACT = (("event-driven", None), ("pymunk", 1 / 60))
 R, r = 0.5, 0.03  # m; of a round table, and of its ball
+LENS = Table(((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)), (0.3, -0.2, 0.0, -0.3))
 INNER = R - r  # m; the centre of the ball is on this circle as it touches the cushion
 
 
@@ -294,3 +296,38 @@ def test_outlines_that_cannot_be() -> None:
         replace(load("stadium"), balls=(large,), posts=(), shots=())
     with pytest.raises(SceneError, match="greater than the width"):
         Table.stadium(1.0, 1.0)
+
+
+# -- without losses --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("table", [Table.stadium(4.2, 2.2), Table.circle(1.1), LENS])
+def test_a_front_of_paths_widens_as_sinai_has_it(table: Table) -> None:
+    """Its curvature B becomes B / (1 + t B) on a free path, and changes by 2 k / cos at a side.
+
+    It widens by 1 + t B on the path (Chernov and Markarian, Chaotic Billiards, 2006, 3.8).
+    """
+    (x, y), velocity, bend, width = (1.3, 1.0), (0.8, 0.6), 0.3, 1.0
+    scene = Scene(
+        balls=(Ball("C", (x, y), 0.1, 0.2, velocity=velocity),),
+        table=table,
+        restitution=Restitution(cushion=1.0),
+        physics=Physics(max_time=60.0),
+    )
+    run = simulate(scene, solver="event-driven")
+    rows = run.knots[0].tolist()
+    for k, (before, after) in enumerate(pairwise(rows)):
+        stretched = 1.0 + (after[0] - before[0]) * bend
+        width, bend = width * stretched, bend / stretched
+        if k < len(run.events):
+            number, (x, y, vx, vy) = run.events[k].cushion, after[1:5]
+            assert number is not None
+            edge = table.edges[number]
+            nx, ny = edge.at(edge.share(x, y))[1]
+            around = math.copysign(edge.arc_radius, -edge.bulge) + 0.1  # of the centre's boundary
+            bend += 2.0 / (around * (vx * nx + vy * ny))
+    found = run.derivatives()
+    start = np.array((-velocity[1], velocity[0], -0.3 * velocity[1], 0.3 * velocity[0]))
+    vx, vy = run.end.velocity[0]
+    assert len(run.events) > 20
+    assert abs((-vy, vx) @ found.final[0] @ start) == pytest.approx(abs(width), rel=1e-9)

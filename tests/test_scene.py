@@ -331,6 +331,15 @@ def test_heights_and_distances_of_a_cushion() -> None:
     assert edge.distance(5.0, 4.0) == 5.0  # This is 3-4-5 from its end.
 
 
+@pytest.mark.parametrize("bulge", [0.0, 1e-4, -1e-4, 0.5, -0.5, 1.0, 3.0])
+def test_a_cushion_knows_the_share_of_its_length_at_which_a_ball_touches_it(bulge: float) -> None:
+    edge = Table(((0.3, 0.2), (1.1, -0.7), (9.0, 9.0)), (bulge, 0.0, 0.0)).edges[0]
+    for share in (0.0, 0.01, 0.25, 0.5, 0.9, 1.0):
+        (x, y), (nx, ny) = edge.at(share)
+        for r in (0.0, 0.1):
+            assert edge.share(x + r * nx, y + r * ny) == pytest.approx(share, abs=1e-9)
+
+
 def moved(table: Table, dx: float, dy: float) -> Table:
     return Table(tuple((x + dx, y + dy) for x, y in table.outline))
 

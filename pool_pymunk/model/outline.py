@@ -76,6 +76,23 @@ class Edge(NamedTuple):
         x, y = cx + cos * (x - cx) - sin * (y - cy), cy + sin * (x - cx) + cos * (y - cy)
         return (x, y), side.normal(x, y)
 
+    def share(self, x: float, y: float) -> float:
+        """Return the share of the cushion's length at which it faces a point: what ``at`` takes.
+
+        It is 0 at ``start`` and 1 at ``end``. The point may be the centre of a ball that touches.
+
+        >>> straight, arc = Table.stadium(2.0, 1.0).edges[:2]
+        >>> straight.share(0.75, 0.1), arc.share(1.7, 0.5)
+        (0.25, 0.5)
+        """
+        side, (nx, ny) = self.side, self.normal
+        if isinstance(side, Face):
+            return self.along(x, y) / self.length
+        away = -math.copysign(1.0, self.bulge)  # The arc's middle is at ``away`` n of its centre.
+        dx, dy = away * (x - side.center[0]), away * (y - side.center[1])
+        turn = math.atan2(nx * dy - ny * dx, nx * dx + ny * dy)
+        return 0.5 + turn / (4.0 * math.atan(self.bulge))
+
     def points(self) -> list[Point]:
         """Return points along the cushion (m), from its start on, without its end."""
         parts = math.ceil(PIECES * 4.0 * abs(math.atan(self.bulge)) / math.tau)
