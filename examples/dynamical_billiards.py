@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from pool_pymunk import Ball, Physics, Restitution, Run, Scene, Table, simulate
 
-R, PIECE = 0.1, 100.0  # m, the ball's radius; s, what is differentiated at once
+R, PIECE = 0.1, 400.0  # m, the ball's radius; s, what is differentiated at once
 STADIUM, CIRCLE = Table.stadium(4.0 + 2.0 * R, 2.0 + 2.0 * R), Table.circle(1.0 + R)
 STARTS = ((STADIUM, 63.0, "#0072b2"), (CIRCLE, 60.0, "#d55e00"), (CIRCLE, 20.0, "#009e73"))
 
@@ -60,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> list[tuple[Run, float]]:
         ball, long = Ball("a", (1.7, 1.1), R, 1.0, velocity=velocity), Physics(max_time=1e9)
         scene = Scene((ball,), table, Restitution(cushion=1.0), physics=long)
         run = simulate(scene, solver="event-driven", max_events=options.contacts)
-        points, (grows, error) = boundary_map(run), exponent(scene, options.contacts // 100)
+        points, (grows, error) = boundary_map(run), exponent(scene, options.contacts // 400)
         energy, free = run.energy["final"], run.duration / len(run.events)
         print(f"{len(run.events)} contacts: {run.wall_time:.1f} s, {energy:.14f} J", end=", ")
         print(f"free path {free:.4f} m, exponent {grows:.5f} +- {error:.5f} / s")

@@ -221,10 +221,10 @@ def test_a_ball_without_losses_is_chaotic_in_a_stadium_and_regular_in_a_circle(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     billiards = example("dynamical_billiards")
-    count = 500
+    count = 800
     found = billiards.main(["--out", str(tmp_path), "--contacts", str(count)])
     assert (tmp_path / "dynamical_billiards.png").read_bytes().startswith(b"\x89PNG")
-    assert "500 contacts" in capsys.readouterr().out
+    assert "800 contacts" in capsys.readouterr().out
     exponents = [exponent for _, exponent in found]
     assert exponents[0] == pytest.approx(0.43, abs=0.1)
     assert max(exponents[1:]) < 0.02
