@@ -301,7 +301,7 @@ def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
         (("run", "report", "--dt", "1/0"), "--dt = 1/0: must be a number or a fraction"),
         (("run", "report", "--dt", "nan"), "--dt = nan"),
         (("run", "report", "--shot", "9"), "--shot = 9: there is no such shot"),
-        (("run",), "Missing"),
+        (("run",), "scenario: is missing"),
         (("run", "report", "--colour"), "No such option"),
         (("fly",), "No such command 'fly'"),
         (("compare", "report", "--solvers", "pymunk,magic"), "solver = magic"),

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import select
+import shlex
 import signal
 import subprocess
 import sys
@@ -16,8 +17,10 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+import typer
 from commands import Capture, exit_code, refusal
 from scenes import AT_A_TERMINAL
+from typer.core import TyperGroup
 
 from pool_pymunk import (
     SOLVERS,
@@ -31,12 +34,14 @@ from pool_pymunk import (
     simulate,
     simulate_all,
 )
+from pool_pymunk.cli import COMMANDS, app, read
 from pool_pymunk.cli import opt as choices
 from pool_pymunk.cli.terminal import Share, progress
 from pool_pymunk.model import UNITS
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.results.trace import Trace
+from pool_pymunk.safety.files import bundled
 from pool_pymunk.solvers import Settings
 from pool_pymunk.studies.tradeoff import Estimate, estimate
 
@@ -250,6 +255,55 @@ def test_help_shows_the_choices(capsys: Capture, monkeypatch: pytest.MonkeyPatch
             assert choice in shown, (command, choice)
     assert exit_code("collide", "--help") == 0
     assert "m|cm|mm|in, kg|g, m/s|in/s" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_fits_eighty_columns_and_has_an_example(
+    command: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert exit_code(command, "-h") == 0
+    shown = capsys.readouterr().out
+    assert max(map(len, shown.splitlines())) <= 80
+    assert "<bool>" not in shown
+    words = " ".join(shown.split())
+    assert f"Example: pool-pymunk {command} {COMMANDS[command]}" in words
+    if "{SCENARIO}" in shown:
+        assert all(name in words for name in bundled())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_example_of_a_command_can_be_read(command: str) -> None:
+    commands = typer.main.get_command(app)
+    assert isinstance(commands, TyperGroup)
+    commands.commands[command].make_context(command, shlex.split(COMMANDS[command]))
+
+
+@pytest.mark.parametrize(
+    ("typed", "line"),
+    [
+        ("sensitivity report --samples abc", "--samples = abc: must be a whole number"),
+        ("sensitivity report --angle-error 0.1in", "--angle-error = 0.1in: must be an angle"),
+        ("render report --fps abc", "--fps = abc: must be a number"),
+        ("play report --port abc", "--port = abc: must be a whole number"),
+        ("collide --restitution x --mass-a 1 --mass-b 1 --radius 1 --velocity-a 1 0",
+         "--restitution = x: must be a number"),
+        ("atlas report --angle=-5:5parsec", "--angle = 5parsec: must be an angle"),
+    ],
+)  # fmt: skip
+def test_a_wrong_number_is_named(typed: str, line: str, capsys: Capture) -> None:
+    assert exit_code(*typed.split()) == 2
+    assert capsys.readouterr().err.startswith(f"error: {line}")
+
+
+def test_angles_have_units() -> None:
+    said = {text: read.degrees("--angle", text) for text in ("5", "5 deg", "5°", "1rad", "1 mrad")}
+    assert list(said.values()) == pytest.approx([5, 5, 5, 57.29577951, 0.05729577951])
+
+
+def test_a_collision_says_what_was_read(capsys: Capture) -> None:
+    assert exit_code("collide", *shlex.split(COMMANDS["collide"])) == 0
+    assert "Ball A: 0.17 kg, radius 0.028575 m" in capsys.readouterr().out
 
 
 def test_help_imports_no_solver_and_nothing_that_draws() -> None:

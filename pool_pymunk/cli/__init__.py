@@ -9,9 +9,11 @@ from __future__ import annotations
 import os
 import sys
 from importlib import import_module
-from typing import Annotated, cast
+from inspect import cleandoc
+from typing import Annotated, Any, cast
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from pool_pymunk import __version__
 from pool_pymunk.cli import lib
@@ -19,19 +21,65 @@ from pool_pymunk.cli.read import InputError
 from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError
 from pool_pymunk.safety.interrupts import patient_interrupts
 
+# The commands, each with an example.
+COMMANDS = {
+    "run": "report --solver time-slice",
+    "collide": "--mass-a 170g --mass-b 170g --radius 1.125in --velocity-a 2m/s 0 --offset 1in",
+    "compare": "report --shot 4",
+    "tradeoff": "report --out renders/tradeoff",
+    "sensitivity": "report --shot 1 --angle-error 0.1deg",
+    "fit": "report --measured published --free restitution.cue_ball",
+    "sweep": "report --shot 1 --grid angle=-5:5:101 --out renders/sweep",
+    "atlas": "report --shot 1 --ball C --size 400x300",
+    "stability": "--quick",
+    "render": "eight-ball --fps 60",
+    "page": "eight-ball --overlay pymunk:1/60",
+    "play": "eight-ball",
+    "check": "nine-ball",
+}
+
+
+def _paragraphs(text: str | None) -> str:
+    """Return the paragraphs of a docstring, each in one line, which the terminal breaks."""
+    return "\n\n".join(" ".join(part.split()) for part in cleandoc(text or "").split("\n\n"))
+
+
+class _Command(TyperCommand):
+    """Its help shows no type for options that are switched on and off."""
+
+    def get_params(self, ctx: Any) -> Any:
+        return _without_types(super().get_params(ctx))
+
+
+class _Commands(TyperGroup):
+    """Its help shows no type for options that are switched on and off."""
+
+    def get_params(self, ctx: Any) -> Any:
+        return _without_types(super().get_params(ctx))
+
+
+def _without_types(params: Any) -> Any:
+    for param in params:
+        if getattr(param, "is_flag", False):
+            param.metavar = ""
+    return params
+
+
 app = typer.Typer(
     name="pool-pymunk",
     help="2D billiards in pymunk, by the report's time slices, and exactly.",
+    cls=_Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-COMMANDS = (
-    "run", "collide", "compare", "tradeoff", "sensitivity", "fit", "sweep", "atlas", "stability",
-    "render", "page", "play", "check",
-)  # fmt: skip
-for command in COMMANDS:
-    app.command()(getattr(import_module(f"pool_pymunk.cli.{command}"), command))
+for command, example in COMMANDS.items():
+    play = getattr(import_module(f"pool_pymunk.cli.{command}"), command)
+    epilog = f"Example: pool-pymunk {command} {example}"
+    app.command(cls=_Command, help=_paragraphs(play.__doc__), epilog=epilog)(play)
 
 INTERRUPTED = 130
+# what an option wants, by the type of pydantic's error
+WANTED = {"int_parsing": "must be a whole number", "float_parsing": "must be a number"}
 
 # Typer raises this for a command line that it cannot read; it exports only a subclass of it.
 UsageError = cast(type[Exception], typer.BadParameter.__mro__[1])
@@ -63,7 +111,7 @@ def _exit_code(arguments: list[str] | None) -> int:
         refused = InputError | lib.problems.SceneError | lib.problems.SettingError
         if isinstance(error, ValueError) and not isinstance(error, refused):
             raise
-        _complain(str(error))
+        _complain(_named(error))
         return 2
     except BrokenPipeError:  # the reader of our output left, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -74,6 +122,21 @@ def _exit_code(arguments: list[str] | None) -> int:
     if code == INTERRUPTED:
         _complain("interrupted")
     return code
+
+
+def _named(error: Exception) -> str:
+    """Return the message of an error; that of an option names it, and the value that was typed."""
+    option: Any = getattr(error, "param", None)
+    if option is None:
+        return str(error)
+    name = max(option.opts, key=len)
+    if "Missing" in type(error).__name__:
+        return f"{name}: is missing"
+    found: Any = getattr(error.__cause__, "errors", list)()
+    if not found:
+        return f"{name}: {error}"
+    wrong = found[0]
+    return f"{name} = {wrong['input']}: {WANTED.get(wrong['type'], error)}"
 
 
 def _complain(text: str) -> None:

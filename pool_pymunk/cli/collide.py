@@ -24,7 +24,7 @@ def collide(
     radius_b: Annotated[str | None, opt.option("Of ball B, if it is another.", "LENGTH")] = None,
     offset: Annotated[str, opt.option("Of B's centre to the left of A's line.", "LENGTH")] = "0",
     angle: Annotated[
-        float | None, opt.option("Of the line from A to B, instead of an offset.", "DEGREES")
+        str | None, opt.option("Of the line from A to B, instead of an offset.", "DEGREES")
     ] = None,
     restitution: Annotated[float, opt.option("Coefficient of restitution.")] = 1.0,
     friction: Annotated[float, opt.option("Coefficient of friction.")] = 0.0,
@@ -88,12 +88,17 @@ def _collision(typed: Mapping[str, Any], units: str) -> tuple[lib.collide.Collis
         return lib.collide.collide(a, b, offset, material), unit
     if offset != 0.0:
         raise read.InputError("--angle and --offset: one of the two")
-    return lib.collide.collide_at(a, b, math.radians(typed["angle"]), material), unit
+    return lib.collide.collide_at(
+        a, b, math.radians(read.degrees("--angle", typed["angle"])), material
+    ), unit
 
 
 def _print(hit: lib.collide.Collision, units: lib.Units) -> None:
     offset, touching = (units.from_si(x, "length") for x in (hit.offset, hit.contact_distance))
     before, after = hit.energy
+    for name, ball in (("A", hit.a), ("B", hit.b)):
+        mass, radius = units.from_si(ball.mass, "mass"), units.from_si(ball.radius, "length")
+        typer.echo(f"Ball {name}: {_six(mass)} {units.mass}, radius {_six(radius)} {units.length}")
     typer.echo(
         f"Offset {_six(offset)} of {_six(touching)} {units.length}; line of centres from A to B at "
         f"{_six(math.degrees(hit.angle))}° to x"

@@ -12,8 +12,8 @@ from typing import Annotated, Any
 
 import typer
 
-from pool_pymunk.cli import lib
 from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.safety.files import bundled
 
 SOLVERS = ("pymunk", "pymunk-discrete", "pymunk-builtin", "event-driven", "time-slice")
 FRICTION = ("joint", "callback")
@@ -37,7 +37,7 @@ def solver_lists(incomplete: str) -> list[str]:
 
 def scenario_names(incomplete: str) -> list[str]:
     """Return the bundled scenarios that begin as typed; where none does, shells offer files."""
-    return among(lib.scenario.bundled())(incomplete)
+    return among(bundled())(incomplete)
 
 
 def option(says: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
@@ -48,7 +48,9 @@ def option(says: str, metavar: str | None = None, *names: str, **more: Any) -> A
 Scenario = Annotated[
     str,
     typer.Argument(
-        metavar="SCENARIO", help="A file, or a bundled name.", autocompletion=scenario_names
+        metavar="SCENARIO",
+        help=f"A file, or a bundled name: {', '.join(bundled())}.",
+        autocompletion=scenario_names,
     ),
 ]
 SolverName = Annotated[

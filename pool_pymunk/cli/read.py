@@ -11,6 +11,7 @@ from pool_pymunk.cli import lib
 
 KINDS = {"start": "length", "noise.speed": "speed"}  # of a sweep's own keys
 PICTURES = (".png", ".svg", ".pdf")
+ANGLES = {"deg": 1.0, "°": 1.0, "mrad": math.degrees(1e-3), "rad": math.degrees(1.0)}
 
 
 class InputError(ValueError):
@@ -31,6 +32,22 @@ def seconds(key: str, text: str | None) -> float | None:
         raise InputError(f"{key} = {text}: must be a number or a fraction, e.g. 1/240") from None
     if not (value > 0.0 and math.isfinite(value)):
         raise InputError(f"{key} = {text}: must be greater than 0 and finite")
+    return value
+
+
+def degrees(key: str, text: str) -> float:
+    """Return an angle (degrees) as typed: in degrees, or with deg, rad or mrad behind it.
+
+    >>> degrees("--angle", "0.1deg"), round(degrees("--angle", "1 mrad"), 6)
+    (0.1, 0.057296)
+    """
+    unit = next((one for one in ANGLES if text.strip().endswith(one)), "deg")
+    try:
+        value = float(text.strip().removesuffix(unit)) * ANGLES[unit]
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{key} = {text}: must be an angle, such as 5 deg ({', '.join(ANGLES)})")
     return value
 
 
@@ -79,7 +96,9 @@ def size(text: str, said: str, smallest: int = 0) -> tuple[int, int]:
 def numbers(key: str, text: str, units: lib.Units, kind: str = "") -> tuple[float, ...]:
     """Return numbers with colons between them: in SI those of a ``kind``, but angles in degrees."""
     parts = text.split(":")
-    if kind not in ("", "angle"):
+    if kind == "angle":
+        return tuple(degrees(key, part) for part in parts)
+    if kind != "":
         return tuple(lib.quantities.quantity(key, part, kind, units) for part in parts)
     try:
         return tuple(map(float, parts))
@@ -91,7 +110,10 @@ def interval(key: str, text: str, units: lib.Units, kind: str) -> tuple[float, f
     """Return LOW:HIGH, as :func:`numbers` reads them."""
     try:
         low, high = numbers(key, text, units, kind)
-    except lib.problems.SceneError:  # It names the one of the two that is no quantity.
+    except (
+        lib.problems.SceneError,
+        InputError,
+    ):  # It names the one of the two that is no quantity.
         raise
     except ValueError:
         raise InputError(f"{key} = {text}: must be LOW:HIGH") from None

@@ -20,7 +20,7 @@ def sensitivity(
         str | None, opt.option("Of every start; default: half its last digit.", "LENGTH")
     ] = None,
     speed_error: Annotated[str, opt.option("Of the struck ball.", "SPEED")] = "0",
-    angle_error: Annotated[float, opt.option("Of its direction.", "DEGREES")] = 0.0,
+    angle_error: Annotated[str, opt.option("Of its direction.", "DEGREES")] = "0",
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
     seed: Annotated[int, opt.option("Of the random numbers.", "N")] = 0,
     threads: Annotated[
@@ -73,7 +73,7 @@ def sensitivity(
 
 
 def _uncertainty(
-    scenario: str, scene: lib.Scene, position: str | None, speed: str, angle: float
+    scenario: str, scene: lib.Scene, position: str | None, speed: str, angle: str
 ) -> lib.uncertainty.Uncertainty:
     """Return the errors as typed; those of positions as the scenario writes them, if not typed."""
     faster = lib.quantities.quantity("--speed-error", speed, "speed", scene.units)
@@ -85,7 +85,8 @@ def _uncertainty(
         if not isinstance(width, dict) or width.keys() != scene.index.keys():
             missing = "is missing, the scenario cannot be read twice"
             raise read.InputError(f"--position-error = (left out): {missing}")
-    return lib.uncertainty.Uncertainty(width, faster, math.radians(angle))
+    turned = math.radians(read.degrees("--angle-error", angle))
+    return lib.uncertainty.Uncertainty(width, faster, turned)
 
 
 def _print(found: lib.Sensitivity | None, line: lib.Linear | None) -> dict[str, object]:

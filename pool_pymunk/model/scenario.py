@@ -11,7 +11,6 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
-from importlib import resources
 from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar
@@ -43,6 +42,7 @@ from pool_pymunk.model.racks import KEYS as RACK
 from pool_pymunk.model.racks import rack
 from pool_pymunk.model.scene import Located, Scene, scene_problems
 from pool_pymunk.model.units import Units
+from pool_pymunk.safety.files import bundled as bundled
 
 Made = TypeVar("Made")
 SomePart = TypeVar("SomePart", bound=Part)
@@ -73,15 +73,6 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
 LISTS = ("pockets", "posts", "balls", "racks", "shots")
 SIZE = {"radius": 1.0, "mass": 1.0}  # stands in for one that is missing or broken
 OF_RACKS = {"position": "apex", "id": "ids"}  # what a rack has for these keys of its balls
-
-
-def bundled() -> dict[str, Path]:
-    """The scenarios that come with the package, by name."""
-    here = Path(str(resources.files("pool_pymunk")))
-    for folder in (here / "scenarios", here.parent / "scenarios"):
-        if folder.is_dir():
-            return {path.stem: path for path in sorted(folder.glob("*.toml"))}
-    return {}
 
 
 def load(scenario: str | Path) -> Scene:

@@ -1,4 +1,7 @@
-"""This module writes whole files or none: a file gets its name only when it is complete."""
+"""This module writes whole files or none, and knows which files come with the package.
+
+A file gets its name only when it is complete.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import resources
 from pathlib import Path
 
 from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
@@ -56,3 +60,12 @@ def _temporary(path: Path) -> Path:
     handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     return Path(name)
+
+
+def bundled() -> dict[str, Path]:
+    """The scenarios that come with the package, by name."""
+    here = Path(str(resources.files("pool_pymunk")))
+    for folder in (here / "scenarios", here.parent / "scenarios"):
+        if folder.is_dir():
+            return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    return {}
