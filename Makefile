@@ -1,4 +1,4 @@
-# make run, make test: all that a fresh clone needs. Both install into .venv first.
+# make run, make test: all that a fresh clone needs. Both install what they need into .venv first.
 # make check runs the quick half of the tests; it is for every change. make test-slow runs what make
 # test leaves out, and what is random with new choices; POOL_SEED=... repeats its random scenes, and
 # PROFILE=fixed those of hypothesis; then a share of the random scenes is played (POOL_SHARE).
@@ -16,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run check test played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
-run: $(VENV)/installed
+run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
 	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report
 
@@ -86,8 +86,13 @@ $(VENV)/docs-installed: pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	touch $@
 
-$(VENV)/installed: pyproject.toml
+# the program alone, without what its optional parts and the tests need
+$(VENV)/program-installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	touch $@
+
+$(VENV)/installed: $(VENV)/program-installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
 
