@@ -346,3 +346,18 @@ def test_an_unwritable_folder_gets_one_line(tmp_path: Path) -> None:
 def test_the_bundled_scenarios_are_sound() -> None:
     for name in bundled():
         assert load(name).balls
+
+
+def test_check_says_how_large_all_is_and_warns_of_giants(tmp_path: Path) -> None:
+    shown = typed("check", "report").stdout
+    assert "size over all: 88 x 44 in (2.2352 x 1.1176 m)" in shown
+    assert "mass: 160, 200 g (0.16, 0.2 kg)" in shown
+    assert "fastest shot: 4 m/s" in shown
+    assert "Warning" not in shown
+    text = bundled()["report"].read_text()
+    (tmp_path / "giant.toml").write_text(text.replace('"in"', '"m"').replace('"g"', '"kg"'))
+    giant = typed("check", str(tmp_path / "giant.toml"))
+    assert giant.returncode == 0
+    assert "Warning: the table is 88 m long; is a unit or a digit wrong?" in giant.stdout
+    assert "ball C has 4.19 kg/m^3, less than a foam" in giant.stdout
+    assert all("Warning" not in typed("check", name).stdout for name in bundled())

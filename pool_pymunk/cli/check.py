@@ -8,9 +8,13 @@ from pool_pymunk.cli import lib, opt
 
 
 def check(scenario: opt.Scenario) -> int:
-    """Validate a scenario and say what will be modelled and what will not."""
+    """Validate a scenario and say what will be modelled, what will not, and how large it is."""
     scene = lib.scenario.load(scenario)
     typer.echo(f"{lib.scenario.label(scenario)}: sound")
     for line in lib.listing.modelled(scene):
         typer.echo(f"  {line}")
+    for line in lib.listing.magnitudes(scene):
+        typer.echo(f"  {line}")
+    for line in lib.listing.implausible(scene):
+        typer.echo(f"Warning: {line}; is a unit or a digit wrong?")
     return 0

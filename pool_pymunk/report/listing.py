@@ -6,13 +6,17 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from pool_pymunk.model import Point, Scene
+from pool_pymunk.model import Point, Scene, Units
 from pool_pymunk.model.scenario import load
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
 
 QUICK = 1.0  # s
+# What is outside of these bounds is implausible. kg/m^3: polystyrene foam has some 15, and the
+# densest metal, osmium, 22,600; as spheres, flat discs seem lighter than they are. m: a toy, and a
+# curling sheet of 45.7. m/s: the fastest golf balls have some 95.
+DENSITY, TABLE, FASTEST = (10.0, 22_600.0), (0.1, 50.0), 100.0
 DECIMALS = {"m": 4, "cm": 2, "mm": 1, "in": 2}  # of lengths: tenths of a millimetre, except inches
 
 
@@ -200,6 +204,59 @@ def modelled(scene: Scene) -> Iterator[str]:
     if scene.physics.max_time is not None:
         yield f"runs end after {scene.physics.max_time:g} s at the latest"
     yield f"shots: {len(scene.shots) or 'none, the scene runs as its velocities have it'}"
+
+
+def magnitudes(scene: Scene) -> Iterator[str]:
+    """Yield the sizes, masses, coefficients and speeds of a scene, in its units and in SI."""
+    if scene.table is not None:
+        x0, y0, x1, y1 = scene.table.bounds
+        yield f"size over all: {_both(scene, 'length', x1 - x0, y1 - y0)}"
+    for name, kind, values in (
+        ("radius", "length", [ball.radius for ball in scene.balls]),
+        ("mass", "mass", [ball.mass for ball in scene.balls]),
+        ("fastest shot", "speed", [_fastest(scene)]),
+    ):
+        yield f"{name}: {_both(scene, kind, *sorted(set(values)), between=', ')}"
+    for group, part in (("restitution", scene.restitution), ("friction", scene.friction)):
+        given = {key: getattr(part, key) for key in part.KEYS if getattr(part, key) is not None}
+        if given:
+            yield f"{group}: {', '.join(f'{key} {value:g}' for key, value in given.items())}"
+
+
+def implausible(scene: Scene) -> Iterator[str]:
+    """Yield what is implausible, because a unit or a digit may be wrong.
+
+    >>> from pool_pymunk import Ball, Restitution
+    >>> list(implausible(Scene((Ball("a", (0.0, 0.0), radius=2.25, mass=160.0),))))
+    ['as a sphere, ball a has 3.35 kg/m^3, less than a foam']
+    """
+    for ball in scene.balls:
+        density = ball.mass / (4.0 / 3.0 * math.pi * ball.radius**3)
+        if not DENSITY[0] <= density <= DENSITY[1]:
+            than = "less than a foam" if density < DENSITY[0] else "more than any metal"
+            yield f"as a sphere, ball {ball.id} has {density:.3g} kg/m^3, {than}"
+            break
+    if scene.table is not None:
+        x0, y0, x1, y1 = scene.table.bounds
+        length = max(x1 - x0, y1 - y0)
+        if not TABLE[0] <= length <= TABLE[1]:
+            yield f"the table is {length:.3g} m long"
+    if _fastest(scene) > FASTEST:
+        yield f"a ball starts with {_fastest(scene):.3g} m/s"
+
+
+def _fastest(scene: Scene) -> float:
+    """Return the highest speed (m/s) of a ball at the start of the scene or of a shot."""
+    velocities = [ball.velocity for ball in scene.balls]
+    velocities += [shot.launch or (shot.speed or 0.0, 0.0) for shot in scene.shots]
+    return max(math.hypot(*velocity) for velocity in velocities)
+
+
+def _both(scene: Scene, kind: str, *values: float, between: str = " x ") -> str:
+    """Return values in the scene's units, and in SI behind them where that is another unit."""
+    own, si = getattr(scene.units, kind), getattr(Units(), kind)
+    said = f"{between.join(f'{scene.units.from_si(value, kind):.6g}' for value in values)} {own}"
+    return said if own == si else f"{said} ({between.join(f'{v:.6g}' for v in values)} {si})"
 
 
 def _coefficient(friction: float) -> str:
