@@ -249,7 +249,7 @@ def test_check_says_what_is_modelled() -> None:
     assert "no damping callback" in bare and "roll" not in bare
     rolls = typed("check", "follow-and-draw").stdout
     assert "rolling friction: 0.0980665 m/s^2; balls slide, then roll" in rolls
-    assert rolls.count("rolling") == 1
+    assert rolls.count("rolling friction") == 1
 
 
 def test_solvers_that_nobody_named_may_be_unable_to_roll() -> None:
