@@ -15,7 +15,7 @@ import numpy as np
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START
-from pool_pymunk.fast.due import path_of
+from pool_pymunk.fast.due import may_roll, path_of, slows
 from pool_pymunk.fast.kinds import (
     ball_ball,
     curvature,
@@ -26,18 +26,27 @@ from pool_pymunk.fast.kinds import (
     normal,
 )
 from pool_pymunk.fast.loop import OUT_OF_TIME, read_shot
-from pool_pymunk.fast.moves import nearest, put_path
-from pool_pymunk.fast.records import NOTHING, Out, Tracks
-from pool_pymunk.fast.shots import COLUMNS, Floats, Source, is_gone
+from pool_pymunk.fast.moves import nearest, path_from, put_path
+from pool_pymunk.fast.records import NOTHING, Moving, Out, Tracks
+from pool_pymunk.fast.shots import COLUMNS, OF_SURFACE, Floats, Source, is_gone
 from pool_pymunk.fast.tables import table_of
-from pool_pymunk.model.inputs import Names, parts, start_of
+from pool_pymunk.model.inputs import Names, parts, roll_start_of, share_of, start_of
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.physics import saltation
 from pool_pymunk.physics.contact import NT, Pair, split
 from pool_pymunk.physics.dual import BESIDE, STRAIGHT, WIDE
-from pool_pymunk.physics.path import motion_at, set_off
+from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.saltation import AGREE, BLUR, GRAZE, MOST, Geometry, is_now
-from pool_pymunk.physics.surface import slowed, slowing
+from pool_pymunk.physics.surface import (
+    longer,
+    roll_at,
+    roll_rate,
+    slipped,
+    slipping,
+    slowed,
+    slowing,
+    without_slip,
+)
 from pool_pymunk.results.run import Run
 
 CAREFUL = 4.0  # This many times as wide as there, limits leave what is doubtful to `Changes`.
@@ -49,11 +58,12 @@ NO_ONE = -(1 << 30)  # stands for neither a ball nor a wall
 # touch: the sides of walls, and the `first` side of each wall; discs at rest (D, 5): x, y, radius,
 # whether only a ball's centre counts, wall; faces (F, 8): start, tangent, normal, length, wall; and
 # (C, 6) where faces begin or end at a corner: it, tangent, normal. What P inputs change: the starts
-# (S, N, 4, P), masses (N, P), radii (N, P), coefficients (6, P). And how shots stand: the changes
-# of the balls' states (N, 4, P) at their last breakpoints, what each has met there, how many
+# (S, N, K, P), masses (N, P), radii (N, P), coefficients (7, P). And how shots stand: the changes
+# of the balls' states (N, K, P) at their last breakpoints, what each has met there, how many
 # breakpoints each has had, whether it is off the table; and of the balls of a contact (2): their
 # numbers, motions (6) and changes of the velocities' parts (4, P), how late the contact comes and
-# how far its normal turns (P), and the derivatives of the law (4, 8).
+# how far its normal turns (P), and the derivatives of the law (4, 8). A state has K numbers: place
+# and velocity, and where balls roll the roll.
 Follow = namedtuple(
     "Follow",
     "w tracks sides first discs faces corners starts of_mass of_radius of_coefficients "
@@ -81,15 +91,13 @@ class Follower:
 
     def watch(self, part: slice, tracks: Tracks) -> None:
         """Follow these shots, if their changes are ordinary."""
-        if self.source.scene.surface.rolls:
-            return  # The derivatives of balls that roll are worked out in Python.
         source, duration = self.source, self.out.duration[part]
         is_cut = (self.out.status[part] == OUT_OF_TIME) | (duration == self.latest)
         balls, count = len(source.scene.balls), len(self.names)
-        shapes = (balls, 4, count), (2, 6), (4, count), (count,), (count,), (4, 8)
+        inputs = _inputs(source, self.names, part)
+        shapes = inputs[0].shape[1:], (2, 6), (4, count), (count,), (count,), (4, 8)
         changes, *others = (np.empty(shape) for shape in shapes)
         numbers = np.empty((3, balls), np.int64)
-        inputs = _inputs(source, self.names, part)
         room = (changes, *numbers, np.empty(2, np.int64), *others)
         g = Follow(source.work(keeps=True), tracks, *self.around, *inputs, *room)
         found, known = self.found[part], self.known[part]
@@ -110,7 +118,8 @@ def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
     """Return what the inputs change in some shots, in the arrays of a follow."""
     scene, count, is_off = source.scene, len(names), is_gone(source.position[part])
     velocity = np.where(is_off[..., np.newaxis], 0.0, source.velocity[part])
-    starts = np.zeros((*velocity.shape[:2], 4, count))
+    roll = None if source.roll is None else source.roll[part]
+    starts = np.zeros((*velocity.shape[:2], 4 if roll is None else 6, count))
     sizes = {key: np.zeros((len(scene.balls), count)) for key in ("mass", "radius")}
     coefficients = np.zeros((len(COLUMNS), count))
     for p, name in enumerate(names):
@@ -118,13 +127,18 @@ def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
         if kind in sizes:
             sizes[kind][scene.index[whose], p] = 1.0
         elif kind in COLUMNS:
-            unit = scene.physics.gravity if kind == "friction.surface" else 1.0
+            unit = scene.physics.gravity if kind in OF_SURFACE else 1.0
             coefficients[COLUMNS[kind], p] = unit
-        for i, ball in enumerate(scene.balls):
-            start = start_of(name, ball, i == source.watched, velocity[:, i].T)
-            if start is not None:
-                for row, each in enumerate(start):
-                    starts[:, i, row, p] = each
+    for i, ball in enumerate(scene.balls):
+        is_struck, its, share = i == source.watched, velocity[:, i].T, None
+        if roll is not None:
+            share = share_of(its.T, roll[:, i], None if is_struck else ball.roll)
+        for p, name in enumerate(names):
+            start = start_of(name, ball, is_struck, its) or (0.0, 0.0, 0.0, 0.0)
+            if roll is not None:
+                start = *start, *roll_start_of(name, start, is_struck, its, share)
+            for row, each in enumerate(start):
+                starts[:, i, row, p] = each
     if scene.restitution.cue_ball is None and "restitution.cue_ball" not in source.vary:
         coefficients[1] = coefficients[0]  # The cue ball is as any other.
     return starts, *sizes.values(), coefficients
@@ -183,7 +197,8 @@ def start(g: Follow, starts: Any, first: int) -> None:
 
 def set_out(g: Follow, i: int, row: Any, met: int) -> None:
     """Go on to the next breakpoint of a ball, where it has met something."""
-    put_path(g.w.ball[i], set_off(row[1], (row[2], row[3]), (row[4], row[5]), g.w.scene.pull))
+    path = path_from(g.w, row[1], (row[2], row[3]), (row[4], row[5]), (row[8], row[9]))
+    put_path(g.w.ball[i], path)
     g.at[i] += 1
     g.met[i] = met
 
@@ -193,9 +208,8 @@ def follow_shot(g: Follow, first: int, last: int, begun: int, ended: int) -> boo
     breakpoints, k = g.tracks.rows, first + g.w.scene.balls
     while k < last:
         i, t, met, takes_in = int(breakpoints[k, 0]), breakpoints[k, 1], NO_ONE, False
-        if (
-            breakpoints[k, 4] != 0.0 or breakpoints[k, 5] != 0.0 or g.w.ball[i].end != t
-        ):  # It is no stop.
+        is_roll = begins_to_roll(g.w.ball[i], breakpoints[k])
+        if not is_roll and not comes_to_rest(g.w.ball[i], breakpoints[k]):
             if begun == ended or g.tracks.contacts[begun, 0] != i:
                 return False
             met = g.tracks.contacts[begun, 1]
@@ -208,20 +222,30 @@ def follow_shot(g: Follow, first: int, last: int, begun: int, ended: int) -> boo
         )
         if not is_there or is_doubtful(g, t, met):
             return False
-        for n in range(1 + (met >= 0)):
-            carry(g, g.balls[n], t)
-        if met == NO_ONE:
-            g.change[i, 2:] = 0.0
+        if is_roll:
+            is_sound = rolls(g, i, breakpoints[k])
+        elif met == NO_ONE:
+            is_sound = rests(g, i, breakpoints[k])
         elif takes_in:
-            if not falls(g, i, t, -1 - met):
-                return False
-        elif not meets(g, breakpoints, k, t, met):
+            is_sound = falls(g, i, breakpoints[k + 1], met)
+        else:
+            is_sound = meets(g, breakpoints, k, t, met)
+        if not is_sound:
             return False
-        set_out(g, i, breakpoints[k + takes_in], met)
-        if met >= 0:
-            set_out(g, met, breakpoints[k + 1], i)
         k = there + 1
     return begun == ended
+
+
+def comes_to_rest(ball: Moving, row: Any) -> bool:
+    """Tell whether a ball rests at a breakpoint because its path ends there."""
+    is_still = row[4] == 0.0 and row[5] == 0.0 and row[6] == 0.0 and row[7] == 0.0
+    return bool(is_still and ball.end == row[1])
+
+
+def begins_to_roll(ball: Moving, row: Any) -> bool:
+    """Tell whether a ball rolls from a breakpoint on because it slid until then."""
+    is_roll = row[4] == row[8] and row[5] == row[9] and not (row[6] == 0.0 and row[7] == 0.0)
+    return bool(not slows(ball) and is_roll and ball.end == row[1])
 
 
 def finish(g: Follow, found: Any) -> bool:
@@ -249,20 +273,73 @@ def copy(numbers: Any, there: Any) -> None:
 
 def carry(g: Follow, i: int, t: float) -> None:
     """Take a ball's change along its path, to a time (s)."""
-    ball, change = g.w.ball[i], g.change[i]
-    numbers = slowing(ball.vx, ball.vy, t - ball.t, g.w.scene.pull)
-    for p in range(change.shape[1]):
-        pull = g.of_coefficients[3, p]
-        change[0, p], change[1, p], change[2, p], change[3, p] = slowed(
-            numbers, change[0, p], change[1, p], change[2, p], change[3, p], pull
-        )
+    ball, change, scene = g.w.ball[i], g.change[i], g.w.scene
+    if not slows(ball):
+        slip_on(g, i, t)
+    elif not may_roll(ball):
+        numbers = slowing(ball.vx, ball.vy, t - ball.t, scene.pull)
+        for p in range(change.shape[1]):
+            pull = g.of_coefficients[3, p]
+            change[0, p], change[1, p], change[2, p], change[3, p] = slowed(
+                numbers, change[0, p], change[1, p], change[2, p], change[3, p], pull
+            )
+    elif t > ball.t:
+        numbers = slowing(ball.vx, ball.vy, t - ball.t, scene.drag)
+        for p in range(change.shape[1]):
+            u, v = (
+                without_slip(change[2, p], change[4, p]),
+                without_slip(change[3, p], change[5, p]),
+            )
+            change[0, p], change[1, p], u, v = slowed(
+                numbers, change[0, p], change[1, p], u, v, g.of_coefficients[6, p]
+            )
+            change[2, p] = change[4, p] = u
+            change[3, p] = change[5, p] = v
 
 
-def falls(g: Follow, i: int, t: float, wall: int) -> bool:
+def slip_on(g: Follow, i: int, t: float) -> None:
+    """Take the change of a ball along its path while it slips, to a time (s)."""
+    ball, own = g.w.ball[i], g.change[i]
+    numbers = slipping(ball.vx, ball.vy, ball.roll[1], ball.roll[2], t - ball.t, g.w.scene.pull)
+    for p in range(own.shape[1]):
+        own[0, p], own[1, p], own[2, p], own[3, p], own[4, p], own[5, p] = slipped(
+            numbers, own[0, p], own[1, p], own[2, p], own[3, p], own[4, p], own[5, p],
+            g.of_coefficients[3, p],
+        )  # fmt: skip
+
+
+def rolls(g: Follow, i: int, row: Any) -> bool:
+    """Let a ball begin to roll; return False where its change is too large."""
+    ball, own, most = g.w.ball[i], g.change[i], 0.0
+    ux, uy = ball.vx - ball.roll[1], ball.vy - ball.roll[2]
+    for p in range(own.shape[1]):
+        of_slip, pull = (own[2, p] - own[4, p], own[3, p] - own[5, p]), g.of_coefficients[3, p]
+        g.late[p] = longer(ux, uy, g.w.scene.pull, of_slip[0], of_slip[1], pull)
+    carry(g, i, row[1])
+    for p in range(own.shape[1]):
+        before, after = (ball.ax, ball.ay), (row[6], row[7])
+        u, v = saltation.begins_to_roll(before, after, own[2, p], own[3, p], g.late[p])
+        own[2, p] = own[4, p] = u
+        own[3, p] = own[5, p] = v
+        most = max(most, abs(own[0, p]), abs(own[1, p]), max(abs(u), abs(v)))
+    set_out(g, i, row, NO_ONE)
+    return most * CAREFUL < MOST
+
+
+def rests(g: Follow, i: int, row: Any) -> bool:
+    """Let a ball come to rest."""
+    carry(g, i, row[1])
+    g.change[i, 2:] = 0.0
+    set_out(g, i, row, NO_ONE)
+    return True
+
+
+def falls(g: Follow, i: int, row: Any, met: int) -> bool:
     """Let a ball fall into a pocket, where it stays; return False if it grazes the rim."""
-    x, y, vx, vy = motion_at(path_of(g.w.ball[i]), t)
-    nx, ny = normal(g.sides[g.first[wall]], x, y)
+    x, y, vx, vy = motion_at(path_of(g.w.ball[i]), row[1])
+    nx, ny = normal(g.sides[g.first[-1 - met]], x, y)
     g.change[i], g.gone[i] = 0.0, 1
+    set_out(g, i, row, met)
     return bool(-(vx * nx + vy * ny) > CAREFUL * GRAZE * max(abs(vx), abs(vy)))
 
 
@@ -273,6 +350,7 @@ def meets(g: Follow, breakpoints: Any, k: int, t: float, met: int) -> bool:
     """Take changes through a contact, as `Changes` does; return False where it is doubtful."""
     i, count, fastest, size = g.balls[0], 1 if met < 0 else 2, 0.0, 0.0
     for n in range(count):
+        carry(g, g.balls[n], t)
         ball, motion = g.w.ball[g.balls[n]], g.motion[n]
         x, y, vx, vy = motion_at(path_of(ball), t)
         motion[0], motion[1], motion[2], motion[3] = x, y, vx, vy
@@ -290,10 +368,12 @@ def meets(g: Follow, breakpoints: Any, k: int, t: float, met: int) -> bool:
     if geometry.closing <= CAREFUL * GRAZE * fastest or geometry.depth <= UNCLEAR * size:
         return False
     move_on(g, geometry, count)
+    for n in range(count):
+        move_roll(g, g.balls[n], 1.0)
     if count == 2:
         is_sound = answer_hit(g, geometry, fastest, breakpoints, k)
     else:
-        is_sound = answer_bounce(g, geometry, fastest, breakpoints, k)
+        is_sound = answer_bounce(g, geometry, fastest, breakpoints[k])
     most = 0.0
     for n in range(count):
         row, change = breakpoints[k + n], g.change[g.balls[n]]
@@ -303,8 +383,23 @@ def meets(g: Follow, breakpoints: Any, k: int, t: float, met: int) -> bool:
             own = g.parts[2 * n, p], g.parts[2 * n + 1, p]
             new = saltation.after(geometry, rate, place, own, g.turn[p], g.late[p])
             change[0, p], change[1, p], change[2, p], change[3, p] = new
-            most = max(most, abs(new[0]), abs(new[1]), max(abs(new[2]), abs(new[3])))
+        set_out(g, g.balls[n], row, g.balls[1 - n] if count == 2 else met)
+        move_roll(g, g.balls[n], -1.0)
+        for p in range(change.shape[1]):
+            for m in range(change.shape[0]):
+                most = max(most, abs(change[m, p]))
     return bool(is_sound and most * CAREFUL < MOST)
+
+
+def move_roll(g: Follow, i: int, later: float) -> None:
+    """Take the change of a ball's roll to a contact that comes late, or from there (-1) on."""
+    ball, change = g.w.ball[i], g.change[i]
+    if may_roll(ball):
+        roll = ball.roll[1], ball.roll[2]
+        ax, ay = roll_rate((ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, *roll))
+        for p in range(change.shape[1]):
+            change[4, p] += later * ax * g.late[p]
+            change[5, p] += later * ay * g.late[p]
 
 
 def six(motion: Any) -> Any:
@@ -367,21 +462,29 @@ def answer_hit(g: Follow, geometry: Geometry, fastest: float, breakpoints: Any, 
     return bend * CAREFUL <= STRAIGHT * most
 
 
-def answer_bounce(g: Follow, geometry: Geometry, fastest: float, breakpoints: Any, k: int) -> bool:
+def answer_bounce(g: Follow, geometry: Geometry, fastest: float, row: Any) -> bool:
     """Answer a hit on a cushion by the law's derivatives; return False as for a hit of balls."""
     scene, e, mu = g.w.scene, g.w.scene.cushion, g.w.scene.cushion_friction
     v = split((g.motion[0, 2], g.motion[0, 3]), geometry.normal)
     after, most, slides = cushion(scene, v, e, mu), max(abs(v.n), abs(v.t)), moves(g, 1)
     wide = WIDE * BESIDE * max(fastest, most)
-    is_sound = is_answer(breakpoints[k], after, geometry, 0.5 * AGREE * fastest)
+    is_sound = is_answer(row, after, geometry, 0.5 * AGREE * fastest)
     if not is_sound or (slides and abs(v.t) <= CAREFUL * wide):
         return False
     slower = (-wide if v.t > 0.0 else wide) if slides else 0.0
     more = cushion(scene, NT(v.n - wide, v.t + slower), e, mu)
     less = cushion(scene, NT(v.n + wide, v.t - slower), e, mu)
     cushion_slopes(scene, v, e, mu, g.law)
+    roll = roll_at(path_of(g.w.ball[g.balls[0]]), row[1])
     for p in range(len(g.late)):
-        answer_change(g, p, 2, (g.of_coefficients[2, p], g.of_coefficients[4, p]))
+        before, of_mu = g.parts[0, p], g.of_coefficients[4, p]
+        answer_change(g, p, 2, (g.of_coefficients[2, p], of_mu))
+        if may_roll(g.w.ball[g.balls[0]]):
+            most, of_most = saltation.most_of_roll(mu, after.n - v.n, of_mu, g.parts[0, p] - before)
+            own, turn = g.change[g.balls[0]], g.turn[p]
+            own[4, p], own[5, p] = saltation.slowed_roll(
+                geometry, roll, own[4, p], own[5, p], turn, most, of_most
+            )
     return bend_of(more, after, less) * CAREFUL <= STRAIGHT * most
 
 
@@ -470,14 +573,14 @@ def may_touch(g: Follow, i: int, t: float, met: int, done: int) -> bool:
     ball = g.w.ball[i]
     if g.gone[i]:
         return False
-    is_still = ball.vx == 0.0 and ball.vy == 0.0
+    is_still = not moves_on(ball)
     if not is_still and ball.t < t and may_touch_table(g, i, t, met):
         return True
     for j in range(g.w.scene.balls):
         other = g.w.ball[j]
         since = max(ball.t, other.t)
-        rests = is_still and other.vx == 0.0 and other.vy == 0.0
-        if j in (i, done) or rests or g.gone[j] or since >= t:
+        both_rest = is_still and not moves_on(other)
+        if j in (i, done) or both_rest or g.gone[j] or since >= t:
             continue
         have_met = g.met[i] == j and g.met[j] == i and ball.t == other.t
         x, y, vx, vy = motion_at(path_of(ball), since)
@@ -490,6 +593,11 @@ def may_touch(g: Follow, i: int, t: float, met: int, done: int) -> bool:
         ):  # fmt: skip
             return True
     return False
+
+
+def moves_on(ball: Moving) -> bool:
+    """Tell whether a ball moves on its path, or sets off."""
+    return bool(ball.vx != 0.0 or ball.vy != 0.0 or ball.ax != 0.0 or ball.ay != 0.0)
 
 
 def may_touch_table(g: Follow, i: int, t: float, met: int) -> bool:

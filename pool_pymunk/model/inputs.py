@@ -21,6 +21,7 @@ from pool_pymunk.model.problems import listed, setting_error, suggestion
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.model.units import Units
+from pool_pymunk.physics.path import NOISE
 
 Names = tuple[str, ...]
 Floats = NDArray[np.float64]
@@ -362,6 +363,33 @@ def start_of(name: str, ball: Ball, struck: bool, velocity: Any) -> tuple[Any, .
     row = TABLE[kind]
     is_its = struck if row.of == SHOT else row.of == BALL and whose == ball.id
     return row.start(*velocity) if is_its and row.start is not None else None
+
+
+def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
+    """Return which share (...) of velocities (..., 2) rolls are; 0 if they are no share.
+
+    It is the share that balls have as their ``own``, or without one that along the velocity.
+
+    >>> share_of(np.array([[2.0, 0.0], [2.0, 0.0]]), np.array([[-1.0, 0.0], [0.0, 1.0]])).tolist()
+    [-0.5, 0.0]
+    """
+    if own is None:
+        square = np.square(velocity).sum(axis=-1)
+        own = (roll * velocity).sum(axis=-1) / np.where(square > 0.0, square, 1.0)
+    usual = np.expand_dims(own, -1) * velocity
+    most = NOISE * np.abs(usual).sum(axis=-1, keepdims=True)
+    return np.where((np.abs(roll - usual) <= most).all(axis=-1), own, 0.0)
+
+
+def roll_start_of(name: str, moved: Any, struck: bool, velocity: Any, share: Any) -> Any:
+    """Return how a ball's roll at the start (2,) depends on an input.
+
+    By the input its velocity is ``moved`` (4,) as :func:`start_of` says. Its roll is a ``share`` of
+    its velocity.
+    """
+    if parts(name)[0] == "roll" and struck:
+        return velocity
+    return share * moved[2], share * moved[3]
 
 
 def in_units(units: Units, name: str, value: float) -> float:

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.surface import GYRATION
 
 # Rounding moves a place by less than this share of its coordinates. An instant of the engine has
 # the same bound (:func:`~pool_pymunk.engine.decisions.instant`).
@@ -115,6 +116,36 @@ def after(geometry: Geometry, rate: Any, place: Any, parts: Any, turn: Part, lat
         nx * n - ny * t - vy * turn - ax * late,
         ny * n + nx * t + vx * turn - ay * late,
     )
+
+
+def begins_to_roll(before: Vector, after: Vector, u: Part, v: Part, late: Part) -> Any:
+    """Return the change of the velocity, and so of the roll, of a ball that begins to roll.
+
+    It does so ``late`` (s), and its acceleration changes then.
+    """
+    return u + (before[0] - after[0]) * late, v + (before[1] - after[1]) * late
+
+
+def slowed_roll(
+    geometry: Geometry, roll: Vector, w: Part, z: Part, turn: Part, most: float, of_most: Part
+) -> Any:
+    """Return the change of a ball's roll that a cushion slows, from that just before.
+
+    The cushion takes ``most`` (m/s) off the part of the roll along its normal, which does not
+    change its sign; ``of_most`` is the change of this.
+    """
+    (nx, ny), (wx, wy) = geometry.normal, roll
+    less, across = wx * nx + wy * ny, wy * nx - wx * ny
+    of_less = nx * w + ny * z + across * turn
+    if most <= abs(less):
+        sign = 1.0 if less > 0.0 else -1.0
+        less, of_less = sign * most, sign * of_most
+    return w - nx * of_less + ny * less * turn, z - ny * of_less - nx * less * turn
+
+
+def most_of_roll(mu: float, push: float, of_mu: Part, of_push: Part) -> Any:
+    """Return how much of a roll (m/s) a cushion takes that pushes a ball so, and its change."""
+    return mu * push / GYRATION, (mu * of_push + of_mu * push) / GYRATION
 
 
 # -- what rounding decides -------------------------------------------------------------------------

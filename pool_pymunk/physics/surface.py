@@ -142,53 +142,33 @@ class Rolling(NamedTuple):
         by ``pull`` and ``drag`` (..., 6, 2). A slip that is given to a ball that rolls is gone at
         once: it goes on with 5/7 of the change of its velocity and 2/7 of that of its roll.
         """
-        velocity, roll = breakpoints[..., 3:5], breakpoints[..., 7:9]
-        slip = velocity - roll
-        size = np.sqrt((slip**2).sum(axis=-1))
-        slides = size > 0.0
-        by_state, by_friction = self._rolling(velocity, time)
-        ux = slip / _row(np.where(slides, size, 1.0))
-        time = np.minimum(time, 2.0 * size / (7.0 * self.pull)) if self.pull > 0.0 else time
-        lost = self.pull * time / np.where(slides, size, 1.0)
-        turn = _grid(lost) * (np.eye(2) - ux[..., :, np.newaxis] * ux[..., np.newaxis, :])
-        parts = -_grid(time) * turn / 2.0, -turn, turn / GYRATION
-        sliding = np.zeros_like(by_state) + np.eye(6)
-        sliding[..., :2, 2:4] = _grid(time) * np.eye(2)
-        by_pull = np.concatenate(
-            (-_row(time**2 / 2.0) * ux, -_row(time) * ux, _row(time / GYRATION) * ux), axis=-1
-        )
-        for k, part in enumerate(parts):
-            sliding[..., 2 * k : 2 * k + 2, 2:4] += part
-            sliding[..., 2 * k : 2 * k + 2, 4:] -= part
-        of_sliding = np.stack((by_pull, np.zeros_like(by_pull)), axis=-1)
-        return (
-            np.where(_grid(slides), sliding, by_state),
-            np.where(_grid(slides), of_sliding, by_friction),
-        )
-
-    def _rolling(self, velocity: Array, time: Array) -> tuple[Array, Array]:
-        """Linearise the motion of balls that roll, or rest."""
-        slowing, by_drag = _slowing(velocity, time, self.drag)
-        by_state = np.zeros((*slowing.shape[:-2], 6, 6))
-        by_friction = np.zeros((*slowing.shape[:-2], 6, 2))
-        for rows, its in ((slice(0, 4), slice(0, 4)), (slice(4, 6), slice(2, 4))):
-            by_state[..., rows, :2] = slowing[..., its, :2]
-            by_state[..., rows, 2:4] = (1.0 - SHARE) * slowing[..., its, 2:]
-            by_state[..., rows, 4:] = SHARE * slowing[..., its, 2:]
-            by_friction[..., rows, 1:] = by_drag[..., its, :]
-        at_once = _grid(np.asarray(time) == 0.0)
-        return np.where(at_once, np.eye(6), by_state), by_friction
+        rows, time = breakpoints.reshape(-1, breakpoints.shape[-1]), np.ravel(time)
+        asked = list(zip(*rows[:, [3, 4, 7, 8]].T.tolist(), time.tolist(), strict=True))
+        x, y, u, v, w, z, pull, drag = np.eye(8)
+        slips = Slipping(*_columns([
+            slipping(vx, vy, wx, wy, t, self.pull) for vx, vy, wx, wy, t in asked
+        ]))  # fmt: skip
+        sliding = slipped(slips, x, y, u, v, w, z, pull)
+        slows = Slowing(*_columns([slowing(vx, vy, t, self.drag) for vx, vy, _, _, t in asked]))
+        rolling = slowed(slows, x, y, without_slip(u, w), without_slip(v, z), drag)
+        is_slide = (rows[:, 3:5] != rows[:, 7:9]).any(axis=1)[:, np.newaxis]
+        both = np.stack([
+            np.where(is_slide, slides, rolls)
+            for slides, rolls in zip(sliding, (*rolling, *rolling[2:]), strict=True)
+        ], axis=1)  # fmt: skip
+        both[time == 0.0] = np.eye(6, 8)
+        both = both.reshape(*breakpoints.shape[:-1], 6, 8)
+        return both[..., :6], both[..., 6:]
 
     def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]:
         """Return how much later (s) a phase ends, by its state (6,), and by pull and drag."""
-        velocity, slip = breakpoint_[3:5], breakpoint_[3:5] - breakpoint_[7:9]
-        size = math.hypot(*slip)
-        if size == 0.0:
-            by_state, by_drag = _end_of_slowing(velocity, self.drag)
+        _, _, _, vx, vy, _, _, wx, wy = breakpoint_.tolist()
+        if (vx, vy) == (wx, wy):
+            by_state, by_drag = _end_of_slowing(breakpoint_[3:5], self.drag)
             return np.concatenate((by_state, (0.0, 0.0))), np.array([0.0, by_drag[0]])
-        by_slip = SHARE * slip / size / self.pull
-        by_pull = -SHARE * size / self.pull**2
-        return np.concatenate(((0.0, 0.0), by_slip, -by_slip)), np.array([by_pull, 0.0])
+        _, _, u, v, w, z, pull, _ = np.eye(8)
+        later = longer(vx - wx, vy - wy, self.pull, u - w, v - z, pull)
+        return later[:6], later[6:]
 
 
 def slide_or_roll(
@@ -312,11 +292,70 @@ def slowed(s: Slowing, x: Any, y: Any, u: Any, v: Any, pull: Any) -> Any:
     )
 
 
+class Slipping(NamedTuple):
+    """These numbers say what motion that slips, until it rolls, makes of small changes.
+
+    The slip runs along (``ux``, ``uy``) for a ``time`` (s). A change of the slip across this turns
+    the acceleration ``turn`` (1/s) times as fast.
+    """
+
+    ux: float
+    uy: float
+    time: float
+    turn: float
+
+
+def slipping(vx: float, vy: float, wx: float, wy: float, time: float, pull: float) -> Slipping:
+    """Linearise motion that slips, after a ``time`` (s); numba can compile it."""
+    ux, uy = vx - wx, vy - wy
+    slip = math.sqrt(ux * ux + uy * uy)
+    if slip == 0.0:
+        return Slipping(0.0, 0.0, 0.0, 0.0)
+    if pull > 0.0:
+        time = min(time, SHARE * slip / pull)
+    return Slipping(ux / slip, uy / slip, time, pull / slip)
+
+
+def slipped(s: Slipping, x: Any, y: Any, u: Any, v: Any, w: Any, z: Any, pull: Any) -> Any:
+    """Return the change of a ball's state, as :func:`slowed`; (``w``, ``z``) is that of its roll.
+
+    >>> slides = slipping(7.0, 0.0, 0.0, 0.0, 1.0, 2.0)
+    >>> [round(part, 9) for part in slipped(slides, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)]
+    [-0.5, -0.0, -1.0, -0.0, 2.5, 0.0]
+    """
+    across = s.turn * (s.ux * (v - z) - s.uy * (u - w))
+    ax, ay = s.uy * across - s.ux * pull, -s.ux * across - s.uy * pull
+    far, spun = s.time * s.time / 2.0, s.time / GYRATION
+    return (
+        x + s.time * u + far * ax,
+        y + s.time * v + far * ay,
+        u + s.time * ax,
+        v + s.time * ay,
+        w - spun * ax,
+        z - spun * ay,
+    )
+
+
+def without_slip(velocity: Any, roll: Any) -> Any:
+    """Return the change of a rolling ball's velocity and roll, once the slip of both is gone."""
+    return (1.0 - SHARE) * velocity + SHARE * roll
+
+
+def longer(ux: float, uy: float, pull: float, by_x: Any, by_y: Any, by_pull: Any) -> Any:
+    """Return how much longer (s) a slip of (``ux``, ``uy``) m/s lasts, by the changes of all."""
+    slip = math.sqrt(ux * ux + uy * uy)
+    return SHARE / pull * ((ux * by_x + uy * by_y) / slip - slip / pull * by_pull)
+
+
+def _columns(found: Sequence[tuple[float, ...]]) -> Array:
+    """Return the numbers of many motions, each as a column (K, 1)."""
+    return np.array(found)[..., np.newaxis].swapaxes(0, 1)
+
+
 def _slowing(velocity: Array, time: Array, pull: float) -> tuple[Array, Array]:
     """Linearise motion that slows to rest, by its state (..., 4, 4) and ``pull`` (..., 4, 1)."""
     asked = zip(velocity.reshape(-1, 2).tolist(), np.ravel(time).tolist(), strict=True)
-    found = np.array([slowing(vx, vy, duration, pull) for (vx, vy), duration in asked])
-    numbers = Slowing(*found.reshape(-1, len(Slowing._fields), 1).swapaxes(0, 1))
+    numbers = Slowing(*_columns([slowing(vx, vy, duration, pull) for (vx, vy), duration in asked]))
     both = np.stack(np.broadcast_arrays(*slowed(numbers, *np.eye(5))), axis=1)
     both = both.reshape(*np.shape(time), 4, 5)
     return both[..., :4], both[..., 4:]
@@ -326,11 +365,3 @@ def _end_of_slowing(velocity: Array, pull: float) -> tuple[Array, Array]:
     """Return how much later (s) motion comes to rest, by its state (4,) and by ``pull`` (1,)."""
     speed = math.hypot(*velocity)
     return np.concatenate(((0.0, 0.0), velocity / speed / pull)), np.array([-speed / pull**2])
-
-
-def _row(numbers: Array) -> Array:
-    return np.asarray(numbers)[..., np.newaxis]
-
-
-def _grid(numbers: Array) -> Array:
-    return np.asarray(numbers)[..., np.newaxis, np.newaxis]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.model.inputs import Names, parts, start_of
+from pool_pymunk.model.inputs import Names, roll_start_of, share_of, start_of
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
@@ -27,20 +27,21 @@ from pool_pymunk.physics.saltation import (
     Motion6,
     after,
     at_contact,
+    begins_to_roll,
     bounce,
     hit,
     is_at_corner,
     is_now,
     lateness,
+    most_of_roll,
     parts_before,
+    slowed_roll,
     turning,
 )
-from pool_pymunk.physics.surface import GYRATION, roll_rate
+from pool_pymunk.physics.surface import roll_rate
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies.touches import Touch, touches
-
-ROLL = "roll"  # the input of that name
 
 ByInputs = list[Array | None]
 
@@ -67,24 +68,20 @@ class VariedInputs:
 
     def by_names(self, i: int, names: Iterable[str]) -> Array:
         """Return the same change by some of the inputs."""
-        change = np.zeros((4, self.count))
-        ball, shot = self.run.scene.balls[i], self.run.shot
-        _, _, _, *velocity, _, _ = self.run.knots[i][0, :7].tolist()
-        struck = self.run.struck == ball.id
+        rolls = self.run.scene.surface.rolls
+        change = np.zeros((6 if rolls else 4, self.count))
+        ball, shot, begun = self.run.scene.balls[i], self.run.shot, self.run.knots[i][0]
+        struck, velocity, share = self.run.struck == ball.id, tuple(begun[3:5].tolist()), 0.0
+        if rolls:
+            share = float(share_of(begun[3:5], begun[7:9], None if struck else ball.roll))
+        if shot and struck:  # Of a shot of a batch, the roll alone is known.
+            share = shot.roll
         for name in names:
-            change[:, self.column[name]] = start_of(name, ball, struck, tuple(velocity)) or 0.0
-        if not self.run.scene.surface.rolls:
-            return change
-        roll, share = self.run.knots[i][0, 7:9], ball.roll
-        if struck:  # Of a shot of a batch, the roll alone is known.
-            square = float(np.square(velocity).sum())
-            share = shot.roll if shot else float(roll @ velocity) / (square or 1.0)
-        own = share * np.array(velocity)
-        is_share = bool(shot and struck) or (np.abs(roll - own) <= NOISE * np.abs(own).sum()).all()
-        turn = share * change[2:] if is_share else np.zeros_like(change[2:])
-        for name in [name for name in names if parts(name)[0] == ROLL and struck]:
-            turn[:, self.column[name]] = velocity
-        return np.concatenate((change, turn))
+            moved = start_of(name, ball, struck, velocity) or (0.0, 0.0, 0.0, 0.0)
+            if rolls:
+                moved = *moved, *roll_start_of(name, moved, struck, velocity, share)
+            change[:, self.column[name]] = moved
+        return change
 
     def unit(self, name: str) -> Array | None:
         """Return the change of one input itself; None if it is not varied."""
@@ -308,9 +305,7 @@ class Changes:
         ]
         if self.surface.rolls and len(balls) == 1:
             pushed = answer[0].n - before_nt[0].n, (answered - parts)[0]
-            rolls = [
-                self._slowed(balls[0], event, rolls[0], np.array(geometry.normal), turn, *pushed)
-            ]
+            rolls = [self._slowed(balls[0], event, rolls[0], geometry, turn, *pushed)]
         for n, i in enumerate(balls):
             roll = self._roll_at(i, 1, rolls[n], -late)
             self.at[i] += 1
@@ -329,26 +324,24 @@ class Changes:
         return np.asarray(change + rate[:, np.newaxis] * times)
 
     def _slowed(
-        self, i: int, event: Event, change: Array, n: Array, turning: Array, push: float,
-        pushed: Array,
+        self, i: int, event: Event, change: Array, geometry: Geometry, turn: Array, push: float,
+        of_push: Array,
     ) -> Array:  # fmt: skip
         """Return the change of a ball's roll that a cushion slows down.
 
-        ``push`` (m/s) is how much the cushion changes the ball's speed along the normal ``n``, and
-        ``pushed`` and ``turning`` (P,) are the changes of this and of the normal (rad).
+        ``push`` (m/s) is how much the cushion changes the ball's speed along the normal, and
+        ``of_push`` and ``turn`` (P,) are the changes of this and of the normal (rad).
         """
-        last, across = np.array(self.breakpoints[i][self.at[i]]), np.array([-n[1], n[0]])
-        roll = last[7:9] + (event.t - last[0]) * np.array(roll_rate(last.tolist()))
+        last = self.breakpoints[i][self.at[i]]
+        rate, time = roll_rate(last), event.t - last[0]
+        roll = last[7] + time * rate[0], last[8] + time * rate[1]
         assert event.cushion is not None
-        mu = self.walls[event.cushion].friction
-        unit = self.inputs.of_cushion("friction", event.cushion)
-        along, of_along = roll @ n, n @ change + (roll @ across) * turning
-        most, of_most = mu * push / GYRATION, mu * pushed / GYRATION
-        if unit is not None:
-            of_most = of_most + push / GYRATION * unit
-        sign, is_all = math.copysign(1.0, along), most >= abs(along)
-        less, of_less = (along, of_along) if is_all else (sign * most, sign * of_most)
-        return np.asarray(change - n[:, None] * of_less - across[:, None] * less * turning)
+        of_mu = self.inputs.of_cushion("friction", event.cushion)
+        most = most_of_roll(
+            self.walls[event.cushion].friction, push, 0.0 if of_mu is None else of_mu, of_push
+        )
+        w, z = change
+        return np.array(slowed_roll(geometry, roll, w, z, turn, *most))
 
     def _geometry(self, balls: list[int], states: list[Motion6], event: Event) -> Geometry:
         """Return the geometry of a contact."""
@@ -446,8 +439,8 @@ class Changes:
         before = self.breakpoints[i][self.at[i]]
         self._come_to(i, event.t)
         after = self.breakpoints[i][self.at[i]]
-        change[2:4] += np.subtract(before[5:7], after[5:7])[:, np.newaxis] * times
-        change[4:] = change[2:4]
+        _, _, u, v, _, _ = change
+        change[2:4] = change[4:] = begins_to_roll(before[5:7], after[5:7], u, v, times)
         self.times.append(times)
         self.change[i] = change
 
