@@ -117,8 +117,11 @@ class Follower:
 def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
     """Return what the inputs change in some shots, in the arrays of a follow."""
     scene, count, is_off = source.scene, len(names), is_gone(source.position[part])
-    velocity = np.where(is_off[..., np.newaxis], 0.0, source.velocity[part])
-    roll = None if source.roll is None else source.roll[part]
+    velocity, roll = (
+        None if each is None else np.where(is_off[..., np.newaxis], 0.0, each[part])
+        for each in (source.velocity, source.roll)
+    )
+    assert velocity is not None
     starts = np.zeros((*velocity.shape[:2], 4 if roll is None else 6, count))
     sizes = {key: np.zeros((len(scene.balls), count)) for key in ("mass", "radius")}
     coefficients = np.zeros((len(COLUMNS), count))
@@ -244,7 +247,7 @@ def comes_to_rest(ball: Moving, row: Any) -> bool:
 
 def begins_to_roll(ball: Moving, row: Any) -> bool:
     """Tell whether a ball rolls from a breakpoint on because it slid until then."""
-    is_roll = row[4] == row[8] and row[5] == row[9] and not (row[6] == 0.0 and row[7] == 0.0)
+    is_roll = row[4] == row[8] and row[5] == row[9] and not (row[4] == 0.0 and row[5] == 0.0)
     return bool(not slows(ball) and is_roll and ball.end == row[1])
 
 
