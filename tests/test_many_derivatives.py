@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 from kinks import BESIDE, KINKS, L_SHAPED
 from scenes import frozen_rack, seeds
-from shots import KINDS, needs_numba, shots_of, some_scene
+from shots import KINDS, ROLLING, needs_numba, shots_of, some_scene
 
 from pool_pymunk import (
     NT,
@@ -25,7 +27,8 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk import simulate_many as play
-from pool_pymunk.fast import many
+from pool_pymunk.fast import compiled, loop, many
+from pool_pymunk.fast.tables import can_compile
 
 SAME = 1e-12  # of a shot's largest derivative
 
@@ -54,8 +57,10 @@ def compare(kind: str, seed: int, count: int) -> int:
                 "friction.ball_ball": rng.uniform(0.0, 0.3, count),
                 "friction.cushion": rng.uniform(0.0, 0.3, count),
                 "restitution.ball_ball": rng.uniform(0.6, 1.0, count)}  # fmt: skip
-        if kind != "no friction":
+        if not kind.startswith("no friction"):
             vary["friction.surface"] = rng.uniform(0.05, 0.3, count)
+            if kind in ROLLING:
+                vary["friction.rolling"] = rng.uniform(0.001, 0.05, count)
     batch = play(scene, *shots_of(scene, count, seed), vary=vary, derivatives="all")
     return check(batch, range(count))
 
@@ -68,13 +73,52 @@ def test_a_hundred_random_shots_have_the_derivatives_of_their_runs(kind: str) ->
     assert compiled >= {"frozen": 0, "hard": 0, "crowd": 3}.get(kind, 6)
 
 
+@pytest.fixture
+def in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shots of balls that roll are played, and followed, by what numba would compile."""
+    uncompiled: Any = partial(loop.play_shots)
+    uncompiled.signatures = ["Python"]
+    monkeypatch.setattr(compiled, "is_there", lambda: True)
+    monkeypatch.setattr(compiled, "play_shots", lambda rolls: uncompiled)
+    monkeypatch.setattr(many, "can_compile", can_compile)
+
+
+@pytest.mark.usefixtures("in_python")
+@pytest.mark.heavy
+@pytest.mark.parametrize("kind", ROLLING[:5])
+def test_some_shots_of_balls_that_roll_have_the_derivatives_of_their_runs(kind: str) -> None:
+    assert sum(compare(kind, seed, 1) for seed in range(4)) >= 2
+
+
 @needs_numba
 @pytest.mark.slow
 @pytest.mark.seeded
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
 def test_two_thousand_random_shots_have_the_derivatives_of_their_runs(kind: str) -> None:
-    for seed in seeds(10 if kind == "crowd" else 90):
+    for seed in seeds(10 if kind.startswith("crowd") else 90):
         compare(kind, seed, 3)
+
+
+@pytest.mark.usefixtures("in_python")
+@pytest.mark.parametrize("share", [-1.5, 0.0, 0.3, 1.0])
+def test_follow_and_draw_have_the_derivatives_of_their_runs(share: float) -> None:
+    scene = load("follow-and-draw")
+    vary = {"roll": [share], "angle": [1.0], "speed": [1.5]}
+    batch = play(scene, vary=vary, derivatives="all")
+    assert {"roll", "friction.rolling", "speed", "mass.cue"} <= set(batch.by)
+    assert check(batch, [0]) == 1
+
+
+@pytest.mark.usefixtures("in_python")
+def test_rolls_that_are_vectors_have_the_derivatives_of_their_runs() -> None:
+    """Such a roll does not change with the ball's velocity; one that is its share does."""
+    scene = load("follow-and-draw")
+    velocity = np.tile([ball.velocity for ball in scene.balls], (2, 1, 1)).astype(float)
+    velocity[:, 0], roll = (1.0, 0.2), np.zeros_like(velocity)
+    roll[0, 0], roll[1, 0] = (0.5, 0.1), (0.3, -0.4)
+    roll[1, 1] = (0.0, 0.7)
+    batch = play(scene, velocity=velocity, roll=roll, derivatives="all")
+    assert check(batch, [0, 1]) == 2
 
 
 # -- doubts ----------------------------------------------------------------------------------------
@@ -87,6 +131,18 @@ def test_what_is_doubtful_is_left_to_the_run(kind: Callable[[float], Scene], off
     """What is missing at a kink, or right beside it, is what is missing in the run."""
     compiled = check(play(kind(off), derivatives="all"), [0])
     assert off != 0.0 or compiled == 0
+
+
+@pytest.mark.usefixtures("in_python")
+@pytest.mark.parametrize("off", [0.0, BESIDE])
+@pytest.mark.parametrize("kind", KINKS)
+def test_what_is_doubtful_where_balls_roll_is_left_to_the_run(
+    kind: Callable[[float], Scene], off: float
+) -> None:
+    scene = kind(off)
+    friction = replace(scene.friction, rolling=scene.friction.surface / 5.0)
+    limit = replace(scene.physics, max_time=scene.physics.max_time or 2.0)
+    check(play(replace(scene, friction=friction, physics=limit), derivatives="all"), [0])
 
 
 @needs_numba
@@ -188,16 +244,15 @@ def test_a_shot_that_cannot_start_has_none() -> None:
     assert np.isnan(batch.derivatives[1]).all() and np.isfinite(batch.derivatives[0]).all()
 
 
-def test_balls_that_roll_and_laws_of_ones_own_have_those_of_their_run() -> None:
+def test_laws_of_ones_own_have_those_of_their_run() -> None:
     class Smooth(Law):
         def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
             return super().ball_ball(a, b, pair._replace(friction=0.0))
 
     speed = {"speed": np.array([1.0, 2.0, 3.0])}
-    for scene, law in ((load("follow-and-draw"), None), (load("report"), Smooth())):
-        batch = play(scene, vary=speed, law=law, derivatives=["speed", "angle", "mass"])
-        assert check(batch, range(3)) == 0
-        assert batch.derived_in_python is not None and batch.derived_in_python.all()
+    batch = play(load("report"), vary=speed, law=Smooth(), derivatives=["speed", "angle", "mass"])
+    assert check(batch, range(3)) == 0
+    assert batch.derived_in_python is not None and batch.derived_in_python.all()
 
 
 def test_a_struck_ball_is_known_in_each_run() -> None:
