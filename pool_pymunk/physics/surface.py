@@ -240,10 +240,14 @@ def rolls_of(breakpoints: Array, times: Array) -> Array:
 
     A ball whose velocity is its roll rolls on; the roll of another one grows against its slip.
     """
-    acceleration, roll = breakpoints[:, 5:7], breakpoints[:, 7:9]
-    is_rolling = (roll == breakpoints[:, 3:5]).all(axis=1, keepdims=True)
     time = (times - breakpoints[:, 0])[:, np.newaxis]
-    return roll + time * acceleration * np.where(is_rolling, 1.0, -1.0 / GYRATION)
+    return breakpoints[:, 7:9] + time * roll_rates(breakpoints)
+
+
+def roll_rates(breakpoints: Array) -> Array:
+    """Return how fast (..., 2) in m/s^2 rolls change after breakpoints (..., 9)."""
+    rolls = (breakpoints[..., 7:9] == breakpoints[..., 3:5]).all(axis=-1, keepdims=True)
+    return np.asarray(breakpoints[..., 5:7] * np.where(rolls, 1.0, -1.0 / GYRATION))
 
 
 class Slowing(NamedTuple):

@@ -287,7 +287,7 @@ class Run:
             return math.nan
         from pool_pymunk.studies.rounding import rounding
 
-        found = math.nan if self.scene.surface.rolls else rounding(self)
+        found = rounding(self)
         if math.isnan(found):
             found = self._moved_by_errors(EARLY)
             if found > min(ball.radius for ball in self.scene.balls):

@@ -20,7 +20,8 @@ from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON, Array, free_motions
-from pool_pymunk.physics.saltation import AGREE
+from pool_pymunk.physics.saltation import AGREE, Geometry, most_of_roll, slowed_roll
+from pool_pymunk.physics.surface import roll_rates, rolls_of
 from pool_pymunk.results.run import SURE, Event, Run
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.exact import walls
@@ -57,10 +58,10 @@ class Step(NamedTuple):
 
 
 class Leap(NamedTuple):
-    """A leap takes errors (4 C, COLUMNS) of C balls from one breakpoint to the next.
+    """A leap takes errors (K C, COLUMNS) of C balls from one breakpoint to the next.
 
     They become ``matrix`` @ errors + ``own``. At a contact the gap is wrong by ``guard`` @ errors,
-    the contact is late by that over ``closing`` (m/s), and ``late`` (4 C,) is what that does. The
+    the contact is late by that over ``closing`` (m/s), and ``late`` (K C,) is what that does. The
     normal turns by ``curvature`` (1/m) times the error along it, ``along`` @ errors at the time of
     the contact, and by ``slip`` (m/s) times the delay. A ball that a pocket takes in passes its rim
     ``within`` (m) the point where it would miss it, and is ``along`` @ errors off to the side.
@@ -96,8 +97,9 @@ def rounding(run: Run) -> float:
 
 
 class Errors:
-    """These are the errors ``now`` (N, 4, COLUMNS) of the balls' states at their last breakpoints.
+    """These are the errors ``now`` (N, K, COLUMNS) of the balls' states at their last breakpoints.
 
+    A state has place and velocity, K = 4, and where balls roll the roll, K = 6.
     ``breakpoints`` has those of all balls, one ball after the other; ``until`` (s) tells when
     their paths end, and ``masses`` and ``radii`` are those of their balls.
     """
@@ -105,6 +107,7 @@ class Errors:
     def __init__(self, run: Run, law: Law) -> None:
         self.run, self.law, self.scene = run, law, run.scene
         self.walls = walls(run.scene)
+        self.size = 6 if run.scene.surface.rolls else 4
         self.random = np.random.default_rng(0)
         counts = [len(each) for each in run.knots]
         ends = np.cumsum(counts)
@@ -115,8 +118,8 @@ class Errors:
         self.until[ends - 1] = run.duration
         self.masses = np.repeat([ball.mass for ball in run.scene.balls], counts)
         self.radii = np.repeat([ball.radius for ball in run.scene.balls], counts)
-        self.alike = self._random(5, PLACES, 8)
-        self.now = np.zeros((len(self.at), 4, COLUMNS))
+        self.alike = self._random(5, PLACES, 2 * self.size)
+        self.now = np.zeros((len(self.at), self.size, COLUMNS))
 
     def at_the_end(self) -> float:
         """Follow the run, and return how far its ends may have moved (m)."""
@@ -139,7 +142,7 @@ class Errors:
         They end where contacts of one instant share a ball, one is persistent, or a policy answers.
         """
         times, index, steps = self.breakpoints[:, 0].tolist(), self.scene.index, list[Step]()
-        at_rest: list[bool] = np.all(self.breakpoints[:, 3:5] == 0.0, axis=1).tolist()
+        at_rest: list[bool] = np.all(self.breakpoints[:, 3:7] == 0.0, axis=1).tolist()
         at, instant, met = self.at, -1.0, set[int]()
         for event in self.run.events:
             balls = tuple([index[id_] for id_ in event.balls])
@@ -163,7 +166,7 @@ class Errors:
         """Take the errors through these steps."""
         leaps = dict[int, Leap]()
         kinds = {"ball-ball": self._contacts, "ball-cushion": self._contacts,
-                 "stop": self._stops, "pocket": self._falls}  # fmt: skip
+                 "stop": self._stops, "roll": self._rolls, "pocket": self._falls}  # fmt: skip
         for kind, found in kinds.items():
             those = [k for k, step in enumerate(steps) if step.event.kind == kind]
             if those:
@@ -178,7 +181,7 @@ class Errors:
             after += leap.own
             if leap.curvature > 0.0:
                 self._check(leap, before, after)
-            now[balls,] = after.reshape(-1, 4, COLUMNS)
+            now[balls,] = after.reshape(-1, self.size, COLUMNS)
 
     def _check(self, leap: Leap, before: Array, after: Array) -> None:
         """Correct the errors after a graze, whose closing speed the errors before it change.
@@ -213,18 +216,35 @@ class Errors:
         own[:, 2:] = 0.0
         return list(map(Leap, by_state, own))
 
+    def _rolls(self, steps: Sequence[Step]) -> list[Leap]:
+        """Return how errors go on to where balls begin to roll, late by the errors of their slips.
+
+        The time errs by a unit of itself, and by three of how long the ball slid.
+        """
+        rows = np.array([step.rows[0] for step in steps])
+        state, matrix = self._slide(rows, self.until[rows])
+        own, slid = self._misplaced(rows % PLACES, rows, state), self.until - self.breakpoints[:, 0]
+        delay = UNIT * (self.until + 3.0 * slid)[rows, np.newaxis]
+        delays = delay * self._signs(0, rows % PLACES, 1)[:, 0]
+        late = self.breakpoints[rows, 5:7] - self.breakpoints[rows + 1, 5:7]
+        slopes = np.array([self.scene.surface.end_slopes(self.breakpoints[row])[0] for row in rows])
+        for errors, times in ((matrix, slopes), (own, delays)):
+            errors[:, 2:4] += late[:, :, np.newaxis] * times[:, np.newaxis]
+            errors[:, 4:] = errors[:, 2:4]
+        return list(map(Leap, matrix, own))
+
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps of balls into pockets, which keep them; one at the rim may not fall."""
         rows = np.array([step.rows[0] for step in steps])
         states, path = self._slide(rows, self.until[rows])
-        own, leaps = np.zeros((4, COLUMNS)), []
+        none, own, leaps = np.zeros((self.size, self.size)), np.zeros((self.size, COLUMNS)), []
         holes = {hole.id: hole for hole in self.scene.pockets}
         for step, (x, y, vx, vy), slid in zip(steps, states.tolist(), path, strict=True):
             hole = holes[str(step.event.pocket)]
             dx, dy, speed = x - hole.position[0], y - hole.position[1], math.hypot(vx, vy)
             within = hole.radius - abs(dx * vy - dy * vx) / speed
             across, bend = np.array((-vy, vx)) @ slid[:2] / speed, 1.0 / hole.radius
-            leaps.append(Leap(np.zeros((4, 4)), own, along=across, within=within, curvature=bend))
+            leaps.append(Leap(none, own, along=across, within=within, curvature=bend))
         return leaps
 
     def _contacts(self, steps: Sequence[Step]) -> list[Leap]:
@@ -233,7 +253,7 @@ class Errors:
         count, many = rows.shape
         places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
         states, slid = self._slide(rows, self.until[rows])
-        rates = self.breakpoints[rows + 1][..., 3:]
+        rates = self._rates(rows + 1, self.breakpoints[rows + 1, 3:5])
         signs, normal, curvature, offset = self._geometry(steps, states)
         tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
         axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
@@ -243,14 +263,17 @@ class Errors:
         slip = np.abs(before_nt[..., 1] @ signs)
         law, missed, known = self._laws(steps, before_nt, after_nt)
 
-        toward = np.zeros((count, 2, many, 4))  # what moves the contact along n and along t
+        toward = np.zeros((count, 2, many, self.size))  # what moves the contact along n and along t
         toward[..., :2] = axes[:, :, np.newaxis] * signs[:, np.newaxis]
         guard, along = toward.reshape(count, 2, -1).swapaxes(0, 1)
         spun = np.stack((before_nt[..., 1], -before_nt[..., 0]), axis=-1)
         turned = np.einsum("kai,kcadb,kdb->kci", axes, law, spun)
         turned += np.stack((-rates[..., 1], rates[..., 0]), axis=-1)
-        jump = _jump(axes, law, turned, curvature[:, np.newaxis] * along)
-        before = np.concatenate((states[..., 2:], self.breakpoints[rows][..., 5:]), axis=-1)
+        turning = curvature[:, np.newaxis] * along
+        jump = _jump(axes, law, turned, turning)
+        if self.size > 4 and many == 1:
+            self._slow_rolls(steps, jump, law[:, 0, 0, 0], states, axes, after_nt, turning)
+        before = self._rates(rows, states[..., 2:])
         late = np.einsum("kij,kj->ki", jump, before.reshape(count, -1)) - rates.reshape(count, -1)
         gap = self._gap_errors(rows, states, offset, normal, curvature)
         bend = np.maximum(curvature, 0.0)
@@ -266,6 +289,34 @@ class Errors:
         own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(0, places, 1)
         return list(map(Leap, matrix, own, known.tolist(), guard, along, late,
                         closing.tolist(), slip.tolist(), curvature.tolist()))  # fmt: skip
+
+    def _rates(self, rows: Array, velocity: Array) -> Array:
+        """Return how fast (..., K) states change on the paths from these breakpoints on."""
+        rates = [velocity, self.breakpoints[rows, 5:7]]
+        if self.size > 4:
+            rates.append(roll_rates(self.breakpoints[rows]))
+        return np.concatenate(rates, axis=-1)
+
+    def _slow_rolls(
+        self, steps: Sequence[Step], jump: Array, law: Array, states: Array, axes: Array,
+        after: Array, turning: Array,
+    ) -> None:  # fmt: skip
+        """Put into what bounces do, ``jump`` (K, 6, 6), how cushions slow the rolls down.
+
+        ``law`` (K, 2) has the derivatives of the speed along the normal after them.
+        """
+        before = np.einsum("kai,ki->ka", axes, states[:, 0, 2:4])
+        for k, step in enumerate(steps):
+            row, mu = step.rows[0], self.walls[step.event.cushion or 0].friction
+            (roll,) = rolls_of(self.breakpoints[row : row + 1], np.array([step.event.t]))
+            normal, (n, t) = axes[k, 0], before[k]
+            pushed = np.zeros(6)
+            pushed[2:4] = (law[k] - (1.0, 0.0)) @ axes[k]
+            pushed += ((law[k] - (1.0, 0.0)) @ (t, -n)) * turning[k]
+            most = most_of_roll(mu, after[k, 0, 0] - n, 0.0, pushed)
+            (nx, ny), (wx, wy), unit = normal.tolist(), roll.tolist(), np.eye(6)
+            geometry = Geometry((nx, ny), 0.0, 0.0, 0.0)
+            jump[k, 4:] = slowed_roll(geometry, (wx, wy), unit[4], unit[5], turning[k], *most)
 
     def _geometry(self, steps: Sequence[Step], states: Array) -> tuple[Array, Array, Array, Array]:
         """Return how each ball's motion along n counts for the gap, the normals, and curvatures."""
@@ -339,16 +390,30 @@ class Errors:
     # -- errors ------------------------------------------------------------------------------------
 
     def _misplaced(self, places: Array, rows: Array, states: Array) -> Array:
-        """Return the errors (..., 4, COLUMNS) of the places at the ends of paths.
+        """Return the errors (..., K, COLUMNS) of the places at the ends of paths.
 
-        A coordinate errs by a unit of itself, and the path there, a product, by two.
+        A coordinate errs by a unit of itself, and the path there, a product, by two. An
+        acceleration errs by three where a ball slips: a difference, a root and a quotient.
         """
-        at, own = states[..., :2], np.zeros((*rows.shape, 4))
-        moved = np.abs(at - self.breakpoints[rows, 1:3])
+        at, own = states[..., :2], np.zeros((*rows.shape, self.size))
+        moved = self._moved(rows, at)
         own[..., :2] = UNIT * np.where(moved > 0.0, np.abs(at) + 2.0 * moved, 0.0)
         if self.scene.surface.pull > 0.0:
-            own[..., 2:] = UNIT * np.abs(self.breakpoints[rows, 3:5])
+            own[..., 2:4] = UNIT * np.abs(self.breakpoints[rows, 3:5])
+        if self.size > 4:
+            start, time = self.breakpoints[rows], (self.until - self.breakpoints[:, 0])[rows]
+            turned = 3.0 * UNIT * time[..., np.newaxis]
+            own[..., 2:4] += turned * np.abs(start[..., 5:7])
+            own[..., 4:] = UNIT * np.abs(start[..., 7:9]) + turned * np.abs(roll_rates(start))
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
+
+    def _moved(self, rows: Array, at: Array) -> Array:
+        """Return how far (..., 2) in m balls move on their paths; draw moves them to and fro."""
+        start = self.breakpoints[rows]
+        if self.size == 4:
+            return np.asarray(np.abs(at - start[..., 1:3]))
+        time = (self.until - self.breakpoints[:, 0])[rows][..., np.newaxis]
+        return np.asarray(time * (np.abs(start[..., 3:5]) + time / 2.0 * np.abs(start[..., 5:7])))
 
     def _gap_errors(
         self, rows: Array, states: Array, offset: Array, normal: Array, curvature: Array
@@ -363,14 +428,14 @@ class Errors:
         if states.shape[1] == 1:
             start = self.breakpoints[rows[:, 0], 1:3]
             radius = self.radii[rows[:, 0]]
-            moved = np.abs(states[:, 0, :2] - start) + np.abs(offset)
+            moved = self._moved(rows[:, 0], states[:, 0, :2]) + np.abs(offset)
             straight = UNIT * ((moved * np.abs(normal)).sum(axis=1) + 2.0 * radius)
             corner = CORNER * (np.abs(start).sum(axis=1) + radius)
             return np.asarray(np.where(curvature > 0.0, corner, straight))
-        moved = np.abs(states[..., :2] - self.breakpoints[rows, 1:3]).sum(axis=(1, 2))
+        moved = self._moved(rows, states[..., :2]).sum(axis=(1, 2))
         size = moved + 2.0 * self.radii[rows].sum(axis=1)
         starts = self.breakpoints[rows, 0]
-        moves = np.any(self.breakpoints[rows, 3:5] != 0.0, axis=2)
+        moves = np.any(self.breakpoints[rows, 3:7] != 0.0, axis=2)
         first = np.take_along_axis(moves, starts.argmin(axis=1)[:, np.newaxis], axis=1)[:, 0]
         worked_out = first & (np.ptp(starts, axis=1) > 0.0)
         places = np.abs(states[..., :2]).sum(axis=(1, 2)) * worked_out
@@ -380,15 +445,16 @@ class Errors:
         self, places: Array, rows: Array, axes: Array, before: Array, after: Array, missed: Array,
         turned: Array,
     ) -> Array:  # fmt: skip
-        """Return the errors (K, 4 C, COLUMNS) that the contacts and the new paths make.
+        """Return the errors (M, K C, COLUMNS) that the contacts and the new paths make.
 
         The parts of the velocities before a contact are sums of products, and so err by a unit of
         each. A part that the law does not change keeps every bit. A normal errs by a unit.
         """
         count, many, _ = before.shape
-        own = np.zeros((count, many, 4))
-        own[..., 2:] = UNIT * np.abs(self.breakpoints[rows + 1, 3:5])
-        own = own[..., np.newaxis] * self._signs(2, places, many, 4)
+        own = np.zeros((count, many, self.size))
+        own[..., 2:4] = UNIT * np.abs(self.breakpoints[rows + 1, 3:5])
+        own[..., 4:] = UNIT * np.abs(self.breakpoints[rows + 1, 7:9])
+        own = own[..., np.newaxis] * self._signs(2, places, many, self.size)
         share = np.ones((count, many))
         if many == 2:
             masses = self.masses[rows]
@@ -401,10 +467,10 @@ class Errors:
         changed = np.abs(after - before) > 0.0
         errors = UNIT * share[..., np.newaxis] * parts[:, np.newaxis] * changed + missed
         signed = errors[..., np.newaxis] * self._signs(3, places, many, 2)
-        own[:, :, 2:] += np.einsum("kai,kcas->kcis", axes, signed)
+        own[:, :, 2:4] += np.einsum("kai,kcas->kcis", axes, signed)
         tilted = 2.0 * UNIT * turned * skew[:, np.newaxis, np.newaxis]
-        own[:, :, 2:] += tilted[..., np.newaxis] * self._signs(4, places, 1, 1)
-        return own.reshape(count, 4 * many, COLUMNS)
+        own[:, :, 2:4] += tilted[..., np.newaxis] * self._signs(4, places, 1, 1)
+        return own.reshape(count, self.size * many, COLUMNS)
 
     def _signs(self, source: int, places: Array, *shape: int) -> Array:
         """Return random signs (K, *shape, COLUMNS), and a share of signs that a place keeps."""
@@ -418,31 +484,32 @@ class Errors:
     # -- motion ------------------------------------------------------------------------------------
 
     def _slide(self, rows: Array, times: Array) -> tuple[Array, Array]:
-        """Return the states (..., 4) at times (s), and how (..., 4, 4) the paths change them."""
+        """Return the states (..., 4) at times (s), and how (..., K, K) the paths change them."""
         start = self.breakpoints[rows]
         state = np.concatenate(free_motions(start, times), axis=-1)
         return state, self.scene.surface.jacobian(start, times - start[..., 0])[0]
 
 
 def _jump(axes: Array, law: Array, turned: Array, turning: Array) -> Array:
-    """Return what contacts do to the states (K, 4 C, 4 C) at their times.
+    """Return what contacts do to the states (M, K C, K C) at their times, but not to the rolls.
 
     The law answers along ``axes``; where these turn, velocities change by ``turned`` (K, C, 2) a
-    radian. They turn by ``turning`` (K, 4 C) times the change of the states.
+    radian. They turn by ``turning`` (M, K C) times the change of the states.
     """
     count, many = turned.shape[:2]
-    found = _diagonal(np.tile(np.diag((1.0, 1.0, 0.0, 0.0)), (count, many, 1, 1)))
-    found = found.reshape(count, many, 4, many, 4)
-    found[:, :, 2:, :, 2:] = np.einsum("kai,kcadb,kbj->kcidj", axes, law, axes)
-    found[:, :, 2:] += np.einsum("kci,kj->kcij", turned, turning).reshape(count, many, 2, many, 4)
-    return found.reshape(count, 4 * many, 4 * many)
+    size = turning.shape[1] // many
+    found = np.tile(np.eye(size * many), (count, 1, 1)).reshape(count, many, size, many, size)
+    found[:, :, 2:4, :, 2:4] = np.einsum("kai,kcadb,kbj->kcidj", axes, law, axes)
+    turns = np.einsum("kci,kj->kcij", turned, turning)
+    found[:, :, 2:4] += turns.reshape(count, many, 2, many, size)
+    return found.reshape(count, size * many, size * many)
 
 
 def _diagonal(blocks: Array) -> Array:
-    """Return matrices (K, 4 C, 4 C) with these blocks (K, C, 4, 4) along the diagonal."""
-    count, many = blocks.shape[:2]
+    """Return matrices (M, K C, K C) with these blocks (M, C, K, K) along the diagonal."""
+    count, many, size, _ = blocks.shape
     found = np.einsum("kcij,cd->kcidj", blocks, np.eye(many))
-    return np.asarray(found.reshape(count, 4 * many, 4 * many))
+    return np.asarray(found.reshape(count, size * many, size * many))
 
 
 def _size(errors: Array) -> float:
