@@ -420,18 +420,22 @@ class Errors:
     ) -> Array:
         """Return the errors (K,) of the gaps that are found closed.
 
-        A gap between balls errs by a unit of their offset at the start of a path, or by eight where
-        both move. Where the ball that set off first still moved when the other one did, its place
-        was rounded then. A straight side asks for the path along its normal, and for the ``offset``
-        (m) from its start. A corner is smaller than it is by some spacings of the coordinates.
+        A gap between balls errs by a unit of their offset at the start of a path, or by four where
+        the time is found by an iteration: both move, or one slips. Where the ball that set off
+        first still moved when the other one did, its place was rounded then. A straight side asks
+        for the path along its normal, and for the ``offset`` (m) from its start. A circle errs by
+        some units of its radius and of the path, and one that bulges into the table is smaller than
+        it is by some spacings of the coordinates.
         """
         if states.shape[1] == 1:
             start = self.breakpoints[rows[:, 0], 1:3]
             radius = self.radii[rows[:, 0]]
             moved = self._moved(rows[:, 0], states[:, 0, :2]) + np.abs(offset)
             straight = UNIT * ((moved * np.abs(normal)).sum(axis=1) + 2.0 * radius)
-            corner = CORNER * (np.abs(start).sum(axis=1) + radius)
-            return np.asarray(np.where(curvature > 0.0, corner, straight))
+            corner = CORNER * (np.abs(start).sum(axis=1) + radius) * (curvature > 0.0)
+            with np.errstate(divide="ignore"):
+                far = 2.0 * (1.0 / np.abs(curvature) + radius) + moved.sum(axis=1)
+            return np.asarray(np.where(curvature == 0.0, straight, corner + 2.0 * UNIT * far))
         moved = self._moved(rows, states[..., :2]).sum(axis=(1, 2))
         size = moved + 2.0 * self.radii[rows].sum(axis=1)
         starts = self.breakpoints[rows, 0]
@@ -439,7 +443,11 @@ class Errors:
         first = np.take_along_axis(moves, starts.argmin(axis=1)[:, np.newaxis], axis=1)[:, 0]
         worked_out = first & (np.ptp(starts, axis=1) > 0.0)
         places = np.abs(states[..., :2]).sum(axis=(1, 2)) * worked_out
-        return np.asarray(UNIT * (np.where(moves.all(axis=1), 2.0, 1.0) * size + places))
+        found_closer = moves.all(axis=1)
+        if self.size > 4:
+            begun = self.breakpoints[rows]
+            found_closer |= np.any(begun[..., 3:5] != begun[..., 7:9], axis=(1, 2))
+        return np.asarray(UNIT * (np.where(found_closer, 4.0, 1.0) * size + places))
 
     def _made(
         self, places: Array, rows: Array, axes: Array, before: Array, after: Array, missed: Array,
