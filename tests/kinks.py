@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from pool_pymunk import Ball, Friction, Physics, Pocket, Restitution, Scene, Table
+from pool_pymunk import Ball, Friction, Physics, Pocket, Post, Restitution, Scene, Table
 
 R = 0.05  # m
 MU, E = 0.1, 0.9  # of balls
@@ -89,6 +89,17 @@ def corner(off: float) -> Scene:
     return scene(ball("a", at[0] - 0.3 * c, at[1] - 0.3 * c, 2.0 * c, 2.0 * c), table=L_SHAPED)
 
 
+def post(off: float) -> Scene:
+    """Return a path that is tangent to a post."""
+    return scene(ball("a", 0, 0, 2.0), posts=(Post((0.5, R + 0.1 + off), 0.1),))
+
+
+def arc(off: float) -> Scene:
+    """Return a path that is tangent to an arc, whose top is at (1, 0.2)."""
+    table = replace(TABLE, bulge=(-0.2, 0.0, 0.0, 0.0))
+    return scene(ball("a", 0.3, 0.2 + R + off, 2.0), table=table)
+
+
 def rim(off: float) -> Scene:
     """Return a path that is tangent to the rim of a pocket."""
     return scene(ball("a", 0, 0, 2.0), pockets=(Pocket("p", (0.5, 0.08 + off), 0.08),))
@@ -146,6 +157,8 @@ KINKS: dict[Callable[[float], Scene], str] = {
     tangent_moving: "touches what it does not hit",
     tangent_crossing: "touches what it does not hit",
     corner: "touches what it does not hit",
+    post: "touches what it does not hit",
+    arc: "touches what it does not hit",
     rim: "touches what it does not hit",
     along: "touches what it does not hit",
     stops_at_ball: "touches what it does not hit",

@@ -23,6 +23,7 @@ from pool_pymunk import (
     Restitution,
     Scene,
     SettingError,
+    Table,
     load,
     simulate,
 )
@@ -143,6 +144,32 @@ def test_what_is_doubtful_where_balls_roll_is_left_to_the_run(
     friction = replace(scene.friction, rolling=scene.friction.surface / 5.0)
     limit = replace(scene.physics, max_time=scene.physics.max_time or 2.0)
     check(play(replace(scene, friction=friction, physics=limit), derivatives="all"), [0])
+
+
+def drawn(off: float, bulge: float) -> tuple[Scene, Any, Any]:
+    """Return a ball whose roll turns it round just where it touches a cushion, and its motion.
+
+    While it slips, its path is a parabola, whose apex touches the cushion in its middle. An arc is
+    lower there than a straight cushion, or higher.
+    """
+    pull, down, low = 0.1 * 9.80665, 0.5, -bulge
+    apex = 1.0, low + 0.05 + off
+    start = apex[0] - down / pull, apex[1] + down * down / (2.0 * pull)
+    ball = Ball("a", start, 0.05, 0.2)
+    table = Table(((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)), (bulge, 0.0, 0.0, 0.0))
+    scene = Scene((ball,), table, Restitution(cushion=0.8), Friction(0.1, 0.1, rolling=0.02))
+    return scene, [[(1.0, -down)]], [[(1.0, 1.5)]]
+
+
+@pytest.mark.usefixtures("in_python")
+@pytest.mark.parametrize("off", [-BESIDE, 0.0, BESIDE])
+@pytest.mark.parametrize("bulge", [0.0, -0.2, 0.2])
+def test_a_parabola_that_touches_a_cushion_has_none(off: float, bulge: float) -> None:
+    scene, velocity, roll = drawn(off, bulge)
+    batch = play(scene, velocity=velocity, roll=roll, max_time=0.7, derivatives="all")
+    check(batch, [0])
+    assert batch.derivatives is not None
+    assert np.isnan(batch.derivatives[0, 0, :, batch.by.index("y.a")]).all() == (off == 0.0)
 
 
 @needs_numba

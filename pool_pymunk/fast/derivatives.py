@@ -37,6 +37,7 @@ from pool_pymunk.physics.contact import NT, Pair, split
 from pool_pymunk.physics.dual import BESIDE, STRAIGHT, WIDE
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.saltation import AGREE, BLUR, GRAZE, MOST, Geometry, is_now
+from pool_pymunk.physics.sides import Arc
 from pool_pymunk.physics.surface import (
     longer,
     roll_at,
@@ -56,10 +57,11 @@ NO_ONE = -(1 << 30)  # stands for neither a ball nor a wall
 
 # A follow has a record for shots and the tracks of some, and arrays of three kinds. What balls may
 # touch: the sides of walls, and the `first` side of each wall; discs at rest (D, 5): x, y, radius,
-# whether only a ball's centre counts, wall; faces (F, 8): start, tangent, normal, length, wall; and
-# (C, 6) where faces begin or end at a corner: it, tangent, normal. What P inputs change: the starts
-# (S, N, K, P), masses (N, P), radii (N, P), coefficients (7, P). And how shots stand: the changes
-# of the balls' states (N, K, P) at their last breakpoints, what each has met there, how many
+# how often a ball's radius counts (0 at a rim, -1 within an arc), wall; faces (F, 8): start,
+# tangent, normal, length, wall; and (C, 6) where faces begin or end at a corner: it, tangent,
+# normal. What P inputs change: the starts (S, N, K, P), masses (N, P), radii (N, P), coefficients
+# (7, P). And how shots stand: the changes of the balls' states (N, K, P) at their last breakpoints,
+# what each has met there, how many
 # breakpoints each has had, whether it is off the table; and of the balls of a contact (2): their
 # numbers, motions (6) and changes of the velocities' parts (4, P), how late the contact comes and
 # how far its normal turns (P), and the derivatives of the law (4, 8). A state has K numbers: place
@@ -153,17 +155,22 @@ def _around(scene: Scene) -> tuple[Any, ...]:
     first = np.unique(sides.first)
     discs, faces, corners = list[Any](), list[Any](), list[Any]()
     for k, post in enumerate(scene.posts, start=scene.first_post):
-        discs.append((*post.position, post.radius, 0.0, k))
-    if table is not None:
-        for k in table.reflex_corners:
-            discs.append((*table.outline[k], 0.0, 0.0, k))
-            for edge in (table.edges[k - 1], table.edges[k]):
-                corners.append((*table.outline[k], *edge.tangent, *edge.normal))
-        for k, edge in enumerate(table.edges):
+        discs.append((*post.position, post.radius, 1.0, k))
+    for k, edge in enumerate(() if table is None else table.edges):
+        assert table is not None
+        last, side = table.edges[k - 1], edge.side
+        if k in table.reflex_corners:
+            discs.append((*edge.start, 0.0, 1.0, k))
+        if k in table.reflex_corners or last.bulge or edge.bulge:
+            for tx, ty in (last.heading(True), edge.heading(False)):
+                corners.append((*edge.start, tx, ty, -ty, tx))
+        if isinstance(side, Arc):
+            discs.append((*side.center, side.radius, side.facing, k))
+        else:
             faces.append((*edge.start, *edge.tangent, *edge.normal, edge.length, k))
     before = len(first) - len(scene.pockets)
     for k, hole in enumerate(scene.pockets):
-        discs.append((*hole.position, hole.radius, 1.0, before + k))
+        discs.append((*hole.position, hole.radius, 0.0, before + k))
     grids = (np.array(rows, float).reshape(-1, size)
              for rows, size in ((discs, 5), (faces, 8), (corners, 6)))  # fmt: skip
     return sides, first, *grids
@@ -611,11 +618,18 @@ def may_touch_table(g: Follow, i: int, t: float, met: int) -> bool:
     size = abs(b.x) + abs(b.y) + abs(x) + abs(y) + b.radius
     for k in range(len(g.discs)):
         d = g.discs[k]
-        wall, apart = -1 - int(d[4]), d[2] if d[3] != 0.0 else b.radius
-        if are_tangent(
-            (d[0] - b.x, d[1] - b.y), (-b.vx, -b.vy), (-b.ax, -b.ay), t - b.t, apart,
-            size + abs(d[0]) + abs(d[1]), fastest, begun != wall, met != wall,
-        ):  # fmt: skip
+        wall, apart = -1 - int(d[4]), d[2] + d[3] * b.radius
+        offset, velocity, pull = (d[0] - b.x, d[1] - b.y), (-b.vx, -b.vy), (-b.ax, -b.ay)
+        far, begins, ends = size + abs(d[0]) + abs(d[1]), begun != wall, met != wall
+        if d[3] < 0.0:
+            may_touch_it = are_tangent_within(
+                offset, velocity, pull, t - b.t, apart, far, fastest, begins, ends
+            )
+        else:
+            may_touch_it = are_tangent(
+                offset, velocity, pull, t - b.t, apart, far, fastest, begins, ends
+            )
+        if may_touch_it:
             return True
     blur = UNCLEAR * size
     for k in range(len(g.faces)):
@@ -626,7 +640,18 @@ def may_touch_table(g: Follow, i: int, t: float, met: int) -> bool:
             return True
         if met != wall and on_face(f, x, y, b.radius, blur):
             return True
+        if not slows(b) and may_turn_at(f, b, t, blur):
+            return True
     return False
+
+
+def may_turn_at(f: Any, b: Moving, t: float, blur: float) -> bool:
+    """Tell whether a path that bends may be tangent to a face before ``t`` (s)."""
+    rate, pull = b.vx * f[4] + b.vy * f[5], b.ax * f[4] + b.ay * f[5]
+    if rate >= 0.0 or pull <= 0.0 or b.t - rate / pull >= t:
+        return False
+    x, y, _, _ = motion_at(path_of(b), b.t - rate / pull)
+    return on_face(f, x, y, b.radius, blur)
 
 
 def on_face(f: Any, x: float, y: float, radius: float, blur: float) -> bool:
@@ -667,13 +692,38 @@ def are_tangent(
     length = math.sqrt(cx * cx + cy * cy)
     if abs(dx * cy - dy * cx) > far * length + bow * abs(ax * cy - ay * cx):
         return False
+    return abs(turning_distance(offset, velocity, pull, time, 1.0) - apart) <= blur
+
+
+def are_tangent_within(
+    offset: Any, velocity: Any, pull: Any, time: float, apart: float, size: float, fastest: float,
+    begins: bool, ends: bool,
+) -> bool:  # fmt: skip
+    """Tell whether a ball may touch an arc from within its circle, as :func:`are_tangent` does."""
+    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
+    ux, uy = vx + time * ax, vy + time * ay
+    x, y = dx + time * (vx + ux) / 2.0, dy + time * (vy + uy) / 2.0
+    first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
+    blur, rate = UNCLEAR * (size + apart), dx * vx + dy * vy
+    if begins and abs(first - apart) <= blur and abs(rate) <= CAREFUL * GRAZE * fastest * first:
+        return True
+    if ends and abs(last - apart) <= blur:
+        return True
+    if rate < 0.0 or x * ux + y * uy > 0.0:
+        return False
+    return abs(turning_distance(offset, velocity, pull, time, -1.0) - apart) <= blur
+
+
+def turning_distance(offset: Any, velocity: Any, pull: Any, time: float, sign: float) -> float:
+    """Return the least distance (m) of two paths that near and part, or with -1 the largest."""
+    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
     near, part = 0.0, time
     for _ in range(HALVINGS):
         middle = 0.5 * (near + part)
         mx, my = dx + middle * (vx + middle * ax / 2.0), dy + middle * (vy + middle * ay / 2.0)
-        if mx * (vx + middle * ax) + my * (vy + middle * ay) > 0.0:
+        if sign * (mx * (vx + middle * ax) + my * (vy + middle * ay)) > 0.0:
             part = middle
         else:
             near = middle
     mx, my = dx + part * (vx + part * ax / 2.0), dy + part * (vy + part * ay / 2.0)
-    return abs(math.sqrt(mx * mx + my * my) - apart) <= blur
+    return math.sqrt(mx * mx + my * my)

@@ -1,7 +1,8 @@
 """This module finds where paths of an exact run touch, to rounding, and no contact comes of it.
 
-A path may be tangent to a ball, a corner or the rim of a pocket, run along a cushion, or end
-just where it touches. A small change makes a contact there or leaves a gap, so ends have a kink.
+A path may be tangent to a ball, a corner, an arc or the rim of a pocket, run along a cushion, or
+end just where it touches. A small change makes a contact there or leaves a gap, so ends have a
+kink.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import Array, free_motions
 from pool_pymunk.physics.saltation import BLUR, GRAZE
+from pool_pymunk.physics.sides import Arc, Rim, RoundSide, within_sector
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies import Mask
 
@@ -44,20 +45,20 @@ class Pieces(NamedTuple):
     """Pieces are those of the paths of all balls, and things at rest, as arrays of one length.
 
     ``own`` is the number of the ball, or -1 - k for the ``k``-th thing at rest. A piece lasts
-    from its breakpoint, ``start`` (K, 7), until ``t1`` (s). ``size`` (m) is the radius. ``rim``
-    tells that only the centres of balls count, as at a pocket.
+    from its breakpoint, ``start`` (K, 7), until ``t1`` (s). ``size`` (m) is the radius. A ball's
+    radius counts ``facing`` times: 0 at the rim of a pocket, -1 in an arc that bulges outwards.
     """
 
     own: Whole
     start: Array
     t1: Array
     size: Array
-    rim: Mask
+    facing: Array
 
     @property
     def moves(self) -> Mask:
-        """Tell which of them move."""
-        return np.asarray(self.start[:, 3:5].any(axis=1))
+        """Tell which of them move, or set off."""
+        return np.asarray(self.start[:, 3:7].any(axis=1))
 
     @property
     def bends(self) -> Mask:
@@ -80,18 +81,22 @@ def touches(run: Run) -> list[Touch]:
     return sorted([*_of_discs(run, pieces, met), *_of_faces(run, pieces, met)])
 
 
-def _at_rest(run: Run) -> list[tuple[Vector, float, bool, str]]:
-    """Return corners and pockets: place (m), radius (m), whether it is a rim, and its name."""
-    table, found = run.scene.table, list[tuple[Vector, float, bool, str]]()
+def _at_rest(run: Run) -> list[tuple[RoundSide | Arc | Rim, str]]:
+    """Return corners, arcs, posts and the rims of pockets, each with its name."""
+    table, found = run.scene.table, list[tuple[RoundSide | Arc | Rim, str]]()
     if table is not None:
-        found += ((table.outline[k], 0.0, False, f"{k}, None") for k in table.reflex_corners)
-    first = run.scene.first_post
-    found += (
-        (post.position, post.radius, False, f"{k}, None")
-        for k, post in enumerate(run.scene.posts, start=first)
-    )
-    rims = ((hole.position, hole.radius, True, f"None, {hole.id}") for hole in run.scene.pockets)
+        found += ((RoundSide(table.outline[k]), f"{k}, None") for k in table.reflex_corners)
+        sides = ((edge.side, f"{k}, None") for k, edge in enumerate(table.edges))
+        found += ((side, name) for side, name in sides if isinstance(side, Arc))
+    posts = enumerate(run.scene.posts, start=run.scene.first_post)
+    found += ((RoundSide(post.position, post.radius), f"{k}, None") for k, post in posts)
+    rims = ((Rim(hole.position, hole.radius), f"None, {hole.id}") for hole in run.scene.pockets)
     return [*found, *rims]
+
+
+def _facing(side: RoundSide | Arc | Rim) -> float:
+    """Return how often a ball's radius counts where it touches a thing at rest."""
+    return side.facing if isinstance(side, Arc) else float(isinstance(side, RoundSide))
 
 
 def _pieces(run: Run) -> Pieces:
@@ -102,12 +107,12 @@ def _pieces(run: Run) -> Pieces:
         last = leaves.get(ball.id, -1.0 if ball.id in run.off else run.duration)
         ends = np.minimum(np.append(breakpoints[1:, 0], last), last).tolist()
         pieces = zip(breakpoints.tolist(), ends, strict=True)
-        rows += [(i, *row[:7], end, ball.radius, 0.0) for row, end in pieces if row[0] < end]
-    for k, (place, radius, rim, _) in enumerate(_at_rest(run)):
-        rows.append((-1 - k, 0.0, *place, *[0.0] * 4, run.duration, radius, rim))
+        rows += [(i, *row[:7], end, ball.radius, 1.0) for row, end in pieces if row[0] < end]
+    for k, (side, _) in enumerate(_at_rest(run)):
+        still = 0.0, *side.center, *[0.0] * 4, run.duration
+        rows.append((-1 - k, *still, side.radius, _facing(side)))
     table = np.array(rows).reshape(-1, 11)
-    return Pieces(table[:, 0].astype(int), table[:, 1:8], table[:, 8], table[:, 9],
-                  table[:, 10] > 0.0)  # fmt: skip
+    return Pieces(table[:, 0].astype(int), table[:, 1:8], *table[:, 8:].T)
 
 
 # -- balls, corners and pockets --------------------------------------------------------------------
@@ -134,7 +139,7 @@ def _closed(
 ) -> Iterator[Touch]:
     """Yield which of these pairs of pieces touch at their times; paths that begin go along."""
     p, q, t = at
-    names = [name for *_, name in _at_rest(run)]
+    others = _at_rest(run)
     place, other = pieces.at(p, t)[0], pieces.at(q, t)[0]
     radii, distance = _radii(pieces, p, q), np.sqrt(((other - place) ** 2).sum(axis=1))
     blur = BLUR * (np.abs(place).sum(axis=1) + np.abs(other).sum(axis=1) + radii)
@@ -144,21 +149,25 @@ def _closed(
         found &= np.abs(rate) <= GRAZE * fastest * distance
     for k in np.flatnonzero(found).tolist():
         i, j = int(pieces.own[p[k]]), int(pieces.own[q[k]])
-        key = (min(i, j), str(max(i, j))) if j >= 0 else (i, names[-1 - j])
-        if t[k] not in met.get(key, ()):
+        side, name = others[-1 - j] if j < 0 else (None, str(max(i, j)))
+        x, y = (place[k] - other[k]).tolist()
+        is_beside = not isinstance(side, Arc) or within_sector(x, y, side.first, side.last)
+        key = (min(i, j) if j >= 0 else i, name)
+        if is_beside and t[k] not in met.get(key, ()):
             yield Touch(float(t[k]), begins, i, max(j, -1))
 
 
 def _rate(pieces: Pieces, p: Whole, q: Whole, t: Array) -> tuple[Array, Array]:
-    """Return distances times how fast they grow (m^2/s), and the largest speeds (m/s)."""
+    """Return distances times how fast gaps grow (m^2/s), and the largest speeds (m/s)."""
     (place, velocity), (other, its) = pieces.at(p, t), pieces.at(q, t)
     rate = ((other - place) * (its - velocity)).sum(axis=1)
+    rate = np.where(pieces.facing[q] < 0.0, -rate, rate)
     return rate, np.abs([velocity, its]).max(axis=(0, 2))
 
 
 def _radii(pieces: Pieces, p: Whole, q: Whole) -> Array:
     """Return the distance (m) of the centres at which pairs of pieces touch."""
-    return np.asarray(np.where(pieces.rim[q], 0.0, pieces.size[p]) + pieces.size[q])
+    return np.asarray(pieces.facing[q] * pieces.size[p] + pieces.size[q])
 
 
 def _near(pieces: Pieces) -> Pairs:
@@ -192,6 +201,7 @@ def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
     blur = BLUR * (np.abs(pieces.start[p, 1:3]) + np.abs(pieces.start[q, 1:3])).sum(axis=1)
     within = (_radii(pieces, p, q) + bow) * (1.0 + BLUR) + 4.0 * blur
     near = (nearest**2).sum(axis=1) <= within**2
+    near |= pieces.facing[q] < 0.0
     return p[near], q[near], since[near], until[near]
 
 
@@ -199,20 +209,29 @@ def _near_some(pieces: Pieces, moving: Whole) -> Pairs:
 
 
 def _of_faces(run: Run, pieces: Pieces, met: Times) -> Iterator[Touch]:
-    """Yield where a straight path begins along the face of a cushion, or ends at it."""
-    moving = np.flatnonzero(pieces.moves)
-    radius = pieces.size[moving]
-    for t, begins in ((pieces.start[moving, 0], True), (pieces.t1[moving], False)):
-        place, velocity = pieces.at(moving, t)
-        blur = BLUR * (np.abs(place).sum(axis=1) + radius)
-        for number, edge in enumerate(() if run.scene.table is None else run.scene.table.edges):
-            normal, offset = np.array(edge.normal), place - np.array(edge.start)
-            foot = offset @ np.array(edge.tangent)
-            found = np.abs(offset @ normal - radius) <= blur
+    """Yield where a path begins along the face of a cushion, ends at it, or is tangent to it."""
+    table, bends = run.scene.table, pieces.bends & pieces.moves
+    edges = [edge for edge in enumerate(table.edges) if not edge[1].bulge] if table else []
+    for number, edge in edges:
+        normal, tangent = np.array(edge.normal), np.array(edge.tangent)
+        rate, pull = pieces.start[:, 3:5] @ normal, pieces.start[:, 5:7] @ normal
+        turns = pieces.start[:, 0] - rate / np.where(pull > 0.0, pull, 1.0)
+        within = bends & (rate < 0.0) & (pull > 0.0) & (turns < pieces.t1)
+        for some, t, begins in (
+            (pieces.moves, pieces.start[:, 0], True),
+            (pieces.moves, pieces.t1, False),
+            (within, turns, False),
+        ):
+            rows = np.flatnonzero(some)
+            place, velocity = pieces.at(rows, t[rows])
+            blur = BLUR * (np.abs(place).sum(axis=1) + pieces.size[rows])
+            offset = place - np.array(edge.start)
+            foot = offset @ tangent
+            found = np.abs(offset @ normal - pieces.size[rows]) <= blur
             found &= (foot >= -blur) & (foot <= edge.length + blur)
             if begins:
                 found &= np.abs(velocity @ normal) <= GRAZE * np.abs(velocity).max(axis=1)
-            for k in np.flatnonzero(found).tolist():
-                i = int(pieces.own[moving[k]])
-                if t[k] not in met.get((i, f"{number}, None"), ()):
-                    yield Touch(float(t[k]), begins, i, -1)
+            for row in rows[found].tolist():
+                i, now = int(pieces.own[row]), float(t[row])
+                if now not in met.get((i, f"{number}, None"), ()):
+                    yield Touch(now, begins, i, -1)

@@ -32,10 +32,10 @@ def best(work: Callable[[], object]) -> float:
     return min(timeit.repeat(work, number=3, repeat=15)) / 3
 
 
-def many_shots(count: int = 40_000) -> float:
-    """Return how many shots like shot 1 of the report are derived in a second of processor time."""
-    scene, rng = load("report"), np.random.default_rng(0)
-    vx, vy = scene.start(scene.shots[0]).velocity[scene.index["C"]]
+def many_shots(scenario: str, count: int = 40_000) -> float:
+    """Return how many shots like the first of a scenario are derived in a second of CPU time."""
+    scene, rng = load(scenario), np.random.default_rng(0)
+    vx, vy = scene.start(scene.shots[0]).velocity[scene.index[scene.shots[0].ball]]
     vary = {
         "angle": np.degrees(np.arctan2(vy, vx)) + rng.normal(0.0, 0.2, count),
         "speed": np.hypot(vx, vy) * (1.0 + rng.normal(0.0, 0.01, count)),
@@ -60,9 +60,9 @@ def main() -> None:
             cost = best(partial(run.derivatives, wrt)) / played
             costs.append(f"by {', '.join(wrt)} ({count}): {cost:.1f} runs")
         print(f"{scenario} {shot}: a run {1e3 * played:.2f} ms; {'; '.join(costs)}")
-    print(
-        f"shot 1 of the report, varied: {many_shots():,.0f} shots a second and core, derived by two"
-    )
+    for scenario in ("report", "follow-and-draw"):
+        rate = many_shots(scenario)
+        print(f"{scenario} 1, varied: {rate:,.0f} shots a second and core, derived by two")
 
 
 if __name__ == "__main__":
