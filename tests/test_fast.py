@@ -45,7 +45,8 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.fast import compiled, due, many, moves
+from pool_pymunk.engine.due import Queue, What
+from pool_pymunk.fast import compiled, due, loop, many, moves, shots, tables
 from pool_pymunk.physics.motion import path_to_disc
 from pool_pymunk.physics.path import pair_time, set_off
 from pool_pymunk.physics.surface import slide_or_roll
@@ -424,6 +425,31 @@ def test_bad_arguments_are_one_line(wrong: dict[str, Any], line: str) -> None:
 def test_a_shot_that_is_not_there() -> None:
     with pytest.raises(SettingError, match="k = 1: the shots have the numbers 0 to 0"):
         simulate_many(load("report")).run(1)
+
+
+def test_a_path_ends_before_other_balls_hit_each_other_at_the_same_time() -> None:
+    """Whatever was predicted first; otherwise the order of micro-collisions may be another one."""
+    balls = (
+        Ball("0", (0.0, 0.0), 0.125, 0.2, velocity=(2.0, 0.0)),
+        Ball("1", (1.75, 0.0), 0.125, 0.2),
+        Ball("2", (0.0, 2.0), 0.125, 0.2, velocity=(1.0, 0.0)),
+    )
+    scene = Scene(balls, None, Restitution(1.0), Friction(0.25), Physics(gravity=4.0))
+    events = simulate(scene, solver="event-driven").events
+    assert [(event.t, event.kind) for event in events[:2]] == [(1.0, "stop"), (1.0, "ball-ball")]
+    queue = Queue([set_off(0.0, (0.0, 0.0), (1.0, 0.0), 1.0)] * 3)
+    for what in (What("pair", 0, 1), What("stop", 2), What("wall", 0, 0), What("stop", 1)):
+        queue.push(1.0, what)
+    assert [due[2].kind for due in queue.take_until(1.0)] == ["stop", "stop", "pair", "wall"]
+    source, seen = shots.read_source(scene, None, None, None, None, None), list[int]()
+    watcher = SimpleNamespace(
+        watch=lambda part, tracks: seen.extend(tracks.rows[: tracks.ends[0, 0], 0].astype(int)),
+        replays=False,
+    )
+    play: Any = loop.play_shots
+    out = many.empty(1, 3)
+    many.play_chunk(play, source, tables.table_of(scene), out, slice(0, 1), watcher)
+    assert seen[3:6] == [2, 0, 1]
 
 
 def some_ball(rnd: random.Random, pull: float, scale: float, now: float) -> Any:

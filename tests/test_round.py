@@ -99,6 +99,32 @@ def test_a_ball_runs_along_an_arc_as_the_equation_has_it(
     assert off < 2e-5
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("rubs", [0.0, 0.1])
+@pytest.mark.parametrize(("solver", "dt"), EXACT)
+def test_a_ball_rolls_along_an_arc_as_the_equation_has_it(
+    solver: str, dt: float | None, rubs: float
+) -> None:
+    """While the cloth turns its roll, d(v^2)/ds = -2 (mu_r g + mu v^2 / R) holds.
+
+    The push of the cushion is 7/5 v^2 / R, of which the cloth's static friction takes 2/5.
+    """
+    speed, pull = 0.4, 0.05 * 9.80665
+    scene = on_a_circle(speed, 0.0, 0.2, rubs, 0.2)
+    friction = replace(scene.friction, rolling=0.05)
+    scene = replace(scene, balls=(replace(scene.balls[0], roll=1.0),), friction=friction)
+    run = play(scene, solver, dt)
+    length = speed**2 / (2 * pull)
+    if rubs:
+        length = INNER / (2 * rubs) * math.log(1 + rubs * speed**2 / (pull * INNER))
+    off = abs(around(run) - length / INNER) * INNER
+    assert "persistent contact" in run.policies
+    assert off < run.policy_shift < 1e-3
+    assert off < 1e-5
+    assert [event.kind for event in run.events].count("roll") <= 2
+    assert np.diff(run.energy_at(run.knots[0][:, 0])).max() <= 1e-15 * run.energy["initial"]
+
+
 def test_a_ball_without_losses_runs_along_an_arc_for_ever() -> None:
     run = play(on_a_circle(1.0, 0.0, 0.5, max_time=2.0))
     assert math.hypot(*run.velocity[-1, 0]) == pytest.approx(1.0, abs=1e-4)

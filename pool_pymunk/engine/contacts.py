@@ -28,6 +28,7 @@ from pool_pymunk.engine.persistent import PersistentContacts
 from pool_pymunk.engine.policies import Policy, RandomErrors, Variant
 from pool_pymunk.engine.recorder import Motions, Recorder
 from pool_pymunk.engine.resolver import (
+    COLLAPSED,
     HIT,
     MICRO,
     Answer,
@@ -46,6 +47,7 @@ from pool_pymunk.physics.path import (
     fastest_of,
     motion_at,
     pair_time,
+    sets_off,
 )
 from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import NO_ROLL, Surface
@@ -94,6 +96,7 @@ class ContactEngine:
         persistent = PersistentContacts(self.paths, self.radii, surface)
         self.resolver = Resolver(law, persistent, self.noises)
         self.history = persistent.history
+        self.nudged = set[int]()  # These balls rolled until a micro-collision, and soon will again.
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push
@@ -143,6 +146,7 @@ class ContactEngine:
         """Put ball ``i`` on a new path that somebody else gave it."""
         if path.moves:
             self.rested[i] = math.inf
+        self.nudged.discard(i)
         self._begin(i, path)
         self.recorder.path(i, path)
 
@@ -179,10 +183,11 @@ class ContactEngine:
             self.ends[i] = end
             near.begin(i, path, self.radii[i], self.now, end)
         done: set[int] = set()
+        meet, now = self.meet, self.now
         for i in balls:
-            for j in near.balls(i, self.now):
+            for j in near.balls(i, now):
                 if j not in done:
-                    self.meet(i, j)
+                    meet(i, j)
             done.add(i)
 
     def meet(self, i: int, j: int, just_missed: bool = False) -> None:
@@ -264,8 +269,9 @@ class ContactEngine:
         """Let ball ``i`` rest at the end of its path, or go on as the surface says."""
         then = self.surface.then(path)
         if then is not None and then.moves:
-            self.tally.listed += 1
-            self.recorder.roll(i, then)
+            if i not in self.nudged:
+                self.tally.listed += 1
+                self.recorder.roll(i, then)
             self.set_off(i, then)
             self.predict([i])
         elif self.rested[i] == math.inf:  # A path may have been predicted twice.
@@ -378,6 +384,7 @@ class ContactEngine:
         """Return these hits, and all that touches their balls or ``balls``, or touches that."""
         found: dict[Hit, None] = dict.fromkeys(hits)
         balls = list(dict.fromkeys([*balls, *(i for hit in found for i in hit.balls)]))
+        motions: Motions = {}
         for i in balls:  # This list grows.
             for j in self.near.touching(i, self.now):
                 if j < 0 and self.walls[-1 - j].is_pocket:
@@ -385,7 +392,10 @@ class ContactEngine:
                 hit = hit_of(i, j)
                 if hit in found:
                     continue
-                is_closed = self.is_closed(hit, self.motions([hit]), decisions.NEARLY_CLOSED)
+                for k in hit.balls:
+                    if k not in motions:
+                        motions[k] = motion_at(self.paths[k], self.now)
+                is_closed = self.is_closed(hit, motions, decisions.NEARLY_CLOSED)
                 if is_closed or self.policy.closes(hit, self.now):
                     found[hit] = None
                     balls += [k for k in hit.balls if k not in balls]
@@ -419,7 +429,7 @@ class ContactEngine:
             self.instant = Instant(self.now)
         instant = self.instant
         instant.rounds += 1
-        instant.met |= dict.fromkeys(hits)
+        instant.met.update(dict.fromkeys(hits))
         instant.before = {**before, **instant.before}
         return instant
 
@@ -453,19 +463,34 @@ class ContactEngine:
         """Tell the recorder about the contacts, and give the balls their new paths."""
         self._report(resolution)
         rounded, noise = self.policy.errors.velocity, resolution.noise
-        surface, now, roll = self.surface, self.now, NO_ROLL
-        pushes = cushion_pushes(resolution) if surface.rolls else {}
+        surface, now, rolls = self.surface, self.now, self._rolls(resolution)
         for i, found in resolution.velocity.items():
             x, y, _, _ = motions[i]
-            if surface.rolls:
-                roll = surface.roll(self.paths[i], now, pushes.get(i, ()))
-            path = surface.path(now, (x, y), rounded(found, noise), roll)
-            if path.moves:
+            velocity = rounded(found, noise)
+            roll = velocity if i in resolution.rolling else rolls.get(i, NO_ROLL)
+            path = surface.path(now, (x, y), velocity, roll)
+            if sets_off(path):
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
             elif self.rested[i] == math.inf:
                 self._stop(i, self.now, (x, y))
             self._begin(i, path, noise)
+
+    def _rolls(self, resolution: Resolution) -> dict[int, Vector]:
+        """Return the rolls (m/s) of balls after cushions have pushed them, and note who is nudged.
+
+        That a ball slides for a moment after a micro-collision is no event.
+        """
+        if not self.surface.rolls:
+            return {}
+        for answer in resolution.answers:
+            if answer.kind == MICRO:
+                self.nudged.update(i for i in answer.contact.balls if self.paths[i].slows)
+        for answer in resolution.answers:
+            if answer.kind in (HIT, COLLAPSED):
+                self.nudged.difference_update(answer.contact.balls)
+        pushes, roll = cushion_pushes(resolution), self.surface.roll
+        return {i: roll(self.paths[i], self.now, pushes.get(i, ())) for i in resolution.velocity}
 
     def _begin(self, i: int, path: Path, noise: float | None = None) -> None:
         self.paths[i], self.speeds[i] = path, bound_of(path)
@@ -483,13 +508,18 @@ class ContactEngine:
                 self.recorder.contact(answer.contact, self.now)
         tally.unlisted += tally.listed == listed
         for answer in resolution.answers:
-            for i in answer.contact.balls if answer.kind == MICRO else ():
-                if answer.last <= self.rested[i] < math.inf:  # This ball was not at rest.
-                    tally.listed -= 1
-                    self.recorder.stop_revoked(i, self.rested[i])
-                    self.rested[i] = math.inf
+            if answer.kind == MICRO:
+                self._revoke_stops(answer)
             for note in answer.notes:
                 getattr(self.recorder, note)(answer.contact, self.now)
+
+    def _revoke_stops(self, answer: Answer) -> None:
+        """Revoke stops since the last micro-collision: these balls were not at rest."""
+        for i in answer.contact.balls:
+            if answer.last <= self.rested[i] < math.inf:
+                self.tally.listed -= 1
+                self.recorder.stop_revoked(i, self.rested[i])
+                self.rested[i] = math.inf
 
     @property
     def impulse(self) -> float:

@@ -12,6 +12,8 @@ from typing import Literal, NamedTuple
 
 from pool_pymunk.physics.path import Path
 
+# Ends of paths come before the hits of the same time, whatever was predicted first.
+ENDS_FIRST = 2**62
 SHORT = 1000  # A shorter queue is not looked through for void predictions: that takes 0.1 ms.
 
 
@@ -56,9 +58,14 @@ class Queue(list[Due]):
     def push(self, t: float, what: What) -> None:
         """Put in what is due at ``t`` (s)."""
         self.pushed += 1
-        path = self.paths[what.i]
-        other = self.paths[what.j] if what.kind == "pair" else path
-        heappush(self, (t, self.pushed, what, path, other))
+        kind, i, j = what
+        path = other = self.paths[i]
+        order = self.pushed
+        if kind == "pair":
+            other = self.paths[j]
+        elif kind == "stop":
+            order -= ENDS_FIRST
+        heappush(self, (t, order, what, path, other))
         if len(self) > self.full:
             self._leave_out_void()
 
@@ -71,8 +78,8 @@ class Queue(list[Due]):
         """Return the time (s) at which something is due next; infinite if nothing is."""
         paths = self.paths
         while self:
-            t, _, what, path, other = self[0]
-            if paths[what.i] is path and (what.kind != "pair" or paths[what.j] is other):
+            t, _, (kind, i, j), path, other = self[0]
+            if paths[i] is path and (kind != "pair" or paths[j] is other):
                 return t
             heappop(self)
         return math.inf

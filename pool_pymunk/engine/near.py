@@ -46,21 +46,21 @@ NOWHERE: Box = (math.inf, math.inf, -math.inf, -math.inf)
 
 def box(path: Path, radius: float, since: float, end: float) -> Box:
     """Return the box of a disc on its path, from ``since`` until ``end`` (s)."""
-    x, y = path.x, path.y
-    last = end if end < path.end else path.end
-    if since > path.t and path.end > path.t:
+    began, x, y, vx, vy, ax, ay, path_end, slows, _, _ = path
+    last = end if end < path_end else path_end
+    if since > began and path_end > began:
         x, y, _, _ = motion_at(path, since)
-    if path.end == path.t:
+    if path_end == began:
         ex, ey = x, y
     elif last < math.inf:
         ex, ey, _, _ = motion_at(path, last)
     else:
-        ex = math.copysign(math.inf, path.ax or path.vx) if path.ax or path.vx else x
-        ey = math.copysign(math.inf, path.ay or path.vy) if path.ay or path.vy else y
+        ex = math.copysign(math.inf, ax or vx) if ax or vx else x
+        ey = math.copysign(math.inf, ay or vy) if ay or vy else y
     r = radius + 2.0 * NEARLY_NOW * radius + 1e-9 * (abs(x) + abs(y))
     x0, x1 = (x, ex) if x < ex else (ex, x)
     y0, y1 = (y, ey) if y < ey else (ey, y)
-    if not path.slows:
+    if not slows:
         x, y = turning(path, since, last)
         x0, x1, y0, y1 = min(x0, x), max(x1, x), min(y0, y), max(y1, y)
     return x0 - r, y0 - r, x1 + r, y1 + r

@@ -4,7 +4,8 @@ They would touch all the time. Instead they hit each other once in a contact tim
 micro-collisions (:mod:`pool_pymunk.engine.decisions`), which are no events; a warning names the
 balls. The error is of second order in the contact time for two balls, of first for a cluster. A
 ball that its roll presses to a wall is played alike, and so is a ball that runs along the inside of
-an arc, on which v^2 / R presses it.
+an arc, on which v^2 / R presses it. Their bounces add no energy. A ball that rolls goes on rolling
+through micro-collisions, as long as surface friction can turn its roll.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ class ContactStage(NamedTuple):
     faint: float = 0.0  # m/s; slower closing is no hit yet
     past: History | None = None  # None for balls that meet anew
     is_micro: bool = False
+    time: float = 0.0  # s; the contact time
 
 
 MEETS = ContactStage()
@@ -48,6 +50,7 @@ class PersistentContacts:
     def __init__(self, paths: Sequence[Path], radii: Sequence[float], surface: Surface) -> None:
         self.paths = paths
         self.radii = radii
+        self.roll = surface.roll
         self.pull = surface.pull
         self.rolls = surface.rolls
         self.longer = 1.0
@@ -58,10 +61,6 @@ class PersistentContacts:
         for pair in [pair for pair in self.history if i in pair]:
             del self.history[pair]
 
-    def may_press(self, contact: Contact) -> bool:
-        """Tell whether two sides may press on each other; on a straight wall only a roll does."""
-        return contact.b != NO_BALL or self.rolls or contact.curvature < 0.0
-
     def between(
         self, i: int, j: int, now: float, press: float = 0.0, turn: float = 0.0
     ) -> Persistent:
@@ -69,17 +68,20 @@ class PersistentContacts:
 
         A wall may ``press`` (m/s^2) on a ball, too. An arc turns it by a radian in ``turn`` (s).
         """
-        past = self.history.get((i, j))
-        if past is None or max(self.pull, press) == 0.0:
+        past, pull = self.history.get((i, j)), self.pull if self.pull > press else press
+        if past is None or pull == 0.0:
             return NOT_MET
-        balls = (i, j) if j >= 0 else (i,)
-        ends = [self.paths[k].end for k in balls if self.paths[k].end < math.inf]
-        to_go = max(max(ends, default=now) - now, turn)
-        radius = min([self.radii[k] for k in balls])
-        many = past.hits > decisions.MANY_TIMES
-        pull = max(self.pull, press)
-        time = decisions.contact_time(now - past.met, to_go, radius, pull, many) * self.longer
-        return Persistent(time, decisions.faint(now - past.last, time, pull) if many else 0.0)
+        met, last, hits = past
+        end, radius = self.paths[i].end, self.radii[i]
+        end = end if end < math.inf else now
+        if j >= 0:
+            other = self.paths[j].end
+            end = other if end < other < math.inf else end
+            radius = self.radii[j] if self.radii[j] < radius else radius
+        to_go, many = end - now, hits > decisions.MANY_TIMES
+        to_go = to_go if to_go > turn else turn
+        time = decisions.contact_time(now - met, to_go, radius, pull, many) * self.longer
+        return Persistent(time, decisions.faint(now - last, time, pull) if many else 0.0)
 
     def is_persistent(self, pair: Two, now: float) -> bool:
         """Tell whether two balls are in persistent contact."""
@@ -95,7 +97,7 @@ class PersistentContacts:
     def stage(self, contact: Contact, closing: float, now: float) -> ContactStage:
         """Return how far the persistent contact of two balls has come that close now (m/s)."""
         i, j = pair = pair_of(contact)
-        past = self.history.get(pair) if self.history else None
+        past = self.history.get(pair)
         if past is None:
             return MEETS
         press = self.pressing(contact, now) if j < 0 else 0.0
@@ -105,17 +107,20 @@ class PersistentContacts:
         else:
             least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
         if not decisions.persists(now - past.last, time):
-            return ContactStage(least, faint)
+            return ContactStage(least, faint, time=time)
         pull = max(self.pull, press)
-        return ContactStage(least, faint, past, decisions.is_micro(closing, time, pull))
+        return ContactStage(least, faint, past, decisions.is_micro(closing, time, pull), time)
 
-    def begin(self, contact: Contact, now: float) -> float:
-        """Return the least bounce (m/s) of a ball that lies at a wall; 0 if nothing presses it."""
+    def begin(self, contact: Contact, now: float) -> tuple[float, float]:
+        """Return the least bounce (m/s) of a ball that lies at a wall, and its contact time (s).
+
+        The bounce is 0 if nothing presses the ball.
+        """
         pair = pair_of(contact)
         self.history.setdefault(pair, History(now, now, 0))
         press = self.pressing(contact, now)
         time = self.between(*pair, now, press, self._turn(contact, press)).time
-        return self._least_off(contact, press, time)
+        return self._least_off(contact, press, time), time
 
     def pressing(self, contact: Contact, now: float) -> float:
         """Return how strongly (m/s^2) a wall's ball is pressed on to it, by its roll or an arc."""
@@ -123,6 +128,11 @@ class PersistentContacts:
         _, _, vx, vy = motion_at(path, now)
         along = vy * nx - vx * ny
         return -(path.ax * nx + path.ay * ny) - contact.curvature * along * along
+
+    def roll_along(self, contact: Contact, now: float) -> float:
+        """Return the part of a ball's roll (m/s) along the normal of its wall."""
+        wx, wy = self.roll(self.paths[contact.a], now)
+        return wx * contact.normal[0] + wy * contact.normal[1]
 
     def _turn(self, contact: Contact, press: float) -> float:
         """Return the time (s) in which an arc that presses (m/s^2) on a ball turns it by 1 rad."""
@@ -138,8 +148,8 @@ class PersistentContacts:
         if self.pull == 0.0 and contact.curvature >= 0.0:
             return 0
         pair, past = pair_of(contact), stage.past
-        hits = self.history[pair].hits if pair in self.history else 0
-        hits += stage.is_micro
+        before = self.history.get(pair)
+        hits = stage.is_micro if before is None else before.hits + stage.is_micro
         self.history[pair] = History(now if past is None else past.met, now, hits)
         return hits
 

@@ -18,7 +18,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.persistent import PersistentContacts
+from pool_pymunk.engine.persistent import MEETS, PersistentContacts
 from pool_pymunk.physics.collapse import MOST_HITS, Collapse, play_out
 from pool_pymunk.physics.contact import (
     NO_BALL,
@@ -33,7 +33,7 @@ from pool_pymunk.physics.contact import (
 from pool_pymunk.physics.impulses import Call, Shared, along_normal, slowing
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.path import NOISE
-from pool_pymunk.physics.surface import Push
+from pool_pymunk.physics.surface import GYRATION, Push, as_rolling, turns_in_time
 from pool_pymunk.physics.together import push_apart
 
 SAME_NORMAL = 1e-12
@@ -55,7 +55,9 @@ class Answer:
 
     notes: tuple[str, ...] = ()
     last = 0.0  # s; when the balls of a micro-collision hit before
+    time = 0.0  # s; the contact time
     parting = 0.0  # m/s; the least bounce of a persistent contact
+    taken = 0.0  # m/s; the least bounce has its energy from this part of the roll into a cushion
     pushed = 0.0  # N s, beside what follows from these two:
     changed: tuple[Vector, Vector] | None = None  # m/s; of its ball a, for a single hit
     shared: Shared | None = None
@@ -79,6 +81,7 @@ class Resolution:
         self.answers = answers
         self.missed: list[Contact] = []  # balls that touch, but do not close
         self.velocity: dict[int, Vector] = {}  # m/s; of balls that begin a new path, or stop
+        self.rolling: tuple[int, ...] = ()  # These balls roll on through a micro-collision.
         self.noise = 0.0  # m/s; how much of it may be rounding
 
 
@@ -100,14 +103,13 @@ class Resolver:
         velocity = dict(before)
         answers = [self._look_at(contact, velocity, now) for contact in contacts]
         hits = [answer for answer in answers if answer.kind != MISSED]
+        resolution = Resolution(answers)
         if len(hits) == 1:
-            self._answer_alone(hits[0], velocity)
+            resolution.rolling = self._answer_alone(hits[0], velocity, now)
         elif hits:
             self._answer_together(hits, velocity)
-        for hit in hits:
-            if hit.parting > 0.0:
-                hit.pushed += _push(hit.contact, hit.parting, velocity)
-        resolution = Resolution(answers)
+            for hit in hits:
+                self._push(hit, velocity, now)
         if len(hits) < len(answers):
             self._leave_out(resolution, hits, velocity)
         self._conclude(before, velocity, hits, resolution)
@@ -158,14 +160,46 @@ class Resolver:
         """Answer one contact by the law; return whether the law jumps there."""
         return respond(self.law, contact, velocity, self.jumps)
 
-    def _answer_alone(self, hit: Answer, velocity: Velocities) -> None:
+    def _answer_alone(self, hit: Answer, velocity: Velocities, now: float) -> tuple[int, ...]:
+        """Answer a hit that comes alone, and return which balls roll on through it."""
+        if hit.kind == MICRO and hit.parting > 0.0 and self.persistent.rolls:
+            rolling = self._roll_through(hit, velocity, now)
+            if rolling:
+                return rolling
         i = hit.contact.a
         before = velocity[i]
-        if hit.kind == MICRO and closing_speed(hit.contact, velocity) <= 0.0:
-            return
-        if respond(self.law, hit.contact, velocity, self.jumps):
-            hit.notes += (ZERO_SLIP,)
-        hit.changed = before, velocity[i]
+        if hit.kind != MICRO or closing_speed(hit.contact, velocity) > 0.0:
+            if respond(self.law, hit.contact, velocity, self.jumps):
+                hit.notes += (ZERO_SLIP,)
+            hit.changed = before, velocity[i]
+        self._push(hit, velocity, now)
+        return ()
+
+    def _roll_through(self, hit: Answer, velocity: Velocities, now: float) -> tuple[int, ...]:
+        """Answer a least bounce of balls that roll on, and return which ones do.
+
+        Static friction keeps a ball rolling that rolls, if it can turn the roll in a contact time.
+        The ball then moves as if it were heavier.
+        """
+        contact, paths = hit.contact, self.persistent.paths
+        rolling = tuple([i for i in contact.balls if paths[i].slows])
+        if not rolling:
+            return ()
+        pair, after = contact.pair, dict(velocity)
+        m_a, m_b = (as_rolling(m, i in rolling) for i, m in zip(contact[:2], pair, strict=False))
+        heavier = contact._replace(pair=pair._replace(m_a=m_a, m_b=m_b))
+        if closing_speed(heavier, after) > 0.0:
+            respond(self.law, heavier, after, self.jumps)
+        push = Answer(heavier, MICRO)
+        push.parting = hit.parting
+        self._push(push, after, now)
+        for i in rolling:
+            if not turns_in_time(velocity[i], after[i], hit.time, self.persistent.pull):
+                return ()
+        if push.taken > 0.0:
+            return ()
+        velocity.update(after)
+        return rolling
 
     def _answer_together(self, hits: Sequence[Answer], velocity: Velocities) -> None:
         """Answer several hits of an instant, and keep the data from which impulses follow."""
@@ -190,21 +224,23 @@ class Resolver:
 
     def _look_at(self, contact: Contact, velocity: Velocities, now: float) -> Answer:
         """Decide whether a contact is a hit, and of which kind."""
-        persistent, noises = self.persistent, self.noises
-        closing = closing_speed(contact, velocity)
-        least, faint, past, is_micro = stage = persistent.stage(contact, closing, now)
-        noise = noises[contact.a]
-        if contact.b != NO_BALL:
-            noise = max(noise, noises[contact.b])
-        is_noted, e = persistent.may_press(contact), contact.pair.restitution
+        persistent, noise, other = self.persistent, self.noises[contact.a], contact.b
+        closing, e = closing_speed(contact, velocity), contact.pair.restitution
+        if other != NO_BALL and self.noises[other] > noise:
+            noise = self.noises[other]
+        # On a straight wall only a roll presses a ball.
+        is_noted = other != NO_BALL or persistent.rolls or contact.curvature < 0.0
+        stage = persistent.stage(contact, closing, now) if is_noted and self.history else MEETS
+        least, faint, past, is_micro, time = stage
         if e == 1.0 and contact.curvature < 0.0:  # Hits along an arc do not converge then.
             least, faint, is_micro = 0.0, 0.0, False
         if closing < faint or not decisions.is_hit(closing, noise, least):
-            touches_wall = is_noted and contact.b == NO_BALL and closing >= -max(noise, least)
+            touches_wall = is_noted and other == NO_BALL and closing >= -max(noise, least)
             return self._at_wall(contact, now) if touches_wall else Answer(contact, MISSED)
         is_least = e * closing < least
-        is_micro = is_micro and (contact.b != NO_BALL or is_least)
+        is_micro = is_micro and (other != NO_BALL or is_least)
         answer = Answer(contact, MICRO if is_micro else HIT)
+        answer.time = time
         if past is not None:
             answer.last = past.last
         if is_least:
@@ -216,10 +252,38 @@ class Resolver:
             answer.notes += (PERSISTENT,)
         return answer
 
+    def _push(self, hit: Answer, velocity: Velocities, now: float) -> None:
+        """Make two sides part at their least bounce, if they are much slower.
+
+        At a wall this adds no energy: the wall turns the ball's velocity, and what lacks then comes
+        from the roll that presses the ball. The wall's friction acts on this push, too.
+        """
+        contact, parting = hit.contact, hit.parting
+        if parting == 0.0:
+            return
+        if contact.b != NO_BALL:
+            hit.pushed += push_apart(contact, parting, velocity)
+            return
+        if parting + closing_speed(contact, velocity) <= 0.0:
+            return
+        (vx, vy), (nx, ny) = velocity[contact.a], contact.normal
+        spare = vx * vx + vy * vy - parting * parting
+        if spare < 0.0 and self.persistent.rolls:
+            into = abs(self.persistent.roll_along(contact, now))
+            left = into * into + spare / GYRATION
+            hit.taken = into - math.sqrt(max(left, 0.0))
+            parting = math.sqrt(parting * parting + GYRATION * min(left, 0.0))
+        lacking = max(parting + closing_speed(contact, velocity), 0.0)
+        along = vy * nx - vx * ny
+        slower = max(math.sqrt(max(spare, 0.0)) - contact.pair.friction * lacking, 0.0)
+        more = math.copysign(slower, along) - along
+        velocity[contact.a] = vx - more * ny + lacking * nx, vy + more * nx + lacking * ny
+        hit.pushed += contact.pair.m_a * lacking
+
     def _at_wall(self, contact: Contact, now: float) -> Answer:
         """Answer the contact of a ball that lies at a wall; its roll may press it there."""
         answer = Answer(contact, MISSED)
-        answer.parting = self.persistent.begin(contact, now)
+        answer.parting, answer.time = self.persistent.begin(contact, now)
         if answer.parting > 0.0:
             answer.kind, answer.notes, answer.last = MICRO, (PERSISTENT,), now
         return answer
@@ -254,11 +318,13 @@ class Resolver:
             if self.noises[i] > noise:
                 noise = self.noises[i]
         to.noise = noise = decisions.noise_after(fastest, noise)
-        moved, persistent = set(to.velocity), set[int]()
+        moved = {*to.velocity}
+        persistent: set[int] = set()
         for hit in hits:
-            moved.update(hit.contact.balls)
+            balls = hit.contact.balls
+            moved.update(balls)
             if hit.kind == MICRO:
-                persistent.update(hit.contact.balls)
+                persistent.update(balls)
         for i in sorted(moved):
             vx, vy = after = velocity[i]
             least = max(noise, self.persistent.too_slow_to_move(i)) if i in persistent else noise
@@ -292,23 +358,6 @@ def distinct(contacts: Iterable[Contact]) -> list[Contact]:
     return kept
 
 
-def _push(contact: Contact, parting: float, velocity: Velocities) -> float:
-    """Make two sides part at ``parting`` (m/s), if much slower; return the impulse (N s)."""
-    if contact.b != NO_BALL:
-        return push_apart(contact, parting, velocity)
-    lacking = max(parting + closing_speed(contact, velocity), 0.0)
-    (vx, vy), (nx, ny) = velocity[contact.a], contact.normal
-    if contact.curvature < 0.0 and lacking > 0.0:
-        # An arc turns the velocity, which adds no energy, and its friction acts on this push, too.
-        along = vy * nx - vx * ny
-        square = max(vx * vx + vy * vy - parting * parting, 0.0)
-        slower = max(math.sqrt(square) - contact.pair.friction * lacking, 0.0)
-        more = math.copysign(slower, along) - along
-        vx, vy = vx - more * ny, vy + more * nx
-    velocity[contact.a] = vx + lacking * nx, vy + lacking * ny
-    return contact.pair.m_a * lacking
-
-
 def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:
     """Return how cushions pushed each ball: along which normal, and how their friction slows."""
     pushes: dict[int, list[Push]] = {}
@@ -316,5 +365,6 @@ def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:
         contact = answer.contact
         if contact.b == NO_BALL and answer.kind != MISSED:
             slows = slowing(contact.pair.friction, answer.impulse, contact.pair.m_a)
+            slows += GYRATION * answer.taken
             pushes.setdefault(contact.a, []).append((contact.normal, slows))
     return pushes

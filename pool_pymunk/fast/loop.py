@@ -34,7 +34,9 @@ from pool_pymunk.fast.moves import (
     keep_contact,
     may_be_held,
     nearest,
+    note_cushion,
     note_hit,
+    nudge,
     path_from,
     put_path,
     roll_of,
@@ -174,12 +176,12 @@ def play(w: Work, sides: Sides) -> int:
         if t == math.inf or t > w.scene.latest:
             return end(w, t)
         w.now = max(t, w.now)
+        i = first_to_end(w, i, t) if other_t == t else i
         due = w.due[i]
         is_hit, is_wall = due.ball_t == t, due.wall_t == t
         j = due.ball if is_hit else NOTHING
-        # A ball stops, or begins to roll, before it is hit at the same time.
-        if due.stop_t == t or (j >= 0 and w.due[j].stop_t == t):
-            if not end_path(w, sides, i if due.stop_t == t else j, t):
+        if due.stop_t == t:
+            if not end_path(w, sides, i, t):
                 return HARD
         elif is_hit or is_wall:
             if not answer(w, sides, i, j, other_t):
@@ -192,6 +194,14 @@ def play(w: Work, sides: Sides) -> int:
             refresh(w, i)
 
 
+def first_to_end(w: Work, i: int, t: float) -> int:
+    """Return the first ball whose path ends at ``t`` (s): it does so before any hit, or else i."""
+    for k in range(w.scene.balls):
+        if w.due[k].stop_t == t:
+            return k
+    return i
+
+
 def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
     """Let a ball rest at the end of its path, or roll on; return False if it is lost."""
     ball = w.ball[i]
@@ -202,10 +212,11 @@ def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
     is_sound = put_path(ball, path)
     ball.noise = NOISE * ball.speed
     if sets_off(path):
-        w.count.events += 1
+        w.count.events += ball.roll[3] == 0.0
         keep(w, i, path)
     else:
         stop(w, i, t)
+    nudge(ball, False)
     predict(w, sides, (i,))
     return is_sound
 
@@ -255,6 +266,7 @@ def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
         path = path_from(w, 0.0, (x, y), (vx, vy), (wx, wy))
         is_ordinary &= put_path(ball, path)
         ball.noise = NOISE * fastest_of(path)
+        nudge(ball, False)
         keep(w, i, path)
         ball.moves, ball.rested = sets_off(path), -math.inf
         put_box(ball, NOWHERE if ball.is_off else box(path, ball.radius, 0.0, math.inf))
@@ -356,9 +368,7 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
     before = split((vx, vy), across)
     parts = cushion(w.scene, before, w.scene.cushion, w.scene.cushion_friction)
     after = changed((vx, vy), before, parts, across)
-    w.count.events += 1
-    w.count.cushions += 1
-    keep_contact(w, i, -1 - side.wall)
+    note_cushion(w, i, side.wall)
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), ball.noise)
     roll = roll_of(w, i)
     if may_roll(ball):

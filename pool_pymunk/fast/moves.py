@@ -93,11 +93,27 @@ def note_hit(w: Work, i: int, j: int) -> None:
     count.events += 1
     count.hits += 1
     keep_contact(w, i, j)
+    nudge(w.ball[i], False)
+    nudge(w.ball[j], False)
     if watched in (i, j):
         other = j if i == watched else i
         count.met[other] = 1
         if count.first_hit == NOTHING:
             count.first_hit = other
+
+
+def note_cushion(w: Work, i: int, wall: int) -> None:
+    """Count a hit on a cushion."""
+    w.count.events += 1
+    w.count.cushions += 1
+    keep_contact(w, i, -1 - wall)
+    nudge(w.ball[i], False)
+
+
+def nudge(ball: Moving, is_micro: bool) -> None:
+    """Note that a ball is hit: after a micro-collision, one that rolled rolls on without event."""
+    if may_roll(ball):
+        ball.roll[3] = is_micro and ball.roll[0] + ball.roll[3] > 0.0
 
 
 def may_be_held(w: Work, ball: Moving, across: Vector, closing: float, e: float) -> bool:

@@ -41,12 +41,13 @@ SCENE = np.dtype(
 
 # A ball has its path, a speed that it does not exceed on it, what of it is noise, the box around
 # it, and where it rests, and since when, if it does not move. Its `roll` tells whether the path
-# slows, and has wx and wy. It has no numbers where balls only slide: numba compiles the loop once
-# more where it has, so nobody pays for it who does not need it.
+# slows, has wx and wy, and tells whether the ball rolled until a micro-collision. It has no numbers
+# where balls only slide: numba compiles the loop once more where it has, so nobody pays for it who
+# does not need it.
 BALLS = {
     rolls: np.dtype(
         [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
-         ("roll", F, (3 * rolls,)), ("speed", F), ("noise", F), ("box", F, 4), ("moves", I),
+         ("roll", F, (4 * rolls,)), ("speed", F), ("noise", F), ("box", F, 4), ("moves", I),
          ("rest", F, 2), ("rested", F), ("radius", F), ("mass", F), ("is_off", I)]
     )
     for rolls in (False, True)
@@ -81,11 +82,12 @@ TRACK = np.dtype(
 )
 
 # A contact has the fields of physics.contact.Contact, the first side of its wall, what becomes of
-# it, when its balls hit each other last, how fast they part at least, its place in a round, and the
-# impulse of a cushion.
+# it, when its balls hit each other last, how fast they part at least, their contact time, its place
+# in a round, and the impulse of a cushion.
 CONTACT = np.dtype(
     [("a", I), ("b", I), ("normal", F, 2), ("gap", F), ("wall", I), ("kind", I), ("last", F),
-     ("parting", F), ("place", I), ("impulse", F), ("pair", [(name, F) for name in Pair._fields])]
+     ("parting", F), ("time", F), ("place", I), ("impulse", F),
+     ("pair", [(name, F) for name in Pair._fields])]
 )  # fmt: skip
 
 # What has `met` at an instant, in its rounds, and what is `due`, are pairs of a ball and another
@@ -98,6 +100,7 @@ TOGETHER = np.dtype(
      ("group", CONTACT, C), ("place", F, (N, 2)), ("velocity", F, (N + 1, 2)),
      ("before", F, (N + 1, 2)),
      ("moved", I, N + 1), ("persistent", I, N + 1), ("is_in", I, N + 1), ("changed", I, N + 1),
+     ("rolling", I, N + 1),
      ("is_near", I, N), ("queue", I, N), ("first", I, N + 1), ("shares", I, N + 1),
      ("gap", F, C), ("closing", F, C), ("hits", I, C), ("response", F, (C, C)),
      ("factor", F, (C, C)), ("wanted", F, C), ("unit", F, C), ("impulse", F, C), ("rest", F, C),

@@ -23,14 +23,16 @@ from pool_pymunk.fast.due import (
     path_of,
     persistent_of,
     refresh,
+    slows,
 )
 from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal, time_of_contact
 from pool_pymunk.fast.moves import (
     begin,
-    keep_contact,
     may_be_held,
     nearest,
+    note_cushion,
     note_hit,
+    nudge,
     roll_of,
     squared,
 )
@@ -50,7 +52,7 @@ from pool_pymunk.physics.impulses import along_normal, slowing
 from pool_pymunk.physics.laws import as_listed
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import unit
-from pool_pymunk.physics.surface import NO_ROLL, changed_by, slowed_by
+from pool_pymunk.physics.surface import NO_ROLL, as_rolling, changed_by, slowed_by, turns_in_time
 from pool_pymunk.physics.together import Room, push_apart, push_at_once
 
 MOST_UNLISTED = 2_000  # After this many instants with micro-collisions only, a shot is hard.
@@ -394,7 +396,7 @@ def resolve(w: Work, count: int) -> int:
     """Answer the contacts of a round; return how many were hits, or -1 if they are hard."""
     at, hits = w.together, 0
     for i in range(w.scene.balls):
-        at.moved[i] = at.persistent[i] = at.is_in[i] = 0
+        at.moved[i] = at.persistent[i] = at.is_in[i] = at.rolling[i] = 0
     for k in range(count):
         one = at.answered[k]
         for i in (one.a, one.b):
@@ -429,7 +431,7 @@ def look_at(w: Work, one: Any) -> bool:
             time, faint = persistent_of(w, one.a, one.b, w.now)
             least = decisions.least_parting(a, b, w.now, time, w.ball[one.a].radius)
             if decisions.persists(w.now - pair.last, time):
-                met, one.last = pair.met, pair.last
+                met, one.last, one.time = pair.met, pair.last, time
                 is_micro = decisions.is_micro(closing, time, w.scene.pull)
     if closing < faint or not decisions.is_hit(closing, noise, least):
         return True
@@ -450,6 +452,9 @@ def answer_hits(w: Work, count: int) -> bool:
         if at.answered[k].kind != MISSED:
             at.hitting[hits] = at.answered[k]
             hits += 1
+    is_least = hits == 1 and at.hitting[0].kind == MICRO and at.hitting[0].parting > 0.0
+    if is_least and roll_through(w, at.hitting[0]):
+        return True
     join(at.hitting, hits, at.first)
     for k in range(hits):
         first, size, is_new = first_of(at.hitting[k].a, at.first), 0, True
@@ -461,6 +466,26 @@ def answer_hits(w: Work, count: int) -> bool:
         if is_new and not answer_group(w, size):
             return False
     return True
+
+
+def roll_through(w: Work, one: Any) -> bool:
+    """Answer a least bounce of balls that roll on, if the surface can turn them so fast."""
+    v, i, j, m_a, m_b = w.together.velocity, one.a, one.b, one.pair.m_a, one.pair.m_b
+    rolls_a, rolls_b = slows(w.ball[i]), slows(w.ball[j])
+    if not may_roll(w.ball[i]) or not (rolls_a or rolls_b):
+        return False
+    a, b = (v[i][0], v[i][1]), (v[j][0], v[j][1])
+    one.pair.m_a, one.pair.m_b = as_rolling(m_a, rolls_a), as_rolling(m_b, rolls_b)
+    respond(w, one)
+    push_apart(one, one.parting, v)
+    one.pair.m_a, one.pair.m_b = m_a, m_b
+    is_held = not rolls_a or turns_in_time(a, v[i], one.time, w.scene.pull)
+    is_held &= not rolls_b or turns_in_time(b, v[j], one.time, w.scene.pull)
+    if is_held:
+        w.together.rolling[i], w.together.rolling[j] = rolls_a, rolls_b
+    else:
+        v[i], v[j] = a, b
+    return bool(is_held)
 
 
 def answer_group(w: Work, count: int) -> bool:
@@ -541,18 +566,17 @@ def report(w: Work, count: int) -> bool:
     at, listed = w.together, False
     for k in range(count):
         one = at.answered[k]
+        if one.kind == MICRO:
+            for i in (one.a, one.b):
+                nudge(w.ball[i], True)
+                revoke_stop(w, i, one.last)
+    for k in range(count):
+        one = at.answered[k]
         if one.kind == HIT and one.b != NO_BALL:
             note_hit(w, one.a, one.b)
         elif one.kind == HIT:
-            w.count.events += 1
-            w.count.cushions += 1
-            keep_contact(w, one.a, -1 - one.wall)
+            note_cushion(w, one.a, one.wall)
         listed |= one.kind == HIT
-    for k in range(count):
-        one = at.answered[k]
-        if one.kind == MICRO:
-            revoke_stop(w, one.a, one.last)
-            revoke_stop(w, one.b, one.last)
     at.unlisted += not listed
     return bool(at.unlisted < MOST_UNLISTED)
 
@@ -594,6 +618,8 @@ def carry_out(w: Work, count: int) -> bool:
             if at.persistent[i] and vx * vx + vy * vy <= slow * slow:
                 vx = vy = 0.0
             place, roll = (at.place[i][0], at.place[i][1]), roll_after(w, i, count)
+            if at.rolling[i]:
+                roll = (vx, vy) if vx * vx + vy * vy > noise * noise else NO_ROLL
             is_sound &= begin(w, i, place, (vx, vy), roll, noise)
             at.velocity[i], at.changed[i] = (ball.vx, ball.vy), 1
     return is_sound

@@ -229,6 +229,20 @@ def changed_by(change: Vector, roll: Vector) -> Vector:
     return wx + share * dx, wy + share * dy
 
 
+def as_rolling(mass: float, rolls: bool) -> float:
+    """Return the mass (kg) by which a ball resists an impulse in the plane that it rolls through.
+
+    Static friction gives a ball that rolls the same change of roll as of velocity.
+    """
+    return (1.0 + GYRATION) * mass if rolls else mass
+
+
+def turns_in_time(before: Vector, after: Vector, time: float, pull: float) -> bool:
+    """Tell whether friction can change a roll by this change of velocity (m/s) in a time (s)."""
+    x, y, most = after[0] - before[0], after[1] - before[1], pull * time / GYRATION
+    return x * x + y * y <= most * most
+
+
 def roll_rate(breakpoint_: Sequence[float]) -> Vector:
     """Return how fast (m/s^2) the roll of a ball changes after a breakpoint."""
     _, _, _, vx, vy, ax, ay, wx, wy = breakpoint_
