@@ -170,6 +170,10 @@ class HardReference(Flight):
         touching = self._contact_distance(contact)
         if kind == "ball":
             return abs(self.place[j] - self.place[i]) - touching
+        if kind == "curve":
+            curve = self.curves[j]
+            out = abs(self.place[i] - curve.center) - curve.radius
+            return -mp.sign(curve.bulge) * out - touching if curve.has(self.place[i]) else FAR
         start, along, length = self.sides[j]
         to = (self.place[i] - start) * along.conjugate()
         if kind == "corner":
@@ -314,6 +318,9 @@ class HardReference(Flight):
                 self.velocity[i] = mpc(0)
         for c, n in normals.items():
             closed = abs(dot(self._relative(c), n)) <= self.set.closed
+            is_hollow = c[0] == "curve" and self.curves[c[2]].bulge > 0
+            if closed and is_hollow and self.velocity[c[1]]:
+                raise Refused(f"{c}: a ball runs along the inside of an arc")
             (self.shut.add if closed else self.shut.discard)(c)
 
     def _touching(self, balls: set[int], met_now: Contact | None) -> list[Contact]:

@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pymunk
 import pytest
 from scenes import example
 
 from pool_pymunk import load, simulate_many
-from pool_pymunk.physics.path import set_off
 
 pytestmark = pytest.mark.heavy
 
@@ -25,9 +23,7 @@ def shown(module: Any, folder: Path) -> Any:
     return result
 
 
-tutorial, flipper, stadium = map(
-    example, ("tutorial_beside_ours", "obstacles_and_flipper", "round_ends")
-)
+tutorial, flipper = map(example, ("tutorial_beside_ours", "obstacles_and_flipper"))
 
 # -- the tutorial, and ours beside it --------------------------------------------------------------
 
@@ -148,70 +144,6 @@ def test_shots_learn_where_to_leave_the_cue_ball(
     again = simulate_many(load("report"), vary={"angle": angle, "speed": speed})
     assert np.allclose(again.final[:, 0], found.last, rtol=0.0, atol=0.0)
     assert (tmp_path / "steer_a_thousand.png").read_bytes().startswith(b"\x89PNG")
-
-
-# -- round ends ------------------------------------------------------------------------------------
-
-
-def outermost(frames: Any) -> float:
-    """Return how far (m) balls came from the table's middle line at most."""
-    x, y = frames[..., 0], frames[..., 1]
-    beyond = np.maximum(np.abs(x) - stadium.HALF, 0.0)
-    return float(np.hypot(beyond, y).max())
-
-
-@pytest.mark.slow
-def test_the_ends_converge_with_the_number_of_segments(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    errors, frames = shown(stadium, tmp_path)
-    gentle, hard = errors.values()
-    assert sorted(gentle, reverse=True) == gentle
-    slope = np.polyfit(np.log(stadium.SEGMENTS), np.log(gentle), 1)[0]
-    assert slope == pytest.approx(-1.0, abs=0.25)
-    assert hard[-1] > 10.0 * gentle[-1]
-    assert outermost(frames) <= stadium.ROUND - stadium.RADIUS + 1e-9
-    assert "1024 segments" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("segments", [None, 16, 256])
-def test_no_ball_leaves_the_stadium(segments: int | None) -> None:
-    table = stadium.set_up(segments)
-    start = table.save_state()
-    for k in range(12):
-        table.restore_state(start)
-        angle = math.tau * k / 12
-        frames = stadium.play(table, (20.0 * math.cos(angle), 20.0 * math.sin(angle)))
-        assert outermost(frames) <= stadium.ROUND - stadium.RADIUS + 1e-9
-
-
-def test_a_round_end_of_ones_own_does_not_depend_on_the_step() -> None:
-    ends = [stadium.play(stadium.set_up(None), (0.8, 0.1), 1 / rate)[-1] for rate in (60, 144, 240)]
-    for other in ends[1:]:
-        assert np.abs(ends[0] - other).max() < 1e-9
-
-
-def test_a_ball_meets_a_round_end_from_inside() -> None:
-    side = stadium.Inside((0.5, 0.0), 1.0, 1.0)
-    path = set_off(0.0, (0.0, 0.3), (2.0, 0.0), 0.0)
-    length = 2.0 * side.time_of_contact(path, 0.1, 0.0)
-    x, y = length, 0.3
-    assert math.dist((x, y), side.center) == pytest.approx(0.9)
-    assert side.gap(x, y, 0.1) == pytest.approx(0.0, abs=1e-12)
-    assert side.normal(x, y) == pytest.approx(((0.5 - x) / 0.9, -y / 0.9))
-    assert side.time_of_contact(set_off(0.0, (0.0, 0.3), (-2.0, 0.0), 0.0), 0.1, 0.0) == math.inf
-    assert side.gap(0.0, 0.0, 0.1) == math.inf
-
-
-def test_the_ends_stay_open_to_others() -> None:
-    """The disc that carries a round end is a sensor: something else moves through it."""
-    table = stadium.set_up(None)
-    body = pymunk.Body(1.0, 1.0)
-    body.position, body.velocity = (-2.0, 0.3), (1.0, 0.0)
-    table.space.add(body, pymunk.Poly.create_box(body, (0.02, 0.02)))
-    for _ in range(60):
-        table.space.step(stadium.STEP)
-    assert body.position.x == pytest.approx(-1.0)
 
 
 # -- a ball without losses -------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from amplified import amplification
+from hard_reference import hard_run
 from reference import OUTLINES, Refused, random_round_scene, reference_run
 from scenes import seeds, share_of
 
@@ -19,6 +20,7 @@ from pool_pymunk import (
     Ball,
     Friction,
     Physics,
+    Pocket,
     Post,
     Restitution,
     Run,
@@ -159,6 +161,46 @@ def test_a_path_tangent_to_an_arc_that_bulges_inwards(off: float) -> None:
     assert sum(event.cushion == 0 for event in found.events) == (off < 0.0)
 
 
+@pytest.mark.parametrize(("solver", "dt"), EXACT)
+def test_no_ball_leaves_a_stadium(solver: str, dt: float | None) -> None:
+    for k in range(12):
+        shot = Shot("hard", "C", speed=20.0, angle=30.0 * k)
+        run = simulate(replace(load("stadium"), shots=(shot,)), 1, solver=solver, dt=dt)
+        x, y = np.moveaxis(run.at(np.linspace(0.0, run.duration, 500))[0], -1, 0)
+        beside = np.maximum(np.abs(x - 1.0) - 0.5, 0.0)
+        assert np.hypot(beside, y - 0.5).max() < R - r + 1e-9
+
+
+@pytest.mark.slow
+def test_ends_with_segments_in_place_of_arcs_converge_with_their_number() -> None:
+    """A hit on one of n segments has the normal of a chord, which is off by up to 90 / n degrees.
+
+    The error of a gentle shot at the segments' ends falls with 1/n; it is averaged over 24 shots.
+    """
+    off = []
+    arcs = gentle(Table.stadium(2.0, 1.0))
+    for n in (16, 64, 256):
+        turns = [math.pi * (k / n - 0.5) for k in range(n + 1)]
+        right = [(1.5 + R * math.cos(a), R + R * math.sin(a)) for a in turns]
+        outline = (*right, *((2.0 - x, 1.0 - y) for x, y in right))
+        off.append(float(np.hypot(*(gentle(Table(outline)) - arcs).T).mean()))
+    slope = np.polyfit(np.log((16, 64, 256)), np.log(off), 1)[0]
+    assert slope == pytest.approx(-1.0, abs=0.25)
+    assert off[-1] < 1.5 / 256
+
+
+def gentle(table: Table) -> Any:
+    """Return the ends (shots, 2) of gentle shots all around on a table."""
+    base = replace(load("stadium"), table=table, posts=(), balls=load("stadium").balls[:1])
+    shots = tuple(Shot(f"{k}", "C", speed=0.8, angle=15.0 * k + 3.0) for k in range(24))
+    scene = replace(base, shots=shots)
+    return np.array([play_shot(scene, k).final["C"] for k in range(1, 25)])
+
+
+def play_shot(scene: Scene, k: int) -> Run:
+    return simulate(scene, k, solver="event-driven")
+
+
 def test_an_arc_waits_for_the_second_crossing() -> None:
     """A parabola comes into the circle beside the arc, and leaves it there; then it meets it."""
     arc = Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), -1.0)
@@ -235,6 +277,28 @@ def fresh(count: int) -> Iterator[Scene]:
             yield scene
 
 
+def with_pockets_on_arcs(count: int) -> Iterator[Scene]:
+    """Yield such scenes whose pockets lie over arcs of the outline."""
+    for k, scene in enumerate(fresh(1000)):
+        rng, table = random.Random(f"pocket {k}"), scene.table
+        arcs = [edge for edge in table.edges if edge.bulge] if table else []
+        if arcs:
+            at = [rng.choice(arcs).at(rng.random())[0] for _ in range(3)]
+            holes = tuple(
+                Pocket(f"{n}", place, round(rng.uniform(0.03, 0.2), 3))
+                for n, place in enumerate(at)
+            )
+            try:
+                found = replace(scene, pockets=holes)
+            except SceneError:
+                continue  # A ball lies in a pocket, or a post.
+            if not play(found).policies:
+                yield found
+                count -= 1
+        if not count:
+            return
+
+
 def agrees(scene: Scene) -> None:
     try:
         answer = reference_run(scene)
@@ -252,6 +316,67 @@ def agrees(scene: Scene) -> None:
 def test_random_round_scenes_in_forty_digits() -> None:
     for scene in fresh(8):
         agrees(scene)
+
+
+@pytest.mark.heavy
+@pytest.mark.seeded
+def test_pockets_on_arcs_in_forty_digits() -> None:
+    scenes = [*with_pockets_on_arcs(5)]
+    assert any(play(scene).pocketed for scene in scenes)
+    for scene in scenes:
+        agrees(scene)
+
+
+@pytest.mark.slow
+def test_sixty_scenes_with_pockets_on_arcs_in_forty_digits() -> None:
+    for scene in with_pockets_on_arcs(share_of(60)):
+        agrees(scene)
+
+
+# -- wedges ----------------------------------------------------------------------------------------
+
+# These are the bulges of the sides that meet at the tip, from one and the other half of the angle.
+WEDGES = {
+    "two arcs inwards": (-0.08, -0.06, 0.4),
+    "two arcs outwards": (0.05, 0.09, 0.15),
+    "an arc inwards and a face": (-0.106, 0.0, 0.4),
+    "an arc outwards and a face": (0.06, 0.0, 0.2),
+}
+
+
+def in_a_wedge(kind: str, e: float, rubs: float = 0.0) -> Scene:
+    """Return a scene with a ball that runs into the tip of a triangle at the origin."""
+    below, above, high = WEDGES[kind]
+    table = Table(((0.0, 0.0), (1.0, -high / 2), (1.0, high / 2)), (below, 0.0, above))
+    ball = Ball("C", (0.6, 0.02), 0.014, 0.2, velocity=(-0.9, -0.07))
+    return Scene((ball,), table, Restitution(cushion=e), Friction(0.03, rubs))
+
+
+@pytest.mark.parametrize("rubs", [0.0, 0.2])
+@pytest.mark.parametrize("e", [0.0, 0.2, 0.5])
+@pytest.mark.parametrize("kind", WEDGES)
+def test_a_ball_in_a_wedge_of_arcs_ends_where_many_digits_have_it(
+    kind: str, e: float, rubs: float
+) -> None:
+    """Hits that collapse there are leapt over; a ball that slides along an arc is refused."""
+    scene = in_a_wedge(kind, e, rubs)
+    try:
+        answer = hard_run(scene)
+    except Refused:
+        assert play(scene).policies == {"persistent contact"}
+        return
+    for solver, dt in EXACT:
+        (end,), run = answer.final, play(scene, solver, dt)
+        assert run.status == "settled"
+        assert math.dist(run.final["C"], (float(end.real), float(end.imag))) < 1e-11
+
+
+def test_a_dull_hit_on_an_arc_inwards_is_one_hit() -> None:
+    """The ball moves along the arc then, and so away from it."""
+    run = play(in_a_wedge("an arc inwards and a face", 0.0), "event-driven")
+    first = run.events[0].t
+    assert [event.t for event in run.events].count(first) == 1
+    assert run.steps < 200
 
 
 @pytest.mark.slow
@@ -295,6 +420,13 @@ def test_a_round_scene_survives_its_file() -> None:
         ({"posts": (Post((3.0, 0.5), 0.1),)}, ("posts[0].position", "off the table")),
         ({"posts": (Post((1.0, 0.05), 0.1),)}, ("posts[0].position", "cushion 0 by 0.05 m")),
         ({"posts": (Post((0.3, 0.4), 0.1),)}, ("balls[0].position", "overlaps post 0")),
+        ({"posts": (Post((0.05, 0.5), 0.1),)}, ("posts[0].position", "cushion 3 by 0.05 m")),
+        ({"posts": (Post((0.02, 0.1), 0.01),)}, ("posts[0].position", "off the table")),
+        ({"posts": (Post((0.31, 0.45), 0.0),)}, ("balls[0].position", "post 0 by 0.02 m")),
+        (
+            {"pockets": (Pocket("a", (1.05, 0.5), 0.2),)},
+            ("posts[0].position", 'over the middle of pocket "a"'),
+        ),
         ({"restitution": Restitution(ball_ball=0.9)}, ("restitution.cushion", "is missing")),
     ],
 )
@@ -305,6 +437,73 @@ def test_what_cannot_be_is_said_in_one_line(parts: dict[str, Any], named: tuple[
     assert all(part in line for part in named)
 
 
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: Post((0.0, 0.0), math.nan), "radius = nan: must be a finite number"),
+        (lambda: Post((0.0, 0.0), math.inf), "radius = inf: must be a finite number"),
+        (lambda: Post((0.0, 0.0), -0.1), "radius = -0.1: must be 0 or more"),
+        (lambda: Post((math.nan, 0.0), 0.1), "position = [nan, 0.0]: must be two finite numbers"),
+        (lambda: Post((0.0, 0.0), 0.1, 1.5), "restitution = 1.5: must be between 0 and 1"),
+        (lambda: Post((0.0, 0.0), 0.1, None, -1.0), "friction = -1.0: must be 0 or more"),
+        (lambda: Table.circle(-1.0), "radius = -1.0: must be greater than 0"),
+        (lambda: Table.circle(math.nan), "radius = nan: must be a finite number"),
+        (lambda: Table.circle(math.inf), "radius = inf: must be a finite number"),
+        (lambda: Table.stadium(math.nan, 1.0), "length = nan: must be a finite number"),
+    ],
+)
+def test_numbers_that_cannot_be(made: Callable[[], object], said: str) -> None:
+    with pytest.raises(SceneError) as found:
+        made()
+    assert str(found.value) == said
+
+
+OUTLINE = "outline = [[50, 0], [150, 0], [150, 100], [50, 100]]"
+POST = "\n[[posts]]\nposition = [100, 50]\nradius = 10\n"
+FILE = f"""
+[units]
+length = "cm"
+[table]
+{OUTLINE}
+bulge = [0, 1, 0, 1]
+[restitution]
+cushion = 0.8
+[[balls]]
+id = "C"
+position = [30, 45]
+radius = 3
+mass = 0.17
+{POST}"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[0, 1, 0, 1]", "[0, 1]", "table.bulge = [0, 1]: must have 4 numbers, one for each side"),
+        ("[0, 1, 0, 1]", "[0, nan, 0, 1]", "table.bulge[1] = nan: must be a finite number"),
+        ("[0, 1, 0, 1]", '"round"', 'table.bulge = "round": must be numbers, [0.0, 1.0, ...]'),
+        ("[0, 1, 0, 1]", "[0, -1, 0, -1.2]", "crosses itself (cushion 2 meets cushion 3)"),
+        (OUTLINE, "length = 200\nwidth = 100", "bulge = [0, 1, 0, 1]: needs an outline, whose"),
+        (OUTLINE, "", "table.bulge = [0, 1, 0, 1]: needs an outline, whose sides it bends"),
+        ("bulge", "bulges", 'unknown key (there are: length, width, outline, bulge); did you mean'),
+        ("radius = 10", "radius = -1", "posts[0].radius = -1: must be 0 or more"),
+        ("radius = 10", "radius = nan", "posts[0].radius = nan: must be a finite number"),
+        ("radius = 10", "", "posts[0].radius = (left out): is missing"),
+        ("[100, 50]", "[100, 4]", "posts[0].position = [100, 4]: the post lies in cushion 0"),
+        ("[100, 50]", "[4, 50]", "posts[0].position = [4, 50]: the post lies in cushion 3 by 6 cm"),
+        ("[100, 50]", "[40, 50]", 'balls[0].position = [30, 45]: ball "C" overlaps post 0 by'),
+        ("[[posts]]", "[posts]", "must be a list: write [[posts]] above each of them"),
+        (POST, f'{POST}[[pockets]]\nposition = [102, 50]\nradius = 4', 'middle of pocket "1"'),
+        (POST, f"{POST}restitution = 2", "posts[0].restitution = 2: must be between 0 and 1"),
+    ],
+)  # fmt: skip
+def test_files_that_cannot_be(old: str, new: str, said: str) -> None:
+    with pytest.raises(SceneError) as found:
+        loads(FILE.replace(old, new, 1))
+    assert said in str(found.value)
+    assert "\n" not in str(found.value)
+
+
 def test_outlines_that_cannot_be() -> None:
     square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     for outline, bulge, said in (
@@ -312,11 +511,19 @@ def test_outlines_that_cannot_be() -> None:
         (square, (0.0, 1.0), "must have 4 numbers"),
         (square, (0.0, 1e-9, 0.0, 0.0), r"bulge\[1\] = 1e-09: must be 0, or between"),
         (square, (0.0, 0.0, -1e200, 0.0), r"bulge\[2\] = -1e\+200: must be 0, or between"),
-        (square[:2], (1.0, -1.0), "three corners or more"),
+        (square, (20.0, 20.0, 0.0, 0.0), "crosses itself"),
+        (((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)), (-0.51, 0.0, -0.5, 0.0), "0 meets cus"),
+        (((0.0, 0.0), (2.0, 0.0), (2.0, 0.3), (0.0, 0.3)), (-0.5, 0.0, 0.0, 0.0), "0 meets cus"),
+        (square, (math.nan, 0.0, 0.0, 0.0), r"bulge\[0\] = nan: must be a finite number"),
+        (square, (0.0, math.inf, 0.0, 0.0), r"bulge\[1\] = inf: must be a finite number"),
+        (square, 1.0, r"bulge = 1\.0: must be numbers"),
+        (square[:2], (), "two between sides that bulge outwards"),
+        (square[:2], (1.0, -1.0), "three corners or more, or two"),
         (square[::-1], (0.0, 0.1, 0.0, 0.1), "counter-clockwise"),
     ):
-        with pytest.raises(SceneError, match=said):
-            Table(outline, bulge)
+        with pytest.raises(SceneError, match=said) as found:
+            Table(outline, bulge)  # type: ignore[arg-type]
+        assert "\n" not in str(found.value)
     with pytest.raises(SceneError, match=r"table\.bulge\[1\] = 1\.0: cushion 1 is no wider"):
         large = Ball("C", (0.5, 0.5), 0.5, 0.2)
         replace(load("stadium"), balls=(large,), posts=(), shots=())
@@ -357,3 +564,22 @@ def test_a_front_of_paths_widens_as_sinai_has_it(table: Table) -> None:
     vx, vy = run.end.velocity[0]
     assert len(run.events) > 20
     assert abs((-vy, vx) @ found.final[0] @ start) == pytest.approx(abs(width), rel=1e-9)
+
+
+# -- crokinole -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("shot", "taken", "met"), [(1, {"S"}, []), (2, {"S"}, []), (3, set(), [8, 0]), (4, set(), [0])]
+)
+def test_shots_of_crokinole_do_what_their_names_say(
+    shot: int, taken: set[str], met: list[int]
+) -> None:
+    """Cushion 8 is a post; a disc whose centre comes to the edge, 13 in off, stops there."""
+    scene, inch = load("crokinole"), 0.0254
+    run = simulate(scene, shot, solver="event-driven")
+    assert set(run.pocketed) == taken
+    assert [event.cushion for event in run.events if event.kind == "ball-cushion"] == met
+    middle = scene.pockets[0].position
+    far = [math.dist(end, middle) / inch for end in run.final.values()]
+    assert sum(distance == pytest.approx(13.0, abs=1e-6) for distance in far) == (shot > 2)

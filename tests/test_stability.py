@@ -212,6 +212,27 @@ def test_a_ball_in_the_notch_of_a_table_is_off_it() -> None:
     assert depth[0] == pytest.approx([-0.45, 0.55, 0.05 - math.hypot(0.1, 0.1)])
 
 
+@pytest.mark.parametrize(
+    ("table", "places"),
+    [
+        (Table.stadium(4.0, 2.0), {(3.5, 1.0): -0.45, (4.2, 1.0): 0.25, (3.0, 0.01): 0.04}),
+        (Table.stadium(4.0, 2.0), {(3.0, 1.0): -0.95, (1.0, 1.0): -0.95, (0.1, 1.0): -0.05}),
+        (Table.circle(0.5), {(0.5, 0.5): -0.45, (0.5, -0.1): 0.15, (1.0, 0.5): 0.05}),
+        (
+            Table(((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)), (-0.25, 0.0, 0.0, 0.0)),
+            {(1.0, 0.1): 0.2, (1.0, 0.5): -0.2, (1.0, 0.0): 0.3, (1.0, -0.1): 0.4},
+        ),
+        (
+            Table(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)), (2.0, 0.0, 0.0, 0.0)),
+            {(0.5, -0.5): -0.45, (0.5, -1.9): 0.95, (0.5, 0.5): -0.45},
+        ),
+    ],
+)
+def test_a_ball_beyond_an_arc_is_noticed(table: Table, places: dict[Any, float]) -> None:
+    depth = claims.beyond(table, np.array([list(places)]), np.full(len(places), 0.05))
+    assert depth[0] == pytest.approx([*places.values()])
+
+
 def test_a_law_that_adds_energy_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     class Generous(Law):
         def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:

@@ -22,11 +22,11 @@ DPI = 100.0
 Drawing = Callable[[Path], object]
 
 
-def run(scenario: str, what: Any = "end") -> Drawing:
-    """Return what draws the first shot of a scenario."""
+def run(scenario: str, what: Any = "end", shot: int | None = None) -> Drawing:
+    """Return what draws a shot of a scenario, by default the first."""
 
     def draw(out: Path) -> None:
-        simulate(load(scenario), solver="event-driven").plot(what, out, dpi=DPI)
+        simulate(load(scenario), shot, solver="event-driven").plot(what, out, dpi=DPI)
 
     return draw
 
@@ -61,6 +61,7 @@ PICTURES: dict[str, Drawing] = {
     "collision.png": collision,
     "l-shaped.png": run("l-shaped"),
     "stadium.png": run("stadium"),
+    "crokinole.png": run("crokinole", shot=3),
     "played/played.html": live_page,
     "residuals.png": residuals,
     "mine-end.png": run(str(HERE / "mine.toml")),

@@ -186,7 +186,8 @@ class Table(Part):
         if len(self.outline) < 3 and not (
             len(self.outline) == 2 and min(self.bulge, default=0) > 0
         ):
-            yield self._problem("must have three corners or more")
+            message = "must have three corners or more, or two between sides that bulge outwards"
+            yield self._problem(message)
             return
         slack = COORDINATE_ROUNDING * max(max(map(abs, corner)) for corner in self.outline)
         for k, corner in enumerate(self.outline):

@@ -153,9 +153,17 @@ def no_room(
             yield problem.message
 
 
-def post_problems(post: Post, table: Table | None, units: Units = METRES) -> Iterator[str]:
-    """Say that a post is off the table, or in which cushion it lies."""
+def post_problems(
+    post: Post, table: Table | None, pockets: Sequence[Pocket], units: Units = METRES
+) -> Iterator[str]:
+    """Say that a post is off the table, in which cushion it lies, or over which pockets.
+
+    It may stand at a pocket's rim, but not where balls lie that the pocket took in.
+    """
     (x, y), r = post.position, post.radius
+    for hole in pockets:
+        if math.dist(post.position, hole.position) < r:
+            yield f"the post lies over the middle of pocket {shown(hole.id)}"
     if table is None:
         return
     if not table.contains(x, y):

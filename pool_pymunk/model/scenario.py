@@ -304,10 +304,15 @@ class _File:
             return None
         values = self._section("table")
         sides = {key: values.pop(key, None) for key in ("length", "width")}
-        if values:
+        if "outline" in values:
             self._note(problem.under("table") for problem in beside("outline", **sides))
-            return self._made(("table",), Table, values)
+            is_known = self._is_sound(("table", "bulge"))
+            return self._made(("table",), Table, values) if is_known else None
         if not self._is_sound(("table", "outline")):
+            return None
+        if "bulge" in values:
+            message = "needs an outline, whose sides it bends"
+            self._note([Problem(("table", "bulge"), values["bulge"], message)])
             return None
         for key, side in sides.items():
             if side is None:

@@ -341,7 +341,7 @@ def scene_problems(
             message = f"cushion {k} is no wider than the largest ball"
             yield Problem(("table", "bulge", k), edge.bulge, message)
     for where, post in posts:
-        for message in post_problems(post, table, units):
+        for message in post_problems(post, table, holes, units):
             yield Problem((*where, "position"), list(post.position), message)
     yield from _shots_without_room(
         shots, there.values(), partial(no_room, table=table, pockets=holes, posts=obstacles,

@@ -182,12 +182,9 @@ class RoundSide(NamedTuple):
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s) a ball meets the circle; never if its path is tangent, to rounding."""
-        dx, dy = self.center[0] - path.x, self.center[1] - path.y
         rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
         touching = r + self.radius - rounding
-        along, near = dx * path.vx + dy * path.vy, touching + 2.0 * rounding
-        is_tangent = along <= GRAZING * touching * speed_of(path) and path.slows
-        if is_tangent and dx * dx + dy * dy <= near * near:
+        if is_tangent(path, self.center, touching, rounding):
             return math.inf
         return disc_time(path, self.center, touching, now)
 
@@ -236,7 +233,10 @@ class Arc(NamedTuple):
         since = path.t if path.slows or now < path.t else now
         touching = radius + facing * r
         if facing > 0.0:
-            touching -= 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
+            rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
+            touching -= rounding
+            if is_tangent(path, center, touching, rounding):
+                return math.inf
             x, y, _, _ = motion_at(path, since)
             dx, dy = x - center[0], y - center[1]
             if dx * dx + dy * dy < radius * radius:  # The ball is behind the arc.
@@ -265,6 +265,14 @@ class Arc(NamedTuple):
     def edge(self, r: float) -> Round:
         """Return the circle on which the centre of a touching ball lies."""
         return Round(self.center, self.radius + self.facing * r)
+
+
+def is_tangent(path: Path, center: Vector, touching: float, rounding: float) -> bool:
+    """Tell whether a straight path begins along a circle, as after a dull hit, to ``rounding``."""
+    dx, dy = center[0] - path.x, center[1] - path.y
+    along, near = dx * path.vx + dy * path.vy, touching + 2.0 * rounding
+    begins_along = path.slows and along <= GRAZING * touching * speed_of(path)
+    return begins_along and dx * dx + dy * dy <= near * near
 
 
 def within_sector(x: float, y: float, first: Vector, last: Vector) -> bool:

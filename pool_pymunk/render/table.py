@@ -12,11 +12,12 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Pocket, Point, Scene, Table, Units
+from pool_pymunk.model.outline import STRAIGHT_ON
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.view import CUSHION, RAIL, View
 
 SHARPEST_MITRE = math.radians(60.0)  # A sharper corner of the cushions is drawn round.
-PIN = 0.2  # of the smallest ball's radius; no post is drawn smaller
+PIN = 0.3  # of the smallest ball's radius; no post is drawn smaller
 PITCH = 0.16  # of the width; the lines of an open plane are at most so far apart
 
 
@@ -99,18 +100,23 @@ def seen_posts(scene: Scene) -> list[tuple[float, float, float]]:
 
 
 def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
-    """Yield points on the rails (m), quarters of the shortest side apart, where there is room."""
+    """Yield points on the rails (m), quarters of the shortest side apart, where there is room.
+
+    One is at each joint at which a cushion goes on without a corner.
+    """
     out = (CUSHION + RAIL / 2) * min(Bbox.from_extents(*table.bounds).size)
     step = min(edge.arc_length for edge in table.edges) / 4.0
+    count = len(table.edges)
     for k, edge in enumerate(table.edges):
         low = 2.0 * out * (k in table.reflex_corners)
-        high = 2.0 * out * ((k + 1) % len(table.edges) in table.reflex_corners)
+        high = 2.0 * out * ((k + 1) % count in table.reflex_corners)
         parts = min(round(edge.arc_length / step), 40)
-        for share in (part / parts for part in range(1, parts)):
+        goes_on = math.dist(table.edges[k - 1].heading(True), edge.heading(False)) < STRAIGHT_ON
+        for share in (part / parts for part in range(1 - goes_on, parts)):
             (x, y), (nx, ny) = edge.at(share)
             x, y = x - out * nx, y - out * ny
             far = all(math.dist((x, y), hole.position) > 2.0 * hole.radius for hole in pockets)
-            if far and low < share * edge.arc_length < edge.arc_length - high:
+            if far and low <= share * edge.arc_length < edge.arc_length - high:
                 yield x, y
 
 
