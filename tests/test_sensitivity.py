@@ -408,7 +408,7 @@ def test_errors_as_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         (["report", "--position-error", "much"], "must be a length"),
         (["report", "--position-error", "-1mm"], "must be 0 or more"),
         (["report", "--speed-error", "1in"], "must be a speed"),
-        (["report", "--angle-error", "nan"], "must be 0 or more"),
+        (["report", "--angle-error", "nan"], "must be an angle"),
         (["report", "--shot", "9"], "there is no such shot"),
         (["report", "--samples", "1"], "samples = 1: must be 2 or more"),
         (["report", "--seed", "-1"], "seed = -1: must be 0 or more"),

@@ -23,7 +23,7 @@ from pool_pymunk.safety.interrupts import patient_interrupts
 
 # The commands, each with an example.
 COMMANDS = {
-    "run": "report --solver time-slice",
+    "run": "report --tolerance 0.01in",
     "collide": "--mass-a 170g --mass-b 170g --radius 1.125in --velocity-a 2m/s 0 --offset 1in",
     "compare": "report --shot 4",
     "tradeoff": "report --out renders/tradeoff",
@@ -33,7 +33,7 @@ COMMANDS = {
     "atlas": "report --shot 1 --ball C --size 400x300",
     "stability": "--quick",
     "render": "eight-ball --fps 60",
-    "page": "eight-ball --overlay pymunk:1/60",
+    "page": "report --shot 1",
     "play": "eight-ball",
     "check": "nine-ball",
 }

@@ -45,7 +45,8 @@ def collide(
     typed = {
         "a.mass": mass_a, "b.mass": mass_b, "a.radius": radius, "b.radius": radius_b or radius,
         "a.velocity": velocity_a, "b.velocity": velocity_b, "offset": offset,
-        "angle": angle, "restitution": restitution, "friction": friction, "law": law,
+        "angle": None if angle is None else read.degrees("--angle", angle),
+        "restitution": restitution, "friction": friction, "law": law,
     }  # fmt: skip
     read.ending("--picture", picture, read.PICTURES, f"one of {', '.join(read.PICTURES)}")
     try:
@@ -88,9 +89,7 @@ def _collision(typed: Mapping[str, Any], units: str) -> tuple[lib.collide.Collis
         return lib.collide.collide(a, b, offset, material), unit
     if offset != 0.0:
         raise read.InputError("--angle and --offset: one of the two")
-    return lib.collide.collide_at(
-        a, b, math.radians(read.degrees("--angle", typed["angle"])), material
-    ), unit
+    return lib.collide.collide_at(a, b, math.radians(typed["angle"]), material), unit
 
 
 def _print(hit: lib.collide.Collision, units: lib.Units) -> None:
