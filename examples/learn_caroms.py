@@ -36,10 +36,10 @@ def plan(envs: Any, rounds: int, rng: np.random.Generator) -> Any:
     if rounds == 0:
         return rng.uniform(-1.0, 1.0, (TABLES, 2))
     tries = rng.uniform(-1.0, 1.0, (TRIES, TABLES, 2))
-    shots = tries[envs.unwrapped.rehearse(tries).argmax(axis=0), np.arange(TABLES)]
+    shots = tries[envs.unwrapped.rehearse(tries).reward.argmax(axis=0), np.arange(TABLES)]
     for k in range(rounds - 1):
         away = WIDTH * NARROWER**k * rng.standard_normal(tries.shape)
-        scores = envs.unwrapped.rehearse(shots + away)[..., np.newaxis]
+        scores = envs.unwrapped.rehearse(shots + away).reward[..., np.newaxis]
         shots = shots + (scores * away).sum(axis=0) / np.maximum(scores.sum(axis=0), 1.0)
     return shots
 

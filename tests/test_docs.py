@@ -33,6 +33,7 @@ NEEDS = {
     "environments.md": "gymnasium",
     "fit.md": "scipy",
     "notebooks.md": "pandas",
+    "own-game.md": "gymnasium",
     "shots-in-torch.md": "torch",
     "simulate-many.md": "numba",
 }

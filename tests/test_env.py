@@ -39,11 +39,16 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
 
 from pool_pymunk.env import (  # noqa: E402
     BilliardsEnv,
+    BilliardsVectorEnv,
     CaromEnv,
     CaromVectorEnv,
+    Game,
+    Generators,
+    Played,
     PotEnv,
     PotVectorEnv,
-    games,
+    Tables,
+    game,
 )
 
 IDS = ("pool_pymunk/Carom-v0", "pool_pymunk/Pot-v0")
@@ -61,6 +66,31 @@ def scene(balls: Places, *pockets: tuple[float, float]) -> Scene:
     return Scene(
         tuple(made), table, Restitution(0.95, cushion=0.7), Friction(0.1), law, pockets=holes
     )
+
+
+class Nearest(Game):
+    """The cue ball, which begins anywhere, shall stop near a spot that is drawn."""
+
+    scenario, balls, max_speed = "follow-and-draw", 1, 2.0
+    shots, least, lost_score, more_seen = 2, 0, -9.0, 2
+    has_roll = has_place = True
+
+    def layouts(self, rng: Generators) -> Any:
+        places = np.tile(self.spots, (len(rng), 1, 1))
+        places[:, self.cue] = [0.3, 0.3] + rng.integers(2, size=2) * 0.1
+        return places
+
+    def begin(self, tables: Tables, rng: Generators, options: Any) -> None:
+        tables["spot"] = rng.uniform(0.2, 0.8, size=2)
+
+    def score(self, played: Played) -> Any:
+        away = played.tables.position[:, self.cue] - played.tables["spot"]
+        return np.where(played.foul, -1.0, -np.hypot(*np.nan_to_num(away).T))
+
+    def observe(self, tables: Tables) -> Any:
+        seen = super().observe(tables)
+        seen[:, -2:] = tables["spot"]
+        return seen
 
 
 def with_a_heavy_cue_ball(table: Scene) -> Scene:
@@ -383,7 +413,7 @@ def test_a_shot_without_an_outcome_scores_nothing_and_ends(monkeypatch: pytest.M
 
     env = as_set_up(CaromEnv, with_a_heavy_cue_ball(scene(TWO)))
     before = env.position
-    monkeypatch.setattr(games, "simulate_many", lost)
+    monkeypatch.setattr(game, "simulate_many", lost)
     seen, reward, terminated, _, info = env.step(to_the_right(0.4))
     assert (reward, terminated, info["status"], info["points"]) == (0.0, True, 3, 0)
     assert (env.position == before).all()
@@ -409,24 +439,163 @@ def test_a_rehearsal_changes_nothing_and_tells_what_a_shot_scores() -> None:
     env.reset(seed=3)
     before, drawn = env.position, env.np_random.bit_generator.state
     actions = np.random.default_rng(0).uniform(-1, 1, (40, 2))
-    rewards = env.rehearse(actions)
+    rehearsal = env.rehearse(actions)
+    rewards = rehearsal.reward
     assert (env.position == before).all()
     assert env.np_random.bit_generator.state == drawn
     steady = CaromEnv()
-    for action, reward in zip(actions, rewards, strict=True):
+    for k, (action, reward) in enumerate(zip(actions, rewards, strict=True)):
         steady.reset(options={"position": before})
-        assert steady.step(action)[1] == reward
+        _, scored, terminated, _, info = steady.step(action)
+        assert (scored, terminated) == (reward, rehearsal.terminated[k])
+        assert (steady.position == rehearsal.final[k]).all()
+        assert info["duration"] == rehearsal.duration[k] == rehearsal.run(k).duration
     assert 0 < rewards.sum() < 40
     envs = CaromVectorEnv(2)
     envs.reset(seed=3)
     two = np.stack([actions, actions[::-1]], axis=1)
-    assert (envs.rehearse(two)[:, 0] == rewards).all()
-    assert envs.rehearse(two).shape == (40, 2)
+    both = envs.rehearse(two)
+    assert (both.reward[:, 0] == rewards).all()
+    assert both.reward.shape == both.terminated.shape == (40, 2)
+    assert (both.final[0::2] == rehearsal.final).all()
+    some = envs.rehearse(actions[:3], tables=[0, 1, 0])
+    assert (some.reward == both.reward[[0, 38, 2], [0, 1, 0]]).all()
     with pytest.raises(SettingError, match=r"must have the shape \(40, 2, 2\)"):
         envs.rehearse(actions)
     with pytest.raises(SettingError, match="must be numbers"):
         env.rehearse([[0.0, 0.0], [0.0]])
-    assert env.rehearse(np.empty((0, 2))).shape == (0,)
+    assert env.rehearse(np.empty((0, 2))).reward.shape == (0,)
+
+
+# -- games of one's own ----------------------------------------------------------------------------
+
+
+@pytest.mark.heavy
+def test_check_env_has_nothing_to_say_of_a_game_of_ones_own() -> None:
+    check_env(gym.make("pool_pymunk/Billiards-v0", game=Nearest).unwrapped)
+    made = gym.make("pool_pymunk/Billiards-v0", game=Nearest(max_speed=1.0)).unwrapped
+    assert (made.game.max_speed, made.game.name) == (1.0, "Nearest")
+
+
+def test_an_action_has_a_roll_and_a_place_where_the_game_says_so() -> None:
+    env = BilliardsEnv(game=Nearest)
+    assert env.action_space.shape == (5,)
+    env.reset(seed=1)
+    info = env.step([0.1, 0.2, -0.5, 0.25, -0.25])[-1]
+    middle, half = env.game.middle, env.game.half_size
+    assert info["roll"] == -0.5
+    assert info["place"].tolist() == (middle + half * [0.25, -0.25]).tolist()
+    angle = math.radians(18.0)
+    velocity = np.zeros((2, 2))
+    velocity[0] = 1.2 * math.cos(angle), 1.2 * math.sin(angle)
+    position = np.array([info["place"], env.game.spots[1]])
+    batch = simulate_many(env.scene, position, velocity, roll=-0.5 * velocity)
+    assert (env.position == batch.final[0]).all()
+    with pytest.raises(
+        SettingError, match=r"shape \(5,\): an angle and a speed and a roll and a pl"
+    ):
+        env.step([0.0, 0.0])
+
+
+def test_a_shot_whose_place_is_not_free_is_lost() -> None:
+    envs = BilliardsVectorEnv(3, game=Nearest, autoreset_mode="Disabled")
+    envs.reset(seed=1)
+    before, game = envs.position, envs.game
+    on_the_ball = (game.spots[1] - game.middle) / game.half_size
+    actions = [[0.0, 0.0, 0.0, *on_the_ball], [0.0] * 5, [0.0, 0.0, 0.0, 1.0, 1.0]]
+    _, reward, terminated, _, infos = envs.step(actions)
+    assert reward[[0, 2]].tolist() == [-9.0, -9.0] and -3.0 < reward[1] < 0.0
+    assert terminated.tolist() == [True, False, True]
+    assert infos["status"].tolist() == [4, 0, 4]
+    assert (envs.position[[0, 2]] == before[[0, 2]]).all()
+
+
+def test_a_ball_in_hand_comes_back() -> None:
+    """Without a place of its own, a pocketed cue ball ends the episode of any game."""
+    table = scene({"C": (0.5, 0.5), "a": (1.0, 0.2)}, (2.0, 0.5))
+
+    class Hand(Game):
+        scenario, shots, has_place = table, 9, True
+
+        def score(self, played: Played) -> Any:
+            return played.foul
+
+    class NoHand(Hand):
+        has_place = False
+
+    env = BilliardsEnv(game=Hand)
+    env.reset(options={"position": [(np.nan, 0.0), (1.0, 0.2)]})
+    for _ in range(2):
+        _, reward, terminated, _, _ = env.step([0.0, 1.0, -0.5, 0.0])
+        assert (reward, terminated) == (1.0, False)
+        assert np.isnan(env.position[0]).all()
+    other = as_set_up(BilliardsEnv, table, game=NoHand)
+    assert other.step([0.0, 1.0])[1:3] == (1.0, True)
+    with pytest.raises(SettingError, match="the cue ball must be on the table"):
+        other.reset(options={"position": [(np.nan, 0.0), (1.0, 0.2)]})
+
+
+@pytest.mark.parametrize("score", [np.zeros(3), np.array([0.0, np.nan]), 1.0])
+def test_a_score_is_a_finite_number_a_table(score: Any) -> None:
+    class Wrong(Nearest):
+        def score(self, played: Played) -> Any:
+            return score
+
+    envs = BilliardsVectorEnv(2, game=Wrong)
+    envs.reset(seed=0)
+    with pytest.raises(SettingError, match=r"Wrong\.score = .*: must be a finite number for each"):
+        envs.step(np.zeros((2, 5)))
+
+
+def test_layouts_of_a_game_are_checked() -> None:
+    class Wrong(Nearest):
+        def layouts(self, rng: Generators) -> Any:
+            return np.tile(self.spots[:1], (len(rng), 2, 1))
+
+    with pytest.raises(SceneError, match="overlaps ball"):
+        BilliardsVectorEnv(2, game=Wrong).reset(seed=0)
+
+
+def test_a_game_may_cut_episodes_off() -> None:
+    class Cut(Nearest):
+        def is_cut_off(self, played: Played) -> Any:
+            return played.tables["shots"] >= 1
+
+    env = BilliardsEnv(game=Cut)
+    env.reset(seed=0)
+    assert env.step([0.0] * 5)[2:4] == (False, True)
+    with pytest.raises(ResetNeeded):
+        env.step([0.0] * 5)
+
+
+def test_every_table_may_have_a_layout_of_its_own() -> None:
+    envs, drawn = PotVectorEnv(3), PotVectorEnv(3)
+    drawn.reset(seed=1)
+    seen, infos = envs.reset(options={"position": drawn.position, "called": ["1", "9", "2"]})
+    assert (envs.position == drawn.position).all()
+    assert [envs.scene.balls[k].id for k in infos["called"]] == ["1", "9", "2"]
+    assert (seen[:, :8] == drawn.reset(options={"position": drawn.position})[0][:, :8]).all()
+    bad = drawn.position
+    bad[2, 1] = bad[2, 2]
+    with pytest.raises(SceneError, match="overlaps ball"):
+        envs.reset(options={"position": bad})
+    with pytest.raises(SettingError, match=r"called = 2 balls: must be one, or one a table \(3\)"):
+        envs.reset(options={"called": ["1", "2"]})
+
+
+def test_generators_draw_one_row_a_table_as_each_alone() -> None:
+    def alone() -> list[Any]:
+        return [np.random.default_rng(k) for k in range(4)]
+
+    rng, each = Generators(alone()), alone()
+    assert (rng.random((2, 3)) == [one.random((2, 3)) for one in each]).all()
+    assert (rng.normal(1.0, 2.0, size=2) == [one.normal(1.0, 2.0, size=2) for one in each]).all()
+    some = pickle.loads(pickle.dumps(rng)).at(np.array([3, 1]))
+    assert (some.random() == [each[3].random(), each[1].random()]).all()
+    with pytest.raises(AttributeError):
+        rng.rolls(3)
+    with pytest.raises(SettingError, match="must be of one kind"):
+        Generators([np.random.default_rng(0), np.random.Generator(np.random.MT19937(0))])
 
 
 # -- layouts ---------------------------------------------------------------------------------------
@@ -467,9 +636,9 @@ def test_a_ball_lies_anywhere() -> None:
 
 
 def test_a_layout_does_not_depend_on_other_tables() -> None:
-    many = CaromVectorEnv(300)
+    many = CaromVectorEnv(2_100)  # They are drawn in several threads.
     many.reset(seed=20)
-    for k in (0, 123, 299):
+    for k in (0, 1_000, 2_099):
         alone = CaromEnv()
         alone.reset(seed=20 + k)
         assert (alone.position == many.position[k]).all()
@@ -521,6 +690,22 @@ NO_CUE = Scene((Ball("a", (0.5, 0.5), R, 0.17),), scene(TWO).table, Restitution(
         (CaromEnv, {"max_speed": 0.0}, "max_speed = 0.0: must be greater than 0"),
         (CaromEnv, {"angle_error": -1.0}, "angle_error = -1.0: must be 0 or more"),
         (CaromEnv, {"speed_error": math.nan}, "speed_error = nan: must be a finite number"),
+        (CaromEnv, {"unknown": 3}, "unknown = 3: there is no such setting (there are: scenario, "),
+        (
+            PotVectorEnv,
+            {"ball": 3},
+            "there is no such setting (there are: scenario, balls, layout, ",
+        ),
+        (PotEnv, {"max_sped": 3}, 'did you mean "max_speed"?'),
+        (CaromEnv, {"max_episode_steps": 3}, "max_episode_steps = 3: there is no such setting"),
+        (BilliardsEnv, {}, "game = None: must be a subclass of pool_pymunk.env.Game"),
+        (BilliardsEnv, {"game": "Carom"}, "game = Carom: must be a subclass"),
+        (BilliardsEnv, {"game": Nearest(), "balls": 1}, "or a game without more settings"),
+        (
+            BilliardsVectorEnv,
+            {"game": Nearest, "scenario": "report"},
+            "scenario = report: Nearest needs friction of rolling",
+        ),
         (CaromEnv, {"render_mode": "human"}, 'render_mode = "human": must be one of rgb_array'),
         (CaromVectorEnv, {"num_envs": 0}, "num_envs = 0: must be 1 or more"),
         (CaromVectorEnv, {"max_episode_steps": 0}, "max_episode_steps = 0: must be 1 or more"),
@@ -608,6 +793,7 @@ CASES: dict[str, tuple[type[BilliardsEnv], Any, dict[str, Any]]] = {
     "carom among pockets": (CaromEnv, CaromVectorEnv, {"scenario": "nine-ball", "balls": 4}),
     "pot": (PotEnv, PotVectorEnv, {}),
     "pot with errors": (PotEnv, PotVectorEnv, {"balls": 6, "angle_error": 1.0}),
+    "own": (BilliardsEnv, BilliardsVectorEnv, {"game": Nearest, "speed_error": 0.1}),
 }
 MODES = (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)
 
@@ -638,7 +824,8 @@ def agree(case: str, mode: AutoresetMode, count: int, limit: int, steps: int) ->
     assert native.np_random_seed == beside.np_random_seed
     rng, ended = np.random.default_rng(1), 0
     for _ in range(steps):
-        actions = rng.uniform(-1.2, 1.2, (count, 2)).astype(np.float32)
+        shape = count, *native.single_action_space.shape
+        actions = rng.uniform(-1.2, 1.2, shape).astype(np.float32)
         answer = native.step(actions)
         assert alike(answer, beside.step(actions))
         assert answer[0] in native.observation_space
@@ -708,7 +895,7 @@ def test_a_step_is_one_call_and_its_arrays_are_not_used_again(
         calls.append(len(arguments[1]))
         return play(*arguments)
 
-    monkeypatch.setattr(games, "simulate_many", counted)
+    monkeypatch.setattr(game, "simulate_many", counted)
     envs = CaromVectorEnv(6, autoreset_mode=mode)
     envs.reset(seed=0)
     first = envs.step(np.zeros((6, 2)))

@@ -37,7 +37,7 @@ from pool_pymunk.physics.sides import RoundSide
 pytest.importorskip("gymnasium")
 
 from pool_pymunk.env.games import Carom
-from pool_pymunk.env.layouts import Layouts, place
+from pool_pymunk.env.layouts import Generators, Layouts, fits
 
 Place = tuple[float, float]
 
@@ -159,9 +159,7 @@ def by_few(scene: Scene, at: Place) -> bool:
 def by_layouts(scene: Scene, at: Place) -> bool:
     """Ask what draws random layouts, on a table without pockets."""
     drawn = Layouts(replace(scene, pockets=()))
-    layouts, placed = layout(scene, at)[np.newaxis], np.array([2])
-    tried = np.tile(np.array(at), (1, 1, 3, 1))
-    return place(drawn.table, layouts, placed, np.array([0]), tried, drawn.radius) == 1
+    return fits(drawn.table, layout(scene, at), np.zeros(3, np.int64), drawn.radius, 2)
 
 
 def table_of(scene: Scene, by_shapes: bool = False) -> Billiards:
@@ -212,7 +210,9 @@ def by_simulate(scene: Scene, at: Place) -> bool:
 
 def by_environment(scene: Scene, at: Place) -> bool:
     game = Carom(scene, layout="scenario")
-    return accepted(lambda: game.start([np.random.default_rng()], {"position": layout(scene, at)}))
+    return accepted(
+        lambda: game.start(Generators([np.random.default_rng()]), {"position": layout(scene, at)})
+    )
 
 
 # Billiards knows no outline, so that it is not asked about places off the table.
@@ -301,11 +301,10 @@ def test_a_ball_that_touches_the_rim_plays_compiled_as_it_does_in_python() -> No
 def test_layouts_keep_balls_off_pockets() -> None:
     scene = scene_at(0.0, 0.0)
     drawn = Layouts(scene)
-    for far, is_free in ((RIM + R - 0.001, 0), (RIM + R + 0.001, 1)):
+    for far, free in ((RIM + R - 0.001, False), (RIM + R + 0.001, True)):
         at = (1.25 - far, 0.25)
-        layouts, tried = layout(scene, at)[np.newaxis], np.tile(np.array(at), (1, 1, 3, 1))
-        placed, waiting = np.array([2]), np.array([0])
-        assert place(drawn.table, layouts, placed, waiting, tried, drawn.radius) == is_free
+        off = np.zeros(3, np.int64)
+        assert fits(drawn.table, layout(scene, at), off, drawn.radius, 2) == free
 
 
 def test_a_ball_whose_centre_is_within_a_post_lies_in_it() -> None:

@@ -1,7 +1,7 @@
 """This package has environments for learners, by the conventions of Gymnasium.
 
-``import pool_pymunk.env`` registers ``pool_pymunk/Carom-v0`` and ``pool_pymunk/Pot-v0``. It needs
-``pip install 'pool-pymunk[env]'``.
+``import pool_pymunk.env`` registers ``pool_pymunk/Carom-v0`` and ``pool_pymunk/Pot-v0``, and
+``pool_pymunk/Billiards-v0`` for games of your own. It needs ``pip install 'pool-pymunk[env]'``.
 
 >>> import gymnasium as gym
 >>> import pool_pymunk.env
@@ -17,28 +17,19 @@ except ImportError as error:
     message = "pool_pymunk.env needs Gymnasium: pip install 'pool-pymunk[env]'"
     raise ImportError(message, name="gymnasium") from error
 
-from pool_pymunk.env.single import BilliardsEnv, CaromEnv, PotEnv
-from pool_pymunk.env.vector import BilliardsVectorEnv, CaromVectorEnv, PotVectorEnv
+from pool_pymunk.env.environments import BilliardsEnv, BilliardsVectorEnv
+from pool_pymunk.env.game import Game, Played, Rehearsal, Tables
+from pool_pymunk.env.games import Carom, CaromEnv, CaromVectorEnv, Pot, PotEnv, PotVectorEnv
+from pool_pymunk.env.layouts import Generators
 
-__all__ = [
-    "BilliardsEnv",
-    "BilliardsVectorEnv",
-    "CaromEnv",
-    "CaromVectorEnv",
-    "PotEnv",
-    "PotVectorEnv",
-]
+__all__ = ["BilliardsEnv", "BilliardsVectorEnv", "Carom", "CaromEnv", "CaromVectorEnv", "Game",
+           "Generators", "Played", "Pot", "PotEnv", "PotVectorEnv", "Rehearsal",
+           "Tables"]  # fmt: skip
 
-MOST_SHOTS = 100  # A series of caroms is cut off after this many shots.
-
-gymnasium.register(
-    id="pool_pymunk/Carom-v0",
-    entry_point="pool_pymunk.env:CaromEnv",
-    vector_entry_point="pool_pymunk.env:CaromVectorEnv",
-    max_episode_steps=MOST_SHOTS,
-)
-gymnasium.register(
-    id="pool_pymunk/Pot-v0",
-    entry_point="pool_pymunk.env:PotEnv",
-    vector_entry_point="pool_pymunk.env:PotVectorEnv",
-)
+for name, most in (("Carom", 100), ("Pot", None), ("Billiards", None)):
+    gymnasium.register(
+        id=f"pool_pymunk/{name}-v0",
+        entry_point=f"pool_pymunk.env:{name}Env",
+        vector_entry_point=f"pool_pymunk.env:{name}VectorEnv",
+        max_episode_steps=most,  # A series of caroms is cut off.
+    )
