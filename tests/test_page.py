@@ -57,6 +57,11 @@ def test_breakpoints_keep_every_bit(report: list[Run]) -> None:
             assert np.array_equal(breakpoints, np.array(its))
 
 
+def test_a_table_has_the_colour_of_its_own_in_light_and_dark() -> None:
+    styles = content_of(page([[simulate(load("carrom"), 3)]]))["styles"]
+    assert {styles[name]["cloth"] for name in ("light", "dark")} == {"#e2b779"}
+
+
 def test_a_page_needs_no_other_file(report: list[Run]) -> None:
     document = page([report[:1]])
     assert not re.search(r"https?:|src=|href=|@import|url\(", document)

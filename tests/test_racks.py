@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from pool_pymunk import Ball, Scene, SceneError, load, loads, rack, simulate
+from pool_pymunk.studies.uncertainty import written_uncertainty
 
 R, M = 0.028575, 0.17
+HEXAGON = {"shape": "hexagon", "apex": None, "center": (0.3, -0.7), "rings": 2}
 
 
 def gaps(balls: tuple[Ball, ...]) -> list[float]:
@@ -51,6 +53,39 @@ def test_a_diamond_has_nine_balls_with_one_in_the_middle() -> None:
     assert math.dist(made[0].position, made[8].position) == pytest.approx(8 * R * math.sqrt(0.75))
 
 
+@pytest.mark.parametrize(("rings", "balls", "touching"), [(1, 7, 12), (2, 19, 42), (4, 61, 156)])
+@pytest.mark.parametrize("angle", [0.0, -90.0, 137.0])
+@pytest.mark.parametrize("gap", [0.0, 1e-4])
+def test_a_hexagon_has_rings_that_run_counter_clockwise(
+    rings: int, balls: int, touching: int, angle: float, gap: float
+) -> None:
+    made = rack(
+        shape="hexagon", center=(0.3, -0.7), rings=rings, radius=R, mass=M, angle=angle, gap=gap
+    )
+    assert [ball.id for ball in made] == [str(k + 1) for k in range(balls)]
+    assert made[0].position == (0.3, -0.7)
+    found = gaps(made)
+    assert all(abs(one - gap) < 1e-15 for one in found[:touching])
+    assert all(one > 0.5 * R for one in found[touching:])
+    first = 1
+    for ring in range(1, rings + 1):
+        places = [(x - 0.3, y + 0.7) for x, y in (b.position for b in made[first:][: 6 * ring])]
+        turns = [math.degrees(math.atan2(y, x)) - angle for x, y in places]
+        from_the_first = [(turn + 1e-9) % 360.0 for turn in turns]
+        assert from_the_first == sorted(from_the_first)
+        for corner in range(6):
+            assert from_the_first[corner * ring] == pytest.approx(60.0 * corner, abs=1e-8)
+            assert math.hypot(*places[corner * ring]) == pytest.approx(ring * (2 * R + gap))
+        first += 6 * ring
+
+
+def test_a_rack_may_have_a_colour_a_ball() -> None:
+    colors = ["#010203", "#040506", "#070809"]
+    made = rack((0.0, 0.0), radius=R, mass=M, rows=2, color=colors)
+    assert [ball.color for ball in made] == colors
+    assert {b.color for b in rack((0.0, 0.0), radius=R, mass=M, color="#010203")} == {"#010203"}
+
+
 def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
     ids = ["a", "b", "c"]
     numbers: dict[str, Any] = {"radius": np.float64(R), "mass": np.float32(0.5)}
@@ -69,9 +104,29 @@ def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
         ({"gap": "wide"}, 'gap = "wide": must be a number'),
         ({"angle": math.nan}, "angle = nan: must be a finite number"),
         ({"apex": (1.0,)}, "apex = [1.0]: must be two numbers, [x, y]"),
-        ({"shape": "square"}, 'shape = "square": must be one of triangle, diamond'),
+        ({"shape": "square"}, 'shape = "square": must be one of triangle, diamond, hexagon'),
         ({"shape": "diamond", "rows": 5}, "rows = 5: stands beside shape: a diamond has five rows"),
         ({"ids": ["1"]}, 'ids = ["1"]: must be 15 ids, one a ball (1 given)'),
+        ({"center": (0, 1)}, "center = [0.0, 1.0]: stands beside shape: a triangle has an apex"),
+        ({"rings": 2}, "rings = 2: stands beside shape: a triangle has rows"),
+        (
+            {"shape": "diamond", "rings": 2},
+            "rings = 2: stands beside shape: a diamond has five rows",
+        ),
+        ({"apex": None}, "apex = (left out): is missing"),
+        ({**HEXAGON, "rings": 0}, "rings = 0: must be a whole number from 1 to 100"),
+        ({**HEXAGON, "rings": None}, "rings = (left out): is missing"),
+        ({**HEXAGON, "center": None}, "center = (left out): is missing"),
+        ({**HEXAGON, "rows": 5}, "rows = 5: stands beside shape: a hexagon has rings"),
+        (
+            {**HEXAGON, "apex": (0.0, 1.0)},
+            "apex = [0.0, 1.0]: stands beside shape: a hexagon has a center",
+        ),
+        ({**HEXAGON, "ids": ["1"]}, 'ids = ["1"]: must be 19 ids, one a ball (1 given)'),
+        ({**HEXAGON, "gap": -1.0}, "gap = -1.0: must be 0 or more"),
+        ({"color": "red"}, 'color = "red": must be "#rrggbb", six hexadecimal digits'),
+        ({"color": ["#112233"]}, 'color = ["#112233"]: must be 15 colours, one a ball (1 given)'),
+        ({"rows": 1, "color": [1]}, 'color[0] = 1: must be text, in "quotes"'),
         ({"ids": "123"}, 'ids = "123": must be ids, ["1", "2", ...]'),
         ({"radius": -1.0}, "radius = -1.0: must be greater than 0"),
         ({"mass": 0.0}, "mass = 0.0: must be greater than 0"),
@@ -122,10 +177,11 @@ def test_a_file_has_its_racks_in_its_own_units() -> None:
         ("apex = [20, 0]", "", ["racks[0].apex = (left out): is missing"]),
         ("rows = 3", "rows = 101", ["racks[0].rows = 101: must be a whole number from 1 to 100"]),
         ("rows = 3", 'rows = "3"', ['racks[0].rows = "3": must be a whole number from 1 to 100']),
-        ("rows = 3", 'shape = "o"', ['racks[0].shape = "o": must be one of triangle, diamond']),
+        ("rows = 3", 'shape = "o"', [
+            'racks[0].shape = "o": must be one of triangle, diamond, hexagon']),
         ("rows = 3", "row = 3", [
             "racks[0].row = 3: unknown key (there are: apex, radius, mass, rows, shape, angle, "
-            'gap, ids, color); did you mean "rows"?',
+            'gap, ids, color, center, rings); did you mean "rows"?',
         ]),
         ("gap = 0.01", "gap = -1", ["racks[0].gap = -1: must be 0 or more"]),
         ("gap = 0.01", 'ids = ["a", "b"]', [
@@ -147,6 +203,37 @@ def test_a_file_has_its_racks_in_its_own_units() -> None:
 def test_what_is_wrong_with_a_files_rack(old: str, new: str, lines: list[str]) -> None:
     with pytest.raises(SceneError) as caught:
         loads(FILE.replace(old, new))
+    assert [str(problem) for problem in caught.value.problems] == lines
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "lines"),
+    [
+        ("rings = 2", "", ["racks[0].rings = (left out): is missing"]),
+        ("center = [20, 0]", "", ["racks[0].center = (left out): is missing"]),
+        ("center = [20, 0]", "apex = [20, 0]", [
+            "racks[0].apex = [20, 0]: stands beside shape: a hexagon has a center",
+            "racks[0].center = (left out): is missing"]),
+        ('shape = "hexagon"', "", ["racks[0].rows = (left out): is missing (or a shape)"]),
+        ("rings = 2", "rings = 2\nrows = 3", [
+            "racks[0].rows = 3: stands beside shape: a hexagon has rings"]),
+        ("rings = 2", 'rings = 0\nids = ["a"]', [
+            "racks[0].rings = 0: must be a whole number from 1 to 100"]),
+        ("gap = 0.01", 'ids = ["a"]', [
+            'racks[0].ids = ["a"]: must be 19 ids, one a ball (1 given)']),
+        ("gap = 0.01", 'color = "wood"', [
+            'racks[0].color = "wood": must be "#rrggbb", six hexadecimal digits']),
+        ("gap = 0.01", 'color = ["#aabbcc"]', [
+            'racks[0].color = ["#aabbcc"]: must be 19 colours, one a ball (1 given)']),
+        ("[20, 0]", "[6.5, 0]", [
+            'racks[0].center = [6.5, 0]: ball "14" overlaps ball "cue" by 0.27 in (0.24 radii)']),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_files_hexagon(old: str, new: str, lines: list[str]) -> None:
+    text = FILE.replace("rows = 3\napex", 'shape = "hexagon"\nrings = 2\ncenter')
+    assert len(loads(text).balls) == 20
+    with pytest.raises(SceneError) as caught:
+        loads(text.replace(old, new))
     assert [str(problem) for problem in caught.value.problems] == lines
 
 
@@ -189,3 +276,39 @@ def test_the_eight_is_in_the_middle_and_the_corners_differ() -> None:
     assert ids[4] == "8"
     assert (int(ids[10]) > 8) != (int(ids[14]) > 8)
     assert [ball.id for ball in load("nine-ball").balls[1:]][4] == "9"
+
+
+def test_the_bundled_carrom_board_is_that_of_the_laws() -> None:
+    scene = load("carrom")
+    assert scene.table is not None
+    assert scene.table.bounds == (0.0, 0.0, 0.74, 0.74)
+    counts = {id_: sum(ball.id[0] == id_ for ball in scene.balls) for id_ in "WBQS"}
+    assert counts == {"W": 9, "B": 9, "Q": 1, "S": 1}
+    men = {ball.id: ball for ball in scene.balls if not ball.cue}
+    assert gaps(tuple(men.values()))[0] == pytest.approx(1e-4, abs=1e-12)
+    assert len({ball.color for ball in men.values()}) == 3
+    assert len({(id_[0], ball.color) for id_, ball in men.items()}) == 3
+    assert men["Q"].position == (0.37, 0.37)
+    for middle, outer in (("W1", "W4"), ("W2", "W6"), ("W3", "W8")):  # the Y
+        (ax, ay), (bx, by) = men[middle].position, men[outer].position
+        assert math.dist((bx - 0.37, by - 0.37), (2 * (ax - 0.37), 2 * (ay - 0.37))) < 1e-15
+    assert men["W4"].position == pytest.approx((0.37, 0.37 - 4 * 0.0155 - 2e-4))
+    assert all(math.dist(ball.position, (0.37, 0.37)) + 0.0155 < 0.085 for ball in men.values())
+    rounds = [ball.id[0] for ball in scene.balls[2:]]
+    assert all(a != b for a, b in zip(rounds[:6], rounds[1:6] + rounds[:1], strict=True))
+    assert all(a != b for a, b in zip(rounds[6:], rounds[7:] + rounds[6:7], strict=True))
+    assert loads(scene.to_toml()) == scene
+
+
+def test_men_of_a_hexagon_are_as_uncertain_as_its_center() -> None:
+    found: Any = written_uncertainty("carrom").position
+    assert {found[ball.id] for ball in load("carrom").balls if not ball.cue} == {(0.005, 0.005)}
+
+
+def test_a_striker_makes_the_runs_that_the_laws_of_carrom_want_of_a_board() -> None:
+    run = simulate(load("carrom"), "Three and a half runs", solver="event-driven")
+    assert [event.cushion for event in run.events if event.kind == "ball-cushion"] == [2, 0, 2]
+    x, y = run.final["S"]
+    assert x == pytest.approx(0.18)
+    assert y < 0.37  # It has made half of the fourth run.
+    assert not run.warnings

@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from commands import refusal
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
@@ -44,7 +45,7 @@ from pool_pymunk.render.canvas import Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import picture_layout
 from pool_pymunk.render.stage import Stage
-from pool_pymunk.render.style import LOOK, POOL, ball_colors, halo_color, striped
+from pool_pymunk.render.style import LOOK, POOL, PRINT, ball_colors, halo_color, striped
 from pool_pymunk.render.tracks import Ground, Track
 from pool_pymunk.render.view import contact_places, fit, settings
 
@@ -837,6 +838,22 @@ def test_balls_9_to_15_have_stripes_where_there_are_pockets() -> None:
     assert striped(scene) == (True, True)
     assert ball_colors(scene) == (POOL[3], POOL[0])
     assert striped(replace(scene, pockets=())) == (False, False)
+
+
+def test_a_table_has_the_colour_of_its_own(run: Run, tmp_path: Path) -> None:
+    assert run.scene.table is not None
+    wood = replace(run.scene.table, color="#e2b779")
+    made = PRINT.on(wood)
+    assert PRINT.on(run.scene.table) is PRINT
+    assert (made.cloth, made.arrow, made.rail) == ("#e2b779", "#000000", PRINT.rail)
+    assert PRINT.on(replace(wood, color="#123456")).arrow == "#ffffff"
+    assert sum(to_rgb(made.nose)) < sum(to_rgb(made.cushion)) < sum(to_rgb(made.cloth))
+    scene = replace(run.scene, table=wood)
+    picture(scene, tmp_path / "wood.png", dpi=50)
+    image = iio.imread(tmp_path / "wood.png")[..., :3]
+    assert has(image, "#e2b779").mean() > 0.2
+    frame = next(iter(stage_of(Show((replace(run, scene=scene),))).frames()))
+    assert has(frame, "#e2b779").mean() > 0.1
 
 
 def test_what_cannot_be_is_said_in_one_line(run: Run, tmp_path: Path) -> None:

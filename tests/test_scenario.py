@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -174,6 +175,25 @@ def test_any_simple_polygon_is_a_table() -> None:
     assert not table.is_rectangle
 
 
+@pytest.mark.parametrize(
+    "sides", [SIZE, "outline = [[0, 0], [88, 0], [88, 44], [0, 45]]\nbulge = [0, 0, 0, 1]"]
+)
+def test_a_table_may_have_a_colour(sides: str) -> None:
+    scene = loads(changed((SIZE, f'{sides}\ncolor = "#e2b779"')))
+    plain = loads(changed((SIZE, sides)))
+    assert scene.table is not None and plain.table is not None
+    assert (scene.table.color, plain.table.color) == ("#e2b779", None)
+    assert replace(scene.table, color=None) == plain.table
+    assert loads(scene.to_toml()) == scene
+    assert scene.to_toml().replace('color = "#e2b779"\n', "") == plain.to_toml()
+
+
+def test_a_table_of_a_colour_alone_has_no_sides() -> None:
+    assert named(changed((SIZE, 'color = "#e2b779"'))) == [
+        "table.length = (left out)", "table.width = (left out)",
+    ]  # fmt: skip
+
+
 def test_aim_at_the_nearest_ball() -> None:
     scene = loads(changed((LAUNCH, 'speed = 2\naim = "nearest"')))
     vx, vy = scene.start(scene.shots[0]).velocity[0]
@@ -255,6 +275,7 @@ CHANGED = [
     ('id = "1"', 'id = "1"\nspin = [0, 1]', "balls[1].spin = [0, 1]"),
     (LAUNCH, LAUNCH + '\nfrom_ = "start"', 'shots[0].from_ = "start"'),
     ("mass = 160", "mass = true", "ball.mass = true"),
+    (SIZE, SIZE + '\ncolor = "wood"', 'table.color = "wood"'),
     ("surface = 0.1", 'surface = "0.1"', 'friction.surface = "0.1"'),
     ("mass = 160", "mass = 1979-05-27", "ball.mass = 1979-05-27"),
     ('id = "1"', "id = 1", "balls[1].id = 1"),

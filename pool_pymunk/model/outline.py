@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from pool_pymunk.model.keys import Bulges, Corners, Part
+from pool_pymunk.model.keys import Bulges, Color, Corners, Part
 from pool_pymunk.model.plain import problems_of, size
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
 from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
@@ -131,7 +131,8 @@ class Table(Part):
 
     A cushion may be an arc. Its ``bulge`` is the tangent of a quarter of the arc's angle: 0 is
     straight, 1 a half circle outwards, and negative numbers bulge into the table. Two corners are
-    enough where both cushions bulge outwards.
+    enough where both cushions bulge outwards. ``color`` ("#rrggbb") is that of the cloth or board
+    in pictures; by default the table is green.
 
     >>> table = Table.rectangle(2.0, 1.0)
     >>> [edge.normal for edge in table.edges][1]
@@ -142,12 +143,14 @@ class Table(Part):
 
     outline: Corners
     bulge: Bulges = ()
+    color: Color | None = None
 
     @classmethod
-    def rectangle(cls, length: float, width: float) -> Table:
+    def rectangle(cls, length: float, width: float, color: str | None = None) -> Table:
         """The report's table: x from 0 to ``length``, y from 0 to ``width`` (m)."""
         raise_any([*problems_of(length, size, "length"), *problems_of(width, size, "width")])
-        return cls(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)))
+        corners = ((0.0, 0.0), (length, 0.0), (length, width), (0.0, width))
+        return cls(corners, color=color)
 
     @classmethod
     def stadium(cls, length: float, width: float) -> Table:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pool_pymunk.model.keys import (
     Angle,
+    Color,
     Ends,
     Factor,
     Flag,
@@ -42,19 +42,10 @@ def _ball_id(value: Any) -> str:
     return name(value)
 
 
-def _color(value: Any) -> str:
-    if not re.fullmatch("#[0-9A-Fa-f]{6}", found := text(value)):
-        raise Unfit('must be "#rrggbb", six hexadecimal digits')
-    return found
-
-
 def _target(value: Any) -> str:
     if not isinstance(value, str):
         raise Unfit('must be the id of a ball, in "quotes"; for a direction in degrees write angle')
     return text(value)
-
-
-Color = Annotated[str, Key(_color)]
 
 
 @dataclass(frozen=True, slots=True)

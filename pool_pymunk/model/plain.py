@@ -8,6 +8,7 @@ numbers also take the size of the ``unit`` (SI) that a file has them in; bounds 
 from __future__ import annotations
 
 import math
+import re
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from numbers import Integral, Real
@@ -200,6 +201,18 @@ def name(value: Any) -> str:
     if any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in found):
         raise Unfit("must be one line of text without control characters")
     return found
+
+
+def color(value: Any) -> str:
+    """Read a colour as "#rrggbb"."""
+    if not re.fullmatch("#[0-9A-Fa-f]{6}", found := text(value)):
+        raise Unfit('must be "#rrggbb", six hexadecimal digits')
+    return found
+
+
+def colors(value: Any) -> str | tuple[str, ...]:
+    """Read a colour, or several in a tuple, a list or an array."""
+    return tuple(each(color, enumerate(value))) if is_row(value) else color(value)
 
 
 def ids(value: Any) -> tuple[str, ...]:

@@ -1,26 +1,51 @@
-"""Racks are balls in rows, so that nobody computes fifteen positions."""
+"""Racks are balls in rows or in rings, so that nobody computes fifteen positions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Annotated
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any
 
-from pool_pymunk.model.keys import Angle, Gap, Ids, Key, Length, Mass, Place, keys_of, read_all
-from pool_pymunk.model.parts import Ball, Color
+from pool_pymunk.model.keys import (
+    Angle,
+    Colors,
+    Gap,
+    Ids,
+    Key,
+    Length,
+    Mass,
+    Place,
+    keys_of,
+    read_all,
+)
+from pool_pymunk.model.parts import Ball
 from pool_pymunk.model.plain import choice, whole
-from pool_pymunk.model.problems import Problem, raise_any
+from pool_pymunk.model.problems import LEFT_OUT, Point, Problem, raise_any
 
-SHAPES = ("triangle", "diamond")
+HEXAGON = "hexagon"
+SHAPES = ("triangle", "diamond", HEXAGON)
 DIAMOND = (1, 2, 3, 2, 1)  # balls in each row
 MOST_ROWS = 100
+# What a shape must have, and what it has for the keys that belong to another.
+NEEDED = {"triangle": ("apex",), "diamond": ("apex",), HEXAGON: ("center", "rings")}
+INSTEAD = {
+    "triangle": {"center": "an apex", "rings": "rows"},
+    "diamond": {"rows": "five rows", "center": "an apex", "rings": "five rows"},
+    HEXAGON: {"apex": "a center", "rows": "rings"},
+}
+HALF_ROOT_3 = math.sqrt(0.75)
+# These are the corners of a hexagon with sides of length 1, counter-clockwise.
+CORNERS = (
+    (1.0, 0.0), (0.5, HALF_ROOT_3), (-0.5, HALF_ROOT_3),
+    (-1.0, 0.0), (-0.5, -HALF_ROOT_3), (0.5, -HALF_ROOT_3),
+)  # fmt: skip
 
 Rows = Annotated[int, Key(whole(1, MOST_ROWS))]
 Shape = Annotated[str, Key(choice(SHAPES))]
 
 
 def rack(
-    apex: Place,
+    apex: Place | None = None,
     *,
     radius: Length,
     mass: Mass,
@@ -29,66 +54,92 @@ def rack(
     angle: Angle = 0.0,
     gap: Gap = 0.0,
     ids: Ids | None = None,
-    color: Color | None = None,
+    color: Colors | None = None,
+    center: Place | None = None,
+    rings: Rows | None = None,
 ) -> tuple[Ball, ...]:
-    """Return balls in rows: a triangle of this many ``rows`` (default: 5), or a "diamond" of nine.
+    """Return balls in a triangle of ``rows`` (default: 5), a "diamond" of nine, or a "hexagon".
 
-    ``apex`` (m) is the centre of the foremost ball. The rows lie behind it at an ``angle``
-    (degrees, counter-clockwise from +x). ``gap`` (m) is that between the surfaces of neighbours; at
-    0 the rack is frozen. ``ids`` go row by row, each row counter-clockwise as seen from the apex;
-    by default they are "1", "2" and so on. ``radius`` (m), ``mass`` (kg) and ``color`` are those of
-    every ball. Raises SceneError for what is no rack.
+    ``apex`` (m) is the centre of the foremost ball of a triangle or a diamond. The rows lie behind
+    it at an ``angle`` (degrees, counter-clockwise from +x). A hexagon has ``rings`` around the ball
+    at its ``center`` (m); each begins at ``angle`` and runs counter-clockwise. ``gap`` (m) is that
+    between the surfaces of neighbours; at 0 the rack is frozen. ``ids`` go row by row, each row
+    counter-clockwise as seen from the apex, or ring by ring from the middle; by default they are
+    "1", "2" and so on. ``radius`` (m) and ``mass`` (kg) are those of every ball, and so is
+    ``color``, unless it is one colour a ball. Raises SceneError for what is no rack.
 
     >>> balls = rack((1.905, 0.635), radius=0.028575, mass=0.17, gap=0.0001)
     >>> len(balls), balls[0].position, [round(x, 6) for x in balls[1].position]
     (15, (1.905, 0.635), [1.95458, 0.606375])
+    >>> men = rack(shape="hexagon", center=(0.37, 0.37), rings=2, radius=0.0155, mass=0.0055)
+    >>> len(men), men[0].position, [round(x, 6) for x in men[1].position]
+    (19, (0.37, 0.37), [0.401, 0.37])
     """
     given = read_all(KEYS, locals())
-    apex, radius, mass, rows, shape, angle, gap, ids, color = given.values()
-    counts = _counts(rows, shape)
-    raise_any(_problems(rows, shape, ids, sum(counts)))
-    pitch, (x, y) = 2.0 * radius + gap, apex
+    raise_any(_problems(given))
+    apex, radius, mass, rows, shape, angle, gap, ids, color, center, rings = given.values()
+    pitch, (x, y) = 2.0 * radius + gap, center if shape == HEXAGON else apex
     cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
     places = [
         (x + pitch * (behind * cos - beside * sin), y + pitch * (behind * sin + beside * cos))
-        for behind, beside in _places(counts)
+        for behind, beside in _places(rows, shape, rings)
     ]
-    names = rack_ids(rows, shape, ids)
+    names = rack_ids(rows, shape, ids, rings)
+    colors = [color] * len(places) if color is None or isinstance(color, str) else color
     return tuple(
-        Ball(name, place, radius, mass, color=color)
-        for name, place in zip(names, places, strict=True)
+        Ball(name, place, radius, mass, color=its)
+        for name, place, its in zip(names, places, colors, strict=True)
     )
 
 
 KEYS = keys_of(rack)
 
 
-def _problems(
-    rows: int | None, shape: str, ids: Sequence[str] | None, count: int
-) -> Iterator[Problem]:
-    """Find what is wrong between the numbers of rows, balls and ids."""
-    if shape == "diamond" and rows is not None:
-        yield Problem("rows", rows, "stands beside shape: a diamond has five rows")
-    elif ids is not None and len(ids) != count:
-        yield Problem("ids", ids, f"must be {count} ids, one a ball ({len(ids)} given)")
+def _problems(given: Mapping[str, Any]) -> Iterator[Problem]:
+    """Find what is missing, what belongs to another shape, and wrong numbers of ids and colours."""
+    shape, rings = given["shape"], given["rings"]
+    for key, has in INSTEAD[shape].items():
+        if given[key] is not None:
+            yield Problem(key, given[key], f"stands beside shape: a {shape} has {has}")
+    for key in NEEDED[shape]:
+        if given[key] is None:
+            yield Problem(key, LEFT_OUT, "is missing")
+    if shape == HEXAGON and rings is None:
+        return
+    count = len(rack_ids(given["rows"], shape, None, rings))
+    for key, name in (("ids", "ids"), ("color", "colours")):
+        values = given[key]
+        if not isinstance(values, str | None) and len(values) != count:
+            message = f"must be {count} {name}, one a ball ({len(values)} given)"
+            yield Problem(key, values, message)
 
 
-def rack_ids(rows: int | None, shape: str, ids: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Return the ids of a rack's balls, row by row; by default they are numbers from 1.
+def rack_ids(
+    rows: int | None, shape: str, ids: Sequence[str] | None = None, rings: int | None = None
+) -> tuple[str, ...]:
+    """Return the ids of a rack's balls, in their order; by default they are numbers from 1.
 
     >>> rack_ids(2, "triangle")
     ('1', '2', '3')
     """
-    return tuple(ids or (str(k + 1) for k in range(sum(_counts(rows, shape)))))
+    return tuple(ids or (str(k + 1) for k, _ in enumerate(_places(rows, shape, rings))))
 
 
-def _counts(rows: int | None, shape: str) -> tuple[int, ...]:
-    """Return how many balls each row has."""
-    return DIAMOND if shape == "diamond" else tuple(range(1, (5 if rows is None else rows) + 1))
+def _places(rows: int | None, shape: str, rings: int | None) -> Iterator[Point]:
+    """Yield the balls' places along ``angle`` and to its left, in distances of neighbours."""
+    if shape == HEXAGON:
+        yield from _in_rings(rings or 0)
+    else:
+        counts = DIAMOND if shape == "diamond" else range(1, (5 if rows is None else rows) + 1)
+        for row, count in enumerate(counts):
+            for place in range(count):
+                yield row * HALF_ROOT_3, place - (count - 1) / 2.0
 
 
-def _places(counts: Sequence[int]) -> Iterator[tuple[float, float]]:
-    """Yield how far each ball lies behind the apex and beside it, in distances of neighbours."""
-    for row, count in enumerate(counts):
-        for place in range(count):
-            yield row * math.sqrt(0.75), place - (count - 1) / 2.0
+def _in_rings(rings: int) -> Iterator[Point]:
+    """Yield the middle and the places of the rings around it, each from its first corner on."""
+    yield 0.0, 0.0
+    for ring in range(1, rings + 1):
+        for (x, y), (dx, dy) in zip(CORNERS, CORNERS[2:] + CORNERS[:2], strict=True):
+            for step in range(ring):
+                yield ring * x + step * dx, ring * y + step * dy

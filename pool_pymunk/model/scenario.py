@@ -38,8 +38,8 @@ from pool_pymunk.model.problems import (
     suggestion,
     written,
 )
+from pool_pymunk.model.racks import HEXAGON, rack
 from pool_pymunk.model.racks import KEYS as RACK
-from pool_pymunk.model.racks import rack
 from pool_pymunk.model.scene import Located, Scene, scene_problems
 from pool_pymunk.model.units import Units
 from pool_pymunk.safety.files import bundled as bundled
@@ -72,7 +72,8 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
 }
 LISTS = ("pockets", "posts", "balls", "racks", "shots")
 SIZE = {"radius": 1.0, "mass": 1.0}  # stands in for one that is missing or broken
-OF_RACKS = {"position": "apex", "id": "ids"}  # what a rack has for these keys of its balls
+# What a rack has for these keys of its balls; a hexagon has its center for the position.
+OF_RACKS = {"position": "apex", "id": "ids"}
 
 
 def load(scenario: str | Path) -> Scene:
@@ -206,7 +207,9 @@ class _File:
         for problem in problems:
             where = problem.steps
             if where[0] == "racks":
-                where = (*where[:2], *(OF_RACKS.get(str(step), step) for step in where[2:]))
+                is_hexagon = _find(self.raw, (*where[:2], "shape")) == HEXAGON
+                own = OF_RACKS | ({"position": "center"} if is_hexagon else {})
+                where = (*where[:2], *(own.get(str(step), step) for step in where[2:]))
             if self._is_sound(where):
                 value = _find(self.raw, where)
                 value = problem.value if value is None else value
@@ -317,7 +320,8 @@ class _File:
         for key, side in sides.items():
             if side is None:
                 self._missing(("table", key), "is missing (or an outline)")
-        return None if None in sides.values() else self._made(("table",), Table.rectangle, sides)
+        has_sides = None not in sides.values()
+        return self._made(("table",), Table.rectangle, sides | values) if has_sides else None
 
     def _balls(self) -> Iterator[tuple[Location, Ball]]:
         """Yield the balls of the list; where one is unsound, one that stands in for it."""
@@ -334,8 +338,8 @@ class _File:
             if not {"rows", "shape"} & own.keys() and self._is_sound((*where, "shape")):
                 self._missing((*where, "rows"), "is missing (or a shape)")
             is_whole = self._is_complete(where, rack, own)
-            if all(self._is_sound((*where, key)) for key in ("rows", "shape")):
-                balls = self._made(where, rack, {"apex": (0.0, 0.0), **SIZE} | own)
+            if all(self._is_sound((*where, key)) for key in ("rows", "rings", "shape")):
+                balls = self._made(where, rack, SIZE | own)
                 if is_whole and balls and self._is_sound(where):
                     yield from ((where, ball) for ball in balls)
 

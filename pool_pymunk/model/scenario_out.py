@@ -109,9 +109,12 @@ def _table(table: Table | None, units: Units) -> Values:
     if table is None:
         return {}
     corner = table.outline[2:3]
-    if corner and min(corner[0]) >= SMALLEST and table == Table.rectangle(*corner[0]):
-        return dict(zip(("length", "width"), _in_units(corner[0], "length", units), strict=True))
-    return _unusual(table, units)
+    said = _unusual(table, units)
+    if corner and min(corner[0]) >= SMALLEST and table == Table.rectangle(*corner[0], table.color):
+        del said["outline"]
+        sides = _in_units(corner[0], "length", units)
+        return dict(zip(("length", "width"), sides, strict=True)) | said
+    return said
 
 
 def _units(units: Units, written: Units) -> Values:

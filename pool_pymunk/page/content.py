@@ -39,7 +39,10 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
             for kind, name in (("length", scene.units.length), ("speed", scene.units.speed))
         },
         "look": LOOK._asdict(),
-        "styles": {"light": asdict(PRINT), "dark": asdict(SCREEN)},
+        "styles": {
+            name: asdict(style.on(scene.table))
+            for name, style in {"light": PRINT, "dark": SCREEN}.items()
+        },
         "ivory": IVORY,
         "seen": list(map(float, seen.extents)),
         "plane": None if scene.table else plane(seen, scene.units)._asdict(),

@@ -60,6 +60,7 @@ def figure_of(
     """Draw what :func:`picture` saves."""
     run = as_set_up(what) if isinstance(what, Scene) else what
     show = run if isinstance(run, Show) else Show((run,))
+    style = style.on(show.runs[0].scene.table)
     out = show.tray if when == "end" else show.before
     layout = picture_layout(show, tray=bool(out))
     sheet = draw_sheet(show, layout, style, (0.0, show.duration))

@@ -98,6 +98,7 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
     """Draw the page, a table or plane in each room, headings, and the plot over ``times``."""
     figure, axes = canvas(layout.width, layout.height, style.page)
     scene = show.runs[0].scene
+    style = style.on(scene.table)
     views = tuple(fit(show.seen, room, SMALL * layout.letter) for room in layout.rooms)
     for room, view in zip(layout.rooms, views, strict=True):
         if scene.table is not None:

@@ -196,6 +196,7 @@ class Stage:
     def __init__(self, show: Show, size: tuple[int, int], timing: Timing, style: Style) -> None:
         self.timing = timing
         layout, slow = film_layout(show, size), timing.slow
+        style = style.on(show.runs[0].scene.table)
         sheet = draw_sheet(show, layout, style, (timing.start, timing.end))
         pace = f"{slow:g} times slower" if slow > 1.0 else f"{1.0 / slow:g} times faster"
         caption = show.caption("" if slow == 1.0 else pace)

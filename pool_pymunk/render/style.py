@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 
-from pool_pymunk.model import Scene
+from pool_pymunk.model import Scene, Table
 
 # This is Okabe and Ito's palette, which can be distinguished with any kind of colour vision.
 # The eighth is black, as players have it.
@@ -21,6 +21,8 @@ POOL_IDS = frozenset(map(str, range(1, 16)))
 STRIPES = frozenset(map(str, range(9, 16)))
 # These are further rounds through the palette, darker and lighter.
 SHADES = (("#000000", 0.45), ("#ffffff", 0.55))
+# On a table that has its own colour, cushions are as much darker than it as the green ones are.
+CUSHION_SHADE, NOSE_SHADE = 0.77, 0.59
 
 
 class Look(NamedTuple):
@@ -65,6 +67,15 @@ class Style:
     flash: str = "#fff6c8"
     hole: str = "#0b0d0f"
     lip: str = "#2c2622"
+
+    def on(self, table: Table | None) -> Style:
+        """Return the style with a table's own colour, shades of it on cushions, clear arrows."""
+        if table is None or table.color is None:
+            return self
+        r, g, b = to_rgb(table.color)
+        cushion, nose = (to_hex((s * r, s * g, s * b)) for s in (CUSHION_SHADE, NOSE_SHADE))
+        arrow = halo_color(table.color)
+        return replace(self, cloth=table.color, cushion=cushion, nose=nose, arrow=arrow)
 
 
 PRINT = Style()

@@ -144,7 +144,8 @@ def written_uncertainty(scenario: str | Path) -> Uncertainty:
     """Return half of the last digit that a scenario file writes for each ball's position.
 
     ``position = [66.00, 22.0]`` in inches is within 0.005 in along x and 0.05 in along y. For the
-    balls of a rack it is that of the apex. :func:`~pool_pymunk.load` must be able to read the file.
+    balls of a rack it is that of the apex or center. :func:`~pool_pymunk.load` must be able to read
+    the file.
 
     >>> from pool_pymunk import load
     >>> widths = written_uncertainty("report").widths(load("report"))
@@ -165,8 +166,9 @@ def uncertainty_of(text: str) -> Uncertainty:
     units = Units(**raw.get("units", {}))
     places = {ball["id"]: ball["position"] for ball in raw.get("balls", ())}
     for one in raw.get("racks", ()):
-        ids = rack_ids(one.get("rows"), one.get("shape", SHAPES[0]), one.get("ids"))
-        places |= dict.fromkeys(ids, one["apex"])
+        shape, middle = one.get("shape", SHAPES[0]), one.get("apex") or one["center"]
+        ids = rack_ids(one.get("rows"), shape, one.get("ids"), one.get("rings"))
+        places |= dict.fromkeys(ids, middle)
 
     def half_digit(written: int | Decimal) -> float:
         """Return half of the last digit's place value in m: that of 0.005 for 66.00."""
