@@ -5,7 +5,8 @@ what must hold, with a bound; the module says where the bounds come from
 (:mod:`pool_pymunk.studies.stability.claims`).
 """
 
-from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
+from pool_pymunk.studies.stability.extremes import EXTREMES
+from pool_pymunk.studies.stability.scenes import Extreme
 from pool_pymunk.studies.stability.suite import CaseResult, Cell, check, check_all, columns
 from pool_pymunk.studies.stability.trial import Case, Measure, Trial
 

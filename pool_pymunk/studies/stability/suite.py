@@ -13,7 +13,8 @@ from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
 from pool_pymunk.studies.stability.claims import NEAR, measures
-from pool_pymunk.studies.stability.extremes import EXTREMES, Extreme
+from pool_pymunk.studies.stability.extremes import EXTREMES
+from pool_pymunk.studies.stability.scenes import Extreme
 from pool_pymunk.studies.stability.trial import GRID, Measure, Trial, wrong
 
 # This is the limit of one run; a run that needs more is left out.
