@@ -115,6 +115,7 @@ def test_in_every_case_something_happens() -> None:
                 misses = grazes and not case.label.startswith(("-", "with"))
                 misses |= case.label.startswith(("corner -", "rim -"))
                 misses |= extreme.name == "sliding, then rolling"
+                misses |= extreme.name == "tangent to something round" and "+" in case.label
                 met = Trial(case, extreme.laws[0], "event-driven", None).contacts > 0
                 assert met != (misses or case.label == "no table"), (extreme.name, case.label)
 
