@@ -19,7 +19,7 @@ from scenes import BASE_SEED
 
 from pool_pymunk import Law, Scene
 from pool_pymunk.fast import compiled, many
-from pool_pymunk.fast.tables import can_compile
+from pool_pymunk.fast.tables import can_compile, walls_differ
 
 settings.register_profile(
     "fixed",
@@ -81,17 +81,18 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 
 @pytest.fixture(autouse=True)
-def balls_that_roll_are_compiled_in_slow_tests_alone(
+def rolls_and_arcs_are_compiled_in_slow_tests_alone(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Compiling their loop takes half a minute; other tests play such shots in Python.
+    """Compiling their loops takes half a minute each; other tests play such shots in Python.
 
     So it is with the pass of derivatives.
     """
     if "slow" not in request.keywords:
         monkeypatch.setattr(compiled, "follow_shots", lambda follow: follow)
-        monkeypatch.setattr(many, "can_compile", can_compile_if_no_ball_rolls)
+        monkeypatch.setattr(many, "can_compile", can_compile_without_rolls_and_arcs)
 
 
-def can_compile_if_no_ball_rolls(scene: Scene, law: Law) -> bool:
-    return not scene.surface.rolls and can_compile(scene, law)
+def can_compile_without_rolls_and_arcs(scene: Scene, law: Law) -> bool:
+    is_special = scene.surface.rolls or walls_differ(scene)
+    return not is_special and can_compile(scene, law)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,13 +15,14 @@ from frozen import FORMS, random_frozen_scene
 from hard_kinds import random_hard_scene
 from scenes import TABLES, random_scene
 
-from pool_pymunk import Ball, Friction, Physics, Pocket, Restitution, Scene, rack
-from pool_pymunk.fast import compiled
+from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, rack
+from pool_pymunk.fast import compiled, loop
 
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
 KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard"]
 ROLLS = " that rolls"
+SAME = 1e-12  # of a shot's largest derivative
 ROLLING = [kind + ROLLS for kind in KINDS]
 
 
@@ -81,6 +84,13 @@ def many_balls(rnd: random.Random, law: str, rows: int, gap: float | None = None
     return Scene((cue, *balls), None, Restitution(0.9), friction, Physics(law=law))
 
 
+def uncompiled(*_: bool) -> Any:
+    """Return the loop that numba compiles, as Python plays it."""
+    loop_in_python: Any = partial(loop.play_shots)
+    loop_in_python.signatures = ["Python"]
+    return loop_in_python
+
+
 def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any], ...]:
     """Return positions and velocities of some shots: every velocity is turned and scaled."""
     rng = np.random.default_rng(seed)
@@ -94,3 +104,44 @@ def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any],
     gone[:, 0] = False
     position[gone] = np.nan
     return position, velocity
+
+
+def check_bits(batch: Batch, numbers: range) -> None:
+    """Check that these shots are bit for bit those of the exact solver."""
+    scene, position = batch.scene, batch.source.position
+    cue = next((k for k, ball in enumerate(scene.balls) if ball.cue), batch.source.watched)
+    for k in numbers:
+        run = batch.run(k)
+        off = np.isnan(position[k]).any(axis=-1)
+        ends = np.where(off[:, None], np.nan, run.end.position)
+        np.testing.assert_array_equal(batch.final[k], ends)
+        assert batch.statuses[batch.status[k]] == run.status
+        assert batch.duration[k] == run.duration
+        assert batch.events[k] == len(run.events)
+        pairs = [event.balls for event in run.events if event.kind == "ball-ball"]
+        assert batch.hits[k] == len(pairs)
+        assert batch.cushions[k] == sum(event.kind == "ball-cushion" for event in run.events)
+        name = scene.balls[cue].id
+        met = [b if a == name else a for a, b in pairs if name in (a, b)]
+        assert batch.first_hit[k] == (scene.index[met[0]] if met else -1)
+        assert [scene.balls[i].id for i in np.flatnonzero(batch.met[k])] == [
+            ball.id for ball in scene.balls if ball.id in met
+        ]
+        holes = {pocket.id: number for number, pocket in enumerate(scene.pockets)}
+        taken = [holes[run.pocketed[b.id]] if b.id in run.pocketed else -1 for b in scene.balls]
+        assert batch.pocketed[k].tolist() == taken
+
+
+def check_derivatives(batch: Batch, numbers: Sequence[int]) -> int:
+    """Check these shots; return how many of them have derivatives that were compiled."""
+    found, again = batch.derivatives, batch.derived_in_python
+    assert found is not None and again is not None
+    for k in numbers:
+        if batch.status[k] == batch.statuses.index("cannot_start"):
+            assert np.isnan(found[k]).all()
+            continue
+        expected = batch.run(k).derivatives(batch.by).final
+        np.testing.assert_array_equal(np.isnan(found[k]), np.isnan(expected))
+        scale = np.nanmax(np.abs(expected), initial=0.0)
+        np.testing.assert_allclose(found[k], expected, rtol=0.0, atol=SAME * scale)
+    return int((~again[numbers]).sum())

@@ -25,7 +25,7 @@ import numpy as np
 import pytest
 from hard_scenes import squeezed
 from scenes import AT_A_TERMINAL, frozen_rack, seeds
-from shots import HAS_NUMBA, KINDS, ROLLING, ROLLS, needs_numba, shots_of, some_scene
+from shots import HAS_NUMBA, KINDS, ROLLING, ROLLS, check_bits, needs_numba, shots_of, some_scene
 
 from pool_pymunk import (
     Ball,
@@ -50,32 +50,6 @@ from pool_pymunk.fast import compiled, due, loop, many, moves, shots, tables
 from pool_pymunk.physics.motion import path_to_disc
 from pool_pymunk.physics.path import pair_time, set_off
 from pool_pymunk.physics.surface import slide_or_roll
-
-
-def check_bits(batch: Batch, numbers: range) -> None:
-    """Check that these shots are bit for bit those of the exact solver."""
-    scene, position = batch.scene, batch.source.position
-    cue = next((k for k, ball in enumerate(scene.balls) if ball.cue), batch.source.watched)
-    for k in numbers:
-        run = batch.run(k)
-        off = np.isnan(position[k]).any(axis=-1)
-        ends = np.where(off[:, None], np.nan, run.end.position)
-        np.testing.assert_array_equal(batch.final[k], ends)
-        assert batch.statuses[batch.status[k]] == run.status
-        assert batch.duration[k] == run.duration
-        assert batch.events[k] == len(run.events)
-        pairs = [event.balls for event in run.events if event.kind == "ball-ball"]
-        assert batch.hits[k] == len(pairs)
-        assert batch.cushions[k] == sum(event.kind == "ball-cushion" for event in run.events)
-        name = scene.balls[cue].id
-        met = [b if a == name else a for a, b in pairs if name in (a, b)]
-        assert batch.first_hit[k] == (scene.index[met[0]] if met else -1)
-        assert [scene.balls[i].id for i in np.flatnonzero(batch.met[k])] == [
-            ball.id for ball in scene.balls if ball.id in met
-        ]
-        holes = {pocket.id: number for number, pocket in enumerate(scene.pockets)}
-        taken = [holes[run.pocketed[b.id]] if b.id in run.pocketed else -1 for b in scene.balls]
-        assert batch.pocketed[k].tolist() == taken
 
 
 def compare(kind: str, seed: int, count: int) -> Batch:
@@ -695,7 +669,7 @@ def test_the_order_of_what_is_given_compiles_nothing_anew() -> None:
         for some in (position, np.broadcast_to(position[:1], position.shape), position[0]):
             simulate_many(scene, give(some), give(velocity))
     simulate_many(scene, velocity=velocity, vary={"mass": np.ones((11, 3)).T})
-    loop: Any = compiled.play_shots(rolls=False)
+    loop: Any = compiled.play_shots(False, False)
     assert len(loop.signatures) == 1
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,11 +12,11 @@ import pytest
 from kinks import BESIDE, KINKS, L_SHAPED
 from scenes import frozen_rack, seeds
 from shots import KINDS, ROLLING, needs_numba, shots_of, some_scene
+from shots import check_derivatives as check
 
 from pool_pymunk import (
     NT,
     Ball,
-    Batch,
     Friction,
     Law,
     Pair,
@@ -30,23 +30,6 @@ from pool_pymunk import (
 from pool_pymunk import simulate_many as play
 from pool_pymunk.fast import compiled, loop, many
 from pool_pymunk.fast.tables import can_compile
-
-SAME = 1e-12  # of a shot's largest derivative
-
-
-def check(batch: Batch, numbers: Sequence[int]) -> int:
-    """Check these shots; return how many of them have derivatives that were compiled."""
-    found, again = batch.derivatives, batch.derived_in_python
-    assert found is not None and again is not None
-    for k in numbers:
-        if batch.status[k] == batch.statuses.index("cannot_start"):
-            assert np.isnan(found[k]).all()
-            continue
-        expected = batch.run(k).derivatives(batch.by).final
-        np.testing.assert_array_equal(np.isnan(found[k]), np.isnan(expected))
-        scale = np.nanmax(np.abs(expected), initial=0.0)
-        np.testing.assert_allclose(found[k], expected, rtol=0.0, atol=SAME * scale)
-    return int((~again[numbers]).sum())
 
 
 def compare(kind: str, seed: int, count: int) -> int:

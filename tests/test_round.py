@@ -6,7 +6,7 @@ import math
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import pairwise
+from itertools import count, islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,12 @@ from amplified import amplification
 from hard_reference import hard_run
 from reference import OUTLINES, Refused, random_round_scene, reference_run
 from scenes import seeds, share_of
+from shots import check_bits, check_derivatives, needs_numba, uncompiled
 
 from pool_pymunk import (
     Ball,
     Friction,
+    Law,
     Physics,
     Pocket,
     Post,
@@ -33,8 +35,11 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
+from pool_pymunk.fast import compiled, many
+from pool_pymunk.fast.tables import can_compile
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Arc
+from pool_pymunk.physics.surface import slide_or_roll
 
 EXACT = (("event-driven", None), ("pymunk", 1 / 60))
 R, r = 0.5, 0.03  # m; of a round table, and of its ball
@@ -406,6 +411,170 @@ def test_many_shots_have_the_same_bits() -> None:
     batch = simulate_many(scene, None, velocity)
     for k in range(0, 20, 5):
         assert batch.final[k].tolist() == [list(p) for p in batch.run(k).end.position]
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 2.0])
+def test_a_ball_at_rest_that_its_roll_drives_along_an_arc_sets_off(turn: float) -> None:
+    """It meets the arc when it is off the circle by rounding, and not at once, for ever."""
+    arc = Arc((0.3, 0.2), 1.0, (0.0, -1.0), (0.0, 1.0), -1.0)
+    (x, y), (cos, sin) = arc.center, (math.cos(turn), math.sin(turn))
+    arc = arc._replace(first=(sin, -cos), last=(-sin, cos))
+    place, roll = (x + (1.0 - r) * cos, y + (1.0 - r) * sin), (-0.5 * sin, 0.5 * cos)
+    path = slide_or_roll(2.0, place, (0.0, 0.0), roll, 2.0, 0.1)
+    t = arc.time_of_contact(path, r, 2.0)
+    assert 1e-5 < t - 2.0 < 1e-3
+    assert abs(arc.gap(*path.at(t)[0], r)) < 1e-14
+
+
+STADIUM = Table.stadium(2.0, 1.0)
+
+
+def in_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Play shots by the loop that numba compiles, but in Python."""
+    monkeypatch.setattr(compiled, "is_there", lambda: True)
+    monkeypatch.setattr(compiled, "play_shots", uncompiled)
+    monkeypatch.setattr(many, "can_compile", can_compile)
+
+
+def numbered(k: int) -> Scene:
+    """Return random scene ``k`` with arcs and posts."""
+    rng = random.Random(f"round {k}")
+    law, table = rng.choice(["coulomb", "published"]), rng.choice(sorted(OUTLINES))
+    return random_round_scene(law, table, rng)
+
+
+@pytest.mark.parametrize("k", [0, 3, 6, 11])
+def test_the_loop_plays_random_scenes_bit_for_bit(k: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    in_the_loop(monkeypatch)
+    batch = simulate_many(numbered(k))
+    assert batch.by_reference == 0
+    check_bits(batch, range(1))
+
+
+@needs_numba
+@pytest.mark.slow
+def test_two_hundred_scenes_are_compiled_bit_for_bit() -> None:
+    """In half of them balls roll, and in some of them an arc or a roll presses on a ball."""
+    numbers, handed_back, held = count(seeds(1)[0] * 10_000), 0, 0
+    left = {False: share_of(200) // 2, True: share_of(200) // 2}
+    while any(left.values()):
+        scene = numbered(next(numbers))
+        if left[scene.surface.rolls] == 0:
+            continue
+        left[scene.surface.rolls] -= 1
+        batch = simulate_many(scene)
+        check_bits(batch, range(1))
+        handed_back += batch.by_reference
+        held += any("to a cushion" in line for line in batch.run(0).warnings)
+    assert handed_back <= share_of(200) // 50
+    assert held > 0
+
+
+@pytest.mark.parametrize(
+    ("speed", "angle", "e", "rubs", "time"),
+    [(3.0, 0.02, 0.0, 0.0, 0.25), (0.2, 0.02, 0.2, 0.2, None), (0.4, 0.02, 0.8, 0.05, None),
+     (1.2, 0.1, 1.0, 0.1, 0.15)],
+)  # fmt: skip
+@pytest.mark.parametrize("rolls", [False, True])
+def test_the_loop_has_balls_that_run_along_an_arc(
+    speed: float, angle: float, e: float, rubs: float, time: float | None, rolls: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    in_the_loop(monkeypatch)
+    scene = on_a_circle(speed, angle, e, rubs, 0.05, max_time=time)
+    if rolls:
+        scene = replace(scene, friction=replace(scene.friction, rolling=0.04))
+    batch = simulate_many(scene)
+    assert batch.by_reference == 0
+    assert ("persistent contact" in batch.run(0).policies) == (e < 1.0)
+    check_bits(batch, range(1))
+
+
+def test_the_loop_has_a_ball_that_its_roll_holds_to_a_cushion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A post with a restitution of its own is what makes the loop keep histories of walls."""
+    in_the_loop(monkeypatch)
+    scene = Scene(
+        (Ball("C", (0.5, 0.93), r, 0.2, velocity=(0.5, 1.0), roll=1.0),), Table.rectangle(2.0, 1.0),
+        Restitution(cushion=0.1), Friction(0.2, 0.0, 0.0, 0.1), posts=(Post((1.5, 0.2), 0.1, 0.5),),
+    )  # fmt: skip
+    batch = simulate_many(scene)
+    assert batch.by_reference == 0
+    assert "persistent contact" in batch.run(0).policies
+    check_bits(batch, range(1))
+
+
+def test_the_loop_has_the_coefficients_of_posts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a post has of its own stays as it is where those of cushions differ."""
+    ball = Ball("C", (0.0, 0.0), r, 0.2, velocity=(2.0, 0.1))
+    for own in ((0.5, 0.3), (0.5, None), (None, 0.3), (None, None)):
+        scene = Scene((ball,), None, Restitution(cushion=0.9), Friction(0.2, 0.1))
+        scene = replace(scene, posts=(Post((1.0, 0.0), 0.1, *own),))
+        in_the_loop(monkeypatch)
+        vary = {"restitution.cushion": [0.4, 0.9], "friction.cushion": [0.1, 0.2]}
+        batch = simulate_many(scene, vary=vary)
+        assert (batch.final[0] == batch.final[1]).all() == (None not in own)
+        check_bits(batch, range(2))
+
+
+@pytest.mark.parametrize(
+    ("outline", "bulge"),
+    [(STADIUM.outline, STADIUM.bulge),
+     (((2.0, 0.5), (0.0, 0.5)), (1.0, 1.0)),
+     (((0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 2.0)), (2.5, 0.0, 0.3, 0.0)),
+     (((0.0, 0.0), (2.0, 0.0), (2.2, 1.0), (0.0, 1.0)), (-0.0625, 0.125, -0.3, -0.0625))],
+)  # fmt: skip
+def test_a_table_contains_what_its_arcs_enclose(outline: Any, bulge: Any) -> None:
+    """A string of many corners tells the same, also level with corners and on chords."""
+    table, rnd = Table(outline, bulge), random.Random(0)
+    strung, (x0, y0, x1, y1) = Table(table.polyline), table.bounds
+    for _ in range(2000):
+        x, y = rnd.uniform(x0 - 0.1, x1 + 0.1), rnd.uniform(y0 - 0.1, y1 + 0.1)
+        x = rnd.choice((x, x, x, *(corner[0] for corner in outline)))
+        y = rnd.choice((y, y, y, *(corner[1] for corner in outline)))
+        if all(edge.distance(x, y) > 1e-4 for edge in table.edges):
+            assert table.contains(x, y) == strung.contains(x, y)
+
+
+def test_a_table_ends_at_its_arcs() -> None:
+    """A string of corners would leave a sliver of 2e-5 m out."""
+    for turn in (0.1, 1.0, 2.0, 3.0):
+        x, y = math.sin(turn), -math.cos(turn)
+        assert STADIUM.contains(1.5 + (0.5 - 1e-12) * x, 0.5 + (0.5 - 1e-12) * y)
+        assert not STADIUM.contains(1.5 + (0.5 + 1e-12) * x, 0.5 + (0.5 + 1e-12) * y)
+
+
+@pytest.mark.parametrize("k", [2, 3, 4, 7])
+def test_the_loop_has_the_derivatives_of_random_scenes(
+    k: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    in_the_loop(monkeypatch)
+    check_derivatives(simulate_many(numbered(k), derivatives="all"), [0])
+
+
+@needs_numba
+@pytest.mark.slow
+def test_sixty_scenes_have_compiled_derivatives() -> None:
+    """Derivatives are those of runs, and NaN where those are."""
+    scenes = (
+        scene for k in count(seeds(1)[0] * 10_000) if not (scene := numbered(k)).surface.rolls
+    )
+    compiled = sum(
+        check_derivatives(simulate_many(scene, derivatives="all"), [0])
+        for scene in islice((scene for scene in scenes if not scene.surface.rolls), share_of(60))
+    )
+    assert compiled > share_of(60) / 2
+
+
+def test_tables_with_very_many_walls_and_an_arc_take_the_exact_solver() -> None:
+    """The histories of walls have room for 64."""
+    posts = tuple(Post((0.1 * k, 2.0), 0.01) for k in range(64))
+    scene = Scene((Ball("C", (0.5, 0.5), r, 0.2),), None, Restitution(cushion=0.9), posts=posts)
+    assert can_compile(scene, Law())
+    assert can_compile(replace(scene, posts=(*posts[1:], Post((0.0, 2.0), 0.01, 0.5))), Law())
+    more = (*posts, Post((6.4, 2.0), 0.01, 0.5))
+    assert not can_compile(replace(scene, posts=more), Law())
 
 
 def test_a_round_scene_survives_its_file() -> None:

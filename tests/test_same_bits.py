@@ -13,13 +13,13 @@ import math
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scenes import DATA
+from shots import uncompiled
 
 from pool_pymunk import (
     Ball,
@@ -27,6 +27,7 @@ from pool_pymunk import (
     Friction,
     Physics,
     Pocket,
+    Post,
     Restitution,
     Scene,
     Table,
@@ -34,19 +35,27 @@ from pool_pymunk import (
     rack,
     simulate_many,
 )
-from pool_pymunk.fast import compiled, loop
+from pool_pymunk.fast import compiled
 
 pytestmark = pytest.mark.heavy
 FILE = DATA / "same_bits.json"
 LAWS = ("coulomb", "published")
 SHOTS = 5_000  # of each law in a kind of scene
 FEW = 10  # So many of them are played without numba, too.
-SLOW = {"rolling": 100}  # of each law, where each shot goes through Python
+# of each law, where each shot goes through Python
+SLOW = {"rolling": 100, "stadium": 100, "circle with posts": 100, "noses": 100, "posts": 100,
+        "rolling in a stadium": 10, "rolling between posts": 10}  # fmt: skip
 R = 2.0**-5  # m
 TABLE = Table.rectangle(2.0, 1.0)
 LIVELY, CLOTH = Restitution(0.9, None, 0.7), Friction(0.1, 0.2, 0.05)
 HEXAGON = Table(((0.25, 0.0), (1.75, 0.0), (2.25, 0.5), (1.75, 1.0), (0.25, 1.0), (-0.25, 0.5)))
 ELL = Table(((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.125, 1.0), (1.125, 2.0), (0.0, 2.0)))
+STADIUM = Table(((0.5, 0.0), (1.5, 0.0), (1.5, 1.0), (0.5, 1.0)), (0.0, 1.0, 0.0, 1.0))
+CIRCLE = Table(((2.0, 0.5), (0.0, 0.5)), (1.0, 1.0))
+NOSES = Table(TABLE.outline, (-0.0625, 0.125, 0.0, -0.0625))  # Two sides bulge into the table.
+PIN, PILLAR = Post((1.5, 0.75), 0.0), Post((0.5, 0.8125), 0.0625)
+OWN = (Post((1.0, 0.125), 0.0625, 0.5, 0.25), Post((0.5, 0.8125), 0.125, None, 0.5),
+       Post((1.5, 0.75), 0.0, 0.875))  # fmt: skip
 HOLES = tuple(
     Pocket(str(k), place, 0.0625)
     for k, place in enumerate(
@@ -170,9 +179,9 @@ def slow(count: int) -> Shots:
     return Shots(scene, position, velocity / 16.0)
 
 
-def rolling(count: int) -> Shots:
+def rolling(count: int, **parts: Any) -> Shots:
     """Return balls that slide, then roll, with rolls (m/s) of their own."""
-    shots = mixed(count, friction=Friction(0.2, 0.2, 0.05, 0.01), pockets=HOLES)
+    shots = mixed(count, friction=Friction(0.2, 0.2, 0.05, 0.01), **parts)
     return shots._replace(others={"roll": numbers(8, -3.0, 3.0, *shots.velocity.shape)})
 
 
@@ -193,7 +202,13 @@ KINDS: dict[str, Callable[[int], Shots]] = {
         count, friction=Friction(0.0, 0.2, 0.05), physics=Physics(max_time=2.0)
     ),
     "persistent contacts": slow,
-    "rolling": rolling,
+    "rolling": lambda count: rolling(count, pockets=HOLES),
+    "stadium": lambda count: mixed(count, table=STADIUM, posts=(PIN, PILLAR)),
+    "circle with posts": lambda count: mixed(count, table=CIRCLE, posts=OWN),
+    "noses": lambda count: mixed(count, table=NOSES, restitution=Restitution(0.9, None, 0.25)),
+    "posts": lambda count: mixed(count, posts=OWN),
+    "rolling in a stadium": lambda count: rolling(count, table=STADIUM),
+    "rolling between posts": lambda count: rolling(count, table=CIRCLE, posts=OWN),
 }
 
 
@@ -251,10 +266,8 @@ def test_without_numba_they_have_the_same_bits(
     kind: str, by: str, on_file: dict[str, dict[str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Python plays a part of the shots by the solver, and by the loop that numba compiles."""
-    uncompiled: Any = partial(loop.play_shots)
-    uncompiled.signatures = ["Python"]
     monkeypatch.setattr(compiled, "is_there", lambda: by == "the loop")
-    monkeypatch.setattr(compiled, "play_shots", lambda rolls: uncompiled)
+    monkeypatch.setattr(compiled, "play_shots", uncompiled)
     few = KINDS[kind](SLOW.get(kind, SHOTS)).first(FEW)
     assert digest(play(few, law) for law in LAWS) == on_file[kind][f"{2 * FEW} shots"]
 

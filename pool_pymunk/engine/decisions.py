@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import BARELY, NOISE, Path, least_bounce
+from pool_pymunk.physics.motion import EPSILON, Vector
+from pool_pymunk.physics.path import BARELY, NOISE, Path, least_bounce, motion_at, speed_of
 
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
 NEARLY_CLOSED = 16.0  # A gap is this many times wider than a closed one if it closes in a moment.
@@ -88,6 +88,26 @@ def persists(since_last: float, contact_time: float) -> bool:
 def is_micro(closing: float, contact_time: float, pull: float) -> bool:
     """Tell whether friction alone can make two balls close so fast in one contact time."""
     return closing <= 2.0 * pull * contact_time
+
+
+def pressing(path: Path, normal: Vector, curvature: float, now: float) -> float:
+    """Return how strongly (m/s^2) a ball is pressed on to a wall, by its roll or by an arc."""
+    (_, _, vx, vy), (nx, ny) = motion_at(path, now), normal
+    along = vy * nx - vx * ny
+    return -(path.ax * nx + path.ay * ny) - curvature * along * along
+
+
+def turning_time(path: Path, curvature: float, press: float) -> float:
+    """Return the time (s) in which an arc that presses (m/s^2) on a ball turns it by 1 rad."""
+    return speed_of(path) / press if curvature * press < 0.0 else 0.0
+
+
+def least_off(press: float, time: float, too_slow: float) -> float:
+    """Return the speed (m/s) at which a ball leaves a wall and is back in a time (s).
+
+    The wall presses on it (m/s^2). A ball at up to twice the ``too_slow`` speed would rest.
+    """
+    return max(press * time / 2.0, 2.0 * too_slow) if press > 0.0 else 0.0
 
 
 def too_slow_to_move(pull: float, x: float, y: float, radius: float) -> float:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.physics.contact import NO_BALL, Contact
-from pool_pymunk.physics.path import NOT_MET, Path, Persistent, motion_at
+from pool_pymunk.physics.path import NOT_MET, Path, Persistent
 from pool_pymunk.physics.surface import Surface
 
 # the numbers of two balls, the lower one first; a wall is -1 less the number of its cushion
@@ -100,10 +100,10 @@ class PersistentContacts:
         past = self.history.get(pair)
         if past is None:
             return MEETS
-        press = self.pressing(contact, now) if j < 0 else 0.0
-        time, faint = self.between(i, j, now, press, self._turn(contact, press))
+        press, turn = self._pressing(contact, now) if j < 0 else (0.0, 0.0)
+        time, faint = self.between(i, j, now, press, turn)
         if j < 0:
-            least = self._least_off(contact, press, time)
+            least = decisions.least_off(press, time, self.too_slow_to_move(i))
         else:
             least = decisions.least_parting(self.paths[i], self.paths[j], now, time, self.radii[i])
         if not decisions.persists(now - past.last, time):
@@ -118,30 +118,22 @@ class PersistentContacts:
         """
         pair = pair_of(contact)
         self.history.setdefault(pair, History(now, now, 0))
-        press = self.pressing(contact, now)
-        time = self.between(*pair, now, press, self._turn(contact, press)).time
-        return self._least_off(contact, press, time), time
+        press, turn = self._pressing(contact, now)
+        time = self.between(*pair, now, press, turn).time
+        return decisions.least_off(press, time, self.too_slow_to_move(contact.a)), time
 
-    def pressing(self, contact: Contact, now: float) -> float:
-        """Return how strongly (m/s^2) a wall's ball is pressed on to it, by its roll or an arc."""
-        path, (nx, ny) = self.paths[contact.a], contact.normal
-        _, _, vx, vy = motion_at(path, now)
-        along = vy * nx - vx * ny
-        return -(path.ax * nx + path.ay * ny) - contact.curvature * along * along
-
-    def roll_along(self, contact: Contact, now: float) -> float:
-        """Return the part of a ball's roll (m/s) along the normal of its wall."""
+    def roll_into(self, contact: Contact, now: float) -> float:
+        """Return the part of a ball's roll (m/s) along the normal of its wall; -1 without rolls."""
+        if not self.rolls:
+            return -1.0
         wx, wy = self.roll(self.paths[contact.a], now)
-        return wx * contact.normal[0] + wy * contact.normal[1]
+        return abs(wx * contact.normal[0] + wy * contact.normal[1])
 
-    def _turn(self, contact: Contact, press: float) -> float:
-        """Return the time (s) in which an arc that presses (m/s^2) on a ball turns it by 1 rad."""
-        return self.paths[contact.a].speed / press if contact.curvature * press < 0.0 else 0.0
-
-    def _least_off(self, contact: Contact, press: float, time: float) -> float:
-        """Return the speed (m/s) at which a ball leaves a wall and is back in a time (s)."""
-        least = 2.0 * self.too_slow_to_move(contact.a)  # A slower ball would rest.
-        return max(press * time / 2.0, least) if press > 0.0 else 0.0
+    def _pressing(self, contact: Contact, now: float) -> tuple[float, float]:
+        """Return how strongly (m/s^2) a wall presses, and the time (s) in which it turns a ball."""
+        path, bends = self.paths[contact.a], contact.curvature
+        press = decisions.pressing(path, contact.normal, bends, now)
+        return press, decisions.turning_time(path, bends, press)
 
     def note(self, contact: Contact, stage: ContactStage, now: float) -> int:
         """Note a hit of two balls, and return how many micro-collisions they have had."""

@@ -34,7 +34,7 @@ from pool_pymunk.physics.impulses import Call, Shared, along_normal, slowing
 from pool_pymunk.physics.laws import Law, respond, settle
 from pool_pymunk.physics.path import NOISE
 from pool_pymunk.physics.surface import GYRATION, Push, as_rolling, turns_in_time
-from pool_pymunk.physics.together import push_apart
+from pool_pymunk.physics.together import push_apart, push_off
 
 SAME_NORMAL = 1e-12
 
@@ -253,32 +253,16 @@ class Resolver:
         return answer
 
     def _push(self, hit: Answer, velocity: Velocities, now: float) -> None:
-        """Make two sides part at their least bounce, if they are much slower.
-
-        At a wall this adds no energy: the wall turns the ball's velocity, and what lacks then comes
-        from the roll that presses the ball. The wall's friction acts on this push, too.
-        """
+        """Make two sides part at their least bounce, if they are much slower."""
         contact, parting = hit.contact, hit.parting
         if parting == 0.0:
             return
         if contact.b != NO_BALL:
             hit.pushed += push_apart(contact, parting, velocity)
             return
-        if parting + closing_speed(contact, velocity) <= 0.0:
-            return
-        (vx, vy), (nx, ny) = velocity[contact.a], contact.normal
-        spare = vx * vx + vy * vy - parting * parting
-        if spare < 0.0 and self.persistent.rolls:
-            into = abs(self.persistent.roll_along(contact, now))
-            left = into * into + spare / GYRATION
-            hit.taken = into - math.sqrt(max(left, 0.0))
-            parting = math.sqrt(parting * parting + GYRATION * min(left, 0.0))
-        lacking = max(parting + closing_speed(contact, velocity), 0.0)
-        along = vy * nx - vx * ny
-        slower = max(math.sqrt(max(spare, 0.0)) - contact.pair.friction * lacking, 0.0)
-        more = math.copysign(slower, along) - along
-        velocity[contact.a] = vx - more * ny + lacking * nx, vy + more * nx + lacking * ny
-        hit.pushed += contact.pair.m_a * lacking
+        into = self.persistent.roll_into(contact, now)
+        pushed, hit.taken = push_off(contact, parting, velocity, into)
+        hit.pushed += pushed
 
     def _at_wall(self, contact: Contact, now: float) -> Answer:
         """Answer the contact of a ball that lies at a wall; its roll may press it there."""

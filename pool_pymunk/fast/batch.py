@@ -41,7 +41,7 @@ class Batch:
 
     ``handed_back`` (S,) tells which shots the exact solver played in Python, because they are hard
     or the law is not compiled. A shot is hard in which hits at one instant have no end, or there
-    are more than 64 of them, or a roll may hold its ball to a cushion.
+    are more than 64 of them, or a roll may hold its ball to a cushion on a table without arcs.
     ``by_reference`` counts them. ``in_doubt`` (S,) tells in which shots contacts came together at
     one instant, or may have, and ``spread`` what that may do. ``wall_time`` is in s.
 

@@ -23,6 +23,8 @@ from types import FunctionType
 from typing import Any, cast
 
 from pool_pymunk.fast import loop
+from pool_pymunk.physics.path import time_in, time_out
+from pool_pymunk.physics.sides import Arc
 
 try:
     import fcntl
@@ -35,13 +37,15 @@ CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
 # The loop allocates nothing. Counting no references to arrays made it 1.2 times as fast.
 UNCOUNTED = {"_nrt": False}
 # All calls are inlined, which made shots 1.3 times as fast and took no longer to compile; except
-# those for contacts of one instant, which are rare, and with which it took minutes.
+# those for contacts of one instant, which are rare, and those for arcs. With them it took minutes.
 CALLED: dict[str, Any] = {"no_cfunc_wrapper": True, "no_rewrites": True}
 APART = (
     "pool_pymunk.fast.together",
     "pool_pymunk.physics.together",
     "pool_pymunk.fast.derivatives",
+    "pool_pymunk.fast.walls",
 )
+AT_ARCS = (Arc.time_of_contact, time_in, time_out)
 
 
 def is_there() -> bool:
@@ -50,8 +54,8 @@ def is_there() -> bool:
 
 
 @cache
-def play_shots(rolls: bool) -> Any:
-    """Return the compiled loop for balls that slide or, where it ``rolls``, slide and then roll.
+def play_shots(rolls: bool, differ: bool) -> Any:
+    """Return the compiled loop for scenes whose balls roll, or not, and whose walls differ, or not.
 
     It compiles when it is first called, if this machine has not done so yet.
     """
@@ -119,8 +123,16 @@ def _named(function: FunctionType) -> Iterator[object]:
 @cache
 def _register(function: FunctionType) -> None:
     """Tell numba that compiled functions may call this one."""
-    inline = function.__module__ not in APART
-    import_module("numba.extending").register_jitable(forceinline=inline, **CALLED)(function)
+    inline = function.__module__ not in APART and function not in AT_ARCS
+
+    def implementation(*args: Any, **_: Any) -> FunctionType:
+        if not hasattr(function, "choice"):
+            return function
+        has, one, other = function.choice
+        return cast("FunctionType", one if args[0].typeof(has).shape[0] > 0 else other)
+
+    options = {"forceinline": inline, **CALLED}
+    import_module("numba.extending").overload(function, options, strict=False)(implementation)
 
 
 def sources(root: Callable[..., int] = loop.play_shots) -> list[str]:

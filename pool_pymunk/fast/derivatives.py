@@ -29,7 +29,8 @@ from pool_pymunk.fast.loop import OUT_OF_TIME, read_shot
 from pool_pymunk.fast.moves import nearest, path_from, put_path
 from pool_pymunk.fast.records import NOTHING, Moving, Out, Tracks
 from pool_pymunk.fast.shots import COLUMNS, OF_SURFACE, Floats, Source, is_gone
-from pool_pymunk.fast.tables import table_of
+from pool_pymunk.fast.tables import table_of, walls_differ
+from pool_pymunk.fast.walls import coefficients, owns
 from pool_pymunk.model.inputs import Names, parts, roll_start_of, share_of, start_of
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.physics import saltation
@@ -151,7 +152,7 @@ def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
 
 def _around(scene: Scene) -> tuple[Any, ...]:
     """Return what balls may touch in a scene, in the arrays of a follow."""
-    sides, table = table_of(scene).sides, scene.table
+    sides, table = table_of(scene, walls_differ(scene)).sides, scene.table
     first = np.unique(sides.first)
     discs, faces, corners = list[Any](), list[Any](), list[Any]()
     for k, post in enumerate(scene.posts, start=scene.first_post):
@@ -383,7 +384,7 @@ def meets(g: Follow, breakpoints: Any, k: int, t: float, met: int) -> bool:
     if count == 2:
         is_sound = answer_hit(g, geometry, fastest, breakpoints, k)
     else:
-        is_sound = answer_bounce(g, geometry, fastest, breakpoints[k])
+        is_sound = answer_bounce(g, g.sides[g.first[-1 - met]], geometry, fastest, breakpoints[k])
     most = 0.0
     for n in range(count):
         row, change = breakpoints[k + n], g.change[g.balls[n]]
@@ -472,9 +473,9 @@ def answer_hit(g: Follow, geometry: Geometry, fastest: float, breakpoints: Any, 
     return bend * CAREFUL <= STRAIGHT * most
 
 
-def answer_bounce(g: Follow, geometry: Geometry, fastest: float, row: Any) -> bool:
+def answer_bounce(g: Follow, side: Any, geometry: Geometry, fastest: float, row: Any) -> bool:
     """Answer a hit on a cushion by the law's derivatives; return False as for a hit of balls."""
-    scene, e, mu = g.w.scene, g.w.scene.cushion, g.w.scene.cushion_friction
+    scene, (e, mu), (is_own, is_its) = g.w.scene, coefficients(side, g.w.scene), owns(side)
     v = split((g.motion[0, 2], g.motion[0, 3]), geometry.normal)
     after, most, slides = cushion(scene, v, e, mu), max(abs(v.n), abs(v.t)), moves(g, 1)
     wide = WIDE * BESIDE * max(fastest, most)
@@ -487,8 +488,9 @@ def answer_bounce(g: Follow, geometry: Geometry, fastest: float, row: Any) -> bo
     cushion_slopes(scene, v, e, mu, g.law)
     roll = roll_at(path_of(g.w.ball[g.balls[0]]), row[1])
     for p in range(len(g.late)):
-        before, of_mu = g.parts[0, p], g.of_coefficients[4, p]
-        answer_change(g, p, 2, (g.of_coefficients[2, p], of_mu))
+        before, of_e, of_mu = g.parts[0, p], g.of_coefficients[2, p], g.of_coefficients[4, p]
+        of_e, of_mu = 0.0 if is_own else of_e, 0.0 if is_its else of_mu
+        answer_change(g, p, 2, (of_e, of_mu))
         if may_roll(g.w.ball[g.balls[0]]):
             most, of_most = saltation.most_of_roll(mu, after.n - v.n, of_mu, g.parts[0, p] - before)
             own, turn = g.change[g.balls[0]], g.turn[p]

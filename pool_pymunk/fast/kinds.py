@@ -9,8 +9,7 @@ from pool_pymunk.physics.dual import slopes_of
 from pool_pymunk.physics.laws import COMPILED
 from pool_pymunk.physics.sides import Arc, Face, Rim, RoundSide
 
-# These kinds of sides are compiled, each with how it is read from its numbers. Shots with arcs are
-# played by Python, but it is compiled where balls may lie beside them.
+# These kinds of sides are compiled, each with how it is read from its numbers.
 KINDS: dict[type, Callable[[Any], Any]] = {
     Face: lambda p: Face((p[0], p[1]), (p[2], p[3]), (p[4], p[5]), p[6], p[7]),
     RoundSide: lambda p: RoundSide((p[0], p[1]), p[2]),
@@ -30,6 +29,21 @@ def by_kind(methods: Sequence[Callable[..., Any]], number: int = 0) -> Callable[
         return first(record, *args) if record.kind == number else other(record, *args)
 
     return called
+
+
+def where(has: str, one: Callable[..., Any], other: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that is ``one`` for a record whose field ``has`` is not empty.
+
+    It is the ``other`` function for a record whose field is empty. The form of a record tells
+    which, so numba compiles the function that is called, and never both.
+    """
+
+    def chosen(record: Any, *args: Any) -> Any:
+        return one(record, *args) if len(getattr(record, has)) > 0 else other(record, *args)
+
+    chosen.choice = has, one, other  # type: ignore[attr-defined]
+    chosen.__module__ = one.__module__
+    return chosen
 
 
 def answer(question: str, kind: type) -> Callable[..., Any]:
@@ -60,5 +74,8 @@ jumps = by_kind([law.jumps for law in COMPILED])
 gap = by_kind([answer("gap", kind) for kind in KINDS])
 curvature = by_kind([answer("curvature", kind) for kind in KINDS])
 normal = by_kind([answer("normal", kind) for kind in KINDS])
-MET = [kind for kind in KINDS if kind is not Arc]
-time_of_contact = by_kind([answer("time_of_contact", kind) for kind in MET])
+time_of_contact = where(
+    "own",
+    by_kind([answer("time_of_contact", kind) for kind in KINDS]),
+    by_kind([answer("time_of_contact", kind) for kind in KINDS if kind is not Arc]),
+)

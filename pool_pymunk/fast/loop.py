@@ -32,7 +32,6 @@ from pool_pymunk.fast.moves import (
     begin,
     keep,
     keep_contact,
-    may_be_held,
     nearest,
     note_cushion,
     note_hit,
@@ -63,6 +62,7 @@ from pool_pymunk.fast.together import (
     latest_of,
     note_met,
 )
+from pool_pymunk.fast.walls import coefficients, forget_walls, is_bounce
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.contact import Pair, approach, changed, split, wall_approach
@@ -127,7 +127,7 @@ def misplaced(
         x, y, r = float(position[i, 0]), float(position[i, 1]), float(radius[i])
         if is_off[i]:
             continue
-        if len(table.xs) > 0 and not contains(table.xs, table.ys, x, y):
+        if len(table.xs) > 0 and not contains(table.xs, table.ys, table.arcs, x, y):
             return i
         for k in range(len(table.sides)):
             side = table.sides[k]
@@ -289,6 +289,7 @@ def clear(w: Work) -> None:
         due.until = w.next_t[i] = math.inf
         for j in range(i + 1, w.scene.balls):
             w.pair_t[i, j], w.pair[i, j].last, w.pair[i, j].hits = math.inf, -math.inf, 0
+        forget_walls(w, i)
 
 
 # -- answers ---------------------------------------------------------------------------------------
@@ -360,20 +361,20 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
     if not note_met(w, i, -1 - side.first):
         return False
     x, y, vx, vy = motion_at(path_of(ball), w.now)
-    across = normal(nearest(sides, side, x, y, ball.radius), x, y)
+    met, (e, mu) = nearest(sides, side, x, y, ball.radius), coefficients(side, w.scene)
+    across = normal(met, x, y)
     closing = wall_approach((vx, vy), across)
-    is_hit = decisions.is_hit(closing, ball.noise, 0.0)
-    if has_many or not is_hit or may_be_held(w, ball, across, closing, w.scene.cushion):
+    if has_many or not is_bounce(w, i, met, (x, y), across, closing, e):
         return answer_alone(w, sides, i, -1 - side.first, has_many)
     before = split((vx, vy), across)
-    parts = cushion(w.scene, before, w.scene.cushion, w.scene.cushion_friction)
+    parts = cushion(w.scene, before, e, mu)
     after = changed((vx, vy), before, parts, across)
     note_cushion(w, i, side.wall)
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), ball.noise)
     roll = roll_of(w, i)
     if may_roll(ball):
         impulse = pushed_along(across, ball.mass, (vx, vy), after)
-        push = across, slowing(w.scene.cushion_friction, impulse, ball.mass)
+        push = across, slowing(mu, impulse, ball.mass)
         roll = changed_by(slowed_by(push, roll, NO_ROLL), roll)
     is_sound = begin(w, i, (x, y), after, roll, noise)
     predict(w, sides, (i,))
@@ -397,6 +398,7 @@ def take_in(w: Work, i: int, side: Any) -> bool:
     forget(w, i)
     for j in range(w.scene.balls):
         w.pair[min(i, j), max(i, j)].last, w.pair[min(i, j), max(i, j)].hits = -math.inf, 0
+    forget_walls(w, i)
     refresh(w, i)
     return True
 

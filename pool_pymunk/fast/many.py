@@ -20,7 +20,7 @@ from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.loop import HARD
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_names, read_source
-from pool_pymunk.fast.tables import can_compile, table_of
+from pool_pymunk.fast.tables import can_compile, table_of, walls_differ
 from pool_pymunk.model import Scene, SceneError
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
@@ -176,8 +176,9 @@ def _threads(asked: int | None) -> int:
 
 def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: Any) -> None:
     """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark."""
-    play, count = compiled.play_shots(rolls=source.scene.surface.rolls), len(out.status)
-    table = table_of(source.scene)
+    rolls, differ = source.scene.surface.rolls, walls_differ(source.scene)
+    play, count = compiled.play_shots(rolls, differ), len(out.status)
+    table = table_of(source.scene, differ)
 
     def work(part: slice) -> int:
         return play_chunk(play, source, table, out, part, watcher)

@@ -14,7 +14,7 @@ from pool_pymunk.physics.contact import Pair
 
 Work = Any  # one record of WORKS
 Moving = Any  # one record of BALLS
-Sides = Any  # an array of SIDE
+Sides = Any  # an array of one of SIDES
 
 MOST_BALLS = 64
 MOST_TOGETHER = 64  # A shot with more contacts at one instant goes to the engine.
@@ -24,17 +24,24 @@ NOTHING = -1  # stands for no ball, no side, no pocket
 
 N, F, I = MOST_BALLS, np.float64, np.int64  # noqa: E741
 
+MOST_WALLS = 64  # A scene with arcs, or with posts of another material, has no more if compiled.
 NUMBERS = 8  # of a side, at most
-# A side stands beside the others of its wall, which are those from `first` up to `last`.
-SIDE = np.dtype(
-    [("kind", I), ("numbers", F, NUMBERS), ("core", F), ("wall", I), ("first", I), ("last", I),
-     ("pocket", I), ("center", F, 2)]
-)  # fmt: skip
+# A side stands beside the others of its wall, which are those from `first` up to `last`. Where
+# walls `differ`, there may be arcs, and a wall may have restitution and friction of its `own`, or
+# -1 for the scene's. Other scenes do without these numbers: numba compiles the loop once more for
+# those that have them, so nobody pays for arcs who has none.
+SIDES = {
+    differ: np.dtype(
+        [("kind", I), ("numbers", F, NUMBERS), ("core", F), ("wall", I), ("first", I), ("last", I),
+         ("pocket", I), ("center", F, 2), ("own", F, (2 * differ,))]
+    )
+    for differ in (False, True)
+}  # fmt: skip
 
 # Its kind is that of its law for single hits, and `together` that for contacts of one instant.
 SCENE = np.dtype(
-    [("kind", I), ("together", I), ("balls", I), ("cue", I), ("watched", I), ("latest", F),
-     ("keeps", I),
+    [("kind", I), ("together", I), ("balls", I), ("walls", I), ("cue", I), ("watched", I),
+     ("latest", F), ("keeps", I),
      ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F), ("drag", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
@@ -81,12 +88,12 @@ TRACK = np.dtype(
     ]
 )
 
-# A contact has the fields of physics.contact.Contact, the first side of its wall, what becomes of
-# it, when its balls hit each other last, how fast they part at least, their contact time, its place
-# in a round, and the impulse of a cushion.
+# A contact has the fields of physics.contact.Contact, the number of its wall, what becomes of it,
+# when its balls hit each other last, how fast they part at least, their contact time, its place in
+# a round, the impulse of a cushion, and what its push has taken of the roll.
 CONTACT = np.dtype(
-    [("a", I), ("b", I), ("normal", F, 2), ("gap", F), ("wall", I), ("kind", I), ("last", F),
-     ("parting", F), ("time", F), ("place", I), ("impulse", F),
+    [("a", I), ("b", I), ("normal", F, 2), ("gap", F), ("wall", I), ("curvature", F), ("kind", I),
+     ("last", F), ("parting", F), ("time", F), ("place", I), ("impulse", F), ("taken", F),
      ("pair", [(name, F) for name in Pair._fields])]
 )  # fmt: skip
 
@@ -107,19 +114,22 @@ TOGETHER = np.dtype(
      ("pushing", I, C), ("chosen", I, C)]
 )  # fmt: skip
 
+# Where walls differ, balls have histories with walls, too (engine/persistent.py).
 WORKS = {
-    rolls: np.dtype(
+    (rolls, differ): np.dtype(
         [("scene", SCENE), ("ball", ball, N), ("now", F), ("instant", F), ("rounds", I),
          ("in_doubt", I),
          ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("pair", PAIR, (N, N)),
+         ("at_wall", PAIR, (N * differ, MOST_WALLS)),
          ("count", COUNT), ("track", TRACK), ("together", TOGETHER)]
     )
     for rolls, ball in BALLS.items()
+    for differ in SIDES
 }  # fmt: skip
 
 
-# the sides of the walls, and the corners (C,) of the outline
-TableArrays = namedtuple("TableArrays", "sides xs ys")
+# the sides of the walls, and the corners (C,) and arcs (A, 8) of the outline
+TableArrays = namedtuple("TableArrays", "sides xs ys arcs")
 
 # The shots to play have positions, velocities, and where balls roll their rolls (S, N, 2), in SI;
 # `is_off` and `mass` are (S, N), and `radius` is (N,). The `coefficients` (S, 7) are the

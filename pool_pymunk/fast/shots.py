@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast.records import NOTHING, WORKS, Shots
-from pool_pymunk.fast.tables import cue_of, law_number, together_number
+from pool_pymunk.fast.tables import cue_of, law_number, together_number, walls_differ
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.model.inputs import (
     TABLE,
@@ -103,11 +103,14 @@ class Source(NamedTuple):
 
     def work(self, keeps: bool) -> Any:
         """Return a record in which shots can be played; if it ``keeps`` tracks, these, too."""
-        work = np.zeros(1, dtype=WORKS[self.scene.surface.rolls]).view(np.recarray)[0]
+        work = np.zeros(1, dtype=WORKS[self.scene.surface.rolls, walls_differ(self.scene)]).view(
+            np.recarray
+        )[0]
         own, latest = work.scene, self.asked.settings.max_time
         own.kind, own.watched, own.keeps = law_number(self.law), self.watched, keeps
         own.together = together_number(self.law)
         own.balls, own.cue = len(self.scene.balls), cue_of(self.scene)
+        own.walls = len(self.scene.cushions)
         own.latest = np.inf if latest is None else latest
         return work
 

@@ -8,11 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.fast.kinds import KINDS, MET
-from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDE, TableArrays
+from pool_pymunk.fast.kinds import KINDS
+from pool_pymunk.fast.records import (
+    MOST_BALLS,
+    MOST_WALLS,
+    NOTHING,
+    NUMBERS,
+    SIDES,
+    TableArrays,
+)
 from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Law
-from pool_pymunk.physics.sides import Wall, core_of
+from pool_pymunk.physics.sides import Arc, Wall, core_of
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.solvers.exact import pockets, walls
 
@@ -40,40 +47,57 @@ def together_number(law: Law) -> int:
     return known.index(own) if own in known else NOTHING
 
 
-def table_of(scene: Scene) -> TableArrays:
-    """Return the scene's walls and pockets in arrays."""
-    return arrays_of([*walls(scene), *pockets(scene)], scene.table)
+def walls_differ(scene: Scene) -> bool:
+    """Tell whether a scene has arcs, or posts with coefficients of their own."""
+    has_arcs = any(isinstance(side, Arc) for wall in walls(scene) for side in wall.sides)
+    return has_arcs or any(own >= 0.0 for wall in own_of_walls(scene) for own in wall)
 
 
-def arrays_of(found: Sequence[Wall], outline: Table | None) -> TableArrays:
+def own_of_walls(scene: Scene) -> list[tuple[float, float]]:
+    """Return restitution and friction of each wall, -1 where it has those of the scene."""
+    own = [(post.restitution, post.friction) for post in scene.posts]
+    posts = [(-1.0 if e is None else e, -1.0 if mu is None else mu) for e, mu in own]
+    return [*[(-1.0, -1.0)] * scene.first_post, *posts, *[(-1.0, -1.0)] * len(scene.pockets)]
+
+
+def table_of(scene: Scene, differ: bool = False) -> TableArrays:
+    """Return the scene's walls and pockets in arrays; if they ``differ``, with what they own."""
+    own = own_of_walls(scene) if differ else ()
+    return arrays_of([*walls(scene), *pockets(scene)], scene.table, own)
+
+
+def arrays_of(
+    found: Sequence[Wall], outline: Table | None, owned: Sequence[tuple[float, float]] = ()
+) -> TableArrays:
     """Return the sides of walls and pockets in arrays, with the corners of the table's outline."""
     sides: list[tuple[Any, ...]] = []
     for number, wall in enumerate(found):
         pocket = wall.number if wall.is_pocket else NOTHING
         its = number, len(sides), len(sides) + len(wall.sides), pocket, wall.center or (0.0, 0.0)
+        own = owned[number] if owned else ()
         for side in wall.sides:
             numbers = np.hstack(side)  # type: ignore[call-overload]
             numbers = np.pad(numbers, (0, NUMBERS - len(numbers)))
-            sides.append((list(KINDS).index(type(side)), numbers, core_of(side), *its))
-    xs, ys = np.array(outline.polyline if outline else np.empty((0, 2))).T.copy()
-    return TableArrays(np.array(sides, dtype=SIDE).view(np.recarray), xs, ys)
+            sides.append((list(KINDS).index(type(side)), numbers, core_of(side), *its, own))
+    xs, ys, arcs = outline.lines if outline else ((), (), ())
+    lines = np.array(xs, float), np.array(ys, float), np.array(arcs, float).reshape(-1, 8)
+    return TableArrays(np.array(sides, dtype=SIDES[len(owned) > 0]).view(np.recarray), *lines)
 
 
 def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
     sides = {type(side) for wall in walls(scene) for side in wall.sides}
-    has_own = any(post.restitution is not None or post.friction is not None for post in scene.posts)
-    is_known = sides <= set(MET) and type(scene.surface) in (Sliding, Rolling)
-    return (
-        is_known and not has_own and law_number(law) != NOTHING and len(scene.balls) <= MOST_BALLS
-    )
+    is_known = sides <= set(KINDS) and type(scene.surface) in (Sliding, Rolling)
+    has_room = len(scene.balls) <= MOST_BALLS
+    has_room &= len(walls(scene)) <= MOST_WALLS or not walls_differ(scene)
+    return is_known and has_room and law_number(law) != NOTHING
 
 
 def plain(table: TableArrays) -> TableArrays:
     """Return a table with objects for records: plain Python reads them several times as fast."""
     names = table.sides.dtype.names
     sides = [SimpleNamespace(**dict(zip(names, row, strict=True))) for row in table.sides.tolist()]
-    return TableArrays(sides, table.xs.tolist(), table.ys.tolist())
+    return TableArrays(sides, *(each.tolist() for each in table[1:]))
 
 
 def cue_of(scene: Scene) -> int:

@@ -25,10 +25,17 @@ from pool_pymunk.fast.due import (
     refresh,
     slows,
 )
-from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal, time_of_contact
+from pool_pymunk.fast.kinds import (
+    ball_ball,
+    curvature,
+    cushion,
+    gap,
+    jumps,
+    normal,
+    time_of_contact,
+)
 from pool_pymunk.fast.moves import (
     begin,
-    may_be_held,
     nearest,
     note_cushion,
     note_hit,
@@ -37,6 +44,7 @@ from pool_pymunk.fast.moves import (
     squared,
 )
 from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Moving, Sides, Work
+from pool_pymunk.fast.walls import HIT, LED, MICRO, MISSED, coefficients, look_at_wall
 from pool_pymunk.physics.collapse import go_on
 from pool_pymunk.physics.contact import (
     NO_BALL,
@@ -52,12 +60,17 @@ from pool_pymunk.physics.impulses import along_normal, slowing
 from pool_pymunk.physics.laws import as_listed
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import unit
-from pool_pymunk.physics.surface import NO_ROLL, as_rolling, changed_by, slowed_by, turns_in_time
-from pool_pymunk.physics.together import Room, push_apart, push_at_once
+from pool_pymunk.physics.surface import (
+    GYRATION,
+    NO_ROLL,
+    as_rolling,
+    changed_by,
+    slowed_by,
+    turns_in_time,
+)
+from pool_pymunk.physics.together import Room, push_apart, push_at_once, push_off
 
-MOST_UNLISTED = 2_000  # After this many instants with micro-collisions only, a shot is hard.
-
-MISSED, HIT, MICRO, LED = 0, 1, 2, 3  # what becomes of a contact, as in the resolver
+MOST_UNLISTED = 100_000  # After this many instants with micro-collisions only, a shot is hard.
 
 
 # -- what comes at this instant --------------------------------------------------------------------
@@ -186,10 +199,11 @@ def read_wall(w: Work, sides: Sides, contact: Any, i: int, n: int) -> None:
     scene, r = w.scene, w.ball[i].radius
     x, y = w.together.place[i][0], w.together.place[i][1]
     side = nearest(sides, sides[n], x, y, r)
-    contact.a, contact.b, contact.wall = i, NO_BALL, n
+    contact.a, contact.b, contact.wall = i, NO_BALL, side.wall
     contact.normal[0], contact.normal[1] = normal(side, x, y)
     contact.pair.m_a, contact.pair.m_b = w.ball[i].mass, math.inf
-    contact.pair.restitution, contact.pair.friction = scene.cushion, scene.cushion_friction
+    contact.pair.restitution, contact.pair.friction = coefficients(side, scene)
+    contact.curvature = curvature(side, x, y)
     contact.gap = decisions.known_gap(gap(side, x, y, r), x, y, r)
 
 
@@ -408,8 +422,9 @@ def resolve(w: Work, count: int) -> int:
     if hits > 0 and not answer_hits(w, count):
         return NOTHING
     for k in range(count):
-        if at.answered[k].kind != MISSED and at.answered[k].parting > 0.0:
-            push_apart(at.answered[k], at.answered[k].parting, at.velocity)
+        one = at.answered[k]
+        if one.kind != MISSED and one.parting > 0.0:
+            part(w, one)
     is_sound = leave_out(w, count) and report(w, count) and carry_out(w, count)
     return hits if is_sound else NOTHING
 
@@ -417,29 +432,26 @@ def resolve(w: Work, count: int) -> int:
 def look_at(w: Work, one: Any) -> bool:
     """Decide whether a contact is a hit, of which kind, and note when; False if that is hard."""
     closing, noise = closing_speed(one, w.together.velocity), w.ball[one.a].noise
+    one.taken = 0.0
+    if one.b == NO_BALL:
+        return bool(look_at_wall(w, one))
     least, faint, met, is_micro = 0.0, 0.0, w.now, False
     one.kind, one.parting = MISSED, 0.0
-    pair = w.pair[one.a, max(one.b, 0)]
-    if one.b == NO_BALL:
-        nx, ny = one.normal
-        if may_be_held(w, w.ball[one.a], (nx, ny), closing, one.pair.restitution):
-            return False
-    else:
-        noise = max(noise, w.ball[one.b].noise)
-        if pair.last > -math.inf:
-            a, b = path_of(w.ball[one.a]), path_of(w.ball[one.b])
-            time, faint = persistent_of(w, one.a, one.b, w.now)
-            least = decisions.least_parting(a, b, w.now, time, w.ball[one.a].radius)
-            if decisions.persists(w.now - pair.last, time):
-                met, one.last, one.time = pair.met, pair.last, time
-                is_micro = decisions.is_micro(closing, time, w.scene.pull)
+    pair, noise = w.pair[one.a, one.b], max(noise, w.ball[one.b].noise)
+    if pair.last > -math.inf:
+        a, b = path_of(w.ball[one.a]), path_of(w.ball[one.b])
+        time, faint = persistent_of(w, one.a, one.b, w.now)
+        least = decisions.least_parting(a, b, w.now, time, w.ball[one.a].radius)
+        if decisions.persists(w.now - pair.last, time):
+            met, one.last, one.time = pair.met, pair.last, time
+            is_micro = decisions.is_micro(closing, time, w.scene.pull)
     if closing < faint or not decisions.is_hit(closing, noise, least):
         return True
     one.kind = MICRO if is_micro else HIT
     if one.pair.restitution * closing < least:
         one.pair.restitution = max(one.pair.restitution, min(least / closing, 1.0))
         one.parting = one.pair.restitution * closing
-    if one.b != NO_BALL and w.scene.pull > 0.0:
+    if w.scene.pull > 0.0:
         pair.hits += is_micro
         pair.met, pair.last = met, w.now
     return True
@@ -452,8 +464,10 @@ def answer_hits(w: Work, count: int) -> bool:
         if at.answered[k].kind != MISSED:
             at.hitting[hits] = at.answered[k]
             hits += 1
-    is_least = hits == 1 and at.hitting[0].kind == MICRO and at.hitting[0].parting > 0.0
-    if is_least and roll_through(w, at.hitting[0]):
+    one = at.hitting[0]
+    if hits == 1 and one.kind == MICRO and one.parting > 0.0 and roll_through(w, one):
+        return True
+    if hits == 1 and one.kind == MICRO and closing_speed(one, at.velocity) <= 0.0:
         return True
     join(at.hitting, hits, at.first)
     for k in range(hits):
@@ -471,21 +485,41 @@ def answer_hits(w: Work, count: int) -> bool:
 def roll_through(w: Work, one: Any) -> bool:
     """Answer a least bounce of balls that roll on, if the surface can turn them so fast."""
     v, i, j, m_a, m_b = w.together.velocity, one.a, one.b, one.pair.m_a, one.pair.m_b
-    rolls_a, rolls_b = slows(w.ball[i]), slows(w.ball[j])
+    rolls_a, rolls_b = slows(w.ball[i]), j != NO_BALL and slows(w.ball[j])
     if not may_roll(w.ball[i]) or not (rolls_a or rolls_b):
         return False
     a, b = (v[i][0], v[i][1]), (v[j][0], v[j][1])
     one.pair.m_a, one.pair.m_b = as_rolling(m_a, rolls_a), as_rolling(m_b, rolls_b)
-    respond(w, one)
-    push_apart(one, one.parting, v)
+    if closing_speed(one, v) > 0.0:
+        respond(w, one)
+    part(w, one)
     one.pair.m_a, one.pair.m_b = m_a, m_b
-    is_held = not rolls_a or turns_in_time(a, v[i], one.time, w.scene.pull)
+    is_held = one.taken == 0.0
+    is_held &= not rolls_a or turns_in_time(a, v[i], one.time, w.scene.pull)
     is_held &= not rolls_b or turns_in_time(b, v[j], one.time, w.scene.pull)
+    answered = w.together.answered[one.place]
+    answered.impulse = one.impulse = one.taken = 0.0
     if is_held:
-        w.together.rolling[i], w.together.rolling[j] = rolls_a, rolls_b
+        w.together.rolling[i], answered.parting = rolls_a, 0.0
+        if j != NO_BALL:
+            w.together.rolling[j] = rolls_b
     else:
         v[i], v[j] = a, b
     return bool(is_held)
+
+
+def part(w: Work, one: Any) -> None:
+    """Make two sides part at their least bounce, if they are slower."""
+    v = w.together.velocity
+    if one.b != NO_BALL:
+        push_apart(one, one.parting, v)
+        return
+    into, (nx, ny) = -1.0, one.normal
+    if may_roll(w.ball[one.a]):
+        wx, wy = roll_of(w, one.a)
+        into = abs(wx * nx + wy * ny)
+    pushed, one.taken = push_off(one, one.parting, v, into)
+    one.impulse += pushed
 
 
 def answer_group(w: Work, count: int) -> bool:
@@ -567,7 +601,7 @@ def report(w: Work, count: int) -> bool:
     for k in range(count):
         one = at.answered[k]
         if one.kind == MICRO:
-            for i in (one.a, one.b):
+            for i in (one.a, one.b if one.b != NO_BALL else one.a):
                 nudge(w.ball[i], True)
                 revoke_stop(w, i, one.last)
     for k in range(count):
@@ -598,8 +632,8 @@ def roll_after(w: Work, i: int, count: int) -> Vector:
         one = at.answered[k]
         if one.a == i and one.b == NO_BALL and one.kind != MISSED:
             nx, ny = one.normal
-            push = (nx, ny), slowing(one.pair.friction, one.impulse, one.pair.m_a)
-            change = slowed_by(push, roll, change)
+            slows_by = slowing(one.pair.friction, one.impulse, one.pair.m_a)
+            change = slowed_by(((nx, ny), slows_by + GYRATION * one.taken), roll, change)
     return changed_by(change, roll)
 
 

@@ -252,7 +252,7 @@ class Table(Part):
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
         """Smallest x, smallest y, largest x, largest y (m)."""
-        xs, ys = self._corners
+        xs, ys = zip(*self.polyline, strict=True)
         return min(xs), min(ys), max(xs), max(ys)
 
     @cached_property
@@ -264,20 +264,49 @@ class Table(Part):
 
     def contains(self, x: float, y: float) -> bool:
         """Tell whether a point is on the table (even-odd rule)."""
-        return contains(*self._corners, x, y)
+        return contains(*self.lines, x, y)
 
     @cached_property
-    def _corners(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        xs, ys = zip(*self.polyline, strict=True)
-        return xs, ys
+    def lines(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
+        """The x and y of the corners, and of arcs both ends, centre, radius (m) and bulge."""
+        xs, ys = zip(*self.outline, strict=True)
+        arcs = tuple(
+            (*edge.start, *edge.end, *side.center, side.radius, edge.bulge)
+            for edge, side in ((edge, edge.side) for edge in self.edges)
+            if isinstance(side, Arc)
+        )
+        return xs, ys, arcs
 
 
-def contains(xs: Any, ys: Any, x: float, y: float) -> bool:
-    """Tell whether a point is within an outline, by its corners; numba can compile it."""
+def contains(xs: Any, ys: Any, arcs: Any, x: float, y: float) -> bool:
+    """Tell whether a point is within an outline, by its corners and arcs; numba can compile it.
+
+    A point is within the outline if it is within one of these and not within another one, or within
+    three of them, and so on: the polygon of the corners, and what lies between arcs and chords.
+    """
     inside = False
     for k in range(len(xs)):
         inside ^= crosses(xs[k - 1], ys[k - 1], xs[k], ys[k], x, y)
+    for k in range(len(arcs)):
+        inside ^= lies_between(arcs[k], x, y)
     return inside
+
+
+def lies_between(arc: Any, x: float, y: float) -> bool:
+    """Tell whether a point lies between an arc and its chord.
+
+    Rounding puts it on that side of the chord on which ``crosses`` has it.
+    """
+    ax, ay, bx, by, dx, dy = arc[0], arc[1], arc[2], arc[3], x - arc[4], y - arc[5]
+    if dx * dx + dy * dy >= arc[6] * arc[6]:
+        return False
+    if (ay > y) != (by > y):
+        is_left = crosses(ax, ay, bx, by, x, y) == (by > ay)
+    elif ay == by:
+        is_left = (y >= ay) == (bx > ax)
+    else:
+        is_left = (bx - ax) * (y - ay) > (by - ay) * (x - ax)
+    return bool(is_left != (arc[7] > 0.0))
 
 
 def crosses(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> bool:

@@ -25,7 +25,7 @@ from pool_pymunk.physics.path import (
 
 OVERLAP = 1e-6  # radii; a ball that overlaps a face by no more than this touches it.
 GRAZING = 1e-12  # A ball that touches a face and sinks by less than this share moves along it.
-
+ALONG = 1e-9  # A ball sets off along a circle if a smaller share of its acceleration points across.
 
 # A parabola crosses a circle four times at most, so it comes in twice and leaves twice.
 MOST_CROSSINGS = 2
@@ -241,6 +241,8 @@ class Arc(NamedTuple):
             dx, dy = x - center[0], y - center[1]
             if dx * dx + dy * dy < radius * radius:  # The ball is behind the arc.
                 since = math.inf if path.slows else time_out(path, center, touching, radius, since)
+        else:
+            since = after_setting_off(path, center, touching, r, since)
         for _ in range(MOST_CROSSINGS if since < math.inf else 0):
             if facing > 0.0:
                 t = time_in(path, center, touching, since)
@@ -273,6 +275,23 @@ def is_tangent(path: Path, center: Vector, touching: float, rounding: float) -> 
     along, near = dx * path.vx + dy * path.vy, touching + 2.0 * rounding
     begins_along = path.slows and along <= GRAZING * touching * speed_of(path)
     return begins_along and dx * dx + dy * dy <= near * near
+
+
+def after_setting_off(path: Path, center: Vector, touching: float, r: float, since: float) -> float:
+    """Return from when on (s) a ball within a circle may meet it; infinite if its path ends before.
+
+    A ball at rest that sets off along the circle is on it until it is off it by rounding.
+    """
+    if path.slows or path.vx != 0.0 or path.vy != 0.0:
+        return since
+    dx, dy, ax, ay = path.x - center[0], path.y - center[1], path.ax, path.ay
+    across, along, near = ax * dx + ay * dy, ay * dx - ax * dy, touching * (1.0 - ALONG)
+    if abs(across) >= ALONG * abs(along) or dx * dx + dy * dy < near * near:
+        return since
+    rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
+    time = math.sqrt(math.sqrt(8.0 * rounding * touching / (ax * ax + ay * ay)))
+    since = max(since, path.t + time)
+    return since if since < path.end else math.inf
 
 
 def within_sector(x: float, y: float, first: Vector, last: Vector) -> bool:

@@ -35,6 +35,7 @@ from pool_pymunk.physics.contact import (
     closing_speed,
     fastest,
 )
+from pool_pymunk.physics.surface import GYRATION
 
 ALL_ORDERS = 4  # For up to this many contacts all their orders are tried.
 MOST_SWEEPS = 200  # After this many sweeps of the mean, what still closes is a next impact.
@@ -207,6 +208,31 @@ def push_apart(contact: Contact, parting: float, velocity: Velocities) -> float:
     impulse = lacking / (m_a + m_b) * m_a * m_b
     push(contact, impulse, 0.0, velocity)
     return impulse
+
+
+def push_off(contact: Contact, parting: float, velocity: Any, into: float) -> tuple[float, float]:
+    """Make a ball part from a wall at ``parting`` (m/s), if it is slower.
+
+    This adds no energy: the wall turns the ball's velocity, and what lacks then comes from its roll
+    ``into`` the wall (m/s), which is negative where balls do not roll. The wall's friction acts on
+    this push, too. Return the impulse (N s), and what it has taken of the roll (m/s).
+    """
+    lacking, taken = parting + closing_speed(contact, velocity), 0.0
+    if lacking <= 0.0:
+        return 0.0, taken
+    vx, vy = velocity[contact.a][0], velocity[contact.a][1]
+    nx, ny = contact.normal
+    spare = vx * vx + vy * vy - parting * parting
+    if spare < 0.0 and into >= 0.0:
+        left = into * into + spare / GYRATION
+        taken = into - math.sqrt(max(left, 0.0))
+        parting = math.sqrt(parting * parting + GYRATION * min(left, 0.0))
+        lacking = max(parting + closing_speed(contact, velocity), 0.0)
+    along = vy * nx - vx * ny
+    slower = max(math.sqrt(max(spare, 0.0)) - contact.pair.friction * lacking, 0.0)
+    more = math.copysign(slower, along) - along
+    velocity[contact.a] = (vx - more * ny + lacking * nx, vy + more * nx + lacking * ny)
+    return contact.pair.m_a * lacking, taken
 
 
 # -- the complementarity problem -----------------------------------------------------------------

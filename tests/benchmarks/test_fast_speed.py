@@ -2,7 +2,8 @@
 
 ``python tests/benchmarks/test_fast_speed.py`` prints the table of the README: shots a second and
 core, those of event-driven in the same run, and what two threads gain. ``--check`` fails if they
-are slower than they shall be, beside the exact solver and with two threads.
+are slower than they shall be, beside the exact solver, with two threads, and in a stadium, whose
+contacts ``--arcs`` measures alone.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pool_pymunk import (
     Restitution,
     Scene,
     Shot,
+    Table,
     load,
     rack,
     simulate_many,
@@ -30,6 +32,7 @@ from pool_pymunk import (
 REPEATS = 3
 SLOW = 60  # This many shots are played by the exact solver in Python.
 TIMES, THREADS = 60.0, 1.7  # at least so much faster, on shot 1 of the report
+ARCS = 2.5  # A contact in a stadium costs at most so many times one in a rectangle.
 FROZEN = 10_000  # at least this many frozen racks a second and core
 
 
@@ -161,6 +164,38 @@ def test_an_event_of_balls_that_roll(benchmark: Any, name: str) -> None:
     benchmark.extra_info["in_python"] = rolls[1] / slides[1]
 
 
+def in_a(table: Table) -> Kind:
+    """Return shots of the bundled stadium, in any direction, in a table of the same size."""
+    return breaks(replace(load("stadium"), table=table), 1.0, 4.0, np.pi)
+
+
+def contacts_cost(kind: Kind, count: int = 20_000) -> tuple[float, float]:
+    """Return what a contact costs (s of processor time), and the share of shots handed back."""
+    simulate_many(kind.scene, *kind.draw(1))
+    times, shots = [], kind.draw(count)
+    for _ in range(REPEATS):
+        began = time.process_time()
+        batch = simulate_many(kind.scene, *shots, threads=1)
+        times.append((time.process_time() - began) / (batch.hits.sum() + batch.cushions.sum()))
+    return min(times), batch.by_reference / count
+
+
+def arcs_cost() -> tuple[float, float]:
+    """Return how many times as much a contact in a stadium costs, and the share handed back."""
+    (one, _), (other, hard) = map(
+        contacts_cost, (in_a(Table.rectangle(2.0, 1.0)), in_a(Table.stadium(2.0, 1.0)))
+    )
+    return other / one, hard
+
+
+def test_a_contact_in_a_stadium(benchmark: Any) -> None:
+    """Its cost is measured beside that of a contact in a rectangle, with the same balls."""
+    pytest.importorskip("numba")
+    times, hard = benchmark.pedantic(arcs_cost)
+    benchmark.extra_info["times_a_rectangle"] = times
+    benchmark.extra_info["hard"] = hard
+
+
 def print_table() -> list[Speed]:
     """Print the table of the README, and return its rows."""
     print("| shots | compiled, a second and core | event-driven | times | two threads | hard |")
@@ -179,8 +214,15 @@ def print_table() -> list[Speed]:
 
 
 if __name__ == "__main__":
+    times, hard = arcs_cost()
+    print(
+        f"A contact in a stadium costs {times:.2f} times one in a rectangle; {hard:.2g} are hard."
+    )
+    if "--arcs" in sys.argv:
+        sys.exit()
     first, *others = print_table()
     if "--check" in sys.argv:
+        assert times < ARCS, "arcs have become slow"
         assert first.compiled > TIMES * first.python, "compiled shots have become slow"
         assert others[2].compiled > FROZEN, "frozen racks have become slow"
         assert first.two_threads > THREADS, "two threads gain too little"
