@@ -42,6 +42,8 @@ from pool_pymunk.env import (  # noqa: E402
     BilliardsVectorEnv,
     CaromEnv,
     CaromVectorEnv,
+    CarromEnv,
+    CarromVectorEnv,
     Game,
     Generators,
     Played,
@@ -51,7 +53,8 @@ from pool_pymunk.env import (  # noqa: E402
     game,
 )
 
-IDS = ("pool_pymunk/Carom-v0", "pool_pymunk/Pot-v0")
+IDS = ("pool_pymunk/Carom-v0", "pool_pymunk/Pot-v0")  # of billiards
+CARROM = "pool_pymunk/Carrom-v0"  # the board game
 HERE = Path(__file__).parent
 Places = dict[str, tuple[float, float]]
 R = 0.03  # m; the radius of the balls in the scenes below
@@ -114,7 +117,7 @@ def to_the_right(power: float) -> np.ndarray[Any, Any]:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("id_", IDS)
+@pytest.mark.parametrize("id_", [*IDS, CARROM])
 @pytest.mark.parametrize("mode", [None, "rgb_array", "rgb_array_list"])
 def test_check_env_has_nothing_to_say(id_: str, mode: str | None) -> None:
     check_env(gym.make(id_, render_mode=mode).unwrapped)
@@ -128,6 +131,7 @@ def test_check_env_has_nothing_to_say(id_: str, mode: str | None) -> None:
         (IDS[0], {"scenario": "report", "layout": "scenario", "angle_error": 1.0}),
         (IDS[0], {"scenario": "nine-ball"}),
         (IDS[1], {"scenario": "nine-ball", "balls": 2, "speed_error": 0.1}),
+        (CARROM, {"layout": "random", "balls": 5}),
     ],
 )
 def test_check_env_has_nothing_to_say_of_other_tables(id_: str, settings: dict[str, Any]) -> None:
@@ -162,10 +166,10 @@ def test_a_series_is_cut_off_after_a_hundred_shots() -> None:
     assert gym.spec(IDS[1]).max_episode_steps is None  # One shot ends the episode.
 
 
-@pytest.mark.parametrize("id_", IDS)
+@pytest.mark.parametrize("id_", [*IDS, CARROM])
 def test_make_vec_makes_the_native_environment(id_: str) -> None:
     envs = gym.make_vec(id_, num_envs=3, autoreset_mode=AutoresetMode.SAME_STEP)
-    assert type(envs.unwrapped) in (CaromVectorEnv, PotVectorEnv)
+    assert type(envs.unwrapped) in (CaromVectorEnv, CarromVectorEnv, PotVectorEnv)
     assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
     assert envs.unwrapped.most == (100 if id_ == IDS[0] else math.inf)
     seen, _ = envs.reset(seed=1)
@@ -390,6 +394,94 @@ def test_every_ball_is_called_equally_often() -> None:
     hidden = [(0.5, 0.5), (1.0, 0.5), (np.nan, 0.0), (1.5, 0.5)]
     called = envs.reset(options={"position": hidden})[1]["called"]
     assert set(called.tolist()) == {1, 3}
+
+
+# -- the rules of carrom, the board game -----------------------------------------------------------
+
+HOLE_AT, LINE_AT = np.array([0.02225, 0.71775]), np.array([0.37, 0.1174])  # m
+TO_HOLE = math.degrees(math.atan2(*(HOLE_AT - LINE_AT)[::-1])) / 90.0 - 1.0
+
+
+def men_at(env: Any, **places: Any) -> dict[str, Any]:
+    """Return the option of ``reset`` that has no other men on the board than these."""
+    position = np.full((len(env.scene.balls), 2), np.nan)
+    for id_, place in places.items():
+        position[env.scene.index[id_]] = place
+    return {"position": position}
+
+
+@pytest.mark.parametrize("power", [-0.45, 1.0])
+@pytest.mark.parametrize(("id_", "worth"), [("W1", 1.0), ("B1", -1.0), ("Q", 0.0)])
+def test_men_score_by_their_colour_and_the_striker_costs_one(
+    id_: str, worth: float, power: float
+) -> None:
+    env, halfway = CarromEnv(), (HOLE_AT + LINE_AT) / 2.0
+    env.reset(options=men_at(env, **{id_: halfway, "W9": (0.6, 0.6), "B9": (0.65, 0.4)}))
+    _, reward, terminated, truncated, info = env.step([TO_HOLE, power, 0.0])
+    foul = power == 1.0  # The striker, which is heavier, follows into the pocket.
+    assert (reward, info["foul"]) == (worth - foul, foul)
+    assert (info["own"], info["others"]) == (id_ == "W1", id_ == "B1")
+    assert (info["left"], terminated, truncated) == (1, False, False)
+    assert np.isnan(env.position[env.scene.index[id_]]).all()
+    assert env.step([0.0, -1.0, 0.5])[1:4] == (0.0, False, False)  # The striker is back.
+
+
+def test_a_board_of_carrom_is_over_when_the_own_men_are_gone() -> None:
+    env, halfway = CarromEnv(), (HOLE_AT + LINE_AT) / 2.0
+    for id_, is_over in (("W3", True), ("B3", False)):
+        other = {"B4": (0.6, 0.6)} if is_over else {"W4": (0.6, 0.6)}
+        assert env.reset(options=men_at(env, **{id_: halfway}, **other))[1] == {"left": 1}
+        _, _, terminated, truncated, info = env.step([TO_HOLE, -0.45, 0.0])
+        assert (terminated, truncated, info["left"]) == (is_over, False, not is_over)
+
+
+def test_a_board_of_carrom_is_cut_off_after_thirty_shots() -> None:
+    env = CarromEnv(balls=2)
+    env.reset(seed=0)
+    ends = [env.step([0.0, -1.0, 0.0])[2:4] for _ in range(30)]
+    assert ends == [(False, False)] * 29 + [(False, True)]
+
+
+def test_the_striker_leaves_forwards_from_the_base_line() -> None:
+    env = CarromEnv()
+    for action, angle, x in (((-1, -1, -1), 0.0, 0.1509), ((1, -1, 0.5), 180.0, 0.47955)):
+        seen, _ = env.reset(seed=0)
+        assert seen[2 * env.game.cue : 2 * env.game.cue + 2].tolist() == [0.0, 0.0]
+        info = env.step(np.array(action, float))[-1]
+        assert (info["angle"], info["speed"]) == (angle, 0.0)
+        assert info["place"] == pytest.approx([x, 0.1174])
+
+
+def test_the_striker_goes_to_the_nearest_free_place_on_the_line() -> None:
+    """Two men leave no room between them, so the striker goes beside one of them."""
+    env = CarromEnv()
+    two = men_at(env, W1=(0.36, 0.1174), W2=(0.40, 0.1074), B1=(0.5, 0.5))
+    for along, x in ((0.0, 0.36 - 0.03625), (0.1, 0.40 + math.sqrt(0.03625**2 - 0.01**2))):
+        env.reset(options=two)
+        tried = env.rehearse(np.array([[0.0, -0.5, along]]))
+        _, reward, _, _, info = env.step([0.0, -0.5, along])
+        assert info["place"] == pytest.approx([x, 0.1174])
+        assert (info["status"], info["hits"], reward) == (0, 0, 0.0)
+        assert tried.final[0, env.game.cue, 0] == pytest.approx(x)
+
+
+def test_a_shot_is_lost_where_men_fill_the_base_line() -> None:
+    env = CarromEnv()
+    row = {f"W{k}": (0.10 + 0.06 * k, 0.1174) for k in range(1, 9)}
+    env.reset(options=men_at(env, **row))
+    _, reward, terminated, _, info = env.step([0.0, 1.0, 0.0])
+    assert (reward, terminated, info["status"], info["left"]) == (0.0, True, 4, 8)
+
+
+def test_men_of_carrom_lie_in_the_rack_or_anywhere() -> None:
+    rack, anywhere = CarromVectorEnv(3), CarromVectorEnv(3, layout="random")
+    men = np.arange(20) != rack.game.cue
+    rack.reset(seed=1), anywhere.reset(seed=1)
+    assert (rack.position[:, men] == rack.game.spots[men]).all()
+    assert len(np.unique(anywhere.position[:, men, 0])) == 57
+    assert np.isnan(anywhere.position[:, ~men]).all()
+    with pytest.raises(SettingError, match="a man of one's own must be on the board"):
+        rack.reset(options=men_at(rack, B1=(0.5, 0.5)))
 
 
 # -- what else may come of a shot ----------------------------------------------------------------
@@ -635,7 +727,8 @@ def test_a_ball_lies_anywhere() -> None:
         assert np.abs(counts - 400).max() < 100
 
 
-def test_a_layout_does_not_depend_on_other_tables() -> None:
+def test_a_layout_does_not_depend_on_other_tables(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pool_pymunk.env.layouts.FEW", 1_000)
     many = CaromVectorEnv(2_100)  # They are drawn in several threads.
     many.reset(seed=20)
     for k in (0, 1_000, 2_099):
@@ -683,6 +776,9 @@ NO_CUE = Scene((Ball("a", (0.5, 0.5), R, 0.17),), scene(TWO).table, Restitution(
             {"scenario": replace(scene(TWO), friction=Friction())},
             "Carom needs surface friction or a max_time",
         ),
+        (CarromEnv, {"scenario": "nine-ball"}, "must have a man of one's own, whose id begins w"),
+        (CarromEnv, {"balls": 1}, "scenario = S, Q: must have a man of one's own"),
+        (CarromEnv, {"scenario": "report"}, "scenario = report: Carrom needs pockets"),
         (CaromEnv, {"balls": 1}, "balls = 1: must be between 2 and 10"),
         (PotEnv, {"balls": 16}, "balls = 16: must be between 1 and 15"),
         (CaromEnv, {"balls": 2.5}, "balls = 2.5: must be a whole number"),
@@ -793,6 +889,7 @@ CASES: dict[str, tuple[type[BilliardsEnv], Any, dict[str, Any]]] = {
     "carom among pockets": (CaromEnv, CaromVectorEnv, {"scenario": "nine-ball", "balls": 4}),
     "pot": (PotEnv, PotVectorEnv, {}),
     "pot with errors": (PotEnv, PotVectorEnv, {"balls": 6, "angle_error": 1.0}),
+    "board of carrom": (CarromEnv, CarromVectorEnv, {"layout": "random", "angle_error": 1.0}),
     "own": (BilliardsEnv, BilliardsVectorEnv, {"game": Nearest, "speed_error": 0.1}),
 }
 MODES = (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)

@@ -236,12 +236,18 @@ class Game(ABC):
             asked["place"] = self.middle + self.half_size * np.transpose(more)
         return asked
 
+    def put(self, tables: Tables, place: Floats) -> Floats:
+        """Return where the cue ball is put (S, 2), in m, if these places are asked for: there."""
+        return place
+
     def play(self, tables: Tables, actions: Floats, rng: Generators | None) -> Played:
         """Play a shot on each table, by its action (S, A); without ``rng`` the hand is steady."""
         if (bad := np.isnan(actions)).any():
             width = "two" if actions.shape[1] == 2 else actions.shape[1]
             raise setting_error("action", actions[bad.any(axis=1)][0], f"must be {width} numbers")
         asked = self.aim(np.clip(actions, -1.0, 1.0))
+        if "place" in asked:
+            asked["place"] = self.put(tables, asked["place"])
         if rng is not None and (self.angle_error or self.speed_error):
             errors = rng.standard_normal(2)
             asked["angle"] = asked["angle"] + self.angle_error * errors[:, 0]
@@ -333,7 +339,7 @@ class Game(ABC):
         places = tables.position.reshape(len(off), -1) - self._origin
         places /= self.half_size.max()
         if off.any():
-            places[off.repeat(2, axis=1)] = 0.0
+            places[np.isnan(places)] = 0.0
             seen[:, 2 * balls : 3 * balls] = off
         seen[:, : 2 * balls] = places
         for k, key in enumerate(self.marked, start=3):

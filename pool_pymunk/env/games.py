@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from pool_pymunk.env.environments import BilliardsEnv, BilliardsVectorEnv
-from pool_pymunk.env.game import Flags, Game, Info, Played, Tables
-from pool_pymunk.env.layouts import Generators
+from pool_pymunk.env.game import Flags, Game, Info, On, Played, Tables
+from pool_pymunk.env.layouts import Floats, Generators
 from pool_pymunk.model.plain import is_row
 from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.results.words import counted
 
+# The men of a colour have ids that begin with its letter, as in the scenario carrom.
+OWN, OTHERS = "W", "B"
+# The base circles' centres are 73.5 to 74 cm / 2 - 15.09 cm from the middle (scenario carrom).
+LINE = 0.2191 / 0.37  # of half the board's length
+GAP = 1e-4  # m; that of the rack in the scenario carrom
+
 
 class Carom(Game):
-    """These are the rules of Carom."""
+    """These are the rules of Carom, a game of billiards."""
 
     scenario, max_speed, least = "report-corrected", 5.0, 2
 
@@ -81,6 +89,83 @@ class Pot(Game):
         return f"ball {self.scene.balls[tables['called'][k]].id} is called"
 
 
+class Carrom(Game):
+    """These are the rules of Carrom, the board game, for one player."""
+
+    scenario, layout, max_speed = "carrom", "scenario", 3.5
+    has_place, needs_pockets, shots = True, True, 30
+
+    def __init__(self, scenario: On = None, **settings: Any) -> None:
+        super().__init__(scenario, **settings)
+        first = np.array([ball.id[:1] for ball in self.scene.balls])
+        first[self.cue] = ""
+        self.worth = (first == OWN) - 1.0 * (first == OTHERS)
+        if not (self.worth > 0.0).any():
+            message = f"must have a man of one's own, whose id begins with {OWN}"
+            raise setting_error("scenario", listed([ball.id for ball in self.scene.balls]), message)
+        radius = np.array([ball.radius for ball in self.scene.balls])
+        self._apart = radius + radius[self.cue] + GAP
+
+    @cached_property
+    def action_space(self) -> Box:
+        return Box(-1.0, 1.0, (3,), np.float32)
+
+    def begin(self, tables: Tables, rng: Generators, options: Mapping[str, Any]) -> None:
+        tables.position[:, self.cue] = np.nan  # The striker is in hand.
+        if self.is_cleared(tables).any():
+            raise setting_error("position", "0 men", "a man of one's own must be on the board")
+
+    def aim(self, actions: Floats) -> dict[str, Floats]:
+        turn, power, along = actions.T
+        place = np.tile(self.spots[self.cue], (len(actions), 1))
+        place[:, 0] = self.middle[0] + LINE * self.half_size[0] * along
+        angle, speed = 90.0 + 90.0 * turn, self.max_speed * (1.0 + power) / 2.0
+        return {"angle": angle, "speed": speed, "place": place}
+
+    def put(self, tables: Tables, place: Floats) -> Floats:
+        """Return the nearest free places on the base line, or the same where there are none."""
+        men = tables.position
+        wide = np.sqrt(np.fmax(self._apart**2 - (men[..., 1] - place[:, 1:]) ** 2, 0.0))
+        left, right = men[..., 0] - wide, men[..., 0] + wide
+        put, end = place.copy(), LINE * self.half_size[0]
+        for k in np.flatnonzero(((left < place[:, :1]) & (place[:, :1] < right)).any(axis=1)):
+            tried = np.hstack([left[k], right[k]])
+            # A place beside a man is rounded, so half of the gap is enough.
+            taken = (left[k] + GAP / 2.0 < tried[:, None]) & (tried[:, None] < right[k] - GAP / 2.0)
+            tried = tried[(abs(tried - self.middle[0]) <= end) & ~taken.any(axis=1)]
+            if len(tried):
+                put[k, 0] = tried[abs(tried - place[k, 0]).argmin()]
+        return put
+
+    def score(self, played: Played) -> Floats:
+        played.tables.position[:, self.cue] = np.nan  # It comes back to the base line.
+        pocketed = played.tables.off & ~played.before.off
+        return np.asarray(pocketed @ self.worth - played.foul)
+
+    def is_cleared(self, tables: Tables) -> Flags:
+        """Tell from which boards (S,) all men of one's own are gone."""
+        return np.asarray(tables.off[:, self.worth > 0.0].all(axis=1))
+
+    def is_over(self, played: Played) -> Flags:
+        return self.is_cleared(played.tables)
+
+    def is_cut_off(self, played: Played) -> Flags:
+        return np.asarray(played.tables["shots"] >= self.shots)
+
+    def info(self, played: Played) -> Info:
+        pocketed = played.tables.off & ~played.before.off
+        counts = {"own": self.worth > 0.0, "others": self.worth < 0.0}
+        said = {key: pocketed[:, men].sum(axis=1) for key, men in counts.items()}
+        return said | self.info_at_start(played.tables)
+
+    def info_at_start(self, tables: Tables) -> Info:
+        return {"left": (~tables.off[:, self.worth > 0.0]).sum(axis=1)}
+
+    def caption(self, tables: Tables, k: int) -> str:
+        left = int(self.info_at_start(tables)["left"][k])
+        return f"{tables['points'][k]:g} points, {left} of one's own men left"
+
+
 class CaromEnv(BilliardsEnv):
     """In Carom the cue ball must meet two others for a point, and goes on as long as it does.
 
@@ -128,3 +213,33 @@ class PotVectorEnv(BilliardsVectorEnv):
     """Pot on many tables has the rules and settings of :class:`PotEnv`."""
 
     plays = Pot
+
+
+class CarromEnv(BilliardsEnv):
+    """In Carrom one player pockets the white men of a board, shot by shot, from a base line.
+
+    This is the board game of the scenario ``carrom``; :class:`CaromEnv` is a game of billiards. An
+    action is an angle, a speed and a place: the striker is put on the base line, whose ends are at
+    a[2] = -1 and 1, and leaves at 90 + 90 a[0] degrees, which is forwards, with at most 3.5 m/s.
+    Where a man lies there it is put at the nearest free place on the line, which ``info`` has as
+    ``place``; if there is none, the shot is lost, scores 0 and ends the episode.
+
+    Each white man in a pocket scores 1, each black one -1, the striker -1. The episode is over when
+    all white men are pocketed, and truncated after 30 shots. ``layout="random"`` has men anywhere
+    instead of the rack. The striker is in hand between shots, and so it is seen as off the board.
+    ``info`` also has how many men of one's ``own`` and of the ``others`` were pocketed, and how
+    many of one's own are on the board (``left``).
+
+    >>> env = CarromEnv(layout="random")
+    >>> observation, info = env.reset(seed=0)
+    >>> info["left"], observation.shape, env.action_space.shape
+    (9, (60,), (3,))
+    """
+
+    plays = Carrom
+
+
+class CarromVectorEnv(BilliardsVectorEnv):
+    """Carrom on many boards has the rules and settings of :class:`CarromEnv`."""
+
+    plays = Carrom

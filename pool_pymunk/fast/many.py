@@ -7,7 +7,6 @@ import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import nullcontext
 from itertools import islice
 from typing import Any
 
@@ -183,8 +182,9 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
     def work(part: slice) -> int:
         return play_chunk(play, source, table, out, part, watcher)
 
-    with nullcontext() if play.signatures else play._cache.turn():
-        work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
+    if not play.signatures:
+        with play._cache.turn():
+            work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
     if watcher is not None:
         watcher.watch(slice(0, 0), tracks(0, 0))
     if count == 1:  # A thread would take longer than the shot.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from types import SimpleNamespace
 from typing import Any
 
@@ -76,8 +77,11 @@ def arrays_of(
         its = number, len(sides), len(sides) + len(wall.sides), pocket, wall.center or (0.0, 0.0)
         own = owned[number] if owned else ()
         for side in wall.sides:
-            numbers = np.hstack(side)  # type: ignore[call-overload]
-            numbers = np.pad(numbers, (0, NUMBERS - len(numbers)))
+            # NumPy's hstack and pad took an eighth of a shot that is played alone.
+            parts: Any = side
+            each = (part if isinstance(part, tuple) else (part,) for part in parts)
+            numbers = [*chain.from_iterable(each)]
+            numbers += [0.0] * (NUMBERS - len(numbers))
             sides.append((list(KINDS).index(type(side)), numbers, core_of(side), *its, own))
     xs, ys, arcs = outline.lines if outline else ((), (), ())
     lines = np.array(xs, float), np.array(ys, float), np.array(arcs, float).reshape(-1, 8)
