@@ -527,7 +527,7 @@ def test_the_loop_has_the_coefficients_of_posts(monkeypatch: pytest.MonkeyPatch)
 )  # fmt: skip
 def test_a_table_contains_what_its_arcs_enclose(outline: Any, bulge: Any) -> None:
     """A string of many corners tells the same, also level with corners and on chords."""
-    table, rnd = Table(outline, bulge, color), random.Random(0)
+    table, rnd = Table(outline, bulge), random.Random(0)
     strung, (x0, y0, x1, y1) = Table(table.polyline), table.bounds
     for _ in range(2000):
         x, y = rnd.uniform(x0 - 0.1, x1 + 0.1), rnd.uniform(y0 - 0.1, y1 + 0.1)
@@ -654,7 +654,7 @@ mass = 0.17
         ("[0, 1, 0, 1]", "[0, -1, 0, -1.2]", "crosses itself (cushion 2 meets cushion 3)"),
         (OUTLINE, "length = 200\nwidth = 100", "bulge = [0, 1, 0, 1]: needs an outline, whose"),
         (OUTLINE, "", "table.bulge = [0, 1, 0, 1]: needs an outline, whose sides it bends"),
-        ("bulge", "bulges", 'unknown key (there are: length, width, outline, bulge, color); did you mean'),
+        ("bulge", "bulges", 'outline, bulge, color); did you mean "bulge"?'),
         ("radius = 10", "radius = -1", "posts[0].radius = -1: must be 0 or more"),
         ("radius = 10", "radius = nan", "posts[0].radius = nan: must be a finite number"),
         ("radius = 10", "", "posts[0].radius = (left out): is missing"),
@@ -691,7 +691,7 @@ def test_outlines_that_cannot_be() -> None:
         (square[::-1], (0.0, 0.1, 0.0, 0.1), "counter-clockwise"),
     ):
         with pytest.raises(SceneError, match=said) as found:
-            Table(outline, bulge, color)  # type: ignore[arg-type]
+            Table(outline, bulge)  # type: ignore[arg-type]
         assert "\n" not in str(found.value)
     with pytest.raises(SceneError, match=r"table\.bulge\[1\] = 1\.0: cushion 1 is no wider"):
         large = Ball("C", (0.5, 0.5), 0.5, 0.2)
