@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 from kinks import BESIDE, KINKS, L_SHAPED
 from scenes import frozen_rack, seeds
-from shots import KINDS, ROLLING, needs_numba, shots_of, some_scene
+from shots import KINDS, ROLLING, needs_numba, shots_of, some_scene, uncompiled
 from shots import check_derivatives as check
 
 from pool_pymunk import (
@@ -28,7 +27,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk import simulate_many as play
-from pool_pymunk.fast import compiled, loop, many
+from pool_pymunk.fast import compiled, many
 from pool_pymunk.fast.tables import can_compile
 
 
@@ -60,10 +59,8 @@ def test_a_hundred_random_shots_have_the_derivatives_of_their_runs(kind: str) ->
 @pytest.fixture
 def in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shots of balls that roll are played, and followed, by what numba would compile."""
-    uncompiled: Any = partial(loop.play_shots)
-    uncompiled.signatures = ["Python"]
     monkeypatch.setattr(compiled, "is_there", lambda: True)
-    monkeypatch.setattr(compiled, "play_shots", lambda rolls: uncompiled)
+    monkeypatch.setattr(compiled, "play_shots", uncompiled)
     monkeypatch.setattr(many, "can_compile", can_compile)
 
 
