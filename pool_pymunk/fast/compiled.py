@@ -40,9 +40,11 @@ UNCOUNTED = {"_nrt": False}
 # those for contacts of one instant, which are rare, and those for arcs. With them it took minutes.
 CALLED: dict[str, Any] = {"no_cfunc_wrapper": True, "no_rewrites": True}
 APART = (
+    "pool_pymunk.fast.instant",
     "pool_pymunk.fast.together",
     "pool_pymunk.physics.together",
     "pool_pymunk.fast.derivatives",
+    "pool_pymunk.fast.doubts",
     "pool_pymunk.fast.walls",
 )
 AT_ARCS = (Arc.time_of_contact, time_in, time_out)

@@ -15,6 +15,16 @@ import numpy as np
 
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.batch import CANNOT_START
+from pool_pymunk.fast.doubts import (
+    CAREFUL,
+    NO_ONE,
+    UNCLEAR,
+    is_doubtful,
+    largest,
+    may_be_at_corner,
+    may_touch,
+    size_of,
+)
 from pool_pymunk.fast.due import may_roll, path_of, slows
 from pool_pymunk.fast.kinds import (
     ball_ball,
@@ -37,7 +47,7 @@ from pool_pymunk.physics import saltation
 from pool_pymunk.physics.contact import NT, Pair, split
 from pool_pymunk.physics.dual import BESIDE, STRAIGHT, WIDE
 from pool_pymunk.physics.path import motion_at
-from pool_pymunk.physics.saltation import AGREE, BLUR, GRAZE, MOST, Geometry, is_now
+from pool_pymunk.physics.saltation import AGREE, GRAZE, MOST, Geometry, is_now
 from pool_pymunk.physics.sides import Arc
 from pool_pymunk.physics.surface import (
     longer,
@@ -50,11 +60,6 @@ from pool_pymunk.physics.surface import (
     without_slip,
 )
 from pool_pymunk.results.run import Run
-
-CAREFUL = 4.0  # This many times as wide as there, limits leave what is doubtful to `Changes`.
-UNCLEAR = CAREFUL * BLUR
-HALVINGS = 40  # After this many the least distance of two paths is known to rounding.
-NO_ONE = -(1 << 30)  # stands for neither a ball nor a wall
 
 # A follow has a record for shots and the tracks of some, and arrays of three kinds. What balls may
 # touch: the sides of walls, and the `first` side of each wall; discs at rest (D, 5): x, y, radius,
@@ -530,202 +535,3 @@ def moves(g: Follow, row: int) -> bool:
 def bend_of(more: NT, here: NT, less: NT) -> float:
     """Return how far three answers are from lying on a line (m/s)."""
     return max(abs(more.n - 2.0 * here.n + less.n), abs(more.t - 2.0 * here.t + less.t))
-
-
-# -- doubts ----------------------------------------------------------------------------------------
-
-
-def largest(g: Follow, i: int) -> float:
-    """Return the largest part of a ball's velocity (m/s)."""
-    return float(max(abs(g.w.ball[i].vx), abs(g.w.ball[i].vy)))
-
-
-def size_of(g: Follow, i: int) -> float:
-    """Return how large (m) the numbers of a ball's place are."""
-    return float(abs(g.w.ball[i].x) + abs(g.w.ball[i].y) + g.w.ball[i].radius)
-
-
-def is_doubtful(g: Follow, t: float, met: int) -> bool:
-    """Tell whether something else may come to the present balls just at ``t`` (s)."""
-    i, j = g.balls[0], g.balls[1]
-    if may_touch(g, i, t, met, NO_ONE):
-        return True
-    if met >= 0 and (may_touch(g, j, t, i, i) or may_coincide(g, j, i, t)):
-        return True
-    return met != NO_ONE and may_coincide(g, i, j, t)
-
-
-def may_coincide(g: Follow, i: int, other: int, t: float) -> bool:
-    """Tell whether ball ``i`` may start, rest, or have met another one just when it meets one."""
-    ball, fastest, size = g.w.ball[i], largest(g, i), max(size_of(g, i), size_of(g, other))
-    if fastest == 0.0:
-        fastest = largest(g, other)
-    is_new = g.at[i] > 0 and is_now(ball.t, t, fastest, size, UNCLEAR)
-    moved = ball.vx != 0.0 or ball.vy != 0.0 or g.at[i] > 0
-    rests = moved and is_now(ball.end, t, fastest, size, UNCLEAR)
-    is_first = is_now(t, 0.0, fastest, size, UNCLEAR)
-    return is_new or rests or is_first or is_now(t, g.w.scene.latest, fastest, size, UNCLEAR)
-
-
-def may_be_at_corner(g: Follow, x: float, y: float, radius: float) -> bool:
-    """Tell whether a ball may touch the table where a side and a corner join."""
-    for k in range(len(g.corners)):
-        c = g.corners[k]
-        tangent, across = (c[2], c[3]), (c[4], c[5])
-        if saltation.is_at_corner(x - c[0], y - c[1], radius, tangent, across):
-            return True
-    return False
-
-
-def may_touch(g: Follow, i: int, t: float, met: int, done: int) -> bool:
-    """Tell whether the path of ball ``i`` up to ``t`` (s) may touch what it does not hit.
-
-    It ends where the ball has ``met`` something; ball ``done`` was looked at before.
-    """
-    ball = g.w.ball[i]
-    if g.gone[i]:
-        return False
-    is_still = not moves_on(ball)
-    if not is_still and ball.t < t and may_touch_table(g, i, t, met):
-        return True
-    for j in range(g.w.scene.balls):
-        other = g.w.ball[j]
-        since = max(ball.t, other.t)
-        both_rest = is_still and not moves_on(other)
-        if j in (i, done) or both_rest or g.gone[j] or since >= t:
-            continue
-        have_met = g.met[i] == j and g.met[j] == i and ball.t == other.t
-        x, y, vx, vy = motion_at(path_of(ball), since)
-        dx, dy, ux, uy = motion_at(path_of(other), since)
-        fastest = max(abs(vx), abs(vy), max(abs(ux), abs(uy)))
-        size = abs(x) + abs(y) + abs(dx) + abs(dy) + (t - since) * 4.0 * fastest
-        if are_tangent(
-            (dx - x, dy - y), (ux - vx, uy - vy), (other.ax - ball.ax, other.ay - ball.ay),
-            t - since, ball.radius + other.radius, size, fastest, not have_met, met != j,
-        ):  # fmt: skip
-            return True
-    return False
-
-
-def moves_on(ball: Moving) -> bool:
-    """Tell whether a ball moves on its path, or sets off."""
-    return bool(ball.vx != 0.0 or ball.vy != 0.0 or ball.ax != 0.0 or ball.ay != 0.0)
-
-
-def may_touch_table(g: Follow, i: int, t: float, met: int) -> bool:
-    """Tell whether the path of a ball that moves may touch a corner, a rim or a face."""
-    b, begun = g.w.ball[i], g.met[i]
-    x, y, _, _ = motion_at(path_of(b), t)
-    fastest = max(abs(b.vx), abs(b.vy))
-    size = abs(b.x) + abs(b.y) + abs(x) + abs(y) + b.radius
-    for k in range(len(g.discs)):
-        d = g.discs[k]
-        wall, apart = -1 - int(d[4]), d[2] + d[3] * b.radius
-        offset, velocity, pull = (d[0] - b.x, d[1] - b.y), (-b.vx, -b.vy), (-b.ax, -b.ay)
-        far, begins, ends = size + abs(d[0]) + abs(d[1]), begun != wall, met != wall
-        if d[3] < 0.0:
-            may_touch_it = are_tangent_within(
-                offset, velocity, pull, t - b.t, apart, far, fastest, begins, ends
-            )
-        else:
-            may_touch_it = are_tangent(
-                offset, velocity, pull, t - b.t, apart, far, fastest, begins, ends
-            )
-        if may_touch_it:
-            return True
-    blur = UNCLEAR * size
-    for k in range(len(g.faces)):
-        f = g.faces[k]
-        wall, least = -1 - int(f[7]), CAREFUL * GRAZE * fastest
-        goes_along = begun != wall and abs(b.vx * f[4] + b.vy * f[5]) <= least
-        if goes_along and on_face(f, b.x, b.y, b.radius, blur):
-            return True
-        if met != wall and on_face(f, x, y, b.radius, blur):
-            return True
-        if not slows(b) and may_turn_at(f, b, t, blur):
-            return True
-    return False
-
-
-def may_turn_at(f: Any, b: Moving, t: float, blur: float) -> bool:
-    """Tell whether a path that bends may be tangent to a face before ``t`` (s)."""
-    rate, pull = b.vx * f[4] + b.vy * f[5], b.ax * f[4] + b.ay * f[5]
-    if rate >= 0.0 or pull <= 0.0 or b.t - rate / pull >= t:
-        return False
-    x, y, _, _ = motion_at(path_of(b), b.t - rate / pull)
-    return on_face(f, x, y, b.radius, blur)
-
-
-def on_face(f: Any, x: float, y: float, radius: float, blur: float) -> bool:
-    """Tell whether a ball at this place touches a face, or nearly so."""
-    dx, dy = x - f[0], y - f[1]
-    foot = dx * f[2] + dy * f[3]
-    is_beside = -blur <= foot and foot <= f[6] + blur
-    return bool(is_beside and abs(dx * f[4] + dy * f[5] - radius) <= blur)
-
-
-def are_tangent(
-    offset: Any, velocity: Any, pull: Any, time: float, apart: float, size: float, fastest: float,
-    begins: bool, ends: bool,
-) -> bool:  # fmt: skip
-    """Tell whether discs may touch, as they move on for a ``time`` (s), and not hit each other.
-
-    They touch at the distance ``apart`` (m). Look at the beginning and at the end if they have not
-    met there. In between, the relative path deviates from its chord by |a| T^2 / 8 at most.
-    """
-    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
-    ux, uy = vx + time * ax, vy + time * ay
-    x, y = dx + time * (vx + ux) / 2.0, dy + time * (vy + uy) / 2.0
-    blur = UNCLEAR * (size + apart)
-    far, bow = apart + blur, time * time / 8.0
-    bow_x, bow_y = far + bow * abs(ax), far + bow * abs(ay)
-    if min(dx, x) > bow_x or max(dx, x) < -bow_x or min(dy, y) > bow_y or max(dy, y) < -bow_y:
-        return False
-    first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
-    rate, at_last = dx * vx + dy * vy, x * ux + y * uy
-    if begins and abs(first - apart) <= blur and abs(rate) <= CAREFUL * GRAZE * fastest * first:
-        return True
-    if ends and abs(last - apart) <= blur:
-        return True
-    slight = GRAZE * (abs(vx) + abs(vy) + abs(ux) + abs(uy))
-    if rate > slight * first or at_last < -slight * last:
-        return False
-    cx, cy = x - dx, y - dy
-    length = math.sqrt(cx * cx + cy * cy)
-    if abs(dx * cy - dy * cx) > far * length + bow * abs(ax * cy - ay * cx):
-        return False
-    return abs(turning_distance(offset, velocity, pull, time, 1.0) - apart) <= blur
-
-
-def are_tangent_within(
-    offset: Any, velocity: Any, pull: Any, time: float, apart: float, size: float, fastest: float,
-    begins: bool, ends: bool,
-) -> bool:  # fmt: skip
-    """Tell whether a ball may touch an arc from within its circle, as :func:`are_tangent` does."""
-    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
-    ux, uy = vx + time * ax, vy + time * ay
-    x, y = dx + time * (vx + ux) / 2.0, dy + time * (vy + uy) / 2.0
-    first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
-    blur, rate = UNCLEAR * (size + apart), dx * vx + dy * vy
-    if begins and abs(first - apart) <= blur and abs(rate) <= CAREFUL * GRAZE * fastest * first:
-        return True
-    if ends and abs(last - apart) <= blur:
-        return True
-    if rate < 0.0 or x * ux + y * uy > 0.0:
-        return False
-    return abs(turning_distance(offset, velocity, pull, time, -1.0) - apart) <= blur
-
-
-def turning_distance(offset: Any, velocity: Any, pull: Any, time: float, sign: float) -> float:
-    """Return the least distance (m) of two paths that near and part, or with -1 the largest."""
-    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
-    near, part = 0.0, time
-    for _ in range(HALVINGS):
-        middle = 0.5 * (near + part)
-        mx, my = dx + middle * (vx + middle * ax / 2.0), dy + middle * (vy + middle * ay / 2.0)
-        if sign * (mx * (vx + middle * ax) + my * (vy + middle * ay)) > 0.0:
-            part = middle
-        else:
-            near = middle
-    mx, my = dx + part * (vx + part * ax / 2.0), dy + part * (vy + part * ay / 2.0)
-    return math.sqrt(mx * mx + my * my)

@@ -27,6 +27,7 @@ from pool_pymunk.fast.due import (
     refresh,
     slows,
 )
+from pool_pymunk.fast.instant import gather, latest_of
 from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal
 from pool_pymunk.fast.moves import (
     begin,
@@ -54,14 +55,7 @@ from pool_pymunk.fast.records import (
     Tracks,
     Work,
 )
-from pool_pymunk.fast.together import (
-    answer_alone,
-    answer_together,
-    gather,
-    has_many_rounds,
-    latest_of,
-    note_met,
-)
+from pool_pymunk.fast.together import answer_alone, answer_together, has_many_rounds, note_met
 from pool_pymunk.fast.walls import coefficients, forget_walls, is_bounce
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
