@@ -33,7 +33,7 @@ played:
 
 test-slow: export POOL_SEED ?= $(shell date +%s)
 test-slow: PROFILE ?= random
-test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.3,1)
+test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.2,1)
 test-slow: $(VENV)/installed
 	$(BIN)/pytest -n auto -q -m "(slow or hypothesis or seeded) and $(ELSEWHERE)" \
 		--hypothesis-profile $(PROFILE)
