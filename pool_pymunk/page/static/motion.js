@@ -25,8 +25,8 @@ function freeMotion(breakpoints, t) {
     y: y + time * (vy + (time * ay) / 2),
     vx: vx + time * ax,
     vy: vy + time * ay,
-    wx: wx + time * ax * turn,
-    wy: wy + time * ay * turn,
+    wx: wx + time * (ax * turn),
+    wy: wy + time * (ay * turn),
   };
 }
 
