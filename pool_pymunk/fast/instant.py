@@ -82,7 +82,7 @@ def meets_wall(w: Work, sides: Sides, i: int, n: int, latest: float) -> bool:
 
 
 def touch(w: Work, i: int, j: int, times: float) -> bool:
-    """Tell whether two balls touch now, with a gap that is at most so many times wider."""
+    """Tell whether two balls touch now; their gap may be ``times`` as wide as of two that do."""
     x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
     touching = w.ball[i].radius + w.ball[j].radius
     return decisions.is_closed(gap_between(w, i, j) / times, x, y, touching)

@@ -14,7 +14,7 @@ from pool_pymunk.world.checks import Obstacle
 from pool_pymunk.world.state import LiveState, Phase
 
 WALL = 0x57616C6C  # This is our own collision type.
-# So many lines tell whether walls enclose a place; they are a little askew, as walls seldom are.
+# This number of lines tells whether walls enclose a place; they are askew, as walls seldom are.
 LINES, SKEW = 32, 0.37
 # A place is off the table if fewer lines than this share say that it is on it: beside an obstacle
 # up to half of them say the wrong thing, across from two gaps an eighth.
