@@ -15,6 +15,7 @@ import pytest
 from worlds import PAIR, STEP, A, M, Point, R, ball, hexagon, plane, steps
 
 from pool_pymunk import Billiards, Pair, same_balls
+from pool_pymunk.physics.sides import Arc
 from pool_pymunk.world import ContactEvent, TableBall
 
 
@@ -283,6 +284,20 @@ def test_a_ball_is_not_placed_off_a_bounded_table(corners: tuple[Point, ...], ho
             f"position = {list(off)}: the ball would lie off the table"
         )
     assert one.body.position == (1.0, 0.06)
+
+
+def test_a_ball_is_placed_between_round_ends_of_ones_own() -> None:
+    """Their shapes are discs that overlap, which tell nothing of what lies within the table."""
+    space, table = plane()
+    for y in (-0.5, 0.5):
+        table.add_wall(pymunk.Segment(space.static_body, (-0.1, y), (0.1, y), 0.0), 0.8)
+    for x, first, last in ((-0.1, (0.0, 1.0), (0.0, -1.0)), (0.1, (0.0, -1.0), (0.0, 1.0))):
+        disc = pymunk.Circle(space.static_body, 0.5, (x, 0.0))
+        disc.sensor = True
+        table.add_wall(disc, 0.8, sides=(Arc((x, 0.0), 0.5, first, last, -1.0),))
+    one = ball(table, -0.55)
+    table.place(one, (0.0, 0.0))
+    assert one.body.position == (0.0, 0.0)
 
 
 def test_a_ball_that_was_put_aside_comes_to_the_table() -> None:

@@ -83,8 +83,13 @@ class Walls:
         return True
 
     def refuse_off_table(self, old: Vector, new: Vector) -> None:
-        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
-        if self._enclosed(old) > 0.5 and self._enclosed(new) < OFF:
+        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball.
+
+        The shape of a wall with sides of its own is not the wall, so such tables are not judged.
+        """
+        walls = [each for each in self.obstacles.values() if not each.wall.is_pocket]
+        is_drawn = all(each.shape is not None for each in walls)
+        if is_drawn and self._enclosed(old) > 0.5 and self._enclosed(new) < OFF:
             raise setting_error("position", list(new), "the ball would lie off the table")
 
     def _enclosed(self, place: Vector) -> float:
