@@ -44,25 +44,24 @@ def _paragraphs(text: str | None) -> str:
     return "\n\n".join(" ".join(part.split()) for part in cleandoc(text or "").split("\n\n"))
 
 
-class _Command(TyperCommand):
+class _WithoutTypes:
     """Its help shows no type for options that are switched on and off."""
 
     def get_params(self, ctx: Any) -> Any:
-        return _without_types(super().get_params(ctx))
+        """Return the options."""
+        params = super().get_params(ctx)  # type: ignore[misc]
+        for param in params:
+            if getattr(param, "is_flag", False):
+                param.metavar = ""
+        return params
 
 
-class _Commands(TyperGroup):
-    """Its help shows no type for options that are switched on and off."""
-
-    def get_params(self, ctx: Any) -> Any:
-        return _without_types(super().get_params(ctx))
+class _Command(_WithoutTypes, TyperCommand):
+    """A command."""
 
 
-def _without_types(params: Any) -> Any:
-    for param in params:
-        if getattr(param, "is_flag", False):
-            param.metavar = ""
-    return params
+class _Commands(_WithoutTypes, TyperGroup):
+    """The group of all commands."""
 
 
 app = typer.Typer(

@@ -1,4 +1,4 @@
-"""``atlas``: a picture of what comes of a shot at every angle and speed."""
+"""This command draws the results of a shot at every angle and speed."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from pool_pymunk.cli.common import How, place
 def atlas(
     scenario: opt.Scenario,
     shot: opt.ShotName = None,
-    angle: Annotated[str, opt.option("Degrees, relative to the shot's.", "LOW:HIGH")] = "-30:30",
+    angle: Annotated[str, opt.option("Degrees from the shot's own angle.", "LOW:HIGH")] = "-30:30",
     speed: Annotated[
-        str | None, opt.option("Default: 0.25 to 1.5 of the shot's.", "LOW:HIGH")
+        str | None, opt.option("The speeds; default: 0.25 to 1.5 of the shot's.", "LOW:HIGH")
     ] = None,
     across: Annotated[str | None, opt.option("In place of the angle.", "KEY=LOW:HIGH")] = None,
     up: Annotated[str | None, opt.option("In place of the speed.", "KEY=LOW:HIGH")] = None,
     size: Annotated[str, opt.option("Pixels; each is a shot.", "WxH")] = "1200x800",
     ball: Annotated[
-        str | None, opt.option("Whose end; default: the aimed or nearest.", "ID")
+        str | None, opt.option("The ball whose end is drawn; default: the aimed or nearest.", "ID")
     ] = None,
     show: Annotated[str, opt.option("What is drawn.", "|".join(opt.SHOWS))] = "end",
     out: Annotated[Path | None, opt.option("png, svg or pdf.", "FILE", "--out")] = None,
     law: opt.LawName = None,
     max_time: opt.MaxTime = None,
 ) -> int:
-    """Draw what comes of a shot at every angle and speed: one shot a pixel, all of them exact.
+    """Draw the results of a shot at every angle and speed, with one exact shot for each pixel.
 
     A narrower --angle and --speed show where the outcome is fractal, and where it is safe. --across
     and --up take the keys of a sweep, such as mass.8 or restitution.cushion.
@@ -62,9 +62,9 @@ def _axes(scene: lib.Scene, across: str | None, up: str | None) -> dict[str, Any
         return None
     if across is None or up is None:
         given, missing = ("--up", "--across") if across is None else ("--across", "--up")
-        raise read.InputError(f"{missing} = (left out): is missing beside {given}")
+        raise read.InputError(f"{missing}: is missing beside {given}")
     first = read.inputs("--across", [across], scene.units)
     second = read.inputs("--up", [up], scene.units)
     if first.keys() == second.keys():
-        raise read.InputError(f"--up = {up}: {next(iter(first))} is across already")
+        raise read.InputError(f"--up = {up}: {next(iter(first))} varies across already")
     return first | second

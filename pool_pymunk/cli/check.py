@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import typer
-
 from pool_pymunk.cli import lib, opt
+from pool_pymunk.cli.common import say
 
 
 def check(scenario: opt.Scenario) -> int:
     """Validate a scenario and say what will be modelled, what will not, and how large it is."""
     scene = lib.scenario.load(scenario)
-    typer.echo(f"{lib.scenario.label(scenario)}: sound")
-    for line in lib.listing.modelled(scene):
-        typer.echo(f"  {line}")
-    for line in lib.listing.magnitudes(scene):
-        typer.echo(f"  {line}")
-    for line in lib.listing.implausible(scene):
-        typer.echo(f"Warning: {line}; is a unit or a digit wrong?")
+    say([f"{lib.scenario.label(scenario)}: sound"])
+    say(f"  {line}" for line in (*lib.listing.modelled(scene), *lib.listing.magnitudes(scene)))
+    say(f"Warning: {x}; is a unit or a digit wrong?" for x in lib.listing.implausible(scene))
     return 0

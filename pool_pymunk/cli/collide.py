@@ -10,21 +10,24 @@ from typing import Annotated, Any
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import write_json
-
-KNOWN = ", ".join("|".join(units) for units in opt.UNITS.values())
+from pool_pymunk.cli.common import say, write_json
 
 
 def collide(
-    mass_a: Annotated[str, opt.option("Of ball A.", "MASS")],
-    mass_b: Annotated[str, opt.option("Of ball B.", "MASS")],
-    radius: Annotated[str, opt.option("Of both balls.", "LENGTH")],
-    velocity_a: Annotated[tuple[str, str], opt.option("Of ball A.", "VX VY")],
-    velocity_b: Annotated[tuple[str, str], opt.option("Of ball B.", "VX VY")] = ("0", "0"),
-    radius_b: Annotated[str | None, opt.option("Of ball B, if it is another.", "LENGTH")] = None,
-    offset: Annotated[str, opt.option("Of B's centre to the left of A's line.", "LENGTH")] = "0",
+    mass_a: Annotated[str, opt.option("The mass of ball A.", "MASS")],
+    mass_b: Annotated[str, opt.option("The mass of ball B.", "MASS")],
+    radius: Annotated[str, opt.option("The radius of both balls.", "LENGTH")],
+    velocity_a: Annotated[tuple[str, str], opt.option("The velocity of ball A.", "VX VY")],
+    velocity_b: Annotated[tuple[str, str], opt.option("The velocity of ball B.", "VX VY")] = (
+        "0",
+        "0",
+    ),
+    radius_b: Annotated[
+        str | None, opt.option("The radius of ball B, if it is another.", "LENGTH")
+    ] = None,
+    offset: Annotated[str, opt.option("How far B's centre lies left of A's line.", "LENGTH")] = "0",
     angle: Annotated[
-        str | None, opt.option("Of the line from A to B, instead of an offset.", "DEGREES")
+        str | None, opt.option("The line from A to B, instead of an offset.", "DEGREES")
     ] = None,
     restitution: Annotated[float, opt.option("Coefficient of restitution.")] = 1.0,
     friction: Annotated[float, opt.option("Coefficient of friction.")] = 0.0,
@@ -32,7 +35,7 @@ def collide(
         str, opt.option("Contact law.", opt.LAW_NAMES, autocompletion=opt.law_names)
     ] = "coulomb",
     units: Annotated[
-        str, opt.option(f"Of bare numbers, and of what is printed: {KNOWN}.", "U,...")
+        str, opt.option(f"Those of bare numbers and of what is printed: {opt.KNOWN}.", "U,...")
     ] = "m,kg,m/s",
     json: opt.JsonFile = None,
     picture: Annotated[Path | None, opt.option("Draw it here: png, svg or pdf.", "FILE")] = None,
@@ -66,6 +69,7 @@ def _as_typed(error: lib.problems.SceneError, typed: Mapping[str, object]) -> st
     lines = set()
     for problem in error.problems:
         key, value = problem.key, typed.get(problem.key, problem.value)
+        value = " ".join(value) if isinstance(value, tuple) else value
         if key in typed:
             ball, _, name = key.rpartition(".")
             key = "--radius" if key == "a.radius" else f"--{name}-{ball}".rstrip("-")
@@ -88,7 +92,7 @@ def _collision(typed: Mapping[str, Any], units: str) -> tuple[lib.collide.Collis
     if typed["angle"] is None:
         return lib.collide.collide(a, b, offset, material), unit
     if offset != 0.0:
-        raise read.InputError("--angle and --offset: one of the two")
+        raise read.InputError("--angle: give either --angle or --offset")
     return lib.collide.collide_at(a, b, math.radians(typed["angle"]), material), unit
 
 
@@ -102,30 +106,27 @@ def _print(hit: lib.collide.Collision, units: lib.Units) -> None:
         f"Offset {_six(offset)} of {_six(touching)} {units.length}; line of centres from A to B at "
         f"{_six(math.degrees(hit.angle))}° to x"
     )
-    headings = ("", "unit", "x", "y", "n", "t")
-    lib.terminal.show(lib.terminal.TextTable(headings, _rows(hit, units), left=("", "unit")))
-    change = ""
-    if before > 0.0:
-        lost = f"{1.0 - after / before:.2%}"
-        gained = lost.startswith("-") and lost != "-0.00%"
-        change = f", {lost.lstrip('-')} {'gained' if gained else 'lost'}"
+    typer.echo(f"Velocities are in {units.speed}, momentum in {units.mass} {units.speed}")
+    headings = ("", "x", "y", "n", "t")
+    lib.terminal.show(lib.terminal.TextTable(headings, _rows(hit, units), left=("",)))
+    lost = f"{1.0 - after / before:z.2%}" if before > 0.0 else ""
+    change = f", {lost.lstrip('-')} {'gained' if lost.startswith('-') else 'lost'}" if lost else ""
     typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{change}")
-    for warning in hit.warnings:
-        typer.echo(f"Warning: {warning}")
+    say(f"Warning: {warning}" for warning in hit.warnings)
 
 
 def _rows(hit: lib.collide.Collision, units: lib.Units) -> Iterator[list[str]]:
     """Yield velocities, impulses and momentum along x and y, and along n and t."""
     fastest = max(math.hypot(*ball.velocity) for ball in (hit.a, hit.b))
     heaviest, mass = max(hit.a.mass, hit.b.mass), units.to_si(1.0, "mass")
-    speed = (units.speed, units.to_si(1.0, "speed"), fastest)
-    momentum = (f"{units.mass} {units.speed}", mass * speed[1], heaviest * fastest)
+    speed = (units.to_si(1.0, "speed"), fastest)
+    momentum = (mass * speed[0], heaviest * fastest)
 
-    def cells(name: str, v: lib.Point, kind: tuple[str, float, float]) -> list[str]:
+    def cells(name: str, v: lib.Point, kind: tuple[float, float]) -> list[str]:
         """Return a vector along x and y, and along n and t; what is only rounding is zero."""
-        unit, size, largest = kind
+        size, largest = kind
         parts = (*v, *lib.contact.split(v, hit.normal))
-        return [name, unit, *(_six(0.0 if abs(x) < 1e-14 * largest else x / size) for x in parts)]
+        return [name, *(_six(0.0 if abs(x) < 1e-14 * largest else x / size) for x in parts)]
 
     balls = (("A", hit.a, hit.velocity_a), ("B", hit.b, hit.velocity_b))
     for name, ball, velocity in balls:

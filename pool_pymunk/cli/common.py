@@ -9,6 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import typer
+
 from pool_pymunk import __version__
 from pool_pymunk.cli import lib, read
 from pool_pymunk.physics.laws import LAWS
@@ -74,14 +76,18 @@ def read_setting(
     ('pymunk', 0.015625, 'published')
     """
     solver, *more = (part.strip() for part in text.split(":"))
-    has_step = lib.solvers.find_solver(solver).dt is not None
+    try:
+        has_step = lib.solvers.find_solver(solver).dt is not None
+    except lib.problems.SettingError as error:
+        raise read.InputError(str(error).replace("solver =", f"{key} =", 1)) from None
     law = [part for part in more if part in laws]
     steps = [part for part in more if part not in laws]
     if len(law) > 1 or len(steps) > 1:
-        raise read.InputError(f"{key} = {text}: must be a solver, or with :DT and :LAW behind it")
+        behind = ":DT and :LAW" if laws else ":DT"
+        raise read.InputError(f"{key} = {text}: must be a solver, or with {behind} behind it")
     if steps and not has_step:
         raise read.InputError(f"{key} = {text}: {solver} has no time step")
-    step = read.seconds("--dt", steps[0]) if steps else dt if has_step else None
+    step = read.seconds(key, steps[0]) if steps else dt if has_step else None
     return Setup(solver, step, law[0] if law else None)
 
 
@@ -99,6 +105,12 @@ def simulate_beside(
             columns.append(list(runs))
             bar.step()
     return list(zip(*columns, strict=True))
+
+
+def say(lines: Iterable[str]) -> None:
+    """Print lines."""
+    for line in lines:
+        typer.echo(line)
 
 
 def place(out: Path | None, scenario: str, inside: str = "") -> Path:

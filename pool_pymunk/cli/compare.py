@@ -134,9 +134,7 @@ def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterat
             f"{unit.length} along x or y (ball {ball})"
         )
         if lib.trace.ZERO_SLIP in reference.policies and lib.listing.is_of_the_report(reference):
-            text += (
-                "; a slip that is exactly zero got its sign from rounding there, see the warning"
-            )
+            text += "; a slip of exactly zero got its sign from rounding there, see the warning"
         yield text + "."
 
 
@@ -150,9 +148,8 @@ def _small(value: float) -> str:
 
 def _ends(found: list[lib.compare.Comparison]) -> Iterator[tuple[object, ...]]:
     for one in found:
-        run = one.run
-        for id_, (x, y) in run.final.items():
-            yield run.name, run.solver, run.dt, id_, x, y, one.distances[id_]
+        for id_, end in one.run.final.items():
+            yield one.run.name, one.run.solver, one.run.dt, id_, *end, one.distances[id_]
 
 
 def _record(one: lib.compare.Comparison) -> dict[str, object]:

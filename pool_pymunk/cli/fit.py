@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import chain, count
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,6 +13,8 @@ import typer
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import place, write_json
 from pool_pymunk.safety.files import whole
+
+FITTED = "fitted.toml"
 
 
 def fit(
@@ -20,36 +24,44 @@ def fit(
         opt.option('Columns shot, ball, x, y and optionally t (s); or "published".', "FILE.csv"),
     ],
     free: Annotated[
-        str, opt.option("E.g. restitution.cushion,friction,speed.2,mass.8.", "NAME,...")
+        str, opt.option("Inputs, e.g. restitution,friction or speed.2,mass.8.", "NAME,...")
     ],
     error: Annotated[
-        str | None, opt.option("Of one measured coordinate; default: estimated.", "LENGTH")
+        str | None,
+        opt.option("Standard deviation of one measured coordinate; default: estimated.", "LENGTH"),
     ] = None,
-    starts: Annotated[int, opt.option("From this many starts.", "N")] = 8,
-    seed: Annotated[int, opt.option("Of the starts.", "N")] = 0,
+    starts: Annotated[int, opt.option("The fit tries this many starts.", "N")] = 8,
+    seed: Annotated[int, opt.option("Seed of the random starts.", "N")] = 0,
     json: opt.JsonFile = None,
-    out: opt.OutDir = None,
+    out: Annotated[
+        Path | None, opt.option("Default: renders/SCENARIO/fit, fit-2, ...", "DIR", "--out")
+    ] = None,
+    force: Annotated[bool, opt.option("Replace a fit that is in --out.", None, "--force")] = False,
     pictures: Annotated[bool, opt.option("Draw the residuals.")] = True,
 ) -> int:
-    """Fit numbers of a scenario to measured ends or tracks: values, standard errors, what is off.
+    """Fit numbers of a scenario to measured ends or tracks, with standard errors and residuals.
 
     Lengths of the file are in the scenario's unit. A row without t is an end. The new scenario, a
-    table of residuals and their picture are written.
+    table of residuals and their picture are written, beside those of earlier fits.
     """
+    folder = _folder(out, scenario, force)
     scene = lib.scenario.load(scenario)
     names = list(filter(None, read.names(free)))
     sigma = None
     if error is not None:
         sigma = lib.quantities.positive("--error", error, "length", scene.units)
     try:
-        found = lib.fit.fit(scene, measured, names, error=sigma, starts=starts, seed=seed)
+        with lib.terminal.progress("fitting", 1) as bar:
+            found = lib.fit.fit(
+                scene, measured, names, error=sigma, starts=starts, seed=seed,
+                on_done=lambda done, total: bar.update(bar.task, completed=done, total=total),
+            )  # fmt: skip
     except ImportError as missing:
         raise read.InputError(str(missing)) from None
     headings = ("number", "fitted", "standard error", "scenario's", "unit")
     table = lib.terminal.TextTable(headings, _rows(found), left=("number", "unit"))
     lib.terminal.show(*[table] * bool(found.values), *sentences(found))
-    folder = place(out, scenario, "fit")
-    found.scene.to_toml(folder / "fitted.toml")
+    found.scene.to_toml(folder / FITTED)
     with whole(folder / "residuals.csv") as part:
         lib.fit.write_csv(found, part)
     if pictures:
@@ -57,6 +69,19 @@ def fit(
     write_json(json, found.as_dict(), scenario, found.scene.title)
     typer.echo(f"Scenario, residuals{' and picture' if pictures else ''}: {folder}")
     return 0
+
+
+def _folder(out: Path | None, scenario: str, force: bool) -> Path:
+    """Return a numbered folder without a fit, or ``out``; refuse that if it has a fit."""
+    if out is None:
+        numbered = (place(None, scenario, f"fit-{k}") for k in count(2))
+        return next(
+            folder for folder in chain([place(None, scenario, "fit")], numbered)
+            if force or not (folder / FITTED).exists()
+        )  # fmt: skip
+    if (out / FITTED).exists() and not force:
+        raise read.InputError(f"--out = {out}: has a fit already; replace it with --force")
+    return out
 
 
 def _rows(found: lib.fit.Fit) -> Iterator[tuple[str, ...]]:

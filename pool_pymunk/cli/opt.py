@@ -20,6 +20,7 @@ FRICTION = ("joint", "callback")
 PICTURES = ("png", "svg", "pdf")
 SHOWS = ("end", "first-hit", "hits", "pocket", "duration")
 UNITS = {"length": ("m", "cm", "mm", "in"), "mass": ("kg", "g"), "speed": ("m/s", "in/s")}
+KNOWN = ", ".join("|".join(units) for units in UNITS.values())
 LAW_NAMES = "|".join(LAWS)
 SOLVER_NAMES = ", ".join(SOLVERS)
 

@@ -9,6 +9,7 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How, place, read_setting, simulate_beside
+from pool_pymunk.safety.files import bundled
 
 
 def page(
@@ -21,23 +22,50 @@ def page(
     max_time: opt.MaxTime = None,
     overlay: Annotated[
         list[str] | None,
-        opt.option("Compare with these runs; may be repeated.", "SOLVER[:DT][:LAW]"),
+        opt.option(
+            "Compare with this solver, or with this scenario; may be repeated.",
+            "SOLVER[:DT][:LAW]|SCENARIO",
+        ),
     ] = None,
     out: Annotated[
-        Path | None, opt.option("Default: renders/<scenario>/page.html.", "FILE.html", "--out")
+        Path | None, opt.option("Default: page.html in renders/<scenario>.", "FILE.html", "--out")
     ] = None,
 ) -> int:
     """Make a page that plays every shot: one HTML file that needs nothing else.
 
     The page has the exact paths between contacts. Stop it, go from contact to contact, slow it
-    down a hundred times, and see the runs to compare with as ghosts.
+    down a hundred times, and see the runs to compare with as ghosts. Another scenario may differ in
+    all but the table and the balls' ids and sizes; the page says what differs.
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    settings = [how.setting(scene, solver, dt), *map(read_setting, overlay or ())]
+    chosen = read.shots(scene, shot)
+    files = [text for text in overlay or () if text.endswith(".toml") or text in bundled()]
+    for text in files:
+        if text not in bundled() and not Path(text).exists():
+            raise read.InputError(f"--overlay = {text}: there is no such file")
+    others = [how.scene(text) for text in files]
+    for text, other in zip(files, others, strict=True):
+        _compare(text, other, scenario, scene)
+    ghosts = [read_setting(text) for text in overlay or () if text not in files]
+    settings = [how.setting(scene, solver, dt), *ghosts]
     path = out or place(None, scenario) / "page.html"
     read.ending("--out", path, (".html", ".htm"), ".html")
-    runs = simulate_beside(scene, read.shots(scene, shot), settings)
-    lib.page.write_page(runs, path)
+    columns = [simulate_beside(scene, chosen, settings)]
+    for other in others:
+        its = [one and other.shots[scene.shots.index(one)] for one in chosen]
+        columns.append(simulate_beside(other, its, settings[:1]))
+    lib.page.write_page([sum(runs, ()) for runs in zip(*columns, strict=True)], path)
     typer.echo(path)
     return 0
+
+
+def _compare(text: str, other: lib.Scene, scenario: str, scene: lib.Scene) -> None:
+    """Raise InputError for a file whose shots one picture cannot show beside the scenario's."""
+    part = lib.page.other_part(scene, other)
+    if part:
+        raise read.InputError(f"--overlay = {text}: must have the same {part} as {scenario}")
+    has, wanted = len(other.shots), len(scene.shots)
+    if has != wanted:
+        message = f"must have as many shots as {scenario} ({wanted}), and has {has}"
+        raise read.InputError(f"--overlay = {text}: {message}")

@@ -108,15 +108,10 @@ def numbers(key: str, text: str, units: lib.Units, kind: str = "") -> tuple[floa
 
 def interval(key: str, text: str, units: lib.Units, kind: str) -> tuple[float, float]:
     """Return LOW:HIGH, as :func:`numbers` reads them."""
-    try:
-        low, high = numbers(key, text, units, kind)
-    except (
-        lib.problems.SceneError,
-        InputError,
-    ):  # It names the one of the two that is no quantity.
-        raise
-    except ValueError:
-        raise InputError(f"{key} = {text}: must be LOW:HIGH") from None
+    found = numbers(key, text, units, kind)
+    if len(found) != 2:
+        raise InputError(f"{key} = {text}: must be LOW:HIGH")
+    low, high = found
     if not low < high:
         raise InputError(f"{key} = {text}: LOW must be less than HIGH")
     return low, high
@@ -144,4 +139,7 @@ def input_values(key: str, name: str, text: str, units: lib.Units) -> tuple[floa
     """Return the numbers of one input, in SI, as the table of inputs says what they are."""
     row = lib.inputs.TABLE.get(lib.inputs.parts(name)[0])
     kind = row.quantity or "" if row else KINDS.get(name, "")
-    return numbers(f"{key} {name}", text, units, kind)
+    found = numbers(f"{key} {name}", text, units, kind)
+    if len(found) == 2 and not found[0] <= found[1]:
+        raise InputError(f"{key} {name} = {text}: LOW must not be above HIGH")
+    return found

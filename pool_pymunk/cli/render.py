@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, place, read_setting, simulate_beside, stem
+from pool_pymunk.cli.common import How, place, read_setting, say, simulate_beside, stem
 
 FILM_FORMATS = ("mp4", "gif")
 
@@ -30,8 +28,10 @@ def render(
         bool, opt.option("Show the runs to compare on two tables.", None, "--side-by-side")
     ] = False,
     films: Annotated[bool, opt.option("Film the shots, one by one and in one film.")] = True,
-    form: Annotated[str, opt.option("Of films.", "|".join(FILM_FORMATS), "--format")] = "mp4",
-    size: Annotated[str | None, opt.option("Of films: 1600x900 (gif: 800x450).", "WxH")] = None,
+    form: Annotated[
+        str, opt.option("Format of films.", "|".join(FILM_FORMATS), "--format")
+    ] = "mp4",
+    size: Annotated[str | None, opt.option("Pixels: 1600x900 (gif: 800x450).", "WxH")] = None,
     fps: Annotated[
         float | None, opt.option("Frames a second: 60 (gif: 25).", show_default=False)
     ] = None,
@@ -63,15 +63,14 @@ def render(
     if not 10.0 <= dpi <= 2400.0:
         raise read.InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
     read.one_of("--picture-format", picture_format, opt.PICTURES)
-    runs += [read_setting(overlay)] if overlay else []
+    runs += [] if overlay is None else [read_setting(overlay)]
     shows = [lib.render.Show(each, side_by_side) for each in simulate_beside(scene, shots, runs)]
     folder = place(out, scenario)
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
     written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:
         written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
-    for path in written:
-        typer.echo(path)
+    say(map(str, written))
     return 0
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, Setup, place, stem, write_json
+from pool_pymunk.cli.common import How, Setup, place, say, stem, write_json
 from pool_pymunk.safety.files import whole
 
 LONG = 60.0  # s; a run that takes longer is announced
@@ -46,6 +46,9 @@ def run(
     show: Annotated[
         str | None, opt.option("Draw energy and momentum over time, too.", "energy")
     ] = None,
+    units: Annotated[
+        str, opt.option(f'The units of the CSV: "scene", or some of {opt.KNOWN}.', "U,...")
+    ] = "m,kg,m/s",
 ) -> int:
     """Simulate every shot: the log, agreement with published ends, pictures and data.
 
@@ -60,31 +63,31 @@ def run(
     limit = None
     if tolerance is not None:
         if dt is not None:
-            raise read.InputError(f"--tolerance = {tolerance}: stands beside --dt: one of the two")
+            raise read.InputError(f"--tolerance = {tolerance}: give either --tolerance or --dt")
         lib.tolerance.finest_step(solver)  # There must be a step to choose.
         limit = lib.quantities.positive("--tolerance", tolerance, "length", scene.units)
+    written = scene.units
+    if "scene" in (named := read.names(units)) and len(named) > 1:
+        raise read.InputError(f"--units = {units}: scene must stand alone")
+    if units != "scene":
+        written = lib.quantities.read_units("--units", units)
     if show not in (None, "energy"):
         raise read.InputError(f"--show = {show}: must be energy")
     drawn: list[What] = ["start", "end"] if pictures else []
     drawn += ["energy"] if show else []
     folder = place(out, scenario)
-    _say(lib.listing.opening(scene))
+    say(lib.listing.opening(scene))
     done: list[PlayedShot] = []
     try:
         with lib.terminal.progress("simulating", len(shots)) as bar:
-            for played, choice in _played(scene, shots, setting, limit, bar):
-                done.append((played, choice))
-                _report(played, choice, folder, drawn)
+            for played in _played(scene, shots, setting, limit, bar):
+                done.append(played)
+                _report(played, folder, drawn, written)
     finally:
         if done:
             write_json(json, _results(done), scenario, scene.title)
-    _close([played for played, _ in done], folder, bool(drawn))
+    _close([one for one, _ in done], folder, bool(drawn))
     return _verdict(done)
-
-
-def _say(lines: Iterable[str]) -> None:
-    for line in lines:
-        typer.echo(line)
 
 
 def _played(
@@ -128,23 +131,22 @@ def announcement(estimates: Sequence[lib.tradeoff.Estimate], solver: str) -> str
     )
 
 
-def _report(
-    run: lib.Run, choice: lib.tolerance.Choice | None, folder: Path, drawn: Sequence[What]
-) -> None:
+def _report(shot: PlayedShot, folder: Path, drawn: Sequence[What], units: lib.Units) -> None:
     """Print the log of one shot, and write its data and pictures."""
-    _say(lib.listing.shot_lines(run))
+    run, choice = shot
+    say(lib.listing.shot_lines(run))
     if choice is not None:
-        _say([*(f"    {line}" for line in choice.lines(run.scene.units)), ""])
+        say([*(f"    {line}" for line in choice.lines(run.scene.units)), ""])
     for ending, write in lib.run.FILES:
         with whole(folder / f"{stem(run)}{ending}") as part:
-            write(run, part)
+            write(run, part, **({"units": units} if ending == ".csv" else {}))
     for what in drawn:
         run.plot(what, folder / f"{stem(run)}-{what}.png")
 
 
 def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:
     """Print the last lines: agreement over all shots, and where the files are."""
-    _say(lib.listing.closing(runs))
+    say(lib.listing.closing(runs))
     for run in filter(lib.listing.is_of_the_report, runs):
         agreement, exact = lib.listing.Agreement.of(run), lib.solvers.find_solver(run.solver).exact
         if exact and len(agreement.agreeing) < agreement.count:

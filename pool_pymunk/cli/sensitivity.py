@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,14 +13,20 @@ from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import place, stem, write_json
 from pool_pymunk.safety.files import whole
 
+if TYPE_CHECKING:
+    Alone = Mapping[str, lib.Sensitivity]  # by the cause that makes it alone
+
+HALF = "Each ± is half the width of a uniform distribution; what follows are standard deviations."
+
 
 def sensitivity(
     scenario: opt.Scenario,
     position_error: Annotated[
-        str | None, opt.option("Of every start; default: half its last digit.", "LENGTH")
+        str | None,
+        opt.option("Half-width, of every start; default: half its last digit.", "LENGTH"),
     ] = None,
-    speed_error: Annotated[str, opt.option("Of the struck ball.", "SPEED")] = "0",
-    angle_error: Annotated[str, opt.option("Of its direction.", "DEGREES")] = "0",
+    speed_error: Annotated[str, opt.option("Half-width, of the struck ball.", "SPEED")] = "0",
+    angle_error: Annotated[str, opt.option("Half-width, of its direction.", "DEGREES")] = "0",
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
     seed: Annotated[int, opt.option("Of the random numbers.", "N")] = 0,
     threads: Annotated[
@@ -40,8 +46,9 @@ def sensitivity(
 ) -> int:  # fmt: skip
     """Move the starts, and on request the cue's speed and angle, a little: where may balls end?
 
-    Errors are half the widths of uniform distributions; a length or speed may have a unit (0.1mm)
-    and is in the scenario's unit without one.
+    Errors typed here are half the widths of uniform distributions; what is printed of the ends are
+    standard deviations. A length or speed may have a unit (0.1mm), and is in the scenario's unit
+    without one. Where several things are uncertain, each is also tried alone.
     """
     scene = lib.scenario.load(scenario)
     uncertainty = _uncertainty(scenario, scene, position_error, speed_error, angle_error)
@@ -53,17 +60,23 @@ def sensitivity(
     records: list[dict[str, object]] = []
     for one in shots:
         cloud = line = None
+        alone: Alone = {}
         if samples:
-            with lib.terminal.progress("playing", samples) as bar:
+            causes = len(uncertainty.causes(scene))
+            plays = samples * (1 + causes if causes > 1 else 1)
+            with lib.terminal.progress("playing", plays) as bar:
                 how = (samples, seed, threads)
                 cloud = lib.sensitivity.sensitivity(scene, one, uncertainty, *how, on_done=bar.step)
+                alone = lib.sensitivity.by_causes(cloud, threads, on_done=bar.step)
             if not found:
                 what = uncertainty.described(scene)
-                typer.echo(f"{samples:,} samples a shot with {what}; seed {seed}")
+                typer.echo(f"{samples:,} samples a shot with {what}; seed {seed}\n{HALF}")
             found.append(cloud)
         if by_derivatives:
             line = lib.sensitivity.linear(scene, one, uncertainty, seed=seed)
-        records.append(_print(cloud, line))
+        if line is not None and not samples and not records:
+            typer.echo(f"By derivatives, with {uncertainty.described(scene)}\n{HALF}")
+        records.append(_print(cloud, line, alone))
         _save(found, line, folder, pictures)
         write_json(json, {"shots": records}, scenario, scene.title)
     what = " and ".join(["pictures"] * pictures + ["data"] * bool(samples))
@@ -83,61 +96,88 @@ def _uncertainty(
     else:
         width = lib.uncertainty.written_uncertainty(scenario).position
         if not isinstance(width, dict) or width.keys() != scene.index.keys():
-            missing = "is missing, the scenario cannot be read twice"
-            raise read.InputError(f"--position-error = (left out): {missing}")
+            raise read.InputError("--position-error: is missing, the scenario cannot be read twice")
     turned = math.radians(read.degrees("--angle-error", angle))
+    typed = {"--position-error": (position, width), "--speed-error": (speed, faster)}
+    for key, (text, value) in {**typed, "--angle-error": (angle, turned)}.items():
+        if isinstance(value, float) and value < 0.0:
+            raise read.InputError(f"{key} = {text}: must be 0 or more")
     return lib.uncertainty.Uncertainty(width, faster, turned)
 
 
-def _print(found: lib.Sensitivity | None, line: lib.Linear | None) -> dict[str, object]:
+def _print(
+    found: lib.Sensitivity | None, line: lib.Linear | None, alone: Alone
+) -> dict[str, object]:
     """Say what the samples, the derivatives or both tell of a shot; return what the JSON has."""
     record: dict[str, object] = {}
     said: list[str] = []
     if found is not None:
-        run, record, said = found.reference, found.as_dict(), sentences(found)
+        run, said = found.reference, sentences(found, alone)
+        record = {**found.as_dict(), "causes": {
+            cause: {ball.ball: {"std": ball.std, "amplification": ball.amplification}
+                    for ball in each.balls}
+            for cause, each in alone.items()
+        }}  # fmt: skip
     if line is not None:
         run = line.reference
         record = {"name": run.name, **record, "linear": line.as_dict()}
         said += linear_sentences(line)
-    lib.terminal.show(f"\n[bold]{run.name}[/bold]", _table(run, found, line), *said)
+    tables = [] if found is None else [_ends(found)]
+    if found is not None and line is not None and len(alone) > 1:  # Both do not fit in one.
+        tables += [_spreads(run, found, None, alone), _spreads(run, None, line, alone)]
+    else:
+        tables.append(_spreads(run, found, line, alone))
+    lib.terminal.show(f"\n[bold]{run.name}[/bold]", *tables, *said)
     return record
 
 
-def _table(
-    run: lib.Run, found: lib.Sensitivity | None, line: lib.Linear | None
+def _ends(found: lib.Sensitivity) -> lib.terminal.TextTable:
+    """Return a table of the ends: which digits hold, and where the samples end."""
+    scene, units = found.reference.scene, found.reference.scene.units
+    headings = ["ball", f"end ({units.length})", "holds", "95 % off x", "95 % off y", "pocketed"]
+    rows = []
+    for ball in found.balls:
+        sides = (
+            " ".join(f"{units.from_si(a - c, 'length'):+.2g}" for a in (low, high))
+            for low, high, c in zip(ball.low, ball.high, ball.end, strict=True)
+        )
+        pockets = sorted(ball.pocketed.items(), key=lambda item: -item[1])
+        chances = ", ".join(f"{id_} {share:.1%}" for id_, share in pockets) or "never"
+        end = _pair(units, ball.end, ".2f")
+        rows.append([ball.ball, end, ", ".join(ball.digits(scene)), *sides, chances])
+    shown = len(headings) - (not scene.pockets)
+    cells = [row[:shown] for row in rows]
+    return lib.terminal.TextTable(headings[:shown], cells, left=("pocketed",))
+
+
+def _spreads(
+    run: lib.Run, found: lib.Sensitivity | None, line: lib.Linear | None, alone: Alone
 ) -> lib.terminal.TextTable:
-    """Return a table of the ends, with what samples and derivatives say of them."""
-    units, headings = run.scene.units, ["ball", f"end ({run.scene.units.length})"]
+    """Return a table of the ends' standard deviations, in all and by each cause alone."""
+    units, columns = run.scene.units, dict[str, list[str]]()
     if found is None:
-        rows = [[id_, _pair(units, end, ".4f")] for id_, end in run.final.items()]
+        columns[f"end ({units.length})"] = [_pair(units, end, ".4f") for end in run.final.values()]
     else:
-        headings += ["holds", "std of x, y", "95 % off x", "95 % off y", "amplified", "apart from"]
-        headings += ["pocketed"] * bool(run.scene.pockets)
-        rows = [_row(run.scene, ball) for ball in found.balls]
+        columns["std of x, y"] = [_pair(units, ball.std, ".2g") for ball in found.balls]
+        for cause, each in alone.items() if len(alone) > 1 else ():
+            columns[f"by {cause}"] = [_pair(units, [b.deviation], ".2g") for b in each.balls]
+        if starts := alone.get("starts"):
+            columns["amplified"] = [_times(ball.amplification) for ball in starts.balls]
+        columns["apart from"] = [
+            f"{ball.horizon:.2f} s" if math.isfinite(ball.horizon) else "never"
+            for ball in found.balls
+        ]
     if line is not None:
-        headings.append("std by derivatives")
-        for row, std in zip(rows, line.std, strict=False):
-            row.append(_pair(units, std, ".2g") if math.isfinite(std[0]) else "not known")
-    return lib.terminal.TextTable(headings, rows, left=("pocketed",))
-
-
-def _row(scene: lib.Scene, ball: lib.sensitivity.Spread) -> list[str]:
-    sides = (
-        " ".join(f"{scene.units.from_si(a - c, 'length'):+.2g}" for a in (low, high))
-        for low, high, c in zip(ball.low, ball.high, ball.end, strict=True)
-    )
-    pockets = sorted(ball.pocketed.items(), key=lambda item: -item[1])
-    return [
-        ball.ball,
-        _pair(scene.units, ball.end, ".2f"),
-        ", ".join(ball.digits(scene)),
-        _pair(scene.units, ball.std, ".2g"),
-        *sides,
-        _times(ball.amplification),
-        f"{ball.horizon:.2f} s" if math.isfinite(ball.horizon) else "never",
-        *[", ".join(f"{id_} {share:.1%}" for id_, share in pockets) or "never"]
-        * bool(scene.pockets),
-    ]
+        spreads = {"std by derivatives": line.std}
+        causes = {} if found or len(line.by_causes()) < 2 else line.by_causes()
+        spreads |= {f"by {cause}": std.max(axis=1, keepdims=True) for cause, std in causes.items()}
+        for heading, stds in spreads.items():
+            columns[heading] = [
+                _pair(units, std, ".2g") if all(map(math.isfinite, std)) else "not known"
+                for std in stds
+            ]
+    rows = zip(run.final, *columns.values(), strict=True)
+    return lib.terminal.TextTable(["ball", *columns], list(rows))
 
 
 def _pair(units: lib.Units, point: Iterable[float], form: str) -> str:
@@ -157,8 +197,8 @@ def linear_sentences(line: lib.Linear) -> list[str]:
     return [f"The derivatives hold to a tenth {holds}.", *warnings]
 
 
-def sentences(found: lib.Sensitivity) -> list[str]:
-    """Say in words what the spread of one shot tells."""
+def sentences(found: lib.Sensitivity, alone: Alone) -> list[str]:
+    """Say in words what the spread of one shot tells, and what each cause makes of it."""
     units = found.reference.scene.units
     kept, printed = found.kept_digits
     off = f"{units.from_si(found.agree, 'length'):.2g} {units.length}"
@@ -170,8 +210,9 @@ def sentences(found: lib.Sensitivity) -> list[str]:
             f"reference run (ball {first} first)."
         )
     lines = [
-        _worst_sentence(found),
-        f"Of the {printed} digits of the printed ends, {kept} mean anything.",
+        *_worst_sentences(found, alone),
+        f"Of the {printed} digits of the printed ends, {kept} {'means' if kept == 1 else 'mean'} "
+        "anything.",
         parted,
         f"In {found.same:.0%} of the runs every ball has the same contacts in its order.",
     ]
@@ -184,17 +225,28 @@ def sentences(found: lib.Sensitivity) -> list[str]:
     return lines + [f"Warning: {warning}." for warning in found.reference.warnings]
 
 
-def _worst_sentence(found: lib.Sensitivity) -> str:
+def _worst_sentences(found: lib.Sensitivity, alone: Alone) -> Iterator[str]:
+    """Say which ball spreads most, what each cause alone makes of it, and what is amplified."""
     worst, units = found.worst, found.reference.scene.units
-    std, unit = units.from_si(worst.deviation, "length"), units.length
+
+    def length(value: float) -> str:
+        return f"{units.from_si(value, 'length'):.2g} {units.length}"
+
     x0, y0, x1, y1 = (units.from_si(v, "length") for v in (*worst.low, *worst.high))
-    text = f"Ball {worst.ball} spreads most: its end has a standard deviation of {std:.2g} {unit}"
-    if worst.amplification is not None:
-        text += f", {_times(worst.amplification)} that of the starts"
-    return (
-        f"{text}; 95 % of its ends lie between {x0:.2f} and {x1:.2f} {unit} along x and between "
-        f"{y0:.2f} and {y1:.2f} {unit} along y."
+    ratio = f", {_times(worst.amplification)} that of the starts" if worst.amplification else ""
+    yield (
+        f"Ball {worst.ball} spreads most: its end has a standard deviation of "
+        f"{length(worst.deviation)}{ratio}; 95 % of its ends lie between {x0:.2f} and {x1:.2f} "
+        f"{units.length} along x and between {y0:.2f} and {y1:.2f} {units.length} along y."
     )
+    if len(alone) > 1:
+        its = {name: next(ball for ball in each.balls if ball.ball == worst.ball)
+               for name, each in alone.items()}  # fmt: skip
+        said = ", ".join(f"{name} {length(ball.deviation)}" for name, ball in its.items())
+        yield f"The standard deviation that each cause alone makes of it: {said}."
+    if "starts" in alone:
+        starts = length(found.deviation_of_starts)
+        yield f"Amplified: the deviation that the starts alone make, over theirs ({starts})."
 
 
 def _times(factor: float | None) -> str:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import place
+from pool_pymunk.cli.common import place, say
 from pool_pymunk.safety.files import whole
 
 
@@ -46,8 +46,7 @@ def stability(
 def _report(cells: list[lib.stability.Cell], folder: Path) -> None:
     """Print the table and write the files."""
     lib.terminal.show(lib.table.rich_table(cells))
-    for line in lib.table.notes(cells):
-        typer.echo(line)
+    say(lib.table.notes(cells))
     with whole(folder / "stability.csv") as part:
         lib.table.write_csv(cells, part)
     lib.heatmap.draw(cells, folder / "stability.png")

@@ -21,7 +21,8 @@ def sweep(
     scenario: opt.Scenario,
     out: Annotated[Path, opt.option("Where the dataset goes.", "DIR", "--out")],
     vary: Annotated[
-        list[str] | None, opt.option("Draw this input; start, noise: =W.", "KEY=LOW:HIGH")
+        list[str] | None,
+        opt.option("Draw this input; start and noise: =W.", "KEY=LOW:HIGH"),
     ] = None,
     grid: Annotated[
         list[str] | None, opt.option("Go through this input.", "KEY=LOW:HIGH:COUNT")
@@ -30,7 +31,7 @@ def sweep(
         int | None, opt.option("Shots; where there is a grid, all of it.", "N")
     ] = None,
     shot: opt.ShotName = None,
-    seed: Annotated[int, opt.option("Of the random numbers.", "S")] = 0,
+    seed: Annotated[int, opt.option("The seed of the random numbers.", "S")] = 0,
     chunk: Annotated[int, opt.option("Shots in one file.", "C")] = 50_000,
     workers: Annotated[
         int | None, opt.option("Processes; default: threads on all cores.", "W")
@@ -51,7 +52,9 @@ def sweep(
     """
     scene = How(max_time=max_time).scene(scenario)
     if shot is None and len(scene.shots) > 1:
-        raise read.InputError(f"--shot = (left out): is missing, one of {read.shot_names(scene)}")
+        raise read.InputError(f"--shot: is missing; there are {read.shot_names(scene)}")
+    if samples is None and not grid:
+        raise read.InputError("--samples: is missing, and there is no --grid")
     chosen = read.shots(scene, shot)[0]
     varied = read.inputs("--vary", vary, scene.units)
     steps = {key: _steps(key, text, scene.units) for key, text in read.pairs("--grid", grid)}
@@ -82,9 +85,7 @@ def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | N
     """Yield what plays the parts: processes, a Dask cluster, or None for threads here."""
     if workers is not None:
         if cluster is not None:
-            raise read.InputError(
-                "--workers: stands beside --cluster, which has workers of its own"
-            )
+            raise read.InputError("--workers: a --cluster has workers of its own")
         if workers < 1:
             raise read.InputError(f"--workers = {workers}: must be 1 or more")
         with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:

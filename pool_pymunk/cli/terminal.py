@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Collection, Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import rich.progress as bars
 import rich.table
@@ -37,8 +37,9 @@ class TextTable(rich.table.Table):
         title: str | None = None,
     ) -> None:
         super().__init__(title=title)
-        for heading in headings:
-            self.add_column(heading, justify="left" if heading in left else "right")
+        for k, heading in enumerate(headings):  # Names at the left stay in one line; others break.
+            looks: dict[str, Any] = {"justify": "left" if heading in left else "right"}
+            self.add_column(heading, overflow="fold", no_wrap=not k and heading in left, **looks)
         for row in rows:
             if row:
                 self.add_row(*row)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, place
+from pool_pymunk.cli.common import How, place, say
 from pool_pymunk.safety.files import whole
 
 HEADINGS = ("solver", "dt", "largest error", "rms error", "contacts shared", "time")
@@ -23,12 +23,12 @@ def tradeoff(
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
     budget: Annotated[
-        float, opt.option("About how long repeated runs may take in all.", "S")
+        float, opt.option("How long repeated runs may take in all, about.", "S")
     ] = 60.0,
     samples: Annotated[
         int, opt.option("Perturbed starts, to see what the input is worth.", "N")
     ] = 1000,
-    seed: Annotated[int, opt.option("Of the perturbed starts.")] = 0,
+    seed: Annotated[int, opt.option("The seed of the perturbed starts.")] = 0,
     out: opt.OutDir = None,
 ) -> int:
     """Work and precision: what error each solver and step leaves on this scene, and what it costs.
@@ -76,13 +76,13 @@ def _report(result: lib.tradeoff.Tradeoff, folder: Path) -> None:
     for s in result.settings:
         cells = [f"failed: {s.failure}", "", "", ""]
         if not s.failure:
-            cells = [f"{units.from_si(error, 'length'):.2g}" for error in (s.largest, s.rms)]
-            cells += [f"{s.shared} of {s.contacts}", f"{s.time * 1e3:.3g} ms"]
+            errors = (units.from_si(error, "length") for error in (s.largest, s.rms))
+            cells = [lib.words.figures(error, 2) for error in errors]
+            cells += [f"{s.shared} of {s.contacts}", f"{lib.words.figures(s.time * 1e3, 3)} ms"]
         shown.append([s.solver, "" if s.dt is None else lib.words.step_text(s.dt), *cells])
     title = f"Errors at the end ({units.length}) and time for all shots"
     lib.terminal.show(lib.terminal.TextTable(HEADINGS, shown, left=("solver",), title=title))
-    for line in lib.tradeoff.sentences(result):
-        typer.echo(line)
+    say(lib.tradeoff.sentences(result))
     same = {"spread": result.spread, "seed": result.seed, **lib.tradeoff.machine()}
     rows = [{**asdict(setting), **same} for setting in result.settings]
     with whole(folder / "tradeoff.csv") as part:

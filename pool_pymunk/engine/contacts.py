@@ -1,17 +1,16 @@
-"""The contact engine moves balls along their paths and answers what is due, in order.
+"""The contact engine moves balls along their paths and answers contacts in the order of time.
 
 When a ball sets off on a new path, the engine predicts its contacts with walls and with the paths
-of other balls, and puts them in a queue (:mod:`~pool_pymunk.engine.due`). The earliest prediction
-happens next. Two things come from outside: a :class:`~pool_pymunk.engine.near.Near` tells what is
-near a ball, and a :class:`~pool_pymunk.engine.recorder.Recorder` listens.
+of other balls, and puts them in a queue. The earliest prediction happens next. A
+:class:`~pool_pymunk.engine.near.Near` tells what is near a ball, and a
+:class:`~pool_pymunk.engine.recorder.Recorder` listens.
 
 - *Grazing*: a path that is tangent, to rounding, misses a corner.
 - *One instant*: contacts belong to one instant if their gaps are closed, to rounding, at the time
   of the first. At a corner, for example, both cushions answer.
-- *Touching*: two balls that touch and approach have a contact now. Two that recede, or that overlap
-  by rounding, have none.
-- *Pockets*: a ball leaves the table at the instant at which its centre comes to a pocket's rim. It
-  has no part in contacts of that instant.
+- *Touching*: two balls that touch have a contact now if they close faster than rounding explains.
+- *Pockets*: a ball leaves the table when its centre comes to a pocket's rim, and has no part in
+  contacts of that instant.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from pool_pymunk.engine.due import Due, Hit, Queue, What, hit_of
 from pool_pymunk.engine.instant import Instant, velocities
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.persistent import PersistentContacts
-from pool_pymunk.engine.policies import Policy, RandomErrors, Variant
+from pool_pymunk.engine.policies import PLAIN, Variant
 from pool_pymunk.engine.recorder import Motions, Recorder
 from pool_pymunk.engine.resolver import (
     COLLAPSED,
@@ -43,7 +42,6 @@ from pool_pymunk.physics.path import (
     NOISE,
     NOT_MET,
     Path,
-    bound_of,
     fastest_of,
     motion_at,
     pair_time,
@@ -60,14 +58,9 @@ class Tally:
         self.answered = self.listed = self.unlisted = 0
         self.most, self.most_unlisted = most, most_unlisted
 
-    @property
-    def is_given_up(self) -> bool:
-        """Tell whether micro-collisions are taken to have no end."""
-        return self.unlisted >= self.most_unlisted
-
 
 class ContactEngine:
-    """The contact engine knows what happens to the balls next, and lets it happen.
+    """The contact engine finds what happens to the balls next, and plays it.
 
     ``noises`` (m/s) tells how much of each ball's velocity may be rounding. ``rested`` (s) is the
     time at which a ball came to rest, infinite for one that moves. ``is_finite`` is False once a
@@ -92,37 +85,39 @@ class ContactEngine:
         self.noises: list[float] = []
         self.rested: list[float] = []
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
-        self.ends: list[float] = []  # the horizon (s) of each path: later contacts are found later
+        self.ends: list[float] = []  # the time (s) up to which each path's hits are found
         persistent = PersistentContacts(self.paths, self.radii, surface)
         self.resolver = Resolver(law, persistent, self.noises)
         self.history = persistent.history
-        self.nudged = set[int]()  # These balls rolled until a micro-collision, and soon will again.
+        # These balls will roll again soon after a micro-collision; that is no event.
+        self.nudged: set[int] = set()
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
-        self.policy = Policy(RandomErrors())
-        self._reported: tuple[Answer, ...] = ()  # that of the contact that is reported
+        self.policy = PLAIN
+        self._reported: tuple[Answer, ...] = ()  # the answer that is reported now
 
     # -- setting up ----------------------------------------------------------------------------
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
-        i = len(self.paths)
+        i, moves = len(self.paths), sets_off(path)
         self.paths.append(path)
         self.radii.append(radius)
         self.masses.append(mass)
-        self.rested.append(math.inf if path.moves else -math.inf)
+        self.rested.append(math.inf if moves else -math.inf)
         self.path_ends.append(math.inf)
         self.ends.append(math.inf)
         self.speeds.append(0.0)
         self.noises.append(0.0)
-        self._begin(i, path)
+        if moves:
+            self._begin(i, path)
         return i
 
     def vary(self, variant: Variant, measures: bool, touch: bool = True) -> None:
-        """Play this variant of the run, whose policy looks at what may ``touch`` at the start."""
+        """Play this variant of the run; with ``touch`` its policy looks at the first contacts."""
         self.policy = variant.policy(self.resolver, measures)
         for i, path in enumerate(self.paths if touch and self.is_finite else ()):
             if path.moves:
@@ -138,7 +133,7 @@ class ContactEngine:
         self.resolver.persistent.forget(i)
 
     def turn_back(self, t: float) -> None:
-        """Go back to an earlier time (s): what was due is forgotten, and all paths must be new."""
+        """Go back to an earlier time (s): predictions are forgotten, and all paths must be new."""
         self.now, self.instant = t, Instant()
         self.queue.clear()
 
@@ -191,7 +186,7 @@ class ContactEngine:
             done.add(i)
 
     def meet(self, i: int, j: int, just_missed: bool = False) -> None:
-        """Predict when two balls meet; if they close faintly or ``just_missed``, it is later."""
+        """Predict when two balls meet; ``just_missed`` or faint contacts wait a contact time."""
         if i > j:
             i, j = j, i
         a, b, radii, since = self.paths[i], self.paths[j], self.radii, self.now
@@ -225,7 +220,7 @@ class ContactEngine:
         return t
 
     def _meet_later(self, missed: Iterable[Contact]) -> None:
-        """Predict when balls hit that touch, but do not close fast enough now."""
+        """Predict the hits of balls that touch, but close too slowly now."""
         for contact in missed:
             if all(self.paths[i].end > self.now for i in contact.balls):
                 self.meet(contact.a, contact.b, just_missed=True)
@@ -240,9 +235,7 @@ class ContactEngine:
 
     def advance(self, until: float) -> None:
         """Play what is due up to ``until`` (s), within the engine's bounds."""
-        while self.is_finite and not self.is_over:
-            if self.upcoming() > until or not self.queue:
-                return
+        while self.upcoming() <= until and self.queue and self.is_finite and not self.is_over:
             self.next()
 
     def next(self) -> None:
@@ -271,11 +264,12 @@ class ContactEngine:
         if then is not None and then.moves:
             if i not in self.nudged:
                 self.tally.listed += 1
-                self.recorder.roll(i, then)
+                self.recorder.roll(i, then.t)
             self.set_off(i, then)
             self.predict([i])
         elif self.rested[i] == math.inf:  # A path may have been predicted twice.
-            self._stop(i, path.end, path.rest)
+            x, y, _, _ = motion_at(path, path.end)
+            self._stop(i, path.end, (x, y))
             if then is not None:
                 self._begin(i, then, 0.0)
                 self.predict([i])
@@ -305,7 +299,7 @@ class ContactEngine:
 
     def _pocket(self, hits: list[Hit]) -> list[Hit]:
         """Let pockets take balls in, and return the contacts of those still on the table."""
-        walls, gone = self.walls, dict[int, Wall]()
+        walls, gone = self.walls, {}
         for hit in hits:
             if hit.kind == "wall" and walls[hit.j].center is not None:
                 gone[hit.i] = walls[hit.j]
@@ -354,7 +348,7 @@ class ContactEngine:
         return math.sqrt(dx * dx + dy * dy) - r - self.radii[hit.j]
 
     def is_closed(self, hit: Hit, motions: Motions, times: float = 1.0) -> bool:
-        """Tell whether a gap is closed, to rounding, or no more than this many times wider."""
+        """Tell whether a gap is at most this many ``times`` as wide as rounding explains."""
         x, y, _, _ = motions[hit.i]
         touching = self.radii[hit.i] + (self.radii[hit.j] if hit.kind == "pair" else 0.0)
         return decisions.is_closed(self.gap(hit, motions) / times, x, y, touching)
@@ -370,18 +364,14 @@ class ContactEngine:
         motions = self.policy.errors.places(self.motions(hits), self.now)
         found = [self.contact(hit, motions) for hit in hits]
         if with_gaps:
-            gaps = [self._known_gap(hit, motions) for hit in hits]
-            found = [each._replace(gap=gap) for each, gap in zip(found, gaps, strict=True)]
+            for k, hit in enumerate(hits):
+                x, y, _, _ = motions[hit.i]
+                gap = decisions.known_gap(self.gap(hit, motions), x, y, self.radii[hit.i])
+                found[k] = found[k]._replace(gap=0.0 if self.policy.closes(hit, self.now) else gap)
         return motions, distinct(found) if len(found) > 1 else found
 
-    def _known_gap(self, hit: Hit, motions: Motions) -> float:
-        """Return a gap (m), or 0 where rounding hides it or the policy takes it as closed."""
-        (x, y, _, _), gap = motions[hit.i], self.gap(hit, motions)
-        known = decisions.known_gap(gap, x, y, self.radii[hit.i])
-        return 0.0 if self.policy.closes(hit, self.now) else known
-
     def touching(self, hits: Iterable[Hit], balls: Iterable[int] = ()) -> list[Hit]:
-        """Return these hits, and all that touches their balls or ``balls``, or touches that."""
+        """Return these hits, and all contacts in the cluster around their balls or ``balls``."""
         found: dict[Hit, None] = dict.fromkeys(hits)
         balls = list(dict.fromkeys([*balls, *(i for hit in found for i in hit.balls)]))
         motions: Motions = {}
@@ -440,7 +430,7 @@ class ContactEngine:
         closing = cluster.first or closing
         velocity, order, is_played_out = cluster.velocity, cluster.order, False
         while closing and not is_played_out and not self.is_over and self.is_finite:
-            has_many_hits = cluster.hits > decisions.LISTED  # They may have no end.
+            has_many_hits = cluster.hits > decisions.LISTED  # The hits may have no end.
             is_played_out = has_many_hits and self.resolver.loses_speed(cluster.contacts)
             if is_played_out:
                 resolution, collapse = self.resolver.play_out(order.now(), velocity)
@@ -463,11 +453,13 @@ class ContactEngine:
         """Tell the recorder about the contacts, and give the balls their new paths."""
         self._report(resolution)
         rounded, noise = self.policy.errors.velocity, resolution.noise
-        surface, now, rolls = self.surface, self.now, self._rolls(resolution)
+        surface, now, roll = self.surface, self.now, NO_ROLL
+        rolls = self._rolls(resolution) if surface.rolls else None
         for i, found in resolution.velocity.items():
             x, y, _, _ = motions[i]
             velocity = rounded(found, noise)
-            roll = velocity if i in resolution.rolling else rolls.get(i, NO_ROLL)
+            if rolls is not None:
+                roll = velocity if i in resolution.rolling else rolls[i]
             path = surface.path(now, (x, y), velocity, roll)
             if sets_off(path):
                 self.rested[i] = math.inf
@@ -477,12 +469,7 @@ class ContactEngine:
             self._begin(i, path, noise)
 
     def _rolls(self, resolution: Resolution) -> dict[int, Vector]:
-        """Return the rolls (m/s) of balls after cushions have pushed them, and note who is nudged.
-
-        That a ball slides for a moment after a micro-collision is no event.
-        """
-        if not self.surface.rolls:
-            return {}
+        """Return the rolls (m/s) after pushes of cushions, and note which balls are nudged."""
         for answer in resolution.answers:
             if answer.kind == MICRO:
                 self.nudged.update(i for i in answer.contact.balls if self.paths[i].slows)
@@ -493,8 +480,10 @@ class ContactEngine:
         return {i: roll(self.paths[i], self.now, pushes.get(i, ())) for i in resolution.velocity}
 
     def _begin(self, i: int, path: Path, noise: float | None = None) -> None:
-        self.paths[i], self.speeds[i] = path, bound_of(path)
-        self.noises[i] = NOISE * fastest_of(path) if noise is None else noise
+        self.paths[i], fastest = path, fastest_of(path)
+        # A ball that sets off without a velocity has no highest speed yet.
+        self.speeds[i] = fastest if fastest > 0.0 or path.slows else math.inf
+        self.noises[i] = NOISE * fastest if noise is None else noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False
 
@@ -508,22 +497,17 @@ class ContactEngine:
                 self.recorder.contact(answer.contact, self.now)
         tally.unlisted += tally.listed == listed
         for answer in resolution.answers:
-            if answer.kind == MICRO:
-                self._revoke_stops(answer)
+            for i in answer.contact.balls if answer.kind == MICRO else ():
+                if answer.last <= self.rested[i] < math.inf:  # The ball was not at rest.
+                    tally.listed -= 1
+                    self.recorder.stop_revoked(i, self.rested[i])
+                    self.rested[i] = math.inf
             for note in answer.notes:
                 getattr(self.recorder, note)(answer.contact, self.now)
 
-    def _revoke_stops(self, answer: Answer) -> None:
-        """Revoke stops since the last micro-collision: these balls were not at rest."""
-        for i in answer.contact.balls:
-            if answer.last <= self.rested[i] < math.inf:
-                self.tally.listed -= 1
-                self.recorder.stop_revoked(i, self.rested[i])
-                self.rested[i] = math.inf
-
     @property
     def impulse(self) -> float:
-        """The impulse (N s) of the contact that is reported, along its normal."""
+        """Return the impulse (N s) of the reported contact, along its normal."""
         return self._reported[0].impulse
 
     def _stop(self, i: int, t: float, position: Vector) -> None:

@@ -11,25 +11,42 @@ import math
 from pool_pymunk.physics.motion import EPSILON, Vector
 from pool_pymunk.physics.path import BARELY, NOISE, Path, least_bounce, motion_at, speed_of
 
+# ``python -m tests.halved`` plays 54 hard runs with half and with twice such a number. Where no
+# comment says what that moves, no end moves by 3e-9 m (but figures of warnings may change).
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
 NEARLY_CLOSED = 16.0  # A gap is this many times wider than a closed one if it closes in a moment.
-FEW_ROUNDS = 3  # After this many rounds of contacts at one instant, what touches is looked at once.
-LISTED = 100  # More hits at one instant are a collapse, and are not listed one by one.
+# After this many rounds of contacts at one instant, what touches is looked at once. With 1 or 6,
+# one end moves by up to 1e-6 m.
+FEW_ROUNDS = 3
+# More hits at one instant are a collapse, and are not listed one by one. With 50 or 200, one end
+# moves by up to 3e-6 m, and a run may list half or twice as many events.
+LISTED = 100
 CONVERGED = 64.0 * EPSILON  # A collapse is over at closing speeds of this share of the speeds.
-PILE = 20  # After this many collapses of more than two contacts, balls are a pile.
-MOST_IN_PILE = 200  # In a pile at most this many hits of a collapse are played.
+# After this many collapses of more than two contacts, balls are a pile, in which at most this many
+# hits of a collapse are played: both bound the time that a run takes.
+PILE, MOST_IN_PILE = 20, 200
 DOUBTS = 10  # After this many instants whose order matters, variants of the run show what it does.
-MOST_IN_ORDER = 200  # This many hits of one instant come in the order of their gaps.
-MOST_OTHER = 1_000  # Another order is left out if it has more hits than this.
+# This many hits of one instant come in the order of their gaps, and another order is left out if
+# it has more hits than this: both bound the time that a run takes.
+MOST_IN_ORDER, MOST_OTHER = 200, 1_000
 # Outcomes of one instant are the same, to rounding, if they differ by this share of the speeds for
 # each hit. It is 70 times CONVERGED; orders that matter differ by 1e-7 and more.
 SAME_OUTCOME = 1e-12
-CONTACT_TIME = 3e-3  # of the time until both balls stop, or of the time since they met
-DEEPEST = 1e-4  # radii; balls in persistent contact sink into each other by this at most
-FAINT = 0.02  # of the speed that friction gives in a contact time: slower hits come later
-MANY_TIMES = 200  # After this many hits the contact time of two balls has a lower bound.
-SHORTEST = 1 / 64  # of the longest contact time: that lower bound
-WINDOW = 3.0  # contact times after a hit; until then the next hit may be a micro-collision
+# This is a share of the time until both balls stop, or of the time since they met. The error is of
+# this order; half or twice as much moves 4 ends by up to 0.2 m, where contacts amplify it.
+CONTACT_TIME = 3e-3
+# radii; balls in persistent contact sink into each other by this at most. Half or twice as much
+# moves 2 ends by up to 3e-6 m.
+DEEPEST = 1e-4
+# This is a share of the speed that friction gives in a contact time: slower hits come later. Half
+# as much moves 2 ends by up to 2e-5 m, twice as much 4 ends by up to 0.02 m.
+FAINT = 0.02
+# After this many hits the contact time of two balls is not below this share of the longest one.
+# Half or twice as much of either moves 2 ends by up to 3e-6 m.
+MANY_TIMES, SHORTEST = 200, 1 / 64
+# This many contact times after a hit, the next hit may be a micro-collision. Half as much moves 3
+# ends by up to 2e-5 m, twice as much 2 ends by up to 1e-4 m.
+WINDOW = 3.0
 
 
 def nearly_now(radius: float, speed: float) -> float:

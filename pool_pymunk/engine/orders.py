@@ -19,17 +19,17 @@ from pool_pymunk.engine.resolver import Resolver
 from pool_pymunk.physics.collapse import Order
 from pool_pymunk.physics.contact import Contact, Vector, Velocities, closing_speed, fastest
 
-FEW = 12  # Each of up to this many contacts is once the only one with a gap, and once without.
+FEW = 12  # Of up to this many contacts, each is once alone with a gap, once alone without.
 # This many patterns are random. Half as many find the same spread in 30 frozen clusters, and four
 # times as many 6 % more (``python -m tests.frozen``).
 RANDOM = 24
 DECADES = 4.0  # Random gaps differ by up to this power of ten.
-# m; a gap of 1e-6 m between frozen balls is invisible. A few random draws seldom meet the worst
-# one, so they are four times as wide.
+# m; a gap of 1e-6 m between frozen balls is invisible. Few random draws meet the
+# worst gaps, so this is four times as wide.
 WIDEST = 4e-6
 # This pattern has no gaps. Its outcome is that of velocities which differ a little. Contacts are
 # unstable if, in one of KICKS tries, a difference of KICK of the fastest speed becomes GROWS times
-# larger. Hits of stable contacts make it a few times larger, as masses differ.
+# larger. At stable contacts it grows only a few times, as masses differ.
 UNSTABLE = -1
 KICK = 1e-9
 KICKS = 4
@@ -53,20 +53,20 @@ class Doubts:
 
     def __init__(self, resolver: Resolver) -> None:
         self.resolver = resolver
-        self.spread = 0.0  # m/s; the largest one of the run
+        self.spread = 0.0  # m/s; the largest spread of velocities so far
         self.count = 0  # instants whose order was found to matter
 
     def doubt(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Doubt | None:
         """Return what the order of the contacts of one instant decides.
 
         Strong friction may wedge a ball between two others, so that tiny closing speeds grow from
-        hit to hit. So the velocities after the hits get tiny changes, too, which may grow.
+        hit to hit. So tiny changes of the velocities after the hits are tried, too.
         """
         closing = [closing_speed(contact, before) for contact in contacts]
         if len(contacts) < 2 or self.count >= decisions.DOUBTS:
             return None
         if self.spread > 0.0 and 4.0 * max(closing) <= self.spread:
-            return None  # They cannot spread farther than is known already.
+            return None  # These contacts cannot spread ends farther.
         first = self._end(closed(contacts), before)
         take_turns = len(contacts) == 2 and min(closing) <= 0.0
         found = [] if take_turns else self._other_outcomes(first, contacts, before)
@@ -95,7 +95,7 @@ class Doubts:
         return found
 
     def _end(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> OrderEnd:
-        """Play the contacts in the order of their gaps; after ``MOST_IN_ORDER`` all are closed."""
+        """Play contacts in the order of their gaps, which close after ``MOST_IN_ORDER`` hits."""
         velocity, resolver = dict(before), self.resolver
         order, hits = Order(contacts), 0
         while hits < decisions.MOST_IN_ORDER:
@@ -115,7 +115,7 @@ def patterns(count: int) -> range:
 
 
 def with_gaps(contacts: Sequence[Contact], pattern: int) -> list[Contact]:
-    """Return the contacts with the gaps of this pattern, which no listing order changes."""
+    """Return the contacts with the gaps of this pattern, in whatever order they are listed."""
     contacts = sorted(contacts, key=_place)
     if pattern == UNSTABLE:
         return closed(contacts)
@@ -133,7 +133,7 @@ def kicked(velocity: Mapping[int, Vector], most: float, number: int) -> Velociti
 
 
 def moved(motions: Motions, errors: Random) -> Motions:
-    """Return the motions with places (m) as gaps of up to ``WIDEST`` in a row put them."""
+    """Return motions with random changes of places, up to ``WIDEST`` (m) for each ball."""
     most = len(motions) * WIDEST / 2.0
     return {
         i: (x + errors.uniform(-most, most), y + errors.uniform(-most, most), vx, vy)

@@ -45,7 +45,7 @@ MEETS = ContactStage()
 
 
 class PersistentContacts:
-    """Each pair of balls has a history, from which its contact time follows, ``longer`` by this."""
+    """Each pair of balls has a history, from which its contact time follows, times ``longer``."""
 
     def __init__(self, paths: Sequence[Path], radii: Sequence[float], surface: Surface) -> None:
         self.paths = paths
@@ -64,9 +64,9 @@ class PersistentContacts:
     def between(
         self, i: int, j: int, now: float, press: float = 0.0, turn: float = 0.0
     ) -> Persistent:
-        """Return how long one persistent contact of two balls takes, and what is faint in it.
+        """Return the contact time of two balls, or of a ball at a wall, and what is faint in it.
 
-        A wall may ``press`` (m/s^2) on a ball, too. An arc turns it by a radian in ``turn`` (s).
+        The wall presses by ``press`` (m/s^2); an arc turns the ball by a radian in ``turn`` (s).
         """
         past, pull = self.history.get((i, j)), self.pull if self.pull > press else press
         if past is None or pull == 0.0:
@@ -90,12 +90,8 @@ class PersistentContacts:
             return False
         return decisions.persists(now - past.last, self.between(*pair, now).time)
 
-    def pairs(self, now: float) -> list[Two]:
-        """Return the pairs of balls in persistent contact."""
-        return [pair for pair in self.history if self.is_persistent(pair, now)]
-
     def stage(self, contact: Contact, closing: float, now: float) -> ContactStage:
-        """Return how far the persistent contact of two balls has come that close now (m/s)."""
+        """Return how far the persistent contact of two balls has come, which close now (m/s)."""
         i, j = pair = pair_of(contact)
         past = self.history.get(pair)
         if past is None:

@@ -1,4 +1,4 @@
-"""A policy is how a run answers what has no exact answer, and variants of the run have others.
+"""A policy answers what has no exact answer; variants of a run have other policies.
 
 The engine asks its policy, and does not know which one it is.
 """
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 class Variant(NamedTuple):
     """A variant of a run shows what policies and rounding decide.
 
-    With ``longer``, a slip that only rounding knows counts as slip, too, and balls that press on
-    each other touch when another one hits them.
+    With ``longer``, a slip of rounding size counts as slip, too, and balls that press on each other
+    touch when another one hits them.
     """
 
-    longer: float | None = None  # times the contact time of persistent contacts
+    longer: float | None = None  # the factor of the contact times
     gaps: int | None = None  # the pattern of gaps of contacts of one instant (engine/orders.py)
     seed: int | None = None  # of random errors of places and velocities, of the size of rounding
-    opened: int | None = None  # of tiny gaps of what touches at the start (solvers/frozen.py)
+    opened: int | None = None  # the number of a pattern of gaps at the start (solvers/frozen.py)
 
     def policy(self, resolver: Resolver, measures: bool = False) -> Policy:
-        """Return the policy of this variant; that of the run itself may measure other orders."""
+        """Return the policy of this variant; the run's own policy may measure other orders."""
         errors = RandomErrors(self.seed)
         if self.gaps is not None:
             return InOrder(errors, self.gaps)
@@ -48,7 +48,7 @@ AS_IT_IS = Variant()
 
 
 class RandomErrors:
-    """Places and velocities have random errors of the size of rounding; without a seed, none."""
+    """These are random errors of places and velocities, of rounding size; 0 without a seed."""
 
     def __init__(self, seed: int | None = None) -> None:
         self.random = None if seed is None else Random(seed)
@@ -69,10 +69,6 @@ class RandomErrors:
             return velocity
         fastest, (vx, vy) = noise / NOISE, velocity
         return vx + self._error(fastest), vy + self._error(fastest)
-
-    def widened(self, motions: Motions) -> Motions:
-        """Return motions whose places are off as small gaps put them."""
-        return motions if self.random is None else moved(motions, self.random)
 
     def _error(self, number: float) -> float:
         """Return a random rounding error of a number."""
@@ -97,7 +93,7 @@ class Policy:
         return False
 
     def closes(self, hit: Hit, now: float) -> bool:
-        """Tell whether this policy takes what may be apart to touch."""
+        """Tell whether two balls touch under this policy although they may be apart."""
         return False
 
     def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
@@ -105,8 +101,11 @@ class Policy:
         return Cluster(*engine.contacts(hits, with_gaps=True))
 
 
+PLAIN = Policy(RandomErrors())
+
+
 class Measuring(Policy):
-    """This policy is that of the run itself, and measures once an instant what order decides."""
+    """This policy is that of the run; once an instant, it measures what the order decides."""
 
     def __init__(self, errors: RandomErrors, resolver: Resolver) -> None:
         super().__init__(errors)
@@ -129,7 +128,7 @@ class Measuring(Policy):
 
 
 class Otherwise(Policy):
-    """Contact times are longer, zero slips count as slip, and what presses together touches."""
+    """Contact times are longer, slips of rounding count, and persistent contacts touch."""
 
     def __init__(self, errors: RandomErrors, resolver: Resolver, longer: float) -> None:
         super().__init__(errors)
@@ -137,9 +136,9 @@ class Otherwise(Policy):
         resolver.jumps, self.persistent.longer = True, longer
 
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
-        """Tell whether a ball is hit that presses on yet another one, whose gap is then closed."""
-        met = {hit.balls for hit in hits}
-        pairs = self.persistent.pairs(engine.now)
+        """Tell whether one of these hits strikes a ball that presses on a third one."""
+        met, persistent = {hit.balls for hit in hits}, self.persistent
+        pairs = [pair for pair in persistent.history if persistent.is_persistent(pair, engine.now)]
         others = {i for pair in pairs if pair not in met for i in pair}
         near = [hit for hit in hits if not others.isdisjoint(hit.balls)]
         return not all(self.closes(hit, engine.now) for hit in near)
@@ -169,7 +168,8 @@ class InOrder(Policy):
         return len(engine.touching(hits)) > 1
 
     def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
-        motions = self.errors.widened(engine.contacts(hits)[0])
+        motions, errors = engine.contacts(hits)[0], self.errors.random
+        motions = motions if errors is None else moved(motions, errors)
         contacts = distinct([engine.contact(hit, motions) for hit in hits])
         cluster = Cluster(motions, with_gaps(contacts, self.pattern))
         cluster.first = cluster.order.next(cluster.velocity, engine.noise(motions))

@@ -29,8 +29,8 @@ class Recorder:
     def path(self, i: int, path: Path) -> None:
         """Take note that ball ``i`` begins a new path."""
 
-    def roll(self, i: int, path: Path) -> None:
-        """Take note that ball ``i`` begins to roll at the beginning of this path."""
+    def roll(self, i: int, t: float) -> None:
+        """Take note that ball ``i`` begins to roll."""
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Take note that ball ``i`` comes to rest."""

@@ -1,15 +1,11 @@
-"""The resolver answers the contacts of one instant, by the law or, without a closed form, a policy.
+"""The resolver answers the contacts of one instant by the law, or else by a policy.
 
-- *One instant*: the law answers contacts that share a ball together
-  (:meth:`~pool_pymunk.physics.laws.Law.together`).
-- *A row of touching balls*: a contact that closes only because of a hit is hit next, at the same
-  instant.
-- *Rounding*: a closing speed of the size of rounding is no hit, and a ball rests that has only such
-  a speed after a hit.
-- *Inelastic collapse*: infinitely many hits in finite time come to an end at one instant. After
-  ``LISTED`` hits at one instant the others are played out (:mod:`pool_pymunk.physics.collapse`).
-  They are not events; a warning gives their number.
-- *Persistent contact*: see :mod:`pool_pymunk.engine.persistent`.
+- *One instant*: the law answers contacts that share a ball together. A contact that closes only
+  because of a hit, as in a row of touching balls, comes next at the same instant.
+- *Rounding*: a closing speed of the size of rounding is no hit, and a ball with only such a speed
+  after a hit rests.
+- *Inelastic collapse*: after ``LISTED`` hits at one instant the others are played out
+  (:mod:`pool_pymunk.physics.collapse`). They are no events; a warning gives their number.
 """
 
 from __future__ import annotations
@@ -36,7 +32,7 @@ from pool_pymunk.physics.path import NOISE
 from pool_pymunk.physics.surface import GYRATION, Push, as_rolling, turns_in_time
 from pool_pymunk.physics.together import push_apart, push_off
 
-SAME_NORMAL = 1e-12
+SAME_NORMAL = 1e-12  # 1 - cosine of two normals; half or twice it moves no run of tests.halved
 
 # Kinds of answers:
 HIT = "hit"  # The law answered, and this is an event.
@@ -45,8 +41,8 @@ COLLAPSED = "collapsed"  # The law answered many hits of an inelastic collapse.
 LED = "led"  # A cushion leads a ball along itself.
 MISSED = "missed"  # Two balls touch, but do not close.
 
-# Notes on answers are what a recorder gets beside the hits:
-ZERO_SLIP = "zero_slip"  # Only rounding knew the slip, and the law jumps there.
+# A recorder gets these notes on answers beside the hits:
+ZERO_SLIP = "zero_slip"  # The slip was rounding alone, and the law jumps there.
 PERSISTENT = "persistent"  # The balls part at their least bounce, or have hit very often.
 
 
@@ -57,9 +53,9 @@ class Answer:
     last = 0.0  # s; when the balls of a micro-collision hit before
     time = 0.0  # s; the contact time
     parting = 0.0  # m/s; the least bounce of a persistent contact
-    taken = 0.0  # m/s; the least bounce has its energy from this part of the roll into a cushion
-    pushed = 0.0  # N s, beside what follows from these two:
-    changed: tuple[Vector, Vector] | None = None  # m/s; of its ball a, for a single hit
+    taken = 0.0  # m/s; this part of the roll into a cushion gives the least bounce its energy
+    pushed = 0.0  # N s; impulse in addition to what these two give:
+    changed: tuple[Vector, Vector] | None = None  # m/s; of ball a, around a single hit
     shared: Shared | None = None
 
     def __init__(self, contact: Contact, kind: str = MISSED) -> None:
@@ -68,25 +64,25 @@ class Answer:
 
     @property
     def impulse(self) -> float:
-        """The impulse (N s) along the contact's normal that drives its two sides apart."""
+        """Return the impulse (N s) along the normal that drives the two sides apart."""
         if self.changed is not None:
             return self.pushed + along_normal(self.contact, *self.changed)
         return self.pushed + (self.shared.impulse(self.contact) if self.shared else 0.0)
 
 
 class Resolution:
-    """A resolution has answers for contacts of an instant, except those that other hits move."""
+    """A resolution answers contacts of an instant, except those whose balls another hit moved."""
 
     def __init__(self, answers: list[Answer]) -> None:
         self.answers = answers
         self.missed: list[Contact] = []  # balls that touch, but do not close
         self.velocity: dict[int, Vector] = {}  # m/s; of balls that begin a new path, or stop
         self.rolling: tuple[int, ...] = ()  # These balls roll on through a micro-collision.
-        self.noise = 0.0  # m/s; how much of it may be rounding
+        self.noise = 0.0  # m/s; how much of a velocity may be rounding
 
 
 class Resolver:
-    """The resolver answers contacts by a law; if it ``jumps``, a slip of rounding size counts."""
+    """The resolver answers contacts by a law; with ``jumps`` a slip of rounding size counts."""
 
     def __init__(self, law: Law, persistent: PersistentContacts, noises: Sequence[float]) -> None:
         self.law = law
@@ -118,7 +114,7 @@ class Resolver:
     def play_out(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector]
     ) -> tuple[Resolution, Collapse]:
-        """Answer the hits of a collapse, all at one instant, until nothing closes but rounding."""
+        """Answer the hits of a collapse, at one instant, until what closes is rounding."""
         velocity = dict(before)
         answers = [Answer(contact, COLLAPSED) for contact in contacts]
         one = self._noting(answers)
@@ -143,7 +139,7 @@ class Resolver:
         leaps = self.law.hits_are_coulombs
         collapse = play_out(contacts, decisions.CONVERGED, velocity, answer, leaps, most)
         played = dict(velocity)
-        settle(contacts, velocity)  # mostly there is no more than rounding
+        settle(contacts, velocity)  # mostly this changes rounding alone
         if collapse.is_over:
             return collapse
         return collapse._replace(forced=max(math.dist(played[i], velocity[i]) for i in played))
@@ -176,9 +172,9 @@ class Resolver:
         return ()
 
     def _roll_through(self, hit: Answer, velocity: Velocities, now: float) -> tuple[int, ...]:
-        """Answer a least bounce of balls that roll on, and return which ones do.
+        """Answer a least bounce, and return which balls roll on through it.
 
-        Static friction keeps a ball rolling that rolls, if it can turn the roll in a contact time.
+        Static friction keeps a ball rolling if it can turn the roll in a contact time.
         The ball then moves as if it were heavier.
         """
         contact, paths = hit.contact, self.persistent.paths
@@ -228,7 +224,7 @@ class Resolver:
         closing, e = closing_speed(contact, velocity), contact.pair.restitution
         if other != NO_BALL and self.noises[other] > noise:
             noise = self.noises[other]
-        # On a straight wall only a roll presses a ball.
+        # Only a roll presses a ball on to a straight wall.
         is_noted = other != NO_BALL or persistent.rolls or contact.curvature < 0.0
         stage = persistent.stage(contact, closing, now) if is_noted and self.history else MEETS
         least, faint, past, is_micro, time = stage
@@ -273,7 +269,7 @@ class Resolver:
         return answer
 
     def _leave_out(self, resolution: Resolution, hits: list[Answer], velocity: Velocities) -> None:
-        """Leave out contacts that a hit has moved, and lead balls along their cushions."""
+        """Leave out missed contacts of balls that were hit; lead others along cushions."""
         moved = {i for hit in hits for i in hit.contact.balls}
         for answer in resolution.answers[:]:
             contact = answer.contact
@@ -316,7 +312,7 @@ class Resolver:
             to.velocity[i] = (0.0, 0.0) if rests else after
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
-        """Tell whether any of the contacts parts more slowly than it closes, head-on at 1 m/s."""
+        """Tell whether any of the contacts loses speed when it closes head-on at 1 m/s."""
         for contact in contacts:
             a, b, pair = NT(0.0, 0.0), NT(-1.0, 0.0), contact.pair
             if contact.b == NO_BALL:
@@ -343,7 +339,7 @@ def distinct(contacts: Iterable[Contact]) -> list[Contact]:
 
 
 def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:
-    """Return how cushions pushed each ball: along which normal, and how their friction slows."""
+    """Return each ball's pushes by cushions: normals, and how much they slow the roll (m/s)."""
     pushes: dict[int, list[Push]] = {}
     for answer in resolution.answers:
         contact = answer.contact

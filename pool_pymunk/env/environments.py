@@ -35,12 +35,11 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
     """A billiards vector environment plays a game on many tables: a step is a shot on each.
 
     All shots of a step are one call of ``simulate_many``. Table i gives the same bits as a
-    :class:`BilliardsEnv` of its own with the seed of table i, and all comes as from Gymnasium's
-    SyncVectorEnv, ``info`` included. ``autoreset_mode`` says when a table begins anew whose episode
-    is over: in the next step, in place of a shot; at once, with the end of the episode in
-    ``info["final_obs"]`` and ``info["final_info"]``; or by ``reset(options={"reset_mask": ...})``
-    if ``DISABLED``. ``max_episode_steps`` cuts episodes off. Other settings are as in
-    :class:`BilliardsEnv`.
+    :class:`BilliardsEnv` with the seed of table i, in the form of Gymnasium's SyncVectorEnv. By
+    ``autoreset_mode`` a table whose episode is over begins again in the next step, in place of a
+    shot; at once, with the end of the episode in ``info["final_obs"]`` and ``info["final_info"]``;
+    or, if ``DISABLED``, by ``reset(options={"reset_mask": ...})``. ``max_episode_steps`` cuts
+    episodes off. Other settings are as in :class:`BilliardsEnv`.
     """
 
     plays: ClassVar[type[Game] | None] = None  # the game, if no other is asked for
@@ -69,8 +68,7 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         self._tables: Tables | None = None
         self._batch: Batch | None = None
         self._played = np.full(self.num_envs, -1)  # the row of a table's last shot in the batch
-        self._steps = np.zeros(self.num_envs, np.int64)
-        self._done = np.zeros(self.num_envs, np.bool_)
+        self._steps, self._done = np.zeros(self.num_envs, np.int64), np.zeros(self.num_envs, bool)
 
     @property
     def position(self) -> Floats:
@@ -106,18 +104,14 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         asked, infos = read_options(options), Infos()
         rows: Rows = ALL
         if (mask := asked.pop("reset_mask", None)) is not None:
-            flags = np.asarray(mask)
-            if (
-                flags.dtype != np.bool_
-                or flags.shape != self._now["shots"].shape
-                or not flags.any()
-            ):
+            flags, shape = np.asarray(mask), self._now["shots"].shape
+            if flags.dtype != np.bool_ or flags.shape != shape or not flags.any():
                 message = f"must be {self.num_envs} flags in an array, one of them True"
                 raise setting_error("reset_mask", shown(mask), message)
             rows = _rows(flags)
         self._seed(seed, np.arange(self.num_envs)[rows].tolist())
         self._begin(rows, infos, asked)
-        return self.game.observe(self._now), infos
+        return _first_seen(self.game, self._now), infos
 
     def _seed(self, seed: Any, rows: Sequence[int]) -> None:
         """Make new generators where a seed is given, and all of them if there are none yet."""
@@ -184,9 +178,8 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
     def rehearse(self, actions: Any, tables: Any = None) -> Rehearsal:
         """Return the batch of shots from here, with their ``reward``; nothing changes.
 
-        ``actions`` (K, S, A) are K shots a table, and shot k of table i is row k S + i of the
-        batch. With the numbers of ``tables`` (M,) they are any shots (M, A) on these. A rehearsed
-        shot is played as it is meant, without errors of the hand.
+        ``actions`` (K, S, A) are K shots a table; shot k of table i is row k S + i of the batch.
+        With the numbers of ``tables`` (M,) they are shots (M, A) on these. The hand does not err.
         """
         rows = np.arange(self.num_envs)
         if tables is None:
@@ -217,11 +210,11 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         if batch is None or row < 0:
             position = self._now.position[k : k + 1]
             batch, row = simulate_many(self.scene, position, np.zeros_like(position)), 0
-        run, caption = batch.run(row), self.game.caption(self._now, k)
-        scene, shot = replace(run.scene, title=self.game.name), Shot(caption, cue, (0.0, 0.0))
+        run, shot = batch.run(row), Shot(self.game.caption(self._now, k), cue, (0.0, 0.0))
+        scene = replace(run.scene, title=self.game.name)
         show = Show((replace(run, scene=scene, shot=shot, solver=""),))
-        settings = FilmSettings(size=SIZE, fps=FPS)
-        timing, is_film = settings.timing(show), self.render_mode == "rgb_array_list"
+        settings, is_film = FilmSettings(size=SIZE, fps=FPS), self.render_mode == "rgb_array_list"
+        timing = settings.timing(show)
         timing = timing if is_film else replace(timing, start=timing.end)
         frames = list(Stage(show, SIZE, timing, settings.style).frames())
         return frames if is_film else frames[-1]
@@ -231,21 +224,21 @@ class BilliardsEnv(gymnasium.Env[Seen, Seen]):
     """A billiards environment plays a game on one table: a step is a shot of the cue ball.
 
     ``game`` is a subclass of :class:`Game`, and other settings are those of the game. An action is
-    numbers in [-1, 1], clipped to this range. The cue ball leaves at the angle 180 a[0] degrees,
-    counter-clockwise from +x, with the speed ``max_speed`` (1 + a[1]) / 2. The next step begins
-    when all balls rest; every shot is exact, as of ``simulate_many``. An observation is a float32
-    array: x and y of all balls, in the order of ``scene.balls``, then for each ball 1 if it is off
-    the table, and in Pot 1 if it is called. The middle of the table is (0, 0), and half of its
-    longer side is 1; a ball off the table is at (0, 0).
+    numbers, clipped to [-1, 1]: the cue ball leaves at 180 a[0] degrees, counter-clockwise from +x,
+    at the speed ``max_speed`` (1 + a[1]) / 2. The next step begins when all balls rest; shots are
+    exact, as of ``simulate_many``. An observation is a float32 array: x and y of all balls, in the
+    order of ``scene.balls``, then for each ball 1 if it is off the table, and in Pot 1 if it is
+    called. The middle of the table is (0, 0), and half of its longer side is 1; a ball off the
+    table is at (0, 0).
 
-    ``info`` has ``angle`` (degrees) and ``speed`` (m/s) of the cue ball, errors of the hand
-    included; the ``duration`` (s); the numbers of ``hits`` of balls and on ``cushions``; the number
-    of the ball that the cue ball met first (``first_hit``, -1: none), and how many it ``met``;
-    whether it was pocketed (``foul``); and the ``status`` as :class:`~pool_pymunk.Batch` has it.
+    ``info`` has ``angle`` (degrees) and ``speed`` (m/s) of the cue ball, with the errors of the
+    hand; the ``duration`` (s); the numbers of ``hits`` of balls and on ``cushions``; the number of
+    the ball that the cue ball met first (``first_hit``, -1: none), how many it ``met``, and whether
+    it was pocketed (``foul``); and the ``status`` of :class:`~pool_pymunk.Batch`.
 
-    ``render_mode="rgb_array"`` draws how the last shot ended, (450, 800, 3); ``"rgb_array_list"``
-    draws all its frames, 30 a second. ``reset(options={"position": ...})`` sets where the balls
-    are, (N, 2) in m, NaN for a ball off the table. What is bad raises SettingError or SceneError.
+    ``render_mode="rgb_array"`` draws the end of the last shot, (450, 800, 3); ``"rgb_array_list"``
+    draws all its frames, 30 a second. ``reset(options={"position": ...})`` puts the balls at places
+    (N, 2) in m, NaN for a ball off the table. Bad input raises SettingError or SceneError.
     """
 
     metadata: ClassVar[dict[str, Any]] = dict(DRAWN)
@@ -256,9 +249,8 @@ class BilliardsEnv(gymnasium.Env[Seen, Seen]):
         **settings: Any,
     ) -> None:  # fmt: skip
         self.game = _game_of(game or self.plays, scenario, settings)
-        asked: dict[str, Any] = {"game": self.game, "render_mode": render_mode}
-        self._one = BilliardsVectorEnv(1, autoreset_mode="Disabled", **asked)
-        self.scene, self.render_mode = self.game.scene, render_mode
+        one = BilliardsVectorEnv(game=self.game, autoreset_mode="Disabled", render_mode=render_mode)
+        self._one, self.scene, self.render_mode = one, self.game.scene, render_mode
         self.observation_space = self.game.observation_space
         self.action_space = self.game.action_space
 
@@ -274,7 +266,7 @@ class BilliardsEnv(gymnasium.Env[Seen, Seen]):
         super().reset(seed=seed)
         infos, self._one._rng = Infos(), Generators([self.np_random])
         self._one._begin(ALL, infos, options)
-        return self.game.observe(self._one._now)[0], _only(infos)
+        return _first_seen(self.game, self._one._now)[0], _only(infos)
 
     def step(self, action: Any) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Play a shot: return what is seen, the reward, whether the episode is over, and more."""
@@ -307,9 +299,18 @@ def _game_of(game: Any, scenario: On, settings: dict[str, Any]) -> Game:
     raise setting_error("game", game, message)
 
 
+def _first_seen(game: Game, tables: Tables) -> Seen:
+    """Return what a learner sees at first; refuse what does not suit the observation space."""
+    seen, shape = game.observe(tables), (len(tables.off), *game.observation_space.shape)
+    if np.shape(seen) != shape:
+        found = f"shape {np.shape(seen)}"
+        raise setting_error(f"{game.name}.observe", found, f"must have the shape {shape}")
+    return seen
+
+
 def _only(infos: Infos) -> dict[str, Any]:
     """Return the info of the only table, in plain numbers."""
-    own = {key: each[0] for key, each in infos.items() if not key.startswith("_")}
+    own = {key: np.asarray(each[0]) for key, each in infos.items() if not key.startswith("_")}
     return {key: each if each.ndim else each.item() for key, each in own.items()}
 
 

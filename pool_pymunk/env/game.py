@@ -40,7 +40,7 @@ class Tables(dict[str, NDArray[Any]]):
     """Tables tell how games stand: arrays with one row a table (S), by their names.
 
     ``position`` (S, N, 2) is in m, NaN for a ball off the table; ``shots`` and ``points`` (S,) are
-    those of the episode. A game adds what else it has to remember.
+    those of the episode. A game adds arrays of its own.
     """
 
     @property
@@ -68,9 +68,8 @@ class Tables(dict[str, NDArray[Any]]):
 class Played:
     """These are shots that were played, one row a table (S), as a game has to judge them.
 
-    ``before`` and ``tables`` tell how the games stood and stand, ``batch`` what came of the shots:
-    how many balls the cue ball ``met``, and whether it was pocketed (``foul``). ``lost`` shots
-    could not be played, and left all balls where they were.
+    ``before`` and ``tables`` tell how the games stood and stand. ``batch`` has the shots; the cue
+    ball ``met`` some balls, or was pocketed (``foul``). ``lost`` shots could not be played.
     """
 
     batch: Batch
@@ -97,16 +96,16 @@ class Game(ABC):
     """A game says who is on the table and where, what a shot is, what it scores, what is seen.
 
     A game of your own is a subclass that has a ``score``, and overrides what else differs. These
-    attributes are defaults of settings by the same names: ``scenario``, a bundled one, a file, or a
-    Scene; how many ``balls`` there are beside the cue ball (None: all); their ``layout``,
-    ``"random"``, where they touch nothing, or ``"scenario"``; ``max_speed`` (m/s); and the standard
-    deviations of the hand's normal errors, ``angle_error`` (degrees) and ``speed_error`` (m/s).
+    attributes are defaults of settings: ``scenario``, a bundled one, a file, or a Scene; the number
+    of ``balls`` beside the cue ball (None: all); their ``layout``, ``"random"`` (they touch
+    nothing) or ``"scenario"``; ``max_speed`` (m/s); and the standard deviations of the hand's
+    normal errors, ``angle_error`` (degrees) and ``speed_error`` (m/s).
 
-    These are the game's alone: its ``name``; whether an action ``has_roll`` or ``has_place``; how
-    many ``shots`` an episode has; the ``least`` number of balls beside the cue ball; whether it
-    ``needs_pockets``; the names of its own ``options`` of ``reset``, and of arrays of its tables
-    whose balls are ``marked`` for learners; how many numbers from -1 to 1 are ``more_seen``; and
-    ``lost_score``, for a shot that could not be played, which ends the episode.
+    These are no settings: the ``name``; whether an action ``has_roll`` or ``has_place``; the number
+    of ``shots`` in an episode; the ``least`` number of balls beside the cue ball; whether the game
+    ``needs_pockets``; the names of its ``options`` of ``reset``, and of arrays whose balls are
+    ``marked`` for learners; how many numbers from -1 to 1 are ``more_seen``; and the ``lost_score``
+    of a shot that could not be played, which ends the episode.
 
     A game has its ``scene``, the number of the ``cue`` ball in it, the scenario's places of the
     balls, ``spots`` (N, 2), and of the table ``middle`` and ``half_size`` (2,), all in m.
@@ -160,7 +159,7 @@ class Game(ABC):
             raise setting_error("scenario", given, f"{self.name} needs {what}")
         count = len(others) if balls is None else argument("balls", balls, whole(0))
         if not self.least <= count <= len(others):
-            message = f"must be between {self.least} and {len(others)}"
+            message = f"must be between {self.least} and {len(others)}, beside the cue ball"
             raise setting_error("balls", count, message)
         there = [ball for ball in scene.balls if ball.cue or ball in others[:count]]
         still = tuple(replace(ball, velocity=(0.0, 0.0)) for ball in there)
@@ -197,10 +196,10 @@ class Game(ABC):
         layouts = found.reshape(-1, *shape).copy()
         off = np.asarray(np.isnan(layouts).any(axis=-1))
         layouts[off] = np.nan
-        for k in np.flatnonzero(~may_lie(self.scene, layouts, SUNK).all(axis=1)).tolist():
+        ids = np.array(list(self.scene.index))
+        for k in np.flatnonzero(~may_lie(self.scene, layouts, SUNK).all(axis=1)):
             places = np.where(off[k][:, np.newaxis], self.spots, layouts[k])
-            gone = {id_ for id_, is_off in zip(self.scene.index, off[k], strict=True) if is_off}
-            self.scene.state((places, np.zeros_like(places), gone))
+            self.scene.state((places, np.zeros_like(places), {*ids[off[k]].tolist()}))
         if off[:, self.cue].any() and not self.has_place:
             raise setting_error("position", "NaN", "the cue ball must be on the table")
         if (others := np.delete(~off, self.cue, axis=1).sum(axis=1).min()) < self.least:
@@ -261,10 +260,14 @@ class Game(ABC):
         after |= {"position": rest, "shots": after["shots"] + 1}
         met = np.asarray(np.einsum("ij->i", batch.met, dtype=np.int64))  # faster than a sum
         played = Played(batch, tables, after, met, pocketed[:, self.cue], lost)
-        score = np.asarray(self.score(played), float)
+        given = self.score(played)
+        try:
+            score = np.asarray(given, float)
+        except (TypeError, ValueError):  # a text, or None
+            score = np.empty(0)
         if score.shape != lost.shape or not np.isfinite(score[~lost]).all():
             message = f"must be a finite number for each of {len(lost)} tables"
-            raise setting_error(f"{self.name}.score", score, message)
+            raise setting_error(f"{self.name}.score", given, message)
         played.reward = np.where(lost, self.lost_score, score)
         after["points"] += played.reward
         is_out = after.off[:, self.cue] & (not self.has_place)
@@ -272,8 +275,8 @@ class Game(ABC):
         played.truncated = self.is_cut_off(played)
         numbers = ("hits", "cushions", "first_hit", "status")
         played.info = asked | {key: getattr(batch, key).astype(np.int64) for key in numbers}
-        played.info |= {"duration": batch.duration, "met": played.met, "foul": played.foul}
-        played.info |= self.info(played)
+        said = {"duration": batch.duration, "met": played.met, "foul": played.foul}
+        played.info |= said | self.info(played)
         return played
 
     def _strike(
@@ -289,8 +292,7 @@ class Game(ABC):
         velocity = np.zeros_like(position)
         # NumPy's own sine and cosine may round otherwise in a long array than in a short one.
         turned = np.exp(1j * np.radians(angle))
-        velocity[:, self.cue, 0] = speed * turned.real
-        velocity[:, self.cue, 1] = speed * turned.imag
+        velocity[:, self.cue] = np.stack((speed * turned.real, speed * turned.imag), axis=1)
         more = {} if roll is None else {"roll": velocity * roll[:, np.newaxis, np.newaxis]}
         batch = simulate_many(self.scene, position, velocity, **more)
         batch.status[taken] = CANNOT_START

@@ -169,10 +169,9 @@ class Carrom(Game):
 class CaromEnv(BilliardsEnv):
     """In Carom the cue ball must meet two others for a point, and goes on as long as it does.
 
-    The table is the report's, with eleven balls, and the law and coefficients that the report meant
-    (``report-corrected``); ``max_speed`` is 5 m/s. A shot in which the cue ball meets two others or
-    more scores 1 and the episode goes on from where the balls lie; any other shot, and one that
-    pockets the cue ball, scores 0 and ends it, and so does a table with fewer than two other balls.
+    The table is that of ``report-corrected``, with eleven balls; ``max_speed`` is 5 m/s. A shot in
+    which the cue ball meets two others or more scores 1, and the episode goes on. Any other shot,
+    and one that pockets the cue ball, scores 0 and ends it, and so do fewer than two other balls.
     ``gym.make`` cuts a series off after 100 shots; ``info["points"]`` counts the series.
 
     >>> env = CaromEnv()
@@ -195,9 +194,9 @@ class PotEnv(BilliardsEnv):
     """In Pot one shot must put the called ball into a pocket, and the episode is over.
 
     The table is that of ``eight-ball``, with the cue ball and three others; ``max_speed`` is 3 m/s.
-    The shot scores 1 if the called ball goes into any pocket and the cue ball into none, otherwise
-    0. ``info`` also has the number of the ``called`` ball, which ``reset`` tells, too, how many
-    balls were ``pocketed``, and ``is_success``. The called ball is drawn, unless
+    The shot scores 1 if the called ball goes into any pocket and the cue ball into none, else 0.
+    ``info`` also has the number of the ``called`` ball (of ``reset``, too), how many balls were
+    ``pocketed``, and ``is_success``. The called ball is random, unless
     ``reset(options={"called": "2"})`` has its id, or a list with one a table.
 
     >>> env = PotEnv()
@@ -219,16 +218,15 @@ class CarromEnv(BilliardsEnv):
     """In Carrom one player pockets the white men of a board, shot by shot, from a base line.
 
     This is the board game of the scenario ``carrom``; :class:`CaromEnv` is a game of billiards. An
-    action is an angle, a speed and a place: the striker is put on the base line, whose ends are at
-    a[2] = -1 and 1, and leaves at 90 + 90 a[0] degrees, which is forwards, with at most 3.5 m/s.
-    Where a man lies there it is put at the nearest free place on the line, which ``info`` has as
-    ``place``; if there is none, the shot is lost, scores 0 and ends the episode.
+    action is an angle, a speed and a place: the striker begins on the base line, whose ends are at
+    a[2] = -1 and 1, and leaves forwards at 90 + 90 a[0] degrees, with at most 3.5 m/s. If a man
+    lies there, it begins at the nearest free place, which ``info`` has as ``place``; if there is
+    none, the shot is lost, scores 0 and ends the episode.
 
     Each white man in a pocket scores 1, each black one -1, the striker -1. The episode is over when
-    all white men are pocketed, and truncated after 30 shots. ``layout="random"`` has men anywhere
-    instead of the rack. The striker is in hand between shots, and so it is seen as off the board.
-    ``info`` also has how many men of one's ``own`` and of the ``others`` were pocketed, and how
-    many of one's own are on the board (``left``).
+    all white men are pocketed, and truncated after 30 shots. ``layout="random"`` puts men anywhere.
+    Between shots the striker is in hand: it is seen as off the board. ``info`` also has how many
+    men of one's ``own`` and of the ``others`` were pocketed, and how many own ones are ``left``.
 
     >>> env = CarromEnv(layout="random")
     >>> observation, info = env.reset(seed=0)

@@ -31,9 +31,8 @@ MOST_DRAWN = 500  # A ball that is not free after this many draws finds no room.
 class Generators:
     """Generators draw random numbers for many tables (S), each of which has one of its own.
 
-    They have the methods of ``numpy.random.Generator``, which return one row a table. What a table
-    draws does not depend on the others. Only ``random`` is compiled. All bit generators must be of
-    one kind.
+    They have the methods of ``numpy.random.Generator``, which return one row a table. Each table
+    draws on its own. Only ``random`` is compiled. All bit generators must be of one kind.
 
     >>> rng = Generators([np.random.default_rng(seed) for seed in (1, 2, 3)])
     >>> rng.random((4, 2)).shape, rng.integers(6).shape

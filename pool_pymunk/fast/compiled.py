@@ -23,8 +23,9 @@ from types import FunctionType
 from typing import Any, cast
 
 from pool_pymunk.fast import loop
+from pool_pymunk.fast.walls import stage_of_past
 from pool_pymunk.physics.path import time_in, time_out
-from pool_pymunk.physics.sides import Arc
+from pool_pymunk.physics.sides import bent_to_arc
 
 try:
     import fcntl
@@ -36,8 +37,8 @@ CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
 
 # The loop allocates nothing. Counting no references to arrays made it 1.2 times as fast.
 UNCOUNTED = {"_nrt": False}
-# All calls are inlined, which made shots 1.3 times as fast and took no longer to compile; except
-# those for contacts of one instant, which are rare, and those for arcs. With them it took minutes.
+# All calls are inlined, which made shots 1.3 times as fast and took no longer to compile, except
+# those of rare contacts and bent paths to arcs: with them compilation took minutes.
 CALLED: dict[str, Any] = {"no_cfunc_wrapper": True, "no_rewrites": True}
 APART = (
     "pool_pymunk.fast.instant",
@@ -45,9 +46,8 @@ APART = (
     "pool_pymunk.physics.together",
     "pool_pymunk.fast.derivatives",
     "pool_pymunk.fast.doubts",
-    "pool_pymunk.fast.walls",
 )
-AT_ARCS = (Arc.time_of_contact, time_in, time_out)
+AT_ARCS = (bent_to_arc, time_in, time_out, stage_of_past)
 
 
 def is_there() -> bool:

@@ -67,11 +67,10 @@ from pool_pymunk.results.run import Run
 # tangent, normal, length, wall; and (C, 6) where faces begin or end at a corner: it, tangent,
 # normal. What P inputs change: the starts (S, N, K, P), masses (N, P), radii (N, P), coefficients
 # (7, P). And how shots stand: the changes of the balls' states (N, K, P) at their last breakpoints,
-# what each has met there, how many
-# breakpoints each has had, whether it is off the table; and of the balls of a contact (2): their
-# numbers, motions (6) and changes of the velocities' parts (4, P), how late the contact comes and
-# how far its normal turns (P), and the derivatives of the law (4, 8). A state has K numbers: place
-# and velocity, and where balls roll the roll.
+# what each has met there, how many breakpoints each has had, whether it is off the table; and of
+# the balls of a contact (2): their numbers, motions (6) and changes of the velocities' parts (4,
+# P), how late the contact comes and how far its normal turns (P), and the derivatives of the law
+# (4, 8). A state has K numbers: place and velocity, and where balls roll the roll.
 Follow = namedtuple(
     "Follow",
     "w tracks sides first discs faces corners starts of_mass of_radius of_coefficients "

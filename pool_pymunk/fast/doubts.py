@@ -3,21 +3,39 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pool_pymunk.fast.due import path_of, slows
 from pool_pymunk.fast.records import Moving
 from pool_pymunk.physics import saltation
+from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.saltation import BLUR, GRAZE, is_now
 
 if TYPE_CHECKING:
     from pool_pymunk.fast.derivatives import Follow
 
-CAREFUL = 4.0  # This many times as wide as there, limits leave what is doubtful to `Changes`.
+# Limits are this many times as wide as those of `Changes`, which decides what lies within them: the
+# two round differently. A wider limit leaves more shots to `Changes`, and is as safe.
+CAREFUL = 4.0
 UNCLEAR = CAREFUL * BLUR
-HALVINGS = 40  # After this many the least distance of two paths is known to rounding.
+# They find a time to 2**-40 of the path, and the distance, which is flat there, to its square.
+# After 20 this square would be 1e-12, more than `UNCLEAR`; after 52 nothing changes any more.
+HALVINGS = 40
 NO_ONE = -(1 << 30)  # stands for neither a ball nor a wall
+
+
+class Passing(NamedTuple):
+    """Two discs pass each other for a ``time`` (s), and touch at the distance ``apart`` (m)."""
+
+    offset: Vector
+    velocity: Vector
+    pull: Vector
+    time: float
+    apart: float
+    size: float  # m; how large the numbers of the places are
+    fastest: float  # m/s
+    sign: float  # 1, or -1 if one disc is within the other
 
 
 def largest(g: Follow, i: int) -> float:
@@ -84,10 +102,14 @@ def may_touch(g: Follow, i: int, t: float, met: int, done: int) -> bool:
         dx, dy, ux, uy = motion_at(path_of(other), since)
         fastest = max(abs(vx), abs(vy), max(abs(ux), abs(uy)))
         size = abs(x) + abs(y) + abs(dx) + abs(dy) + (t - since) * 4.0 * fastest
-        if are_tangent(
-            (dx - x, dy - y), (ux - vx, uy - vy), (other.ax - ball.ax, other.ay - ball.ay),
-            t - since, ball.radius + other.radius, size, fastest, not have_met, met != j,
-        ):  # fmt: skip
+        offset, velocity, pull = (
+            (dx - x, dy - y),
+            (ux - vx, uy - vy),
+            (other.ax - ball.ax, other.ay - ball.ay),
+        )
+        apart = ball.radius + other.radius
+        passing = Passing(offset, velocity, pull, t - since, apart, size, fastest, 1.0)
+        if are_tangent(passing, not have_met, met != j):
             return True
     return False
 
@@ -107,16 +129,9 @@ def may_touch_table(g: Follow, i: int, t: float, met: int) -> bool:
         d = g.discs[k]
         wall, apart = -1 - int(d[4]), d[2] + d[3] * b.radius
         offset, velocity, pull = (d[0] - b.x, d[1] - b.y), (-b.vx, -b.vy), (-b.ax, -b.ay)
-        far, begins, ends = size + abs(d[0]) + abs(d[1]), begun != wall, met != wall
-        if d[3] < 0.0:
-            may_touch_it = are_tangent_within(
-                offset, velocity, pull, t - b.t, apart, far, fastest, begins, ends
-            )
-        else:
-            may_touch_it = are_tangent(
-                offset, velocity, pull, t - b.t, apart, far, fastest, begins, ends
-            )
-        if may_touch_it:
+        far, sign = size + abs(d[0]) + abs(d[1]), -1.0 if d[3] < 0.0 else 1.0
+        passing = Passing(offset, velocity, pull, t - b.t, apart, far, fastest, sign)
+        if are_tangent(passing, begun != wall, met != wall):
             return True
     blur = UNCLEAR * size
     for k in range(len(g.faces)):
@@ -149,66 +164,44 @@ def on_face(f: Any, x: float, y: float, radius: float, blur: float) -> bool:
     return bool(is_beside and abs(dx * f[4] + dy * f[5] - radius) <= blur)
 
 
-def are_tangent(
-    offset: Any, velocity: Any, pull: Any, time: float, apart: float, size: float, fastest: float,
-    begins: bool, ends: bool,
-) -> bool:  # fmt: skip
-    """Tell whether discs may touch, as they move on for a ``time`` (s), and not hit each other.
+def are_tangent(p: Passing, begins: bool, ends: bool) -> bool:
+    """Tell whether discs may touch as they pass each other, and not hit each other.
 
-    They touch at the distance ``apart`` (m). Look at the beginning and at the end if they have not
-    met there. In between, the relative path deviates from its chord by |a| T^2 / 8 at most.
+    Look at the beginning and at the end if they have not met there. In between, the relative path
+    deviates from its chord by |a| T^2 / 8 at most.
     """
-    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
+    (dx, dy), (vx, vy), (ax, ay), time = p.offset, p.velocity, p.pull, p.time
     ux, uy = vx + time * ax, vy + time * ay
     x, y = dx + time * (vx + ux) / 2.0, dy + time * (vy + uy) / 2.0
-    blur = UNCLEAR * (size + apart)
-    far, bow = apart + blur, time * time / 8.0
+    blur = UNCLEAR * (p.size + p.apart)
+    far, bow, is_outside = p.apart + blur, time * time / 8.0, p.sign > 0.0
     bow_x, bow_y = far + bow * abs(ax), far + bow * abs(ay)
-    if min(dx, x) > bow_x or max(dx, x) < -bow_x or min(dy, y) > bow_y or max(dy, y) < -bow_y:
+    is_far = min(dx, x) > bow_x or max(dx, x) < -bow_x or min(dy, y) > bow_y or max(dy, y) < -bow_y
+    if is_outside and is_far:
         return False
     first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
     rate, at_last = dx * vx + dy * vy, x * ux + y * uy
-    if begins and abs(first - apart) <= blur and abs(rate) <= CAREFUL * GRAZE * fastest * first:
-        return True
-    if ends and abs(last - apart) <= blur:
+    is_at_first = abs(first - p.apart) <= blur and abs(rate) <= CAREFUL * GRAZE * p.fastest * first
+    if (begins and is_at_first) or (ends and abs(last - p.apart) <= blur):
         return True
     slight = GRAZE * (abs(vx) + abs(vy) + abs(ux) + abs(uy))
-    if rate > slight * first or at_last < -slight * last:
+    if p.sign * rate > slight * first or p.sign * at_last < -slight * last:
         return False
     cx, cy = x - dx, y - dy
     length = math.sqrt(cx * cx + cy * cy)
-    if abs(dx * cy - dy * cx) > far * length + bow * abs(ax * cy - ay * cx):
+    if is_outside and abs(dx * cy - dy * cx) > far * length + bow * abs(ax * cy - ay * cx):
         return False
-    return abs(turning_distance(offset, velocity, pull, time, 1.0) - apart) <= blur
+    return abs(turning_distance(p) - p.apart) <= blur
 
 
-def are_tangent_within(
-    offset: Any, velocity: Any, pull: Any, time: float, apart: float, size: float, fastest: float,
-    begins: bool, ends: bool,
-) -> bool:  # fmt: skip
-    """Tell whether a ball may touch an arc from within its circle, as :func:`are_tangent` does."""
-    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
-    ux, uy = vx + time * ax, vy + time * ay
-    x, y = dx + time * (vx + ux) / 2.0, dy + time * (vy + uy) / 2.0
-    first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
-    blur, rate = UNCLEAR * (size + apart), dx * vx + dy * vy
-    if begins and abs(first - apart) <= blur and abs(rate) <= CAREFUL * GRAZE * fastest * first:
-        return True
-    if ends and abs(last - apart) <= blur:
-        return True
-    if rate < 0.0 or x * ux + y * uy > 0.0:
-        return False
-    return abs(turning_distance(offset, velocity, pull, time, -1.0) - apart) <= blur
-
-
-def turning_distance(offset: Any, velocity: Any, pull: Any, time: float, sign: float) -> float:
-    """Return the least distance (m) of two paths that near and part, or with -1 the largest."""
-    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
-    near, part = 0.0, time
+def turning_distance(p: Passing) -> float:
+    """Return the least distance (m) of two paths that near and part, or the largest within one."""
+    (dx, dy), (vx, vy), (ax, ay) = p.offset, p.velocity, p.pull
+    near, part = 0.0, p.time
     for _ in range(HALVINGS):
         middle = 0.5 * (near + part)
         mx, my = dx + middle * (vx + middle * ax / 2.0), dy + middle * (vy + middle * ay / 2.0)
-        if sign * (mx * (vx + middle * ax) + my * (vy + middle * ay)) > 0.0:
+        if p.sign * (mx * (vx + middle * ax) + my * (vy + middle * ay)) > 0.0:
             part = middle
         else:
             near = middle

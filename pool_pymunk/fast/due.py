@@ -19,7 +19,9 @@ from pool_pymunk.physics.sides import unit
 # Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
 # and boxes have the same margin (engine/near.py).
 MARGIN = 1e-9
-PARTING = 1e-6  # Balls that part surely do so faster than this share of their speeds.
+# Balls surely part if they do so faster than this share of their speeds. Rounding is some 1e-16 of
+# them; with a larger share more pairs go on to the next bound.
+PARTING = 1e-6
 
 
 def may_roll(ball: Moving) -> bool:

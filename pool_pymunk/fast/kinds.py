@@ -1,4 +1,4 @@
-"""By numbers numba can call methods of classes: those of laws, and of kinds of sides."""
+"""This module gives laws and kinds of sides numbers, by which numba can call their methods."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINDS: dict[type, Callable[[Any], Any]] = {
 
 
 def by_kind(methods: Sequence[Callable[..., Any]], number: int = 0) -> Callable[..., Any]:
-    """Return a function of a record, and more, that calls that of these which its kind says."""
+    """Return a function of a record, and more, that calls the method of the record's kind."""
     first, *others = methods
     if not others:
         return first
@@ -34,8 +34,8 @@ def by_kind(methods: Sequence[Callable[..., Any]], number: int = 0) -> Callable[
 def where(has: str, one: Callable[..., Any], other: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function that is ``one`` for a record whose field ``has`` is not empty.
 
-    It is the ``other`` function for a record whose field is empty. The form of a record tells
-    which, so numba compiles the function that is called, and never both.
+    It is the ``other`` function for a record whose field is empty. numba knows the form of a record
+    when it compiles, so it compiles one of the two.
     """
 
     def chosen(record: Any, *args: Any) -> Any:

@@ -1,10 +1,10 @@
 """This module plays one shot after the other, in functions that numba can compile.
 
-It is the contact engine: it calls the functions that :mod:`pool_pymunk.engine.contacts` calls with
+It does the engine's work: it calls the functions that :mod:`pool_pymunk.engine.contacts` calls with
 the same numbers in the same order, so every bit of an end is the same. Contacts that come alone are
-answered here, and others by :mod:`pool_pymunk.fast.together`. Shots are ``HARD``, and played by the
-engine, in which hits at one instant have no end, too many contacts touch, its roll may hold a ball
-to a cushion, or a ball is lost.
+answered here, and others by :mod:`pool_pymunk.fast.together`. A shot is ``HARD``, and played by the
+engine, if hits at one instant have no end, too many come at once, a roll may hold a ball to a
+cushion, or a ball is lost.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pool_pymunk.fast.due import (
     slows,
 )
 from pool_pymunk.fast.instant import gather, latest_of
-from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal
+from pool_pymunk.fast.kinds import ball_ball, curvature, cushion, gap, jumps, normal
 from pool_pymunk.fast.moves import (
     begin,
     keep,
@@ -48,6 +48,7 @@ from pool_pymunk.fast.records import (
     MOST_BALLS,
     MOST_ROWS,
     NOTHING,
+    Moving,
     Out,
     Shots,
     Sides,
@@ -55,8 +56,23 @@ from pool_pymunk.fast.records import (
     Tracks,
     Work,
 )
-from pool_pymunk.fast.together import answer_alone, answer_together, has_many_rounds, note_met
-from pool_pymunk.fast.walls import coefficients, forget_walls, is_bounce
+from pool_pymunk.fast.together import (
+    answer_alone,
+    answer_together,
+    has_many_rounds,
+    moving,
+    note_met,
+    note_micro,
+)
+from pool_pymunk.fast.walls import (
+    HIT,
+    MICRO,
+    Bounce,
+    bounce_of,
+    coefficients,
+    forget_walls,
+    note_bounce,
+)
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.contact import Pair, approach, changed, split, wall_approach
@@ -64,10 +80,11 @@ from pool_pymunk.physics.impulses import pushed_along, slowing
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
+from pool_pymunk.physics.together import pushed_off
 
 MOST_EVENTS = 1_000_000  # A shot with more events goes to the engine, which gives it up.
 
-SETTLED, OUT_OF_TIME, HARD = 0, 1, -1  # how a shot ends; one that may not start is hard, too
+SETTLED, OUT_OF_TIME, HARD = 0, 1, -1  # how a shot ends; a shot that may not start is hard, too
 
 
 def play_shots(
@@ -97,7 +114,7 @@ def play_shots(
 
 
 def read_shot(w: Work, shots: Shots, s: int) -> None:
-    """Read what shot ``s`` has of its own: who is off the table, masses and coefficients."""
+    """Read which balls of shot ``s`` are off the table, its masses and its coefficients."""
     scene, c = w.scene, shots.coefficients
     low_x, low_y, high_x, high_y = NOWHERE
     for i in range(scene.balls):
@@ -115,7 +132,7 @@ def misplaced(
 ) -> int:
     """Return the first ball from ``first`` on that may not lie where it is, or else ``last``.
 
-    It is off the table, in a wall or a pocket, or in a ball before it.
+    Such a ball is off the table, in a wall or a pocket, or overlaps an earlier ball.
     """
     for i in range(first, last):
         x, y, r = float(position[i, 0]), float(position[i, 1]), float(radius[i])
@@ -138,7 +155,7 @@ def misplaced(
 
 
 def write_shot(w: Work, out: Out, s: int) -> None:
-    """Write down what came of shot ``s``."""
+    """Write down the result of shot ``s``."""
     count = w.count
     for i in range(w.scene.balls):
         x = y = math.nan
@@ -189,7 +206,7 @@ def play(w: Work, sides: Sides) -> int:
 
 
 def first_to_end(w: Work, i: int, t: float) -> int:
-    """Return the first ball whose path ends at ``t`` (s): it does so before any hit, or else i."""
+    """Return the first ball whose path ends at ``t`` (s), or else i: stops come before hits."""
     for k in range(w.scene.balls):
         if w.due[k].stop_t == t:
             return k
@@ -318,7 +335,7 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
 
 
 def is_ordinary_hit(w: Work, i: int, j: int, closing: float, noise: float, e: float) -> bool:
-    """Tell whether two balls hit each other, and in no persistent contact; note when they met."""
+    """Tell whether two balls hit each other outside of persistent contact; note when they met."""
     a, b, pair, least, met = w.ball[i], w.ball[j], w.pair[i, j], 0.0, w.now
     if pair.last > -math.inf:
         time, faint = persistent_of(w, i, j, w.now)
@@ -337,7 +354,7 @@ def is_ordinary_hit(w: Work, i: int, j: int, closing: float, noise: float, e: fl
 
 
 def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
-    """Predict what balls meet, one or two, that have new paths."""
+    """Predict what one or two balls on new paths meet."""
     for i in balls:
         forget(w, i)
         look_for_walls(w, sides, i)
@@ -349,34 +366,47 @@ def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
 
 
 def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
-    """Answer a hit on a cushion, by a side of it; return False where that is hard."""
+    """Answer a hit on a side of a cushion; return False where that is hard."""
     ball = w.ball[i]
     has_many = has_many_rounds(w, ball)
     if not note_met(w, i, -1 - side.first):
         return False
     x, y, vx, vy = motion_at(path_of(ball), w.now)
     met, (e, mu) = nearest(sides, side, x, y, ball.radius), coefficients(side, w.scene)
-    across = normal(met, x, y)
+    across, bends = normal(met, x, y), curvature(met, x, y)
     closing = wall_approach((vx, vy), across)
-    if has_many or not is_bounce(w, i, met, (x, y), across, closing, e):
+    bounce = bounce_of(w, i, side.wall, across, bends, closing, e)
+    if has_many or not is_ordinary_bounce(w, ball, bounce):
         return answer_alone(w, sides, i, -1 - side.first, has_many)
+    note_bounce(w, i, side.wall, bounce.stage, bends)
     before = split((vx, vy), across)
-    parts = cushion(w.scene, before, e, mu)
-    after = changed((vx, vy), before, parts, across)
-    note_cushion(w, i, side.wall)
+    parts = cushion(w.scene, before, bounce.restitution, mu)
+    after, roll, is_sound = changed((vx, vy), before, parts, across), roll_of(w, i), True
+    if bounce.parting > 0.0:
+        after, _, _ = pushed_off(after, across, mu, bounce.parting, -1.0)
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), ball.noise)
-    roll = roll_of(w, i)
+    if bounce.kind == HIT:
+        note_cushion(w, i, side.wall)
+    else:
+        after, is_sound = moving(w, i, after), note_micro(w, i, bounce.stage.last)
     if may_roll(ball):
         impulse = pushed_along(across, ball.mass, (vx, vy), after)
         push = across, slowing(mu, impulse, ball.mass)
         roll = changed_by(slowed_by(push, roll, NO_ROLL), roll)
-    is_sound = begin(w, i, (x, y), after, roll, noise)
+    is_sound &= begin(w, i, (x, y), after, roll, noise)
     predict(w, sides, (i,))
     return is_sound
 
 
+def is_ordinary_bounce(w: Work, ball: Moving, bounce: Bounce) -> bool:
+    """Tell whether a ball bounces off a wall, and can be answered without other contacts."""
+    is_least = bounce.parting > 0.0
+    is_known = not may_roll(ball) and w.scene.together != NOTHING and not w.scene.keeps
+    return bounce.kind in (HIT, MICRO) and (is_known or not is_least)
+
+
 def take_in(w: Work, i: int, side: Any) -> bool:
-    """Let a pocket take a ball in, which meets nothing any more."""
+    """Let a pocket take in a ball; the ball meets nothing any more."""
     ball, count = w.ball[i], w.count
     keep_contact(w, i, -1 - side.wall)
     x, y, vx, vy = motion_at(path_of(ball), w.now)

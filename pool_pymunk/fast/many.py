@@ -27,11 +27,11 @@ from pool_pymunk.results.run import Run
 
 Done = Callable[[int], object]  # It gets the number of shots that are done, too.
 CHUNK = 4_096  # A thread plays this many shots at most before it takes the next ones.
-FEW = 512  # So few shots are not shared out.
-POLL = 0.1  # s; so often an interrupt is looked for
+FEW = 512  # One thread plays this many shots at least.
+POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
-FEW_HARD = 10  # Fewer shots that are handed back are no matter.
+FEW_HARD = 10  # Fewer shots that are handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
     "own answers them, its roll may have held a ball to a cushion, or balls overlapped at the " \

@@ -13,7 +13,7 @@ from pool_pymunk.fast.tables import plain, table_of
 from pool_pymunk.model import Scene
 from pool_pymunk.model.places import TOUCHING
 
-# Fewer layouts are looked at in less time than numba takes to load, which is about a second.
+# Python looks at this many layouts in less time than numba takes to load, which is about a second.
 FEW = 500
 
 

@@ -28,8 +28,8 @@ MOST_WALLS = 64  # A scene with arcs, or with posts of another material, has no 
 NUMBERS = 8  # of a side, at most
 # A side stands beside the others of its wall, which are those from `first` up to `last`. Where
 # walls `differ`, there may be arcs, and a wall may have restitution and friction of its `own`, or
-# -1 for the scene's. Other scenes do without these numbers: numba compiles the loop once more for
-# those that have them, so nobody pays for arcs who has none.
+# -1 for the scene's. Other scenes do without these numbers. numba compiles a loop for each form, so
+# a scene without arcs is not slowed down by them.
 SIDES = {
     differ: np.dtype(
         [("kind", I), ("numbers", F, NUMBERS), ("core", F), ("wall", I), ("first", I), ("last", I),
@@ -49,8 +49,7 @@ SCENE = np.dtype(
 # A ball has its path, a speed that it does not exceed on it, what of it is noise, the box around
 # it, and where it rests, and since when, if it does not move. Its `roll` tells whether the path
 # slows, has wx and wy, and tells whether the ball rolled until a micro-collision. It has no numbers
-# where balls only slide: numba compiles the loop once more where it has, so nobody pays for it who
-# does not need it.
+# where balls only slide.
 BALLS = {
     rolls: np.dtype(
         [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
@@ -137,7 +136,7 @@ TableArrays = namedtuple("TableArrays", "sides xs ys arcs")
 # cushions and of balls, and the drag of the surface.
 Shots = namedtuple("Shots", "position velocity roll is_off mass radius coefficients")
 
-# what comes of the shots, in arrays as in a Batch; `halt` ends the work
+# the results of the shots, in arrays as in a Batch; `halt` ends the work
 Out = namedtuple(
     "Out", "final duration hits cushions first_hit met pocketed events status in_doubt halt"
 )

@@ -10,14 +10,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.fast.kinds import KINDS
-from pool_pymunk.fast.records import (
-    MOST_BALLS,
-    MOST_WALLS,
-    NOTHING,
-    NUMBERS,
-    SIDES,
-    TableArrays,
-)
+from pool_pymunk.fast.records import MOST_BALLS, MOST_WALLS, NOTHING, NUMBERS, SIDES, TableArrays
 from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Law
 from pool_pymunk.physics.sides import Arc, Wall, core_of

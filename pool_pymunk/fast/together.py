@@ -1,7 +1,7 @@
 """This module answers contacts of one instant in compiled shots, as the engine answers them.
 
-It is what :mod:`pool_pymunk.engine.resolver` and the clusters of :mod:`pool_pymunk.engine.contacts`
-do, in arrays: contacts that share a ball, rows of touching balls, micro-collisions, and balls that
+It does in arrays what :mod:`pool_pymunk.engine.resolver` and :mod:`pool_pymunk.engine.contacts` do
+for contacts that share a ball, rows of touching balls, micro-collisions, and balls that
 a cushion leads. A function that answers returns -1 (``NOTHING``) or False where a shot is hard:
 where hits may have no end, where the law's impulses are unknown, or where there is no more room.
 """
@@ -24,27 +24,11 @@ from pool_pymunk.fast.due import (
     refresh,
     slows,
 )
-from pool_pymunk.fast.instant import (
-    note_due,
-    read_contacts,
-    touch,
-    touches_wall,
-)
-from pool_pymunk.fast.kinds import (
-    ball_ball,
-    cushion,
-    jumps,
-)
-from pool_pymunk.fast.moves import (
-    begin,
-    note_cushion,
-    note_hit,
-    nudge,
-    roll_of,
-    squared,
-)
+from pool_pymunk.fast.instant import note_due, read_contacts, touch, touches_wall
+from pool_pymunk.fast.kinds import ball_ball, cushion, jumps
+from pool_pymunk.fast.moves import begin, note_cushion, note_hit, nudge, roll_of, squared
 from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Moving, Sides, Work
-from pool_pymunk.fast.walls import HIT, LED, MICRO, MISSED, look_at_wall
+from pool_pymunk.fast.walls import HIT, LED, MICRO, MISSED, look_at_wall, too_slow
 from pool_pymunk.physics.collapse import go_on
 from pool_pymunk.physics.contact import (
     NO_BALL,
@@ -121,7 +105,7 @@ def answer_alone(w: Work, sides: Sides, i: int, other: int, has_many: bool) -> b
 
 
 def answer_round(w: Work, sides: Sides, has_many: bool) -> bool:
-    """Answer a round of contacts, or all that touches if there were many; False if it is hard."""
+    """Answer a round of contacts, or after many rounds all that touches; False if hard."""
     at = w.together
     if w.scene.keeps or w.scene.together == NOTHING or not read_contacts(w, sides):
         return False
@@ -147,7 +131,7 @@ def answer_round(w: Work, sides: Sides, has_many: bool) -> bool:
 
 
 def predict_changed(w: Work, sides: Sides) -> None:
-    """Predict what the balls meet that have new paths."""
+    """Predict what the balls on new paths meet."""
     at = w.together
     for i in range(w.scene.balls):
         if at.changed[i]:
@@ -196,7 +180,7 @@ def answer_cluster(w: Work, sides: Sides) -> bool:
 
 
 def find_touching(w: Work, sides: Sides) -> bool:
-    """Put into ``due`` what has met at this instant, and what touches its balls, and so on."""
+    """Put into ``due`` all contacts in the cluster of this instant; False if hard."""
     at, balls = w.together, w.scene.balls
     if not find_near(w):
         return False
@@ -217,7 +201,7 @@ def find_touching(w: Work, sides: Sides) -> bool:
 
 
 def find_near(w: Work) -> bool:
-    """Mark the balls that have met, and those that touch them, and so on; False: one is gone."""
+    """Mark the balls in the cluster of this instant; return False if one is off the table."""
     at, found, done = w.together, 0, 0
     for i in range(w.scene.balls):
         at.is_near[i] = 0
@@ -347,7 +331,7 @@ def answer_hits(w: Work, count: int) -> bool:
 
 
 def roll_through(w: Work, one: Any) -> bool:
-    """Answer a least bounce of balls that roll on, if the surface can turn them so fast."""
+    """Answer a least bounce if friction can turn the rolls of its balls in a contact time."""
     v, i, j, m_a, m_b = w.together.velocity, one.a, one.b, one.pair.m_a, one.pair.m_b
     rolls_a, rolls_b = slows(w.ball[i]), j != NO_BALL and slows(w.ball[j])
     if not may_roll(w.ball[i]) or not (rolls_a or rolls_b):
@@ -387,7 +371,7 @@ def part(w: Work, one: Any) -> None:
 
 
 def answer_group(w: Work, count: int) -> bool:
-    """Answer contacts that hang together, by the law; False if it does not know their impulses."""
+    """Answer a group of contacts by the law; return False if their impulses are unknown."""
     at = w.together
     if count == 1:
         respond(w, at.group[0])
@@ -432,7 +416,7 @@ def respond(w: Work, one: Any) -> None:
 
 
 def leave_out(w: Work, count: int) -> bool:
-    """Lead balls along their cushions; note pairs that touch and go on; False: there is no room."""
+    """Lead balls along their cushions, and note pairs that only touch; False without room."""
     at = w.together
     for k in range(count):
         one = at.answered[k]
@@ -479,8 +463,16 @@ def report(w: Work, count: int) -> bool:
     return bool(at.unlisted < MOST_UNLISTED)
 
 
+def note_micro(w: Work, i: int, last: float) -> bool:
+    """Note a micro-collision that comes alone; return False after too many of them."""
+    nudge(w.ball[i], True)
+    revoke_stop(w, i, last)
+    w.together.unlisted += 1
+    return bool(w.together.unlisted < MOST_UNLISTED)
+
+
 def revoke_stop(w: Work, i: int, last: float) -> None:
-    """Revoke the stop of a ball since its ``last`` micro-collision (s): it was not at rest."""
+    """Revoke the stop of a ball if it came after its ``last`` micro-collision (s)."""
     ball = w.ball[i]
     if not ball.moves and ball.rested >= last:
         w.count.events -= 1
@@ -512,12 +504,17 @@ def carry_out(w: Work, count: int) -> bool:
     for i in range(w.scene.balls):
         if at.moved[i]:
             ball, vx, vy = w.ball[i], at.velocity[i][0], at.velocity[i][1]
-            slow = decisions.too_slow_to_move(w.scene.pull, ball.x, ball.y, ball.radius)
-            if at.persistent[i] and vx * vx + vy * vy <= slow * slow:
-                vx = vy = 0.0
+            if at.persistent[i]:
+                vx, vy = moving(w, i, (vx, vy))
             place, roll = (at.place[i][0], at.place[i][1]), roll_after(w, i, count)
             if at.rolling[i]:
                 roll = (vx, vy) if vx * vx + vy * vy > noise * noise else NO_ROLL
             is_sound &= begin(w, i, place, (vx, vy), roll, noise)
             at.velocity[i], at.changed[i] = (ball.vx, ball.vy), 1
     return is_sound
+
+
+def moving(w: Work, i: int, v: Vector) -> Vector:
+    """Return the velocity of a ball after a micro-collision; 0 if it would not move the ball."""
+    slow = too_slow(w, i)
+    return v if squared(v) > slow * slow else (0.0, 0.0)

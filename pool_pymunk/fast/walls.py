@@ -1,9 +1,9 @@
-"""This module answers walls that differ in compiled shots: arcs, and posts of their own material.
+"""This module answers arcs, and posts of their own material, in compiled shots.
 
 An arc presses on a ball that runs along its inside, and a roll presses a ball to any wall. Such a
 ball hits the wall once in a contact time (:mod:`pool_pymunk.engine.persistent`), so each ball has a
 history with each wall. A scene without arcs and such posts has no histories (``at_wall`` is empty),
-and there a shot is hard in which a roll may hold its ball to a cushion.
+and there a shot is hard if a roll may hold its ball to a cushion.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.fast.due import may_roll, path_of
-from pool_pymunk.fast.kinds import curvature, where
 from pool_pymunk.fast.moves import may_be_held
-from pool_pymunk.fast.records import Moving, Work
+from pool_pymunk.fast.records import Work
 from pool_pymunk.physics.contact import Vector, closing_speed
 from pool_pymunk.physics.path import NOT_MET, Persistent
 
-MISSED, HIT, MICRO, LED = 0, 1, 2, 3  # what becomes of a contact, as in the resolver
+# what becomes of a contact, as in the resolver; HELD: a roll may hold the ball to its cushion
+MISSED, HIT, MICRO, LED, HELD = 0, 1, 2, 3, 4
 
 
 class WallStage(NamedTuple):
@@ -33,46 +33,47 @@ class WallStage(NamedTuple):
     time: float  # s; the contact time
 
 
+class Bounce(NamedTuple):
+    """A bounce says of which kind a contact with a wall is, and its restitution."""
+
+    kind: int
+    restitution: float
+    parting: float  # m/s; the ball parts at this speed at least
+    stage: WallStage
+
+
 # -- coefficients ----------------------------------------------------------------------------------
 
 
-def of_side(side: Any, scene: Any) -> tuple[float, float]:
-    """Return restitution and friction of a wall: its own, or those of the scene."""
-    e, mu = side.own[0], side.own[1]
-    return e if e >= 0.0 else scene.cushion, mu if mu >= 0.0 else scene.cushion_friction
-
-
-def of_scene(side: Any, scene: Any) -> tuple[float, float]:
-    """Return restitution and friction of a wall, which are those of the scene."""
-    return scene.cushion, scene.cushion_friction
-
-
-def its_own(side: Any) -> tuple[bool, bool]:
+def owns(side: Any) -> tuple[bool, bool]:
     """Tell whether a wall has its own restitution, and whether it has its own friction."""
-    return side.own[0] >= 0.0, side.own[1] >= 0.0
+    return len(side.own) > 0 and side.own[0] >= 0.0, len(side.own) > 0 and side.own[1] >= 0.0
 
 
-def the_scenes(side: Any) -> tuple[bool, bool]:
-    """Tell that a wall has no coefficients of its own."""
-    return False, False
+def coefficients(side: Any, scene: Any) -> tuple[float, float]:
+    """Return restitution and friction of a wall: its own, or those of the scene."""
+    has_e, has_mu = owns(side)
+    e, mu = scene.cushion, scene.cushion_friction
+    return side.own[0] if has_e else e, side.own[1] if has_mu else mu
 
 
 # -- histories -------------------------------------------------------------------------------------
 
 
-def forget_histories(w: Work, i: int) -> None:
-    """Forget what walls ball ``i`` has met."""
-    for k in range(w.scene.walls):
+def has_histories(w: Work) -> bool:
+    """Tell whether balls have histories with walls; numba knows this when it compiles."""
+    return len(w.at_wall) > 0
+
+
+def forget_walls(w: Work, i: int) -> None:
+    """Forget which walls ball ``i`` has met."""
+    for k in range(w.scene.walls if has_histories(w) else 0):
         w.at_wall[i, k].last, w.at_wall[i, k].hits = -math.inf, 0
 
 
-def forget_nothing(w: Work, i: int) -> None:
-    """Forget nothing, as there are no histories."""
-
-
-def may_press(ball: Moving, bends: float) -> bool:
-    """Tell whether a wall may press on a ball; a straight one does where balls roll."""
-    return may_roll(ball) or bends < 0.0
+def may_press(w: Work, i: int, bends: float) -> bool:
+    """Tell whether a wall may press on a ball for long; a straight one does where balls roll."""
+    return has_histories(w) and (may_roll(w.ball[i]) or bends < 0.0)
 
 
 def persistent_at(w: Work, i: int, past: Any, press: float, bends: float) -> Persistent:
@@ -90,9 +91,15 @@ def persistent_at(w: Work, i: int, past: Any, press: float, bends: float) -> Per
 
 def stage_at(w: Work, i: int, wall: int, across: Vector, bends: float, closing: float) -> WallStage:
     """Return how far the contact of ball ``i`` with a wall has come."""
-    past = w.at_wall[i, wall]
-    if past.last == -math.inf or not may_press(w.ball[i], bends):
+    if not may_press(w, i, bends) or w.at_wall[i, wall].last == -math.inf:
         return WallStage(0.0, 0.0, w.now, 0.0, False, 0.0)
+    return stage_of_past(w, i, w.at_wall[i, wall], across, bends, closing)
+
+
+def stage_of_past(
+    w: Work, i: int, past: Any, across: Vector, bends: float, closing: float
+) -> WallStage:
+    """Return how far the contact of ball ``i`` with a wall of its history has come."""
     press = decisions.pressing(path_of(w.ball[i]), across, bends, w.now)
     time, faint = persistent_at(w, i, past, press, bends)
     least = decisions.least_off(press, time, too_slow(w, i))
@@ -108,9 +115,9 @@ def too_slow(w: Work, i: int) -> float:
     return decisions.too_slow_to_move(w.scene.pull, ball.x, ball.y, ball.radius)
 
 
-def note_at_wall(w: Work, i: int, wall: int, stage: WallStage, bends: float) -> None:
+def note_bounce(w: Work, i: int, wall: int, stage: WallStage, bends: float) -> None:
     """Note a hit of a ball on a wall that may press on it."""
-    if may_press(w.ball[i], bends) and (w.scene.pull != 0.0 or bends < 0.0):
+    if may_press(w, i, bends) and (w.scene.pull != 0.0 or bends < 0.0):
         past = w.at_wall[i, wall]
         past.hits += stage.is_micro
         past.met, past.last = stage.met, w.now
@@ -119,51 +126,37 @@ def note_at_wall(w: Work, i: int, wall: int, stage: WallStage, bends: float) -> 
 # -- hits ------------------------------------------------------------------------------------------
 
 
-def is_plain_bounce(
-    w: Work, i: int, side: Any, place: Vector, across: Vector, closing: float, e: float
-) -> bool:
-    """Tell whether a ball hits a wall, and nothing presses it there; note when they met."""
-    ball, (x, y) = w.ball[i], place
-    bends = curvature(side, x, y)
-    stage = stage_at(w, i, side.wall, across, bends, closing)
-    is_lossless = e == 1.0 and bends < 0.0  # Hits along an arc do not converge then.
-    least, faint = (0.0, 0.0) if is_lossless else (stage.least, stage.faint)
-    if closing < faint or e * closing < least or not decisions.is_hit(closing, ball.noise, least):
-        return False
-    note_at_wall(w, i, side.wall, stage, bends)
-    return True
-
-
-def is_free_bounce(
-    w: Work, i: int, side: Any, place: Vector, across: Vector, closing: float, e: float
-) -> bool:
-    """Tell whether a ball hits a wall, and its roll cannot hold it there."""
-    ball = w.ball[i]
-    is_hit = decisions.is_hit(closing, ball.noise, 0.0)
-    return is_hit and not may_be_held(w, ball, across, closing, e)
-
-
-def look_at_differing(w: Work, one: Any) -> bool:
-    """Decide whether a contact with a wall is a hit, of which kind, and note when."""
-    i, bends, e, closing = one.a, one.curvature, one.pair.restitution, closing_of(w, one)
-    nx, ny = one.normal
-    stage, noise = stage_at(w, i, one.wall, (nx, ny), bends, closing), w.ball[i].noise
-    least, faint, is_micro = stage.least, stage.faint, stage.is_micro
+def bounce_of(
+    w: Work, i: int, wall: int, across: Vector, bends: float, closing: float, e: float
+) -> Bounce:
+    """Decide whether ball ``i`` hits a wall, and whether that is a micro-collision."""
+    stage, ball = stage_at(w, i, wall, across, bends, closing), w.ball[i]
     if e == 1.0 and bends < 0.0:  # Hits along an arc do not converge then.
-        least, faint, is_micro = 0.0, 0.0, False
-    one.kind, one.parting, one.impulse, one.last = MISSED, 0.0, 0.0, stage.last
-    one.time = stage.time
-    if closing < faint or not decisions.is_hit(closing, noise, least):
-        if may_press(w.ball[i], bends) and closing >= -max(noise, least):
-            begin_at_wall(w, one, (nx, ny))
-        return True
-    is_least = e * closing < least
-    one.kind = MICRO if is_micro and is_least else HIT
-    if is_least:
-        one.pair.restitution = max(e, min(least / closing, 1.0))
-        one.parting = one.pair.restitution * closing
-    note_at_wall(w, i, one.wall, stage, bends)
-    return True
+        stage = WallStage(0.0, 0.0, stage.met, stage.last, False, stage.time)
+    if not has_histories(w) and may_be_held(w, ball, across, closing, e):
+        return Bounce(HELD, e, 0.0, stage)
+    if closing < stage.faint or not decisions.is_hit(closing, ball.noise, stage.least):
+        return Bounce(MISSED, e, 0.0, stage)
+    if e * closing >= stage.least:
+        return Bounce(HIT, e, 0.0, stage)
+    e = max(e, min(stage.least / closing, 1.0))
+    return Bounce(MICRO if stage.is_micro else HIT, e, e * closing, stage)
+
+
+def look_at_wall(w: Work, one: Any) -> bool:
+    """Decide what becomes of a contact with a wall; False if a roll may hold the ball there."""
+    i, bends, (nx, ny) = one.a, one.curvature, one.normal
+    closing = closing_speed(one, w.together.velocity)
+    bounce = bounce_of(w, i, one.wall, (nx, ny), bends, closing, one.pair.restitution)
+    stage = bounce.stage
+    one.kind, one.parting, one.impulse = bounce.kind, bounce.parting, 0.0
+    one.last, one.time, one.pair.restitution = stage.last, stage.time, bounce.restitution
+    touches = closing >= -max(w.ball[i].noise, stage.least)
+    if bounce.kind != MISSED:
+        note_bounce(w, i, one.wall, stage, bends)
+    elif touches and may_press(w, i, bends):
+        begin_at_wall(w, one, (nx, ny))
+    return bool(bounce.kind != HELD)
 
 
 def begin_at_wall(w: Work, one: Any, across: Vector) -> None:
@@ -176,23 +169,3 @@ def begin_at_wall(w: Work, one: Any, across: Vector) -> None:
     one.parting = decisions.least_off(press, one.time, too_slow(w, one.a))
     if one.parting > 0.0:
         one.kind, one.last = MICRO, w.now
-
-
-def look_at_alike(w: Work, one: Any) -> bool:
-    """Decide whether a contact with a wall is a hit; False if a roll may hold the ball there."""
-    (nx, ny), closing, ball = one.normal, closing_of(w, one), w.ball[one.a]
-    is_hit = decisions.is_hit(closing, ball.noise, 0.0)
-    one.kind, one.parting = HIT if is_hit else MISSED, 0.0
-    return not may_be_held(w, ball, (nx, ny), closing, one.pair.restitution)
-
-
-def closing_of(w: Work, one: Any) -> float:
-    """Return how fast (m/s) the two sides of a contact near each other."""
-    return closing_speed(one, w.together.velocity)
-
-
-coefficients = where("own", of_side, of_scene)
-owns = where("own", its_own, the_scenes)
-forget_walls = where("at_wall", forget_histories, forget_nothing)
-is_bounce = where("at_wall", is_plain_bounce, is_free_bounce)
-look_at_wall = where("at_wall", look_at_differing, look_at_alike)

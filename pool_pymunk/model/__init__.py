@@ -3,7 +3,7 @@
 Scenario files are read by :mod:`pool_pymunk.model.scenario`.
 """
 
-from pool_pymunk.model.outline import Edge, Table
+from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import (
     NEAREST,
     STANDARD_GRAVITY,
@@ -27,7 +27,6 @@ __all__ = [
     "TOUCHING",
     "UNITS",
     "Ball",
-    "Edge",
     "Friction",
     "Physics",
     "Pocket",

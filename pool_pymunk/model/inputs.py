@@ -1,15 +1,13 @@
 """This module has the table of inputs: all numbers of a scene that a study may vary.
 
-``TABLE`` has one row for each kind of input. An input's name is that of its row, with the id of
-its ball behind (``"mass.C"``), and, where several shots are played, with the number of its shot
-(``"speed.2"``). Derivatives, fits, batches, sweeps, atlases, searches and sensitivities read this
-table, so a new row is known to all of them.
+An input's name is that of its row in ``TABLE``, followed by the id of its ball (``"mass.C"``), or
+by the number of its shot where several are played (``"speed.2"``). All studies read this table.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model.parts import Ball, Shot
-from pool_pymunk.model.problems import listed, setting_error, suggestion
+from pool_pymunk.model.problems import listed, no_such_ball, setting_error, suggestion
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.model.units import Units
@@ -28,6 +26,7 @@ Floats = NDArray[np.float64]
 
 BALL, SHOT, SCENE = "ball", "shot", "scene"
 SI = {"length": "m", "mass": "kg", "speed": "m/s", "angle": "degrees", "": ""}
+START = (("position", 0), ("position", 1), ("velocity", 0), ("velocity", 1))  # of a ball
 
 
 @dataclass(frozen=True)
@@ -36,12 +35,11 @@ class Input:
 
     ``name`` is the name, or its first part. ``quantity`` is what it measures: a length, mass,
     speed or angle (degrees), or nothing. ``read`` takes it from a Ball or Shot, or from the
-    restitution or friction of a scene, and ``put`` returns that Ball or Shot with another value (a
-    coefficient needs none: its part has it by its name). It lies
-    between ``low`` and ``high``, and above ``low`` if it is a ``size``. ``start`` is how the
-    position and velocity (4,) of its ball at the start depend on it, of a ball with the velocity
-    (vx, vy), numbers or arrays; None: they do not. ``column`` is the array of a batch, and the
-    place in it.
+    restitution or friction of a scene. ``put`` returns that Ball or Shot with another value; it is
+    None for a coefficient. The value lies between ``low`` and ``high``, and above ``low`` if it is
+    a ``size``. ``start`` returns the derivatives of its ball's position and velocity (4,) at the
+    start by it, from the velocity (vx, vy): numbers or arrays. It is None if they do not depend on
+    it. ``column`` is the array of a batch, and the place in it.
     """
 
     name: str
@@ -77,28 +75,18 @@ class Input:
         return np.clip(values, low, self.high)
 
 
-def _place(axis: int) -> Input:
-    unit = (1.0, 0.0, 0.0, 0.0) if axis == 0 else (0.0, 1.0, 0.0, 0.0)
+def _along(axis: int, name: str, field: str, quantity: str, about: str) -> Input:
+    unit = tuple(float(key == (field, axis)) for key in START)
+
+    def put(ball: Ball, value: float) -> Ball:
+        x, y = getattr(ball, field)
+        changed: dict[str, Any] = {field: (x, value) if axis else (value, y)}
+        return replace(ball, **changed)
+
     return Input(
-        "xy"[axis], "position", BALL, "length", f"{'xy'[axis]} of a ball's start",
-        lambda ball: ball.position[axis],
-        lambda ball, value: replace(ball, position=_with(ball.position, axis, value)),
-        start=lambda vx, vy: unit, column=("position", axis),
+        name, field, BALL, quantity, about, lambda ball: float(getattr(ball, field)[axis]), put,
+        start=lambda vx, vy: unit, column=(field, axis),
     )  # fmt: skip
-
-
-def _velocity(axis: int) -> Input:
-    unit = (0.0, 0.0, 1.0, 0.0) if axis == 0 else (0.0, 0.0, 0.0, 1.0)
-    return Input(
-        f"v{'xy'[axis]}", "velocity", BALL, "speed", f"its velocity along {'xy'[axis]}",
-        lambda ball: ball.velocity[axis],
-        lambda ball, value: replace(ball, velocity=_with(ball.velocity, axis, value)),
-        start=lambda vx, vy: unit, column=("velocity", axis),
-    )  # fmt: skip
-
-
-def _with(point: tuple[float, float], axis: int, value: float) -> tuple[float, float]:
-    return (value, point[1]) if axis == 0 else (point[0], value)
 
 
 def _size(name: str, quantity: str, column: tuple[str, int] | None) -> Input:
@@ -121,10 +109,8 @@ def _speed_of(shot: Shot) -> float:
 
 
 def _angle_of(shot: Shot) -> float:
-    if shot.angle is not None:
-        return shot.angle
     vx, vy = shot.velocity or (0.0, 0.0)
-    return math.degrees(math.atan2(vy, vx))
+    return math.degrees(math.atan2(vy, vx)) if shot.angle is None else shot.angle
 
 
 def _with_speed(shot: Shot, value: float) -> Shot:
@@ -153,10 +139,10 @@ def _turned(vx: Any, vy: Any) -> tuple[Any, ...]:
 
 
 ROWS = (
-    _place(0),
-    _place(1),
-    _velocity(0),
-    _velocity(1),
+    _along(0, "x", "position", "length", "x of a ball's start"),
+    _along(1, "y", "position", "length", "y of a ball's start"),
+    _along(0, "vx", "velocity", "speed", "its velocity along x"),
+    _along(1, "vy", "velocity", "speed", "its velocity along y"),
     _size("mass", "mass", ("mass", 0)),
     _size("radius", "length", None),
     _coefficient("restitution", "ball_ball", 0, "of hits of two balls"),
@@ -178,7 +164,6 @@ ROWS = (
           start=lambda vx, vy: (0.0,) * 4, column=("struck", 3)),
 )  # fmt: skip
 TABLE = {row.name: row for row in ROWS}
-GROUPS = tuple(dict.fromkeys(row.group for row in ROWS))
 
 
 def column_of(array: str) -> dict[str, int]:
@@ -215,20 +200,17 @@ def names_in(scene: Scene, shots: Iterable[str] = ("",)) -> dict[str, list[str]]
     >>> names_in(load("two-balls"), ["1"])["position"]
     ['x.A', 'y.A', 'x.B', 'y.B']
     """
-    found: dict[str, list[str]] = {group: [] for group in GROUPS}
+    found: dict[str, list[str]] = {}
     owners = {BALL: [ball.id for ball in scene.balls], SHOT: list(shots), SCENE: [""]}
-    for group in GROUPS:
-        rows = [row for row in ROWS if row.group == group]
-        for whose in owners[rows[0].of]:
-            found[group] += [_name(row, whose) for row in rows if _has(scene, row)]
-    return {group: names for group, names in found.items() if names}
+    for group in dict.fromkeys(row.group for row in ROWS):
+        rows = [row for row in ROWS if row.group == group and _has(scene, row)]
+        names = [_name(row, whose) for whose in owners[rows[0].of] for row in rows] if rows else []
+        found |= {group: names} if names else {}
+    return found
 
 
 def derivable(scene: Scene, is_struck: bool) -> dict[str, list[str]]:
-    """Return the inputs by which one run is derived, group by group, and all of them as "all".
-
-    Those of a shot are among them if a ball ``is_struck``.
-    """
+    """Return the inputs by which a run is derived, by group and as "all"; a ball may be struck."""
     groups = names_in(scene, [""] if is_struck else [])
     groups["all"] = [name for names in groups.values() for name in names if name != "turn"]
     return groups
@@ -249,7 +231,7 @@ def chosen(key: str, asked: object, groups: Mapping[str, list[str]], also: Itera
            ) -> Names:  # fmt: skip
     """Return the names that an argument asks for, each once; a group stands for its names.
 
-    ``also`` are further names that it may ask for. Raises SettingError for other names.
+    It may ask for names in ``also``, too. Raises SettingError for other names.
 
     >>> chosen("wrt", "speed", {"speed": ["speed.1", "speed.2"]})
     ('speed.1', 'speed.2')
@@ -272,8 +254,8 @@ def row_of(
 ) -> tuple[Input, str]:
     """Return the row and the ball ("": none) of an input of one shot.
 
-    Raises SettingError for another name; ``also`` are further names that its message lists. Where
-    there is a ``shot``, it gives the velocity of its ball, so that this one cannot be varied.
+    Raises SettingError for another name, and lists the names in ``also``, too; likewise for the
+    velocity of the ball of a ``shot``, which gives it.
     """
     kind, whose = parts(name) if isinstance(name, str) else ("", "")
     row = TABLE.get(kind)
@@ -283,8 +265,7 @@ def row_of(
         message = f"there is no such key (there are: {', '.join(every)}){suggestion(name, known)}"
         raise setting_error(key, name, message)
     if whose and whose not in scene.index:
-        message = f"there is no such ball (there are: {listed(scene.index)})"
-        raise setting_error(key, name, message)
+        raise setting_error(key, name, no_such_ball(scene.index))
     if kind in ("roll", "friction.rolling") and not scene.surface.rolls:
         raise setting_error(key, name, NO_ROLLING)
     if shot is not None and row.group == "velocity" and whose == shot.ball:
@@ -337,11 +318,9 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
         ball = new.get((BALL, shot.ball))
         if shot.place is not None and ball is not None:
             was = _part(scene, TABLE["x"], shot.ball).position
-            moved = (
-                (p + now - then)
-                for p, now, then in zip(shot.place, ball.position, was, strict=True)
-            )
-            new[SHOT, str(k)] = replace(new.get((SHOT, str(k)), shot), place=tuple(moved))
+            coordinates = zip(shot.place, ball.position, was, strict=True)
+            moved = tuple(place + now - then for place, now, then in coordinates)
+            new[SHOT, str(k)] = replace(new.get((SHOT, str(k)), shot), place=moved)
     return replace(
         scene,
         restitution=replace(scene.restitution, **coefficients["restitution"]),
@@ -352,7 +331,7 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
 
 
 def start_of(name: str, ball: Ball, struck: bool, velocity: Any) -> tuple[Any, ...] | None:
-    """Return how a ball's start (4,) depends on an input; None: it does not.
+    """Return the derivatives of a ball's start (4,) by an input; None if there are none.
 
     ``velocity`` has vx and vy: numbers, or arrays for many shots.
 
@@ -366,9 +345,9 @@ def start_of(name: str, ball: Ball, struck: bool, velocity: Any) -> tuple[Any, .
 
 
 def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
-    """Return which share (...) of velocities (..., 2) rolls are; 0 if they are no share.
+    """Return the shares (...) of velocities (..., 2) that rolls are; 0 if they are no share.
 
-    It is the share that balls have as their ``own``, or without one that along the velocity.
+    They are compared with the balls' ``own`` shares, or with that along the velocity.
 
     >>> share_of(np.array([[2.0, 0.0], [2.0, 0.0]]), np.array([[-1.0, 0.0], [0.0, 1.0]])).tolist()
     [-0.5, 0.0]
@@ -382,10 +361,9 @@ def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
 
 
 def roll_start_of(name: str, moved: Any, struck: bool, velocity: Any, share: Any) -> Any:
-    """Return how a ball's roll at the start (2,) depends on an input.
+    """Return the derivatives of a ball's roll at the start (2,) by an input.
 
-    By the input its velocity is ``moved`` (4,) as :func:`start_of` says. Its roll is a ``share`` of
-    its velocity.
+    Those of its start are ``moved`` (4,); its roll is a ``share`` of its velocity.
     """
     if parts(name)[0] == "roll" and struck:
         return velocity
@@ -431,8 +409,7 @@ def rolled(
 ) -> Floats | None:
     """Return the rolls (S, N, 2) of balls with these velocities; None where balls do not roll.
 
-    That of the struck ``ball`` is this ``share`` (S,) of its velocity. The others have their own
-    shares, or the rolls that they ``carried`` on from a run.
+    The struck ``ball`` has this ``share`` (S,); others have their own, or ``carried`` rolls.
     """
     if not scene.surface.rolls:
         return None
@@ -441,13 +418,3 @@ def rolled(
     if ball is not None:
         roll[:, ball] = np.reshape(share, (-1, 1)) * velocity[:, ball]
     return roll
-
-
-def table_lines() -> Iterator[str]:
-    """Yield the table as the documentation has it, line by line."""
-    yield "| name | what it is | unit | group | values |"
-    yield "|---|---|---|---|---|"
-    for row in ROWS:
-        name = _name(row, "ID" * (row.of == BALL))
-        limits = row.limits.removeprefix("must be ")
-        yield f"| `{name}` | {row.about} | {SI[row.quantity]} | `{row.group}` | {limits} |"

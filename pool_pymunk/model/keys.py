@@ -1,8 +1,7 @@
-"""Keys: what a part of a scene may say, defined once for Python and for scenario files.
+"""Keys define once what a part of a scene may say, in Python and in scenario files.
 
-The fields of a part are annotated with a type that has its key: how the value is read and checked,
-and in which unit a file has it. From these keys parts check themselves when they are made, and
-files are read and written.
+The type of a part's field has its key: it says how the value is read and checked, and in which unit
+a file has it. By these keys parts check themselves, and files are read and written.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from pool_pymunk.model.problems import Point, Problem, raise_any
 
 
 class Key(NamedTuple):
-    """A value is read like this; its unit has a kind (length, mass, speed), or it has none."""
+    """A key says how a value is read, and of which kind its unit is (length, mass, speed)."""
 
     read: Reader[Any]
     unit: str = ""
@@ -28,7 +27,7 @@ class Key(NamedTuple):
 
 Flag = Annotated[bool, Key(plain.flag)]
 Text = Annotated[str, Key(plain.text)]
-Ids = Annotated[Sequence[str], Key(plain.ids)]
+Ids = Annotated[Sequence[str], Key(plain.many(plain.text, 'ids, ["1", "2", ...]'))]
 Name = Annotated[str, Key(plain.name)]
 Color = Annotated[str, Key(plain.color)]  # "#rrggbb"
 Colors = Annotated[str | Sequence[str], Key(plain.colors)]  # one of all, or one each
@@ -43,8 +42,10 @@ Share = Annotated[float, Key(plain.between(0.0, 1.0))]
 Number = Annotated[float, Key(plain.between(0.0))]  # from 0 on
 Place = Annotated[Point, Key(plain.point, "length")]  # m
 Velocity = Annotated[Point, Key(plain.point, "speed")]  # m/s
-Corners = Annotated[tuple[Point, ...], Key(plain.corners, "length")]  # m
-Bulges = Annotated[tuple[float, ...], Key(plain.numbers)]
+Corners = Annotated[
+    tuple[Point, ...], Key(plain.many(plain.point, "corners, [[x, y], ...]"), "length")
+]  # m
+Bulges = Annotated[tuple[float, ...], Key(plain.many(plain.finite, "numbers, [0.0, 1.0, ...]"))]
 Ends = Annotated[Mapping[str, Point], Key(plain.ends, "length")]  # m
 
 
@@ -60,12 +61,14 @@ def keys_of(made: Any) -> Keys:
 def _key(hint: Any) -> Key:
     """Return the key in an annotation, which may be None, a class, or a tuple of objects of one."""
     if isinstance(hint, type):
-        return Key(plain.one(hint))
+        return Key(plain.made(hint))
     if hasattr(hint, "__metadata__"):
         key: Key = hint.__metadata__[0]
         return key
     first, second = get_args(hint)
-    return Key(plain.row(first)) if second is ... else _key(first)._replace(may_be_none=True)
+    if second is ...:
+        return Key(plain.made(first, in_row=True))
+    return _key(first)._replace(may_be_none=True)
 
 
 def read_all(keys: Keys, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -83,10 +86,10 @@ def read_all(keys: Keys, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class Part:
-    """A part of a scene: a dataclass that reads its fields by their keys when it is made.
+    """A part of a scene is a dataclass that reads its fields by their keys when it is made.
 
-    Raises :class:`~pool_pymunk.SceneError` with every field that does not fit, or else with what
-    is wrong between the fields.
+    Raises :class:`~pool_pymunk.SceneError` with all fields that do not fit, or else with all that
+    is wrong between them.
     """
 
     __slots__ = ()

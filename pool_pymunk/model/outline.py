@@ -21,10 +21,10 @@ STRAIGHT_ON = 1e-12  # rad; an arc that turns off by less goes on straight, and 
 
 
 class Edge(NamedTuple):
-    """One cushion from ``start`` to ``end``, its unit ``tangent``, its unit ``normal`` inwards.
+    """An edge is a cushion from ``start`` to ``end``, with unit ``tangent`` and inward ``normal``.
 
-    Where the cushion is an arc, they are those of its chord, as is ``length`` (m), and ``bulge`` is
-    the tangent of a quarter of the arc's angle.
+    If the cushion is an arc, these and the ``length`` (m) are those of its chord. ``bulge`` is the
+    tangent of a quarter of the arc's angle.
     """
 
     start: Point
@@ -99,23 +99,22 @@ class Edge(NamedTuple):
         return [self.start, *(self.at(k / parts)[0] for k in range(1, parts))]
 
     def height(self, x: float, y: float) -> float:
-        """Distance (m) of a point from the cushion's line, positive on the table's side."""
+        """Return a point's distance (m) from the cushion's line, positive on the table's side."""
         return (x - self.start[0]) * self.normal[0] + (y - self.start[1]) * self.normal[1]
 
     def along(self, x: float, y: float) -> float:
-        """Where the point's foot lies on the cushion: 0 at ``start``, ``length`` at ``end`` (m)."""
+        """Return how far (m) along the cushion from ``start`` a point's foot lies."""
         return (x - self.start[0]) * self.tangent[0] + (y - self.start[1]) * self.tangent[1]
 
     def distance(self, x: float, y: float) -> float:
-        """Distance (m) of a point from the cushion itself, ends included."""
+        """Return a point's distance (m) from the cushion itself, ends included."""
         if self.bulge != 0.0:
             gap = abs(self.side.gap(x, y, 0.0))
             ends = [math.dist((x, y), end) for end in (self.start, self.end)]
             return gap if gap < math.inf else min(ends)
+        (x0, y0), (tx, ty) = self.start, self.tangent
         s = min(max(self.along(x, y), 0.0), self.length)
-        foot_x = self.start[0] + s * self.tangent[0]
-        foot_y = self.start[1] + s * self.tangent[1]
-        return math.hypot(x - foot_x, y - foot_y)
+        return math.hypot(x - (x0 + s * tx), y - (y0 + s * ty))
 
 
 def _edge(start: Point, end: Point, bulge: float = 0.0) -> Edge:
@@ -127,12 +126,12 @@ def _edge(start: Point, end: Point, bulge: float = 0.0) -> Edge:
 
 @dataclass(frozen=True)
 class Table(Part):
-    """A table: any simple polygon, counter-clockwise; cushion k runs from corner k to the next.
+    """A table is a simple polygon, counter-clockwise; cushion k runs from corner k to the next.
 
     A cushion may be an arc. Its ``bulge`` is the tangent of a quarter of the arc's angle: 0 is
-    straight, 1 a half circle outwards, and negative numbers bulge into the table. Two corners are
-    enough where both cushions bulge outwards. ``color`` ("#rrggbb") is that of the cloth or board
-    in pictures; by default the table is green.
+    straight, 1 a half circle outwards, and negative numbers bulge into the table. If both cushions
+    bulge outwards, two corners are enough. ``color`` ("#rrggbb") is that of the cloth or board in
+    pictures; by default the table is green.
 
     >>> table = Table.rectangle(2.0, 1.0)
     >>> [edge.normal for edge in table.edges][1]
@@ -147,10 +146,9 @@ class Table(Part):
 
     @classmethod
     def rectangle(cls, length: float, width: float, color: str | None = None) -> Table:
-        """The report's table: x from 0 to ``length``, y from 0 to ``width`` (m)."""
-        raise_any([*problems_of(length, size, "length"), *problems_of(width, size, "width")])
-        corners = ((0.0, 0.0), (length, 0.0), (length, width), (0.0, width))
-        return cls(corners, color=color)
+        """Return a rectangle: x from 0 to ``length``, y from 0 to ``width`` (m)."""
+        _check_sizes(length=length, width=width)
+        return cls(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)), color=color)
 
     @classmethod
     def stadium(cls, length: float, width: float) -> Table:
@@ -159,7 +157,7 @@ class Table(Part):
         >>> Table.stadium(2.0, 1.0).bounds
         (0.0, 0.0, 2.0, 1.0)
         """
-        raise_any([*problems_of(length, size, "length"), *problems_of(width, size, "width")])
+        _check_sizes(length=length, width=width)
         if not length > width:
             raise_any([Problem("length", length, f"must be greater than the width ({width:g})")])
         low, high = width / 2.0, length - width / 2.0
@@ -173,39 +171,38 @@ class Table(Part):
         >>> [round(x, 12) for x in Table.circle(0.5).bounds]
         [0.0, 0.0, 1.0, 1.0]
         """
-        raise_any(problems_of(radius, size, "radius"))
+        _check_sizes(radius=radius)
         return cls(((2.0 * radius, radius), (0.0, radius)), (1.0, 1.0))
 
     def _problems(self) -> Iterator[Problem]:
-        if self.bulge and len(self.bulge) != len(self.outline):
-            message = f"must have {len(self.outline)} numbers, one for each side"
-            yield Problem("bulge", list(self.bulge), message)
-            return
+        """Return the first thing that is wrong with the bulges, or else with the outline."""
+        count = len(self.outline)
+        if self.bulge and len(self.bulge) != count:
+            message = f"must have {count} numbers, one for each side"
+            return iter([Problem("bulge", list(self.bulge), message)])
         for k, bulge in enumerate(self.bulge):
             if bulge != 0.0 and not FLATTEST <= abs(bulge) <= ROUNDEST:
                 message = f"must be 0, or between {FLATTEST:g} and {ROUNDEST:g} in size"
-                yield Problem(("bulge", k), bulge, message)
-                return
-        if len(self.outline) < 3 and not (
-            len(self.outline) == 2 and min(self.bulge, default=0) > 0
-        ):
-            message = "must have three corners or more, or two between sides that bulge outwards"
-            yield self._problem(message)
-            return
+                return iter([Problem(("bulge", k), bulge, message)])
+        message, shown = self._misdrawn(), [list(corner) for corner in self.outline]
+        return iter([Problem("outline", shown, message)] if message else [])
+
+    def _misdrawn(self) -> str:
+        """Say what is wrong with the outline; nothing if nothing is."""
+        count = len(self.outline)
+        if count < 2 or (count == 2 and min(self.bulge, default=0.0) <= 0.0):
+            return "must have three corners or more, or two between sides that bulge outwards"
         slack = COORDINATE_ROUNDING * max(max(map(abs, corner)) for corner in self.outline)
         for k, corner in enumerate(self.outline):
             if math.dist(self.outline[k - 1], corner) <= slack:
-                k_before = (k - 1) % len(self.outline)
-                yield self._problem(f"has two equal corners in a row ({k_before} and {k})")
-                return
-        meeting = self._crossing(slack)
+                return f"has two equal corners in a row ({(k - 1) % count} and {k})"
+        points = self.polyline
+        cushions = [k for k, edge in enumerate(self.edges) for _ in edge.points()]
+        meeting = _crossing(tuple(map(_edge, points, points[1:] + points[:1])), slack)
         if meeting is not None:
-            yield self._problem("crosses itself (cushion {} meets cushion {})".format(*meeting))
-        elif _area(self.polyline) <= 0.0:
-            yield self._problem("must run counter-clockwise")
-
-    def _problem(self, message: str) -> Problem:
-        return Problem("outline", [list(corner) for corner in self.outline], message)
+            first, second = (cushions[piece] for piece in meeting)
+            return f"crosses itself (cushion {first} meets cushion {second})"
+        return "" if _area(points) > 0.0 else "must run counter-clockwise"
 
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
@@ -217,14 +214,6 @@ class Table(Part):
     def polyline(self) -> tuple[Point, ...]:
         """The outline, in which arcs are strings of many corners (m)."""
         return tuple(point for edge in self.edges for point in edge.points())
-
-    def _crossing(self, slack: float) -> tuple[int, int] | None:
-        """Return the numbers of two cushions that meet where they should not, or None."""
-        points = self.polyline
-        of_edge = [k for k, edge in enumerate(self.edges) for _ in edge.points()]
-        pieces = tuple(map(_edge, points, points[1:] + points[:1]))
-        found = _crossing(pieces, slack)
-        return None if found is None else (of_edge[found[0]], of_edge[found[1]])
 
     @cached_property
     def reflex_corners(self) -> tuple[int, ...]:
@@ -241,13 +230,11 @@ class Table(Part):
     def walls(self) -> tuple[Wall, ...]:
         """The cushions as walls without coefficients, in order along the outline.
 
-        Each wall has the cushion's face or arc, and the cushion's first corner if it sticks out
-        into the table.
+        Each has the cushion's face or arc, and its first corner if that sticks out into the table.
         """
         corners = {k: (RoundSide(self.edges[k].start),) for k in self.reflex_corners}
-        return tuple(
-            Wall((edge.side, *corners.get(k, ())), 0.0, 0.0, k) for k, edge in enumerate(self.edges)
-        )
+        sides = ((edge.side, *corners.get(k, ())) for k, edge in enumerate(self.edges))
+        return tuple(Wall(each, 0.0, 0.0, k) for k, each in enumerate(sides))
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -259,8 +246,7 @@ class Table(Part):
     def is_rectangle(self) -> bool:
         """Tell whether the table is a rectangle with cushions 0 to 3 as the report has them."""
         x0, y0, x1, y1 = self.bounds
-        is_straight = not any(self.bulge)
-        return is_straight and self.outline == ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+        return self.outline == ((x0, y0), (x1, y0), (x1, y1), (x0, y1)) and not any(self.bulge)
 
     def contains(self, x: float, y: float) -> bool:
         """Tell whether a point is on the table (even-odd rule)."""
@@ -270,12 +256,11 @@ class Table(Part):
     def lines(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
         """The x and y of the corners, and of arcs both ends, centre, radius (m) and bulge."""
         xs, ys = zip(*self.outline, strict=True)
-        arcs = tuple(
+        arcs = [(edge, edge.side) for edge in self.edges]
+        return xs, ys, tuple(
             (*edge.start, *edge.end, *side.center, side.radius, edge.bulge)
-            for edge, side in ((edge, edge.side) for edge in self.edges)
-            if isinstance(side, Arc)
-        )
-        return xs, ys, arcs
+            for edge, side in arcs if isinstance(side, Arc)
+        )  # fmt: skip
 
 
 def contains(xs: Any, ys: Any, arcs: Any, x: float, y: float) -> bool:
@@ -314,6 +299,11 @@ def crosses(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> b
     return (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)
 
 
+def _check_sizes(**sizes: object) -> None:
+    """Raise SceneError for sizes (m) that are none."""
+    raise_any(each for key, value in sizes.items() for each in problems_of(value, size, key))
+
+
 def _cross(a: Point, b: Point) -> float:
     return a[0] * b[1] - a[1] * b[0]
 
@@ -325,11 +315,11 @@ def _area(outline: Sequence[Point]) -> float:
 
 
 def _crossing(edges: Sequence[Edge], slack: float) -> tuple[int, int] | None:
-    """Two sides of a closed polygon that meet where they should not, by a sweep along x."""
+    """Return two sides of a closed polygon that meet where they should not, by a sweep along x."""
+    spans = [sorted((edge.start[0], edge.end[0])) for edge in edges]
     active: list[int] = []
-    for i in sorted(range(len(edges)), key=lambda k: min(edges[k].start[0], edges[k].end[0])):
-        left = min(edges[i].start[0], edges[i].end[0]) - slack
-        active = [j for j in active if max(edges[j].start[0], edges[j].end[0]) >= left]
+    for i in sorted(range(len(edges)), key=lambda k: spans[k][0]):
+        active = [j for j in active if spans[j][1] >= spans[i][0] - slack]
         for j in active:
             if _sides_meet(edges, min(i, j), max(i, j), slack):
                 return min(i, j), max(i, j)
@@ -338,19 +328,15 @@ def _crossing(edges: Sequence[Edge], slack: float) -> tuple[int, int] | None:
 
 
 def _sides_meet(edges: Sequence[Edge], i: int, j: int, slack: float) -> bool:
+    """Tell whether two sides meet, neighbours elsewhere than at their corner."""
     p, q = edges[i], edges[j]
-    if min(p.start[1], p.end[1]) - slack > max(q.start[1], q.end[1]) or (
-        min(q.start[1], q.end[1]) - slack > max(p.start[1], p.end[1])
-    ):
+    (p_low, p_high), (q_low, q_high) = (sorted((e.start[1], e.end[1])) for e in (p, q))
+    if p_low - slack > q_high or q_low - slack > p_high:
         return False
-    if j - i in (1, len(edges) - 1):  # neighbours meet at their corner, and may do so only there
+    if j - i in (1, len(edges) - 1):
         first, second = (p, q) if p.end == q.start else (q, p)
         return first.distance(*second.end) <= slack or second.distance(*first.start) <= slack
-    if (
-        min(p.distance(*q.start), p.distance(*q.end), q.distance(*p.start), q.distance(*p.end))
-        <= slack
-    ):
+    both = ((p, q), (q, p))
+    if any(min(a.distance(*b.start), a.distance(*b.end)) <= slack for a, b in both):
         return True
-    return (p.height(*q.start) > 0.0) != (p.height(*q.end) > 0.0) and (
-        (q.height(*p.start) > 0.0) != (q.height(*p.end) > 0.0)
-    )
+    return all((a.height(*b.start) > 0.0) != (a.height(*b.end) > 0.0) for a, b in both)

@@ -1,4 +1,4 @@
-"""The parts of a scene: balls, coefficients, physics and shots, each checked when it is made."""
+"""A scene has parts: balls, coefficients, physics and shots; each is checked when it is made."""
 
 from __future__ import annotations
 
@@ -7,31 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from pool_pymunk.model.keys import (
-    Angle,
-    Color,
-    Ends,
-    Factor,
-    Flag,
-    Gap,
-    Key,
-    Length,
-    Mass,
-    Name,
-    Number,
-    Part,
-    Place,
-    Share,
-    Speed,
-    Text,
-    Time,
-    Velocity,
-)
+from pool_pymunk.model import keys
+from pool_pymunk.model.keys import Key, Part
 from pool_pymunk.model.plain import Unfit, choice, name, text
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem
 from pool_pymunk.physics.laws import LAWS
 
-STANDARD_GRAVITY = 9.80665  # m/s^2
+STANDARD_GRAVITY = 9.80665  # m/s^2; the standard value (CGPM 1901), as in the report
 NEAREST = "nearest"  # what a shot may aim at instead of a ball's id
 LAUNCH = ("velocity", "speed", "angle", "aim")  # what a shot may say about its start
 
@@ -50,20 +32,20 @@ def _target(value: Any) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Ball(Part):
-    """A disc that slides without turning: position (m), radius (m), mass (kg), velocity (m/s).
+    """A ball is a disc that slides: position (m), radius (m), mass (kg), velocity (m/s).
 
-    Where the scene has ``Friction.rolling``, it is a solid sphere. Its ``roll`` is a share of its
+    In a scene with ``Friction.rolling`` it is a solid sphere. Its ``roll`` is a share of its
     velocity: 1 rolls, 0 slides without rotation, and a negative one draws.
     """
 
     id: Annotated[str, Key(_ball_id)]
-    position: Place
-    radius: Length
-    mass: Mass
-    cue: Flag = False
-    velocity: Velocity = (0.0, 0.0)
-    color: Color | None = None
-    roll: Factor = 0.0
+    position: keys.Place
+    radius: keys.Length
+    mass: keys.Mass
+    cue: keys.Flag = False
+    velocity: keys.Velocity = (0.0, 0.0)
+    color: keys.Color | None = None
+    roll: keys.Factor = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +56,9 @@ class Pocket(Part):
     rests at the pocket's position, and meets nothing any more.
     """
 
-    id: Name
-    position: Place
-    radius: Length
+    id: keys.Name
+    position: keys.Place
+    radius: keys.Length
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,32 +71,32 @@ class Post(Part):
     True
     """
 
-    position: Place
-    radius: Gap
-    restitution: Share | None = None
-    friction: Number | None = None
+    position: keys.Place
+    radius: keys.Gap
+    restitution: keys.Share | None = None
+    friction: keys.Number | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Restitution(Part):
-    """Coefficients of restitution, each in [0, 1]; None where the scene never needs one."""
+    """These are coefficients of restitution, each in [0, 1]; None where none is needed."""
 
-    ball_ball: Share | None = None
-    cue_ball: Share | None = None
-    cushion: Share | None = None
+    ball_ball: keys.Share | None = None
+    cue_ball: keys.Share | None = None
+    cushion: keys.Share | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Friction(Part):
-    """Coefficients of friction, each >= 0; 0 is not modelled.
+    """These are coefficients of friction, each >= 0; 0 leaves that friction out.
 
-    With ``rolling`` balls slide, then roll; ``surface`` is that of sliding, and not below it.
+    With ``rolling`` balls slide, then roll; ``surface`` is that of sliding: ``rolling`` or more.
     """
 
-    surface: Number = 0.0
-    cushion: Number = 0.0
-    ball_ball: Number = 0.0
-    rolling: Number | None = None
+    surface: keys.Number = 0.0
+    cushion: keys.Number = 0.0
+    ball_ball: keys.Number = 0.0
+    rolling: keys.Number | None = None
 
     def _problems(self) -> Iterator[Problem]:
         """Find friction of rolling that is above that of sliding."""
@@ -125,50 +107,46 @@ class Friction(Part):
 
 @dataclass(frozen=True, slots=True)
 class Physics(Part):
-    """The contact law's name, gravity (m/s^2), and when to stop at the latest (s)."""
+    """These are the contact law's name, gravity (m/s^2), and a run's latest end (s)."""
 
     law: Annotated[str, Key(choice(LAWS))] = "coulomb"
-    gravity: Number = STANDARD_GRAVITY
-    max_time: Time | None = None
+    gravity: keys.Number = STANDARD_GRAVITY
+    max_time: keys.Time | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Shot(Part):
-    """A shot gives one ball a ``velocity`` (m/s), or a ``speed`` (m/s) and where it goes.
+    """A shot gives one ball a ``velocity`` (m/s), or a ``speed`` (m/s) and a direction.
 
-    Beside the speed stands an ``angle`` (degrees, counter-clockwise from +x), or a ball to ``aim``
-    at, by its id or as "nearest". ``from_previous`` goes on from where the shot before ended.
-    ``published`` are reference ends to compare with (m). ``roll`` is a share of the ball's velocity
-    (follow is positive, draw negative), in a scene with ``Friction.rolling``. With a ``place`` (m)
-    the ball begins there (ball in hand), even if it was pocketed before.
+    The direction is an ``angle`` (degrees, counter-clockwise from +x), or a ball to ``aim`` at, by
+    its id or as "nearest". With ``from_previous`` it begins where the last shot ended.
+    ``published`` are reference ends (m). In a scene with ``Friction.rolling``, ``roll`` is a
+    share of the ball's velocity (follow is positive, draw negative). With a ``place`` (m) the ball
+    begins there (ball in hand), even if it was pocketed before.
 
     >>> Shot("break", "C", speed=2.0, angle=0.0).launch
     (2.0, 0.0)
     """
 
-    name: Name
-    ball: Text
-    velocity: Velocity | None = None
-    speed: Speed | None = None
+    name: keys.Name
+    ball: keys.Text
+    velocity: keys.Velocity | None = None
+    speed: keys.Speed | None = None
     aim: Annotated[str, Key(_target)] | None = None
-    from_previous: Flag = False
-    published: Ends = field(default_factory=dict, hash=False)
-    angle: Angle | None = None
-    roll: Factor = 0.0
-    place: Place | None = None
+    from_previous: keys.Flag = False
+    published: keys.Ends = field(default_factory=dict, hash=False)
+    angle: keys.Angle | None = None
+    roll: keys.Factor = 0.0
+    place: keys.Place | None = None
 
     def __repr__(self) -> str:
-        said = {key: getattr(self, key) for key in LAUNCH}
-        parts = [f"{key}={value!r}" for key, value in said.items() if value is not None]
-        if self.roll != 0.0:
-            parts.append(f"roll={self.roll!r}")
-        if self.place is not None:
-            parts.append(f"place={self.place!r}")
-        if self.from_previous:
-            parts.append("from_previous=True")
-        if self.published:
-            parts.append(f"published=<ends: {len(self.published)}>")
-        return f"Shot({', '.join([repr(self.name), repr(self.ball), *parts])})"
+        usual = {"roll": 0.0, "from_previous": False}  # Others are usually None.
+        parts = [repr(self.name), repr(self.ball)]
+        for key in (*LAUNCH, "roll", "place", "from_previous"):
+            if (value := getattr(self, key)) != usual.get(key):
+                parts.append(f"{key}={value!r}")
+        parts += [f"published=<ends: {len(self.published)}>"] if self.published else []
+        return f"Shot({', '.join(parts)})"
 
     @property
     def launch(self) -> Point | None:
@@ -179,7 +157,7 @@ class Shot(Part):
         return (math.cos(angle) * self.speed, math.sin(angle) * self.speed)
 
     def _problems(self) -> Iterator[Problem]:
-        """Find out whether the shot says once how it starts."""
+        """Find a start that is missing or given twice."""
         if self.velocity is not None:
             yield from beside("velocity", speed=self.speed, angle=self.angle, aim=self.aim)
         elif self.angle is not None and self.speed is not None:
@@ -194,7 +172,7 @@ class Shot(Part):
 
 
 def beside(other: str, **values: object) -> Iterator[Problem]:
-    """Find what stands beside ``other``, though it says the same as that."""
+    """Find each value that says the same as ``other``, which is also given."""
     for key, value in values.items():
         if value is not None:
-            yield Problem(key, value, f"stands beside {other}: one of the two")
+            yield Problem(key, value, f"give either {other} or {key}")

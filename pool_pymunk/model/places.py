@@ -1,8 +1,8 @@
-"""May a ball lie here? This module answers, and says in words what is wrong with a place.
+"""This module tells whether a ball may lie at a place, and says in words what is wrong there.
 
-Balls, walls, pockets and the outline are asked the same: how much ``room`` (m) is there? It
-is negative where a ball lies in them. What sinks in by no more than rounded coordinates do is taken
-as touching. numba compiles the rules for many layouts at once (:mod:`pool_pymunk.fast.places`).
+Balls, walls and pockets tell how much ``room`` (m) there is: it is negative where a ball lies in
+them. A ball that sinks in no deeper than rounded coordinates do touches them. numba compiles the
+rules for many layouts at once (:mod:`pool_pymunk.fast.places`).
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from pool_pymunk.model.state import State
 from pool_pymunk.model.units import Units
 from pool_pymunk.physics.sides import RoundSide, Side, Wall, core_of, pocket
 
-# A ball touches what it sinks into by this share of its radius, or of the smaller radius of two
-# balls, because somebody rounded the coordinates of a frozen rack. For a pocket, which asks for the
-# ball's centre, it is a share of the pocket's radius.
+# A ball touches what it sinks into by this share of its radius (of the smaller radius of two balls,
+# of a pocket's radius), because somebody rounded the coordinates of a frozen rack.
 TOUCHING = 1e-6
-# This is that share where a run starts, as balls lie where others end: in persistent contacts they
-# sink in by 1e-4, where contacts are found late by the distance of a step.
+# This is that share where a run starts: runs end with balls sunk in by 1e-4 in persistent contacts
+# (DEEPEST), and by the distance of a step where contacts are found late.
 SUNK = 1e-2
-MOST_OVERLAPS = 100  # reported of one scene
+MOST_OVERLAPS = 100  # of one scene are reported: more lines than a screen has
 METRES = Units()
+Things = list[tuple[str, Wall]]  # posts and pockets, each with what it is called
 
 room_at_round = RoundSide.gap
 
@@ -42,11 +42,9 @@ class Placed(NamedTuple):
 
 def placed(balls: Sequence[Ball], state: State) -> dict[int, Placed]:
     """Return the balls, by their numbers, that are on the table in a state."""
-    return {
-        i: Placed(ball.id, position, ball.radius)
-        for i, (ball, position) in enumerate(zip(balls, state.position, strict=True))
-        if ball.id not in state.off
-    }
+    both = enumerate(zip(balls, state.position, strict=True))
+    there = {i: Placed(ball.id, position, ball.radius) for i, (ball, position) in both}
+    return {i: ball for i, ball in there.items() if ball.id not in state.off}
 
 
 # -- the rules, which numba can compile ------------------------------------------------------------
@@ -74,9 +72,7 @@ def room_beside_ball(x: float, y: float, r: float, u: float, v: float, q: float)
     return room_at_round(RoundSide((u, v), q), x, y, r)
 
 
-def overlap(
-    x: float, y: float, r: float, u: float, v: float, q: float, share: float
-) -> bool:  # fmt: skip
+def overlap(x: float, y: float, r: float, u: float, v: float, q: float, share: float) -> bool:
     """Tell whether a ball of radius ``r`` at (x, y) lies in one of radius ``q`` at (u, v)."""
     room = room_beside_ball(x, y, r, u, v, q)
     return room < 0.0 and (sinks(room, min(r, q), max(abs(x), abs(u)), max(abs(y), abs(v)), share))
@@ -91,13 +87,18 @@ def room_beside(sides: Iterable[Side], x: float, y: float, r: float) -> float:
     return min([gap for gap, core in gaps if is_beside(gap, r, core)], default=math.inf)
 
 
-def lies_in(
-    wall: Wall, room: float, x: float, y: float, r: float, share: float = TOUCHING
-) -> bool:  # fmt: skip
+def lies_in(wall: Wall, room: float, x: float, y: float, r: float, share: float = TOUCHING) -> bool:
     """Tell whether a ball that has this ``room`` (m) lies in a wall or a pocket."""
     if wall.is_pocket:
-        return sinks(room, core_of(wall.sides[0]), x, y, TOUCHING)
+        r, share = core_of(wall.sides[0]), TOUCHING
     return sinks(room, r, x, y, share)
+
+
+def post_wall(post: Post, k: int, restitution: float = 0.0, friction: float = 0.0) -> Wall:
+    """Return wall ``k`` of a post, with these coefficients unless it has its own."""
+    e, mu = post.restitution, post.friction
+    side = RoundSide(post.position, post.radius)
+    return Wall((side,), restitution if e is None else e, friction if mu is None else mu, k)
 
 
 # -- what is wrong, in words -----------------------------------------------------------------------
@@ -112,23 +113,16 @@ def place_problems(
     posts: Sequence[Post] = (),
 ) -> Iterator[Problem]:
     """Find balls off the table, or in cushions, posts, pockets, balls; lengths in ``units``."""
-    cushions = table.walls if table is not None else ()
-    holes = [pocket(each.position, each.radius, k) for k, each in enumerate(pockets)]
+    things: Things = [
+        *((f"post {k}", post_wall(post, k)) for k, post in enumerate(posts)),
+        *(
+            (f"pocket {shown(p.id)}", pocket(p.position, p.radius, k))
+            for k, p in enumerate(pockets)
+        ),
+    ]
     for k, ball in balls.items():
-        name = f"ball {shown(ball.id)}"
-        for message in _ground_problems(name, ball, table, cushions, share, units):
+        for message in _ground_problems(ball, table, things, share, units):
             yield Problem(("balls", k, "position"), list(ball.position), message)
-        for number, post in enumerate(posts):
-            room = room_at_round(RoundSide(post.position, post.radius), *ball.position, ball.radius)
-            if sinks(room, ball.radius, *ball.position, share):
-                message = said(name, f"post {number}", room, ball.radius, units)
-                yield Problem(("balls", k, "position"), list(ball.position), message)
-        for hole in holes:
-            room = room_beside(hole.sides, *ball.position, ball.radius)
-            if lies_in(hole, room, *ball.position, ball.radius):
-                what = f"pocket {shown(pockets[hole.number].id)}"
-                message = said(name, what, room, ball.radius, units, how="is within")
-                yield Problem(("balls", k, "position"), list(ball.position), message)
     for i, j in sorted(islice(_overlaps(balls, share), MOST_OVERLAPS)):
         a, b = balls[i], balls[j]
         room = room_beside_ball(*b.position, b.radius, *a.position, a.radius)
@@ -164,35 +158,41 @@ def post_problems(
     for hole in pockets:
         if math.dist(post.position, hole.position) < r:
             yield f"the post lies over the middle of pocket {shown(hole.id)}"
-    if table is None:
-        return
-    if not table.contains(x, y):
+    if table is not None and not table.contains(x, y):
         yield "the post is off the table"
-        return
-    rooms = [edge.distance(x, y) - r for edge in table.edges]
-    room = min(rooms)
-    if sinks(room, r, x, y, TOUCHING):
-        depth = units.from_si(-room, "length")
-        cushion = rooms.index(room)
-        yield f"the post lies in cushion {cushion} by {depth:.2g} {units.length}"
+    elif table is not None:
+        room, cushion = min((edge.distance(x, y) - r, k) for k, edge in enumerate(table.edges))
+        if sinks(room, r, x, y, TOUCHING):
+            depth = units.from_si(-room, "length")
+            yield f"the post lies in cushion {cushion} by {depth:.2g} {units.length}"
 
 
 def _ground_problems(
-    name: str, ball: Ball | Placed, table: Table | None, cushions: Sequence[Wall], share: float,
+    ball: Ball | Placed,
+    table: Table | None,
+    things: Iterable[tuple[str, Wall]],
+    share: float,
     units: Units,
-) -> Iterator[str]:  # fmt: skip
-    """Say that a ball is off the table, or in which cushions it lies."""
-    (x, y), r = ball.position, ball.radius
+) -> Iterator[str]:
+    """Say that a ball is off the table, or in which cushions, posts and pockets it lies."""
+    (x, y), r, name = ball.position, ball.radius, f"ball {shown(ball.id)}"
+    cushions = [] if table is None else table.walls
     if table is not None and not table.contains(x, y):
         yield f"{name} is off the table"
-        return
-    rooms = {wall: room_beside(wall.sides, x, y, r) for wall in cushions}
-    touched = [
-        str(wall.number) for wall, room in rooms.items() if lies_in(wall, room, x, y, r, share)
-    ]
+        cushions = []
+    rooms = [room_beside(wall.sides, x, y, r) for wall in cushions]
+    touched = [str(k) for k, room in enumerate(rooms) if sinks(room, r, x, y, share)]
     if touched:
-        what = f"{'cushion' if len(touched) == 1 else 'cushions'} {listed(touched)}"
-        yield said(name, what, min(rooms.values()), r, units)
+        yield said(
+            name, f"cushion{'s' * (len(touched) > 1)} {listed(touched)}", min(rooms), r, units
+        )
+    for what, thing in things:
+        room, how = (
+            room_beside(thing.sides, x, y, r),
+            "is within" if thing.is_pocket else "overlaps",
+        )
+        if lies_in(thing, room, x, y, r, share):
+            yield said(name, what, room, r, units, how)
 
 
 def said(
@@ -215,13 +215,11 @@ def _overlaps(balls: Mapping[int, Ball | Placed], share: float) -> Iterator[tupl
     axis = spread.index(max(spread))
     active: list[int] = []
     for i in sorted(balls, key=lambda k: balls[k].position[axis] - balls[k].radius):
-        (x, y), r, across = balls[i].position, balls[i].radius, balls[i].position[1 - axis]
-        near = balls[i].position[axis] - r
-        active = [j for j in active if balls[j].position[axis] + balls[j].radius > near]
+        p, r = balls[i].position, balls[i].radius
+        active = [j for j in active if balls[j].position[axis] + balls[j].radius > p[axis] - r]
         for j in active:
-            (u, v), q = balls[j].position, balls[j].radius
-            if abs(balls[j].position[1 - axis] - across) < r + q and overlap(
-                x, y, r, u, v, q, share
-            ):
+            other, q = balls[j].position, balls[j].radius
+            is_near = abs(other[1 - axis] - p[1 - axis]) < r + q
+            if is_near and overlap(*p, r, *other, q, share):
                 yield min(i, j), max(i, j)
         active.append(i)

@@ -1,8 +1,8 @@
 """This module makes plain Python values of what users pass: numbers of NumPy, arrays, lists.
 
-A reader takes one value and returns it as a plain one, or raises :class:`Unfit`. So nothing of
-NumPy goes further than the door: not to the solvers, not to a law, not into a file. Readers of
-numbers also take the size of the ``unit`` (SI) that a file has them in; bounds are in SI.
+A reader takes one value and returns it as a plain one, or raises :class:`Unfit`. So solvers, laws
+and files never see a number of NumPy. Readers of numbers also take the size (SI) of the ``unit``
+that a file has them in; bounds are in SI.
 """
 
 from __future__ import annotations
@@ -34,18 +34,16 @@ Reader = Callable[..., Value]
 
 
 class Unfit(ValueError):
-    """The value does not fit; the message says what would, ``inside`` what is wrong in it."""
+    """A value does not fit: the message says what would, ``inside`` what is wrong in it."""
 
     def __init__(self, message: str, inside: Sequence[Problem] = ()) -> None:
         super().__init__(message)
         self.inside = inside
 
     def problems(self, where: Location, value: object) -> Iterator[Problem]:
-        """Return what is wrong with the value that stands there."""
-        if not self.inside:
-            yield Problem(where, value, str(self))
-        for problem in self.inside:
-            yield problem.under(*where)
+        """Return what is wrong with the ``value`` that stands there."""
+        found = self.inside or [Problem((), value, str(self))]
+        return (problem.under(*where) for problem in found)
 
 
 def each(read: Reader[Value], values: Iterable[tuple[int | str, Any]], *unit: float) -> list[Value]:
@@ -60,6 +58,22 @@ def each(read: Reader[Value], values: Iterable[tuple[int | str, Any]], *unit: fl
     if problems:
         raise Unfit(problems[0].message, problems)
     return found
+
+
+def is_row(value: Any) -> bool:
+    """Tell whether a value is a tuple, a list or an array of one dimension or more."""
+    return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
+
+
+def many(read: Reader[Value], example: str) -> Reader[tuple[Value, ...]]:
+    """Make a reader of values in a row, such as those of the ``example``."""
+
+    def reader(value: Any, *unit: float) -> tuple[Value, ...]:
+        if not is_row(value):
+            raise Unfit(f"must be {example}")
+        return tuple(each(read, enumerate(value), *unit))
+
+    return reader
 
 
 # -- numbers ---------------------------------------------------------------------------------------
@@ -84,24 +98,17 @@ def between(low: float, high: float = LARGEST) -> Reader[float]:
 
     def read(value: Any, unit: float = 1.0) -> float:
         found = number(value, unit)
-        if not (math.isfinite(found) and low <= found <= high):
-            raise Unfit(_bounds(found, low, high))
-        return found
+        if not math.isfinite(found):
+            raise Unfit("must be a finite number")
+        if low <= found <= high:
+            return found
+        if high < LARGEST:
+            raise Unfit(f"must be between {low:g} and {high:g}")
+        if found > high or (found > 0.0 and low == SMALLEST):
+            raise Unfit(TOO_LARGE if found > high else TOO_SMALL)
+        raise Unfit("must be greater than 0" if low == SMALLEST else f"must be {low:g} or more")
 
     return read
-
-
-def _bounds(found: float, low: float, high: float) -> str:
-    """Say what a number had to be that is none of those from ``low`` to ``high``."""
-    if not math.isfinite(found):
-        return "must be a finite number"
-    if high < LARGEST:
-        return f"must be between {low:g} and {high:g}"
-    if found > high:
-        return TOO_LARGE
-    if low != SMALLEST:
-        return f"must be {low:g} or more"
-    return TOO_SMALL if found > 0.0 else "must be greater than 0"
 
 
 finite, size = between(-math.inf, math.inf), between(SMALLEST)
@@ -112,26 +119,17 @@ def whole(low: int, high: float = LARGEST) -> Reader[int]:
     bounded = between(low, high)
 
     def read(value: Any) -> int:
-        found = bounded(value)
-        if not found.is_integer():
-            raise Unfit("must be a whole number")
-        return int(value) if isinstance(value, Integral) else int(found)
-
-    return (
-        read if high == LARGEST else instead(f"must be a whole number from {low} to {high}", read)
-    )
-
-
-def instead(message: str, read: Reader[Value]) -> Reader[Value]:
-    """Make a reader that has one ``message`` for whatever does not fit."""
-
-    def reader(value: Any) -> Value:
         try:
-            return read(value)
+            found = bounded(value)
+            if found.is_integer():
+                return int(value) if isinstance(value, Integral) else int(found)
+            raise Unfit("must be a whole number")
         except Unfit:
-            raise Unfit(message) from None
+            if high < LARGEST:
+                raise Unfit(f"must be a whole number from {low} to {high}") from None
+            raise
 
-    return reader
+    return read
 
 
 def pair(value: Any, unit: float = 1.0) -> tuple[float, float]:
@@ -152,26 +150,11 @@ def point(value: Any, unit: float = 1.0) -> Point:
     return x, y
 
 
-def corners(value: Any, unit: float = 1.0) -> tuple[Point, ...]:
-    """Read points in a tuple, a list or an array (N, 2)."""
-    if not is_row(value):
-        raise Unfit("must be corners, [[x, y], ...]")
-    return tuple(each(point, enumerate(value), unit))
-
-
-def numbers(value: Any) -> tuple[float, ...]:
-    """Read finite numbers in a tuple, a list or an array."""
-    if not is_row(value):
-        raise Unfit("must be numbers, [0.0, 1.0, ...]")
-    return tuple(each(finite, enumerate(value)))
-
-
 def ends(value: Any, unit: float = 1.0) -> dict[str, Point]:
     """Read points by the ids of their balls."""
     if not isinstance(value, Mapping):
         raise Unfit('must be points by ids, {"1" = [x, y]}')
-    found = each(point, value.items(), unit)
-    return dict(zip(map(text, value), found, strict=True))
+    return dict(zip(map(text, value), each(point, value.items(), unit), strict=True))
 
 
 # -- texts, flags, objects -------------------------------------------------------------------------
@@ -211,15 +194,8 @@ def color(value: Any) -> str:
 
 
 def colors(value: Any) -> str | tuple[str, ...]:
-    """Read a colour, or several in a tuple, a list or an array."""
+    """Read a colour, or several in a row."""
     return tuple(each(color, enumerate(value))) if is_row(value) else color(value)
-
-
-def ids(value: Any) -> tuple[str, ...]:
-    """Read ids in a tuple, a list or an array."""
-    if not is_row(value):
-        raise Unfit('must be ids, ["1", "2", ...]')
-    return tuple(each(text, enumerate(value)))
 
 
 def choice(known: Collection[str]) -> Reader[str]:
@@ -234,31 +210,17 @@ def choice(known: Collection[str]) -> Reader[str]:
     return read
 
 
-def one(kind: type[Value]) -> Reader[Value]:
-    """Make a reader of objects of one class."""
+def made(kind: type[Any], in_row: bool = False) -> Reader[Any]:
+    """Make a reader of an object of a class, or of several in a row."""
 
-    def read(value: Any) -> Value:
-        if not isinstance(value, kind):
-            raise Unfit(f"must be an object of the class {kind.__name__}")
-        return value
-
-    return read
-
-
-def row(kind: type[Value]) -> Reader[tuple[Value, ...]]:
-    """Make a reader of several objects of one class, in a tuple or a list."""
-
-    def read(value: Any) -> tuple[Value, ...]:
-        if not is_row(value) or not all(isinstance(each, kind) for each in value):
-            raise Unfit(f"must be a tuple of objects of the class {kind.__name__}")
-        return tuple(value)
+    def read(value: Any) -> Any:
+        found = value if in_row else (value,)
+        if is_row(found) and all(isinstance(each, kind) for each in found):
+            return tuple(value) if in_row else value
+        what = "a tuple of objects" if in_row else "an object"
+        raise Unfit(f"must be {what} of the class {kind.__name__}")
 
     return read
-
-
-def is_row(value: Any) -> bool:
-    """Tell whether a value is a tuple, a list or an array of one dimension or more."""
-    return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 # -- arguments -------------------------------------------------------------------------------------
@@ -282,4 +244,7 @@ def problems_of(value: Any, read: Reader[object], *where: str) -> Iterator[Probl
 
 def read_pair(key: str, value: Any) -> tuple[float, float]:
     """Read two numbers; raises SettingError, which names ``key``, for anything else."""
-    return argument(key, value, instead("must be two numbers", pair))
+    try:
+        return pair(value)
+    except Unfit:
+        raise setting_error(key, shown(value), "must be two numbers") from None

@@ -1,4 +1,4 @@
-"""A scene has problems, one line each, and this error lists them all."""
+"""A scene may have problems; :class:`SceneError` lists them all, one line each."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ Location = tuple[int | str, ...]  # where something stands in a file: ("balls", 
 
 LEFT_OUT = "(left out)"
 
-# Coordinates are known to this share of themselves, far from the origin: four rounding errors.
+# Far from the origin coordinates are known to this share of themselves: four rounding errors.
 COORDINATE_ROUNDING = 4 * 2.0**-52
 
-# Numbers (SI) stay within these bounds, sizes within both: squares and products of a few of them
-# stay in the range of floating point.
+# Sizes (SI) stay between these bounds, and all numbers below the larger one. Then squares and
+# products of a few of them stay in the range of floating point.
 SMALLEST, LARGEST = 1e-100, 1e100
 TOO_SMALL = f"is too small (less than {SMALLEST:g} in SI units)"
 TOO_LARGE = f"is too large (more than {LARGEST:g} in SI units)"
 
-MOST_SHOWN = 60  # characters of a value in a message
-MOST_LISTED = 12  # names in a message
+# A message fits into two lines of a terminal with this many characters of a value, or names.
+MOST_SHOWN, MOST_LISTED = 60, 12
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that is wrong with a scene: where, what stands there, and what would be right.
+    """A problem is one thing that is wrong with a scene: where, the value, and what is right.
 
     ``where`` is a key, or the steps that lead to it from the outside.
 
@@ -51,16 +51,16 @@ class Problem:
 
     @property
     def steps(self) -> Location:
-        """Return the steps that lead to it."""
+        """Return the steps that lead to the key."""
         return (self.where,) if isinstance(self.where, str) else self.where
 
     def under(self, *where: int | str) -> Problem:
-        """Return the problem of a part as one of the whole, where the part stands there."""
+        """Return a part's problem as one of the whole, in which the part stands at ``where``."""
         return replace(self, where=(*where, *self.steps))
 
     def __str__(self) -> str:
-        value = LEFT_OUT if self.value is LEFT_OUT else shown(self.value)
-        return _one_line(f"{self.key} = {value}: {self.message}")
+        value = "" if self.value is LEFT_OUT else f" = {shown(self.value)}"
+        return _one_line(f"{self.key}{value}: {self.message}")
 
 
 def written(where: Location) -> str:
@@ -70,7 +70,7 @@ def written(where: Location) -> str:
 
 
 class SceneError(ValueError):
-    """A scene that cannot be simulated; ``problems`` lists everything that is wrong with it.
+    """This scene cannot be simulated; ``problems`` lists everything that is wrong with it.
 
     >>> from pool_pymunk import Ball
     >>> Ball("1", (0.0, 0.0), radius=-1.0, mass=float("nan"))
@@ -96,13 +96,13 @@ class SettingError(ValueError):
 
 
 def shown(value: object) -> str:
-    """A value as a scenario file writes it, shortened.
+    """Return a value as a scenario file writes it, shortened.
 
     >>> shown([True, "a", {"b": math.inf}])
     '[true, "a", {b = inf}]'
     """
-    text = _toml(value.tolist() if isinstance(value, np.ndarray | np.generic) else value, depth=3)
-    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
+    plain = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    return _clipped(_toml(plain, depth=3), MOST_SHOWN)
 
 
 def _toml(value: object, depth: int) -> str:
@@ -122,12 +122,12 @@ def _toml(value: object, depth: int) -> str:
     return "[" + ", ".join(_toml(v, depth - 1) for v in value[:MOST_SHOWN]) + "]"
 
 
-def _clipped(text: str) -> str:
-    return text if len(text) <= MOST_SHOWN - 2 else text[: MOST_SHOWN - 5] + "..."
+def _clipped(text: str, most: int = MOST_SHOWN - 2) -> str:
+    return text if len(text) <= most else text[: most - 3] + "..."
 
 
 def key_of(name: str) -> str:
-    """A key as a scenario file writes it: bare where it can be, else in quotes.
+    """Return a key as a scenario file writes it: bare where it can be, else in quotes.
 
     >>> key_of("8"), key_of("ball 8")
     ('8', '"ball 8"')
@@ -136,14 +136,19 @@ def key_of(name: str) -> str:
 
 
 def listed(names: Collection[str]) -> str:
-    """Names in a row; of many, the first."""
+    """Return names in a row, or only the first of many."""
     first = ", ".join(_clipped(name) for name in islice(names, MOST_LISTED))
     more = len(names) - MOST_LISTED
     return first if more <= 0 else f"{first} and {more} more"
 
 
+def no_such_ball(ids: Collection[str]) -> str:
+    """Return the message about a ball that is none of these."""
+    return f"there is no such ball (there are: {listed(ids)})"
+
+
 def suggestion(name: object, known: Iterable[str]) -> str:
-    """Return the end of a message that names the known name most like this one, if one is.
+    """Return the end of a message that names the known name most like this one, if there is one.
 
     >>> suggestion("rpeort", ["report", "hexagon"]), suggestion("x", ["report"])
     ('; did you mean "report"?', '')
@@ -159,7 +164,7 @@ def most_like(name: object, known: Iterable[str]) -> str:
 
 
 def _one_line(text: str) -> str:
-    """Line breaks, tabs and what else does not print, as escapes."""
+    """Return a text with escapes for line breaks, tabs and all that does not print."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -170,6 +175,6 @@ def setting_error(key: str, value: object, message: str) -> SettingError:
 
 
 def raise_any(problems: Iterable[Problem]) -> None:
-    found = list(problems)
-    if found:
+    """Raise SceneError with these problems, if there are any."""
+    if found := list(problems):
         raise SceneError(found)

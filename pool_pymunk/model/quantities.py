@@ -1,4 +1,4 @@
-"""Lengths, masses and speeds as people type them: ``0.01in``, ``160 g``, ``2.5m/s``."""
+"""This module reads lengths, masses and speeds as typed: ``0.01in``, ``160 g``, ``2.5m/s``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pool_pymunk.model.units import UNITS, Units
 
 
 def quantity(key: str, text: str, kind: str, units: Units) -> float:
-    """A length, mass or speed (``kind``) as typed, in SI; a bare number is in ``units``.
+    """Return a length, mass or speed (``kind``) as typed, in SI; a bare number is in ``units``.
 
     Raises :class:`~pool_pymunk.SceneError`, which names ``key``, for anything else.
 
@@ -33,7 +33,7 @@ def quantity(key: str, text: str, kind: str, units: Units) -> float:
 
 
 def positive(key: str, text: str, kind: str, units: Units) -> float:
-    """A :func:`quantity` that must be greater than 0."""
+    """Return a :func:`quantity` that must be greater than 0."""
     value = quantity(key, text, kind, units)
     if value <= 0.0:
         raise SceneError([Problem(key, text, "must be greater than 0")])
@@ -41,13 +41,13 @@ def positive(key: str, text: str, kind: str, units: Units) -> float:
 
 
 def vector(key: str, texts: Sequence[str], kind: str, units: Units) -> Point:
-    """Two quantities, along x and y, in SI."""
+    """Return two quantities, along x and y, in SI."""
     x, y = (quantity(key, text, kind, units) for text in texts)
     return (x, y)
 
 
 def read_units(key: str, text: str) -> Units:
-    """Units by their names, in any order; what is left out is SI.
+    """Return units by their names, in any order; those that are left out are SI.
 
     >>> read_units("--units", "in, g")
     Units(length='in', mass='g', speed='m/s')
@@ -59,6 +59,6 @@ def read_units(key: str, text: str) -> Units:
         if name not in kinds:
             raise SceneError([Problem(key, name, f"there is no such unit ({', '.join(kinds)})")])
         if chosen.setdefault(kinds[name], name) != name:
-            message = f"stands beside {chosen[kinds[name]]}: one {kinds[name]} only"
+            message = f"give only one unit of {kinds[name]}, {chosen[kinds[name]]} or {name}"
             raise SceneError([Problem(key, name, message)])
     return Units(**chosen)

@@ -6,18 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-from pool_pymunk.model.keys import (
-    Angle,
-    Colors,
-    Gap,
-    Ids,
-    Key,
-    Length,
-    Mass,
-    Place,
-    keys_of,
-    read_all,
-)
+from pool_pymunk.model import keys
+from pool_pymunk.model.keys import Key, keys_of, read_all
 from pool_pymunk.model.parts import Ball
 from pool_pymunk.model.plain import choice, whole
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem, raise_any
@@ -25,7 +15,7 @@ from pool_pymunk.model.problems import LEFT_OUT, Point, Problem, raise_any
 HEXAGON = "hexagon"
 SHAPES = ("triangle", "diamond", HEXAGON)
 DIAMOND = (1, 2, 3, 2, 1)  # balls in each row
-MOST_ROWS = 100
+MOST_ROWS = 100  # 5,050 balls; more rows than any game has are a slip
 # What a shape must have, and what it has for the keys that belong to another.
 NEEDED = {"triangle": ("apex",), "diamond": ("apex",), HEXAGON: ("center", "rings")}
 INSTEAD = {
@@ -45,17 +35,17 @@ Shape = Annotated[str, Key(choice(SHAPES))]
 
 
 def rack(
-    apex: Place | None = None,
+    apex: keys.Place | None = None,
     *,
-    radius: Length,
-    mass: Mass,
+    radius: keys.Length,
+    mass: keys.Mass,
     rows: Rows | None = None,
     shape: Shape = "triangle",
-    angle: Angle = 0.0,
-    gap: Gap = 0.0,
-    ids: Ids | None = None,
-    color: Colors | None = None,
-    center: Place | None = None,
+    angle: keys.Angle = 0.0,
+    gap: keys.Gap = 0.0,
+    ids: keys.Ids | None = None,
+    color: keys.Colors | None = None,
+    center: keys.Place | None = None,
     rings: Rows | None = None,
 ) -> tuple[Ball, ...]:
     """Return balls in a triangle of ``rows`` (default: 5), a "diamond" of nine, or a "hexagon".
@@ -63,10 +53,9 @@ def rack(
     ``apex`` (m) is the centre of the foremost ball of a triangle or a diamond. The rows lie behind
     it at an ``angle`` (degrees, counter-clockwise from +x). A hexagon has ``rings`` around the ball
     at its ``center`` (m); each begins at ``angle`` and runs counter-clockwise. ``gap`` (m) is that
-    between the surfaces of neighbours; at 0 the rack is frozen. ``ids`` go row by row, each row
-    counter-clockwise as seen from the apex, or ring by ring from the middle; by default they are
-    "1", "2" and so on. ``radius`` (m) and ``mass`` (kg) are those of every ball, and so is
-    ``color``, unless it is one colour a ball. Raises SceneError for what is no rack.
+    of neighbours' surfaces; at 0 the rack is frozen. ``ids`` (default: "1", "2" and so on) go row
+    by row, each row counter-clockwise as seen from the apex, or ring by ring from the middle. All
+    balls have the ``radius`` (m), the ``mass`` (kg) and the ``color``, unless it is a list of them.
 
     >>> balls = rack((1.905, 0.635), radius=0.028575, mass=0.17, gap=0.0001)
     >>> len(balls), balls[0].position, [round(x, 6) for x in balls[1].position]
@@ -80,16 +69,14 @@ def rack(
     apex, radius, mass, rows, shape, angle, gap, ids, color, center, rings = given.values()
     pitch, (x, y) = 2.0 * radius + gap, center if shape == HEXAGON else apex
     cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-    places = [
-        (x + pitch * (behind * cos - beside * sin), y + pitch * (behind * sin + beside * cos))
-        for behind, beside in _places(rows, shape, rings)
-    ]
     names = rack_ids(rows, shape, ids, rings)
-    colors = [color] * len(places) if color is None or isinstance(color, str) else color
-    return tuple(
-        Ball(name, place, radius, mass, color=its)
-        for name, place, its in zip(names, places, colors, strict=True)
-    )
+    colors = [color] * len(names) if color is None or isinstance(color, str) else color
+    balls = []
+    for (behind, beside), name, its in zip(_places(rows, shape, rings), names, colors, strict=True):
+        along, across = behind * cos - beside * sin, behind * sin + beside * cos
+        place = (x + pitch * along, y + pitch * across)
+        balls.append(Ball(name, place, radius, mass, color=its))
+    return tuple(balls)
 
 
 KEYS = keys_of(rack)
@@ -100,7 +87,7 @@ def _problems(given: Mapping[str, Any]) -> Iterator[Problem]:
     shape, rings = given["shape"], given["rings"]
     for key, has in INSTEAD[shape].items():
         if given[key] is not None:
-            yield Problem(key, given[key], f"stands beside shape: a {shape} has {has}")
+            yield Problem(key, given[key], f"does not go with shape: a {shape} has {has}")
     for key in NEEDED[shape]:
         if given[key] is None:
             yield Problem(key, LEFT_OUT, "is missing")
@@ -108,8 +95,7 @@ def _problems(given: Mapping[str, Any]) -> Iterator[Problem]:
         return
     count = len(rack_ids(given["rows"], shape, None, rings))
     for key, name in (("ids", "ids"), ("color", "colours")):
-        values = given[key]
-        if not isinstance(values, str | None) and len(values) != count:
+        if not isinstance(values := given[key], str | None) and len(values) != count:
             message = f"must be {count} {name}, one a ball ({len(values)} given)"
             yield Problem(key, values, message)
 
@@ -128,18 +114,13 @@ def rack_ids(
 def _places(rows: int | None, shape: str, rings: int | None) -> Iterator[Point]:
     """Yield the balls' places along ``angle`` and to its left, in distances of neighbours."""
     if shape == HEXAGON:
-        yield from _in_rings(rings or 0)
+        yield 0.0, 0.0
+        for ring in range(1, (rings or 0) + 1):
+            for (x, y), (dx, dy) in zip(CORNERS, CORNERS[2:] + CORNERS[:2], strict=True):
+                for step in range(ring):
+                    yield ring * x + step * dx, ring * y + step * dy
     else:
-        counts = DIAMOND if shape == "diamond" else range(1, (5 if rows is None else rows) + 1)
+        counts = DIAMOND if shape == "diamond" else range(1, (rows or 5) + 1)
         for row, count in enumerate(counts):
             for place in range(count):
                 yield row * HALF_ROOT_3, place - (count - 1) / 2.0
-
-
-def _in_rings(rings: int) -> Iterator[Point]:
-    """Yield the middle and the places of the rings around it, each from its first corner on."""
-    yield 0.0, 0.0
-    for ring in range(1, rings + 1):
-        for (x, y), (dx, dy) in zip(CORNERS, CORNERS[2:] + CORNERS[:2], strict=True):
-            for step in range(ring):
-                yield ring * x + step * dx, ring * y + step * dy

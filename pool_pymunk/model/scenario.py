@@ -1,8 +1,7 @@
-"""Scenario files: TOML in the file's units -> a :class:`~pool_pymunk.model.scene.Scene` in SI.
+"""This module reads scenario files, TOML in units of their own, as Scenes in SI.
 
-Which keys there are, and what each may be, is said by the parts of a scene (``model/keys.py``). All
-problems of a file are reported at once, each in one line with the file, the key and the value as it
-is written there.
+The parts of a scene say which keys there are, and what each may be (``model/keys.py``). All
+problems of a file are reported at once, each in one line with the file, the key and its value.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from inspect import signature
+from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -40,7 +40,7 @@ from pool_pymunk.model.problems import (
 )
 from pool_pymunk.model.racks import HEXAGON, rack
 from pool_pymunk.model.racks import KEYS as RACK
-from pool_pymunk.model.scene import Located, Scene, scene_problems
+from pool_pymunk.model.scene import Located, Scene, Sketch
 from pool_pymunk.model.units import Units
 from pool_pymunk.safety.files import bundled as bundled
 
@@ -49,28 +49,33 @@ SomePart = TypeVar("SomePart", bound=Part)
 Values = dict[str, Any]  # of a section, in SI
 Entry = tuple[Location, Values]
 
-FILE_NAMES = {"from_previous": "from"}
-DEFAULTS = ("radius", "mass", "color")  # [ball] has them for balls and racks that leave them out
+DEFAULTS = ("radius", "mass", "color")  # [ball] has them for
+INHERIT = ("balls", "racks")  # that leave them out
 
 PARTS: dict[str, type[Part]] = {
     "physics": Physics,
     "restitution": Restitution,
     "friction": Friction,
 }
-# What stands in a file: sections, and lists of sections, each with its keys.
+FROM = Key(choice(("start", "previous")))
+# A file has lists of sections, and sections, each with its keys.
+LISTS: Mapping[str, Mapping[str, Key]] = {
+    "pockets": Pocket.KEYS,
+    "posts": Post.KEYS,
+    "balls": Ball.KEYS,
+    "racks": RACK,
+    "shots": {  # A file says `from` for `from_previous`.
+        name.removesuffix("_previous"): FROM if name == "from_previous" else key
+        for name, key in Shot.KEYS.items()
+    },
+}
 KEYS: Mapping[str, Mapping[str, Key]] = {
     "units": Units.KEYS | {"numbers": Key(choice(("units", "SI")))},
     "table": dict.fromkeys(("length", "width"), Pocket.KEYS["radius"]) | Table.KEYS,
     **{name: part.KEYS for name, part in PARTS.items()},
     "ball": {key: Ball.KEYS[key] for key in DEFAULTS},
-    "pockets": Pocket.KEYS,
-    "posts": Post.KEYS,
-    "balls": Ball.KEYS,
-    "racks": RACK,
-    "shots": {FILE_NAMES.get(name, name): key for name, key in Shot.KEYS.items()}
-    | {"from": Key(choice(("start", "previous")))},
+    **LISTS,
 }
-LISTS = ("pockets", "posts", "balls", "racks", "shots")
 SIZE = {"radius": 1.0, "mass": 1.0}  # stands in for one that is missing or broken
 # What a rack has for these keys of its balls; a hexagon has its center for the position.
 OF_RACKS = {"position": "apex", "id": "ids"}
@@ -79,29 +84,27 @@ OF_RACKS = {"position": "apex", "id": "ids"}
 def load(scenario: str | Path) -> Scene:
     """Read a scenario: a path, or the name of a bundled one.
 
-    Raises :class:`~pool_pymunk.SceneError` with every problem of the file, or that it
-    cannot be read.
+    Raises :class:`~pool_pymunk.SceneError` with all problems of the file, or if it is unreadable.
 
     >>> scene = load("report")
     >>> len(scene.balls), scene.balls[0].radius, [shot.name for shot in scene.shots][0]
     (11, 0.05715, 'Simulation 1')
     """
+    if not isinstance(scenario, str | PathLike) or str(scenario) == "":
+        message = "must be the path of a file, or the name of a bundled scenario"
+        raise SceneError([Problem("scenario", scenario, message)])
     source = label(scenario)
-    data = _bytes(bundled().get(str(scenario), Path(scenario)), source)
+    known = bundled()
+    path = known.get(str(scenario), Path(scenario))
     try:
-        text = data.decode("utf-8")
+        return loads(path.read_bytes().decode("utf-8"), source)
     except UnicodeDecodeError as error:
-        byte = f"0x{data[error.start]:02x}"
+        byte = f"0x{error.object[error.start]:02x}"
         problem = Problem(f"byte {error.start + 1}", byte, "is not UTF-8 text")
         raise SceneError([problem], source) from None
-    return loads(text, source)
-
-
-def _bytes(path: Path, source: str) -> bytes:
-    try:
-        return path.read_bytes()
+    except SceneError:
+        raise
     except (FileNotFoundError, ValueError):  # ValueError: a path that no file can have
-        known = bundled()
         meant = suggestion(path.stem, known)
         message = f"there is no such file (bundled: {', '.join(known)}){meant}"
     except OSError as error:
@@ -128,32 +131,29 @@ def loads(text: str, source: str = "scenario") -> Scene:
 
 
 def _toml_problem(text: str, source: str, error: Exception) -> Problem:
-    """Why a text could not be parsed, with the line that it could not be parsed at."""
+    """Say why a text could not be parsed, and show the line."""
     if isinstance(error, RecursionError):
         return Problem("file", source, "is nested too deeply")
-    place = re.search(r" \(at line (\d+), column (\d+)\)$", str(error))
-    if place:
-        message = f"{str(error)[: place.start()]} (column {place[2]})"
-        return _line_problem(text, int(place[1]), f"is not TOML: {message}")
     digits = re.search(r"\d[\d_]{4000}", text)
-    if digits and not isinstance(error, tomllib.TOMLDecodeError):  # Python reads no such integers
-        number = text.count("\n", 0, digits.start()) + 1
-        return _line_problem(text, number, "has a number with too many digits")
-    return Problem("file", source, f"is not TOML: {error}")
-
-
-def _line_problem(text: str, number: int, message: str) -> Problem:
-    lines = text.split("\n")
-    line = lines[number - 1].strip() if number <= len(lines) else ""
+    if place := re.search(r" \(at line (\d+), column (\d+)\)$", str(error)):
+        number = int(place[1])
+        message = f"is not TOML: {str(error)[: place.start()]} (column {place[2]})"
+    elif digits and not isinstance(error, tomllib.TOMLDecodeError):  # Python reads no such integers
+        number, message = (
+            text.count("\n", 0, digits.start()) + 1,
+            "has a number with too many digits",
+        )
+    else:
+        return Problem("file", source, f"is not TOML: {error}")
+    line = [*text.split("\n"), ""][number - 1].strip()
     return Problem(f"line {number}", line, message)
 
 
 class _File:
-    """Makes a Scene of a raw file part by part, and collects the problems of all parts.
+    """A file makes a Scene part by part, and collects the problems of all parts.
 
-    What is wrong is noted as ``broken``, and all that it stands in as ``touched``. It is left out
-    or stood in for, so that the rest is checked all the same and nothing is said of what only
-    follows from it.
+    It notes a wrong key as ``broken``, and all that has the key in it as ``touched``. A sound value
+    stands in for it. So the rest is checked, and what only follows from it is not reported.
     """
 
     def __init__(self, raw: Values) -> None:
@@ -166,34 +166,31 @@ class _File:
         as_it_is = Key(lambda value: value)
         self.content = self._read((), raw, {"title": Key(text)} | dict.fromkeys(KEYS, as_it_is))
         units = self._section("units")
-        numbers = units.pop("numbers", "units")
+        is_si = units.pop("numbers", "units") == "SI"
         self.units = self._part("units", Units, units)
-        if numbers == "units":
-            self.written = self.units
+        self.written = Units() if is_si else self.units
         self.defaults = self._section("ball")
         self.entries = {name: self._entries(name) for name in LISTS}
 
     def scene(self) -> Scene | None:
         """Return the Scene, or None where there are problems."""
-        sections: Values = {
-            "table": self._table(),
-            **{name: self._part(name, kind, self._section(name)) for name, kind in PARTS.items()},
-        }
+        sections: Values = {"table": self._table()}
+        for name, part in PARTS.items():
+            sections[name] = self._part(name, part, self._section(name))
         balls = [*self._balls(), *self._racked()]
-        lists: Values = {
-            "balls": balls, "pockets": [*self._pockets()], "posts": [*self._posts()],
-            "shots": [*self._shots(balls)],
-        }  # fmt: skip
-        self._note(
-            scene_problems(
-                **lists,
-                **sections,
-                has_table="table" in self.content,
-                nowhere=self.nowhere,
-                knows_balls=self._knows_balls(),
-                units=self.written,
-            )
+        lists: Values = {"balls": balls}
+        lists["pockets"] = [*self._sound("pockets", Pocket)]
+        lists["posts"] = [*self._sound("posts", Post)]
+        lists["shots"] = [*self._shots(balls)]
+        sketch = Sketch(
+            **lists,
+            **sections,
+            has_table="table" in self.content,
+            nowhere=self.nowhere,
+            knows_balls=self._knows_balls(),
+            units=self.written,
         )
+        self._note(sketch.problems())
         if self.problems:
             return None
         parts: Values = {name: tuple(part for _, part in each) for name, each in lists.items()}
@@ -267,14 +264,13 @@ class _File:
             message = f"must be a list: write [[{name}]] above each of them"
             self._note([Problem((name,), raw, message)])
             return []
-        found: list[Entry] = [
-            ((name, k), self._read((name, k), one, KEYS[name])) for k, one in enumerate(raw)
-        ]
-        if name in ("balls", "racks"):
-            for where, own in found:
-                for key, value in self.defaults.items():
-                    if self._is_sound((*where, key)):
-                        own.setdefault(key, value)
+        found: list[Entry] = []
+        for k, one in enumerate(raw):
+            own = self._read((name, k), one, KEYS[name])
+            for key, value in self.defaults.items() if name in INHERIT else ():
+                if self._is_sound((name, k, key)):
+                    own.setdefault(key, value)
+            found.append(((name, k), own))
         return found
 
     # -- parts -----------------------------------------------------------------------------------
@@ -297,7 +293,7 @@ class _File:
         """Tell whether all is there that must be, and say what is not."""
         missing = [key for key in _needed(kind) if key not in values]
         for key in missing:
-            inherits = where[0] in ("balls", "racks") and key in DEFAULTS
+            inherits = where[0] in INHERIT and key in DEFAULTS
             if not inherits or self._is_sound(("ball", key)):
                 self._missing((*where, key), "is missing" + ", here or in [ball]" * inherits)
         return not missing
@@ -343,25 +339,21 @@ class _File:
                 if is_whole and balls and self._is_sound(where):
                     yield from ((where, ball) for ball in balls)
 
-    def _pockets(self) -> Iterator[tuple[Location, Pocket]]:
-        """Yield the sound pockets; one without an id is called by its number, from 1."""
-        for k, (where, own) in enumerate(self.entries["pockets"], start=1):
-            values: Values = {"id": str(k)} | own
-            if self._is_complete(where, Pocket, values):
-                yield where, Pocket(**values)
-
-    def _posts(self) -> Iterator[tuple[Location, Post]]:
-        """Yield the sound posts."""
-        for where, own in self.entries["posts"]:
-            if self._is_complete(where, Post, own):
-                yield where, Post(**own)
+    def _sound(self, name: str, kind: type[SomePart]) -> Iterator[tuple[Location, SomePart]]:
+        """Yield the sound pockets or posts; a pocket without an id gets its number, from 1."""
+        for k, (where, own) in enumerate(self.entries[name], start=1):
+            values: Values = {"id": str(k)} | own if kind is Pocket else own
+            if self._is_complete(where, kind, values):
+                yield where, kind(**values)
 
     def _shots(self, balls: Located[Ball]) -> Iterator[tuple[Location, Shot]]:
         """Yield the shots; where one is unsound, one that stands in for it."""
         struck = next((ball.id for _, ball in balls if ball.cue), "")
         for k, (where, own) in enumerate(self.entries["shots"], start=1):
             name = f"Shot {k}" if self._is_sound((*where, "name")) else written(where)
-            values: Values = {"name": name, "ball": struck, "published": self._ends(where)} | own
+            raw = _find(self.raw, (*where, "published"))
+            ends = dict.fromkeys(raw if isinstance(raw, dict) else (), (0.0, 0.0))  # stand in
+            values: Values = {"name": name, "ball": struck, "published": ends} | own
             if not values["ball"] and "ball" not in own and balls and self._knows_balls():
                 self._missing((*where, "ball"), "is missing where there is no cue ball")
             values["from_previous"] = values.pop("from", "start") == "previous"
@@ -371,11 +363,6 @@ class _File:
             aim = own.get("aim")
             start = {"speed": 0.0, "aim": aim} if aim else {"velocity": (0.0, 0.0)}
             yield where, made or Shot(**rest, **start)
-
-    def _ends(self, where: Location) -> Values:
-        """Return published ends with the file's ids, which stand in for ends that do not fit."""
-        raw = _find(self.raw, (*where, "published"))
-        return dict.fromkeys(raw if isinstance(raw, dict) else (), (0.0, 0.0))
 
     def _knows_balls(self) -> bool:
         """Tell whether every ball's id is known (and the cue ball), so that others are unknown."""

@@ -6,13 +6,11 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.problems import SMALLEST, key_of
 from pool_pymunk.model.units import Units
-from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
     from pool_pymunk.model.scene import Scene
@@ -28,12 +26,6 @@ ORDER = (
 
 class Inexact(ValueError):
     """No float in these units stands for the number exactly."""
-
-
-def write(scene: Scene, path: str | Path) -> None:
-    """Write the scenario file of a scene; whole, or not at all."""
-    with whole(Path(path)) as part:
-        part.write_text(scenario_text(scene), encoding="utf-8", newline="\n")
 
 
 def scenario_text(scene: Scene) -> str:
@@ -52,13 +44,11 @@ def in_units(value: float, kind: str, units: Units) -> float:
     >>> in_units(26.5 * 0.0254, "length", Units(length="in"))
     26.5
     """
-    near = units.from_si(value, kind)
-    candidates = [near]
-    for end in (-math.inf, math.inf):
-        there = near
-        for _ in range(NEIGHBOURS):
-            there = math.nextafter(there, end)
-            candidates.append(there)
+    lower = upper = units.from_si(value, kind)
+    candidates = [lower]
+    for _ in range(NEIGHBOURS):
+        lower, upper = math.nextafter(lower, -math.inf), math.nextafter(upper, math.inf)
+        candidates += [lower, upper]
     exact = [number for number in candidates if units.to_si(number, kind) == value]
     if not exact:
         raise Inexact
@@ -96,10 +86,8 @@ def _said(part: Any, units: Units) -> Values:
 
 def _unusual(part: Any, units: Units) -> Values:
     """Return the fields of a part that differ from what a file that leaves them out means."""
-    said = _said(part, units)
-    for one in fields(part):
-        if getattr(part, one.name) in (one.default, {}):
-            said.pop(one.name, None)
+    usual = [one.name for one in fields(part) if getattr(part, one.name) in (one.default, {})]
+    said = {key: value for key, value in _said(part, units).items() if key not in usual}
     if said.pop("from_previous", False):
         said["from"] = "previous"
     return {key: said[key] for key in (*ORDER, *said) if key in said}

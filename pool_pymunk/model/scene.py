@@ -7,9 +7,9 @@ friction, a second ball) is physics that no solver computes.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
@@ -33,6 +33,7 @@ from pool_pymunk.model.places import (
     place_problems,
     placed,
     post_problems,
+    post_wall,
 )
 from pool_pymunk.model.problems import (
     LEFT_OUT,
@@ -40,6 +41,7 @@ from pool_pymunk.model.problems import (
     Point,
     Problem,
     listed,
+    no_such_ball,
     raise_any,
     written,
 )
@@ -48,6 +50,7 @@ from pool_pymunk.model.units import Units
 from pool_pymunk.physics import sides
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.physics.surface import Rolling, Sliding
+from pool_pymunk.safety.files import whole
 
 SomePart = TypeVar("SomePart")
 Located = Sequence[tuple[Location, SomePart]]
@@ -55,7 +58,7 @@ Located = Sequence[tuple[Location, SomePart]]
 
 @dataclass(frozen=True)
 class Scene(Part):
-    """Everything a solver may know: balls, table, pockets, materials, law, and shots to play.
+    """A scene has all that a solver may know: balls, table, pockets, materials, law, and shots.
 
     >>> scene = Scene(
     ...     balls=(Ball("C", (1.0, 1.0), 0.05, 0.2, cue=True), Ball("1", (2.0, 1.0), 0.05, 0.2)),
@@ -79,10 +82,9 @@ class Scene(Part):
     posts: tuple[Post, ...] = ()
 
     def __repr__(self) -> str:
-        return (
-            f"<Scene {self.title!r}: balls {listed(self.index)}; {self._ground()}; "
-            f"law {self.physics.law}; shots {listed([shot.name for shot in self.shots]) or 'none'}>"
-        )
+        shots = listed([shot.name for shot in self.shots]) or "none"
+        parts = f"balls {listed(self.index)}; {self._ground()}; law {self.physics.law}"
+        return f"<Scene {self.title!r}: {parts}; shots {shots}>"
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: a picture of the table as it is set up."""
@@ -91,23 +93,22 @@ class Scene(Part):
         return scene_in_notebook(self)
 
     def _ground(self) -> str:
-        counts = {"post": len(self.posts), "pocket": len(self.pockets)}
-        more = [f"{count} {name}{'s' * (count > 1)}" for name, count in counts.items() if count]
-        if self.table is None:
-            return " with ".join(["an open plane", *filter(None, [" and ".join(more)])])
-        x0, y0, x1, y1 = self.table.bounds
-        has = listed([f"{len(self.table.edges)} cushions", *more]).replace(", ", " and ")
-        return f"a table of {x1 - x0:g} x {y1 - y0:g} m with {has}"
+        has, ground = [], "an open plane"
+        if self.table is not None:
+            x0, y0, x1, y1 = self.table.bounds
+            has, ground = [f"{self.first_post} cushions"], f"a table of {x1 - x0:g} x {y1 - y0:g} m"
+        for count, name in ((len(self.posts), "post"), (len(self.pockets), "pocket")):
+            has += [f"{count} {name}{'s' * (count > 1)}"] if count else []
+        return f"{ground} with {' and '.join(has)}" if has else ground
 
     def _problems(self) -> Iterator[Problem]:
-        lists: dict[str, Any] = {
+        parts: dict[str, Any] = {
             name: [((name, k), part) for k, part in enumerate(getattr(self, name))]
             for name in ("balls", "pockets", "posts", "shots")
         }
-        yield from scene_problems(
-            **lists, table=self.table, restitution=self.restitution, friction=self.friction,
-            physics=self.physics,
-        )  # fmt: skip
+        for name in ("table", "restitution", "friction", "physics"):
+            parts[name] = getattr(self, name)
+        return Sketch(**parts, has_table=self.table is not None).problems()
 
     @cached_property
     def index(self) -> Mapping[str, int]:
@@ -117,17 +118,16 @@ class Scene(Part):
     @cached_property
     def cushions(self) -> tuple[sides.Wall, ...]:
         """The walls that balls bounce off: the cushions of the table, and after them the posts."""
-        own = self.restitution.cushion, self.friction.cushion
+        own = self.restitution.cushion or 0.0, self.friction.cushion
         edges = () if self.table is None else self.table.walls
-        found = [sides.Wall(wall.sides, own[0] or 0.0, own[1], wall.number) for wall in edges]
-        for post in self.posts:
-            e, friction = (
-                its if its is not None else scenes or 0.0
-                for its, scenes in zip((post.restitution, post.friction), own, strict=True)
-            )
-            side = sides.RoundSide(post.position, post.radius)
-            found.append(sides.Wall((side,), e, friction, len(found)))
-        return tuple(found)
+        found = [sides.Wall(wall.sides, *own, wall.number) for wall in edges]
+        posts = enumerate(self.posts, start=len(found))
+        return (*found, *(post_wall(post, k, *own) for k, post in posts))
+
+    @cached_property
+    def found(self) -> dict[Any, Any]:
+        """Solvers keep here what they have found out about the scene."""
+        return {}
 
     @property
     def first_post(self) -> int:
@@ -152,12 +152,12 @@ class Scene(Part):
     @property
     def deceleration(self) -> float:
         """Surface friction takes this from a moving ball's speed, a = mu_s g (m/s^2, Eq. 10)."""
-        return _deceleration(self.friction, self.physics)
+        return self.friction.surface * self.physics.gravity
 
     @property
     def always_rests(self) -> bool:
         """Tell whether friction brings every ball to rest."""
-        return not _never_rests(self.friction, self.physics)
+        return slowest(self.friction, self.physics) > 0.0
 
     @property
     def cue(self) -> Ball | None:
@@ -165,10 +165,10 @@ class Scene(Part):
         return next((ball for ball in self.balls if ball.cue), None)
 
     def pair(self, i: int, j: int) -> Pair:
-        """Masses and coefficients of a hit of ball ``i`` (A) with ball ``j`` (B)."""
+        """Return the masses and coefficients of a hit of ball ``i`` (A) with ball ``j`` (B)."""
         a, b = self.balls[i], self.balls[j]
         e = ball_ball_restitution(self.restitution, a.cue or b.cue)
-        assert e is not None, "restitution_needs saw to it"
+        assert e is not None, "a scene without it has a problem"
         return Pair(a.mass, b.mass, e, self.friction.ball_ball)
 
     def start(self, shot: Shot | None, before: State | None = None) -> State:
@@ -178,7 +178,7 @@ class Scene(Part):
         SceneError for a shot that strikes or aims at such a ball, or at one that the scene has not,
         and for a place where the ball has no room.
         """
-        state = before or self._as_set_up()
+        state = before or self._as_set_up
         if shot is None:
             return state
         raise_any(self._absent(shot, state.off))
@@ -201,14 +201,13 @@ class Scene(Part):
         position = _with(state.position, i, place)
         return state._replace(position=position, off=state.off - {ball.id})
 
+    @cached_property
     def _as_set_up(self) -> State:
-        """Return the state in which the scene's balls are before any shot."""
+        """The state in which the scene's balls are before any shot."""
         places = tuple(ball.position for ball in self.balls)
         velocities = tuple(ball.velocity for ball in self.balls)
-        if not self.surface.rolls:
-            return State(places, velocities)
         rolls = tuple(_scaled(ball.velocity, ball.roll) for ball in self.balls)
-        return State(places, velocities, frozenset(), rolls)
+        return State(places, velocities, roll=rolls if self.surface.rolls else None)
 
     def _absent(self, shot: Shot, off: Collection[str]) -> Iterator[Problem]:
         """Find the balls that a shot strikes or aims at, and that are not on the table."""
@@ -216,8 +215,7 @@ class Scene(Part):
             if id_ in off and not (key == "ball" and shot.place is not None):
                 yield Problem(f"shot.{key}", id_, f"the ball is off the table before {shot.name}")
             elif id_ not in (None, NEAREST, *self.index):
-                message = f"there is no such ball (there are: {listed(self.index)})"
-                yield Problem(f"shot.{key}", id_, message)
+                yield Problem(f"shot.{key}", id_, no_such_ball(self.index))
         if shot.aim == NEAREST and len({*off, shot.ball}) >= len(self.balls):
             yield Problem("shot.aim", NEAREST, "every other ball is off the table")
 
@@ -266,29 +264,26 @@ class Scene(Part):
         The file is in the scene's units, and every digit survives: ``load(path) == scene``. Where a
         number has no exact counterpart in these units, all numbers of the file are SI.
         """
-        from pool_pymunk.model.scenario_out import scenario_text, write
+        from pool_pymunk.model.scenario_out import scenario_text
 
+        text = scenario_text(self)
         if path is None:
-            return scenario_text(self)
-        write(self, path)
+            return text
+        with whole(Path(path)) as part:
+            part.write_text(text, encoding="utf-8", newline="\n")
         return None
 
 
 def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | None:
-    """The coefficient of a hit between two balls; ``cue_ball`` defaults to ``ball_ball``."""
+    """Return the coefficient of a hit of two balls; ``cue_ball`` defaults to ``ball_ball``."""
     if with_cue and restitution.cue_ball is not None:
         return restitution.cue_ball
     return restitution.ball_ball
 
 
-def _deceleration(friction: Friction, physics: Physics) -> float:
-    return friction.surface * physics.gravity
-
-
-def _never_rests(friction: Friction, physics: Physics) -> bool:
-    """Tell whether a ball that rolls, or slides where none rolls, goes on without end."""
-    least = friction.surface if friction.rolling is None else friction.rolling
-    return least * physics.gravity == 0.0
+def slowest(friction: Friction, physics: Physics) -> float:
+    """Return the deceleration (m/s^2) of a ball that rolls, or that slides where none rolls."""
+    return physics.gravity * (friction.surface if friction.rolling is None else friction.rolling)
 
 
 def _with(vectors: tuple[Point, ...], i: int, vector: Point) -> tuple[Point, ...]:
@@ -299,81 +294,104 @@ def _scaled(vector: Point, share: float) -> Point:
     return (share * vector[0], share * vector[1])
 
 
-# What can be wrong between the parts of a scene. Parts come with where they stand: a scenario file
-# of which some are unsound is checked as far as it is sound.
+@dataclass(frozen=True)
+class Sketch:
+    """A sketch is a scene as far as it is sound: its parts, and the places of their keys.
 
-
-def scene_problems(
-    balls: Located[Ball],
-    pockets: Located[Pocket],
-    posts: Located[Post],
-    shots: Located[Shot],
-    table: Table | None,
-    restitution: Restitution,
-    friction: Friction,
-    physics: Physics,
-    *,
-    has_table: bool | None = None,
-    nowhere: Collection[Location] = (),
-    knows_balls: bool = True,
-    units: Units = METRES,
-) -> Iterator[Problem]:
-    """Find what is wrong between the parts of a scene; lengths are said in ``units``.
-
-    A table may be there of which nothing is known. Balls ``nowhere`` are not asked for their
-    places. Unless it ``knows_balls``, a shot may be of any ball.
+    A table may be there of which nothing is known (``has_table``). Balls ``nowhere`` have no known
+    places. Unless it ``knows_balls``, a shot may be of any ball. Lengths are said in ``units``.
     """
-    if knows_balls and not balls:
-        yield Problem("balls", LEFT_OUT, "one ball or more is needed")
-    cues = [where for where, ball in balls if ball.cue]
-    yield from repeated("id", [(where, ball.id) for where, ball in balls])
-    for where in cues[1:]:
-        yield Problem((*where, "cue"), True, f"{written(cues[0])} is the cue ball already")
-    yield from repeated("id", [(where, pocket.id) for where, pocket in pockets])
-    there = {k: ball for k, (where, ball) in enumerate(balls) if where not in nowhere}
-    holes, obstacles = [hole for _, hole in pockets], [post for _, post in posts]
-    for problem in place_problems(there, table, holes, posts=obstacles, units=units):
-        where = balls[int(problem.steps[1])][0]
-        yield Problem((*where, "position"), problem.value, problem.message)
-    largest = max([ball.radius for _, ball in balls], default=0.0)
-    for k, edge in enumerate(table.edges if table else ()):
-        if edge.bulge > 0.0 and edge.arc_radius <= largest:
-            message = f"cushion {k} is no wider than the largest ball"
-            yield Problem(("table", "bulge", k), edge.bulge, message)
-    for where, post in posts:
-        for message in post_problems(post, table, holes, units):
-            yield Problem((*where, "position"), list(post.position), message)
-    yield from _shots_without_room(
-        shots, there.values(), partial(no_room, table=table, pockets=holes, posts=obstacles,
-                                       units=units)
-    )  # fmt: skip
-    ids = [ball.id for _, ball in balls]
-    yield from shot_problems(shots, ids if knows_balls and ids else None)
-    has_table = table is not None if has_table is None else has_table
-    lacks = [post for _, post in posts if post.restitution is None]
-    needs = "there is a table" if has_table else "a post has none of its own" if lacks else ""
-    yield from restitution_needs(restitution, needs, len(balls), len(cues))
-    moves = bool(shots) or any(ball.velocity != (0.0, 0.0) for _, ball in balls)
-    if friction.rolling is None:
-        given = [(where, ball.roll) for where, ball in balls]
-        for where, roll in [*given, *((where, shot.roll) for where, shot in shots)]:
+
+    balls: Located[Ball]
+    pockets: Located[Pocket]
+    posts: Located[Post]
+    shots: Located[Shot]
+    table: Table | None
+    restitution: Restitution
+    friction: Friction
+    physics: Physics
+    has_table: bool
+    nowhere: Collection[Location] = ()
+    knows_balls: bool = True
+    units: Units = METRES
+
+    def problems(self) -> Iterator[Problem]:
+        """Find what is wrong between the parts."""
+        if self.knows_balls and not self.balls:
+            yield Problem("balls", LEFT_OUT, "one ball or more is needed")
+        yield from repeated("id", [(where, ball.id) for where, ball in self.balls])
+        cues = [where for where, ball in self.balls if ball.cue]
+        for where in cues[1:]:
+            yield Problem((*where, "cue"), True, f"{written(cues[0])} is the cue ball already")
+        yield from repeated("id", [(where, pocket.id) for where, pocket in self.pockets])
+        yield from self._of_places()
+        yield from repeated("name", [(where, shot.name) for where, shot in self.shots])
+        ids = dict.fromkeys(ball.id for _, ball in self.balls if self.knows_balls)
+        for where, shot in self.shots:
+            yield from self._of_shot(where, shot, ids)
+        yield from self._of_coefficients(len(cues))
+
+    def _of_places(self) -> Iterator[Problem]:
+        """Find balls, posts, arcs and shots' places that have no room."""
+        there = {k: ball for k, (where, ball) in enumerate(self.balls) if where not in self.nowhere}
+        holes, posts = [hole for _, hole in self.pockets], [post for _, post in self.posts]
+        around: dict[str, Any] = {"table": self.table, "pockets": holes, "units": self.units}
+        for problem in place_problems(there, posts=posts, **around):
+            where = self.balls[int(problem.steps[1])][0]
+            yield Problem((*where, "position"), problem.value, problem.message)
+        largest = max([ball.radius for _, ball in self.balls], default=0.0)
+        for k, edge in enumerate(self.table.edges if self.table else ()):
+            if edge.bulge > 0.0 and edge.arc_radius <= largest:
+                message = f"cushion {k} is no wider than the largest ball"
+                yield Problem(("table", "bulge", k), edge.bulge, message)
+        for where, post in self.posts:
+            for message in post_problems(post, **around):
+                yield Problem((*where, "position"), list(post.position), message)
+        radii = {ball.id: ball.radius for ball in there.values()}
+        for where, shot in self.shots:
+            if shot.place is not None and shot.ball in radii:
+                here = Placed(shot.ball, shot.place, radii[shot.ball])
+                others = () if shot.from_previous else there.values()
+                for message in no_room(here, others, posts=posts, **around):
+                    yield Problem((*where, "place"), list(shot.place), message)
+
+    def _of_shot(self, where: Location, shot: Shot, ids: Collection[str]) -> Iterator[Problem]:
+        """Find balls in a shot that are not in ``ids``, and shots that aim at or follow nothing."""
+        asked: dict[Location, str] = {("ball",): shot.ball}
+        if shot.aim == shot.ball:
+            yield Problem((*where, "aim"), shot.aim, "a ball cannot aim at itself")
+        elif shot.aim == NEAREST and len(ids) == 1:
+            yield Problem((*where, "aim"), shot.aim, "there is no other ball to aim at")
+        elif shot.aim not in (None, NEAREST):
+            asked[("aim",)] = str(shot.aim)
+        asked |= {("published", id_): id_ for id_ in shot.published}
+        for key, id_ in asked.items():
+            if ids and id_ not in ids:
+                value = list(shot.published[id_]) if len(key) > 1 else id_
+                yield Problem((*where, *key), value, no_such_ball(ids))
+        if where == self.shots[0][0] and shot.from_previous:
+            yield Problem((*where, "from"), "previous", "there is no shot before the first")
+
+    def _of_coefficients(self, cues: int) -> Iterator[Problem]:
+        """Find coefficients and a time that the scene needs and leaves out, and needless rolls."""
+        lacks = any(post.restitution is None for _, post in self.posts)
+        why = "there is a table" if self.has_table else "a post has none of its own" * lacks
+        if why and self.restitution.cushion is None:
+            yield Problem(("restitution", "cushion"), LEFT_OUT, f"is missing where {why}")
+        balls = len(self.balls)
+        met = [False] * (balls - cues > 1) + [True] * (balls > 1 and cues > 0)  # with the cue ball
+        if None in [ball_ball_restitution(self.restitution, cue) for cue in met]:
+            message = "is missing where two balls can meet"
+            yield Problem(("restitution", "ball_ball"), LEFT_OUT, message)
+        rolls = [(where, ball.roll) for where, ball in self.balls]
+        rolls += [(where, shot.roll) for where, shot in self.shots]
+        for where, roll in rolls if self.friction.rolling is None else ():
             if roll != 0.0:
                 yield Problem((*where, "roll"), roll, NO_ROLLING)
-    if moves and _never_rests(friction, physics) and physics.max_time is None:
-        message = "is missing: without surface friction and gravity the balls never come to rest"
-        yield Problem(("physics", "max_time"), LEFT_OUT, message)
-
-
-def _shots_without_room(
-    shots: Located[Shot], balls: Collection[Ball], no_room: Callable[..., Iterable[str]]
-) -> Iterator[Problem]:
-    """Find shots that place their ball where it has no room, as far as others are known."""
-    radii = {ball.id: ball.radius for ball in balls}
-    for where, shot in shots:
-        if shot.place is not None and shot.ball in radii:
-            here = Placed(shot.ball, shot.place, radii[shot.ball])
-            for message in no_room(here, () if shot.from_previous else balls):
-                yield Problem((*where, "place"), list(shot.place), message)
+        moves = self.shots or any(ball.velocity != (0.0, 0.0) for _, ball in self.balls)
+        if moves and slowest(self.friction, self.physics) == 0.0 and self.physics.max_time is None:
+            message = "without surface friction and gravity the balls never come to rest"
+            yield Problem(("physics", "max_time"), LEFT_OUT, f"is missing: {message}")
 
 
 def repeated(field: str, names: Iterable[tuple[Location, str]]) -> Iterator[Problem]:
@@ -384,43 +402,3 @@ def repeated(field: str, names: Iterable[tuple[Location, str]]) -> Iterator[Prob
             message = f"is the {field} of {written(seen[name])} already"
             yield Problem((*where, field), name, message)
         seen.setdefault(name, where)
-
-
-def shot_problems(shots: Located[Shot], ids: Collection[str] | None) -> Iterator[Problem]:
-    """Find repeated names, unknown balls, shots that aim at nothing or go on from no shot.
-
-    Without ``ids`` no ball is unknown.
-    """
-    yield from repeated("name", [(where, shot.name) for where, shot in shots])
-    known = None if ids is None else set(ids)
-    for k, (where, shot) in enumerate(shots):
-        asked: dict[Location, str] = {("ball",): shot.ball}
-        if shot.aim == shot.ball:
-            yield Problem((*where, "aim"), shot.aim, "a ball cannot aim at itself")
-        elif shot.aim == NEAREST and known is not None and len(known) < 2:
-            yield Problem((*where, "aim"), shot.aim, "there is no other ball to aim at")
-        elif shot.aim not in (None, NEAREST):
-            asked[("aim",)] = str(shot.aim)
-        asked |= {("published", id_): id_ for id_ in shot.published}
-        for key, id_ in asked.items():
-            if known is not None and id_ not in known:
-                value = list(shot.published[id_]) if len(key) > 1 else id_
-                message = f"there is no such ball (there are: {listed(ids or ())})"
-                yield Problem((*where, *key), value, message)
-        if k == 0 and shot.from_previous:
-            yield Problem((*where, "from"), "previous", "there is no shot before the first")
-
-
-def restitution_needs(
-    restitution: Restitution, cushion: str, balls: int, cues: int
-) -> Iterator[Problem]:
-    """Find coefficients of restitution that the scene needs and leaves out.
-
-    ``cushion`` says why that of the cushions is needed, and is empty if it is not.
-    """
-    if cushion and restitution.cushion is None:
-        yield Problem(("restitution", "cushion"), LEFT_OUT, f"is missing where {cushion}")
-    meet = {False: balls - cues > 1, True: balls > 1 and cues > 0}  # without the cue ball, with it
-    if any(meet[cue] and ball_ball_restitution(restitution, cue) is None for cue in meet):
-        message = "is missing where two balls can meet"
-        yield Problem(("restitution", "ball_ball"), LEFT_OUT, message)

@@ -1,4 +1,4 @@
-"""The units that a scenario is written and reported in."""
+"""This module has the units in which a scenario is written and reported."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 
 @dataclass(frozen=True, slots=True)
 class Units(Part):
-    """The units a scenario is written and reported in; numbers inside are SI.
+    """Units are those in which a scenario is written and reported; numbers inside are SI.
 
     >>> Units(length="in").from_si(0.0254, "length")
     1.0
@@ -29,9 +29,9 @@ class Units(Part):
     speed: Annotated[str, Key(choice(UNITS["speed"]))] = "m/s"
 
     def to_si(self, value: float, kind: str) -> float:
-        """``value`` in this file's unit of ``kind`` (length, mass or speed), in SI."""
+        """Return a ``value`` in the unit of ``kind`` (length, mass or speed), in SI."""
         return value * UNITS[kind][getattr(self, kind)]
 
     def from_si(self, value: float, kind: str) -> float:
-        """The SI ``value`` in this file's unit of ``kind``."""
+        """Return an SI ``value`` in the unit of ``kind``."""
         return value / UNITS[kind][getattr(self, kind)]

@@ -3,6 +3,7 @@
 The page's own files in ``static/`` are put into it as they are.
 """
 
+from pool_pymunk.page.differences import other_part
 from pool_pymunk.page.document import (
     batch_in_notebook,
     page,
@@ -11,4 +12,11 @@ from pool_pymunk.page.document import (
     write_page,
 )
 
-__all__ = ["batch_in_notebook", "page", "run_in_notebook", "scene_in_notebook", "write_page"]
+__all__ = [
+    "batch_in_notebook",
+    "other_part",
+    "page",
+    "run_in_notebook",
+    "scene_in_notebook",
+    "write_page",
+]

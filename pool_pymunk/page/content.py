@@ -6,17 +6,19 @@ All lengths are in m, times in s. A number that is not finite becomes null.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
 from pool_pymunk.model import Scene
-from pool_pymunk.model.problems import setting_error
+from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.units import UNITS
+from pool_pymunk.page.differences import labels, other_part
+from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
 from pool_pymunk.render.table import plane, seen_posts, woodwork
-from pool_pymunk.render.view import contact_places, extent, settings
+from pool_pymunk.render.view import CUSHION, DOT, RAIL, contact_places, extent, settings
 from pool_pymunk.results.run import Run
 
 
@@ -26,10 +28,12 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
     Raises SettingError for runs of different scenes.
     """
     runs = [run for shot in shots for run in shot]
+    if any(not hasattr(run, "scene") for run in runs):
+        raise setting_error("overlay", shown(runs[1:]), "must be a list of runs")
     if not runs:
         raise setting_error("runs", [], "one run or more is needed")
     scene, number = runs[0].scene, f"{len(runs)} runs"
-    if any(_on_the_table(run.scene) != _on_the_table(scene) for run in runs):
+    if any(other_part(scene, run.scene) for run in runs):
         raise setting_error("runs", number, "must be on one table, with the same balls")
     seen = extent(scene, runs)
     return {
@@ -51,39 +55,64 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
             {"id": hole.id, "x": hole.position[0], "y": hole.position[1], "radius": hole.radius}
             for hole in scene.pockets
         ],
+        "numbers": list(_numbers(scene)),
         "posts": seen_posts(scene),
         "balls": [
             {"id": b.id, "radius": b.radius, "color": c, "halo": halo_color(c), "striped": s}
             for b, c, s in zip(scene.balls, ball_colors(scene), striped(scene), strict=True)
         ],
         "shots": [
-            {"name": shot[0].name, "runs": list(map(_run, shot, settings(shot)))} for shot in shots
+            {"name": shot[0].name, "runs": list(map(_run, shot, settings(shot), labels(shot)))}
+            for shot in shots
         ],
     }
 
 
-def _on_the_table(scene: Scene) -> tuple[object, ...]:
-    balls = tuple((b.id, b.radius, b.color) for b in scene.balls)
-    return scene.table, scene.pockets, scene.posts, balls
+def _numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
+    """Yield where the numbers of cushions stand (m): on rails between two sights, beside posts."""
+    if scene.table is not None:
+        sides = scene.table.edges
+        x0, y0, x1, y1 = scene.table.bounds
+        out = (CUSHION + RAIL / 2.0) * min(x1 - x0, y1 - y0)
+        step = min(side.arc_length for side in sides) / 4.0
+        for k, side in enumerate(sides):
+            parts = round(side.arc_length / step)
+            (x, y), (nx, ny) = side.at((parts // 2 + 0.5) / parts)
+            yield x - out * nx, y - out * ny, str(k)
+    beside = min(ball.radius for ball in scene.balls)
+    for k, (x, y, radius) in enumerate(seen_posts(scene), start=scene.first_post):
+        yield (x, y, str(k)) if radius > beside else (x + radius + 0.7 * beside, y, str(k))
 
 
-def _run(run: Run, label: str) -> dict[str, Any]:
-    index, places, events = run.scene.index, iter(contact_places(run)), []
+def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
+    scene, places, events = run.scene, iter(contact_places(run)), []
     for event in run.events:
-        events.append(event.as_dict() | {"balls": [index[id_] for id_ in event.balls]})
+        events.append(event.as_dict() | {"balls": [scene.index[id_] for id_ in event.balls]})
+        if event.cushion is not None:
+            kind = "cushion" if event.cushion < scene.first_post else "post"
+            events[-1]["side"] = f"{kind} {event.cushion}"
         if event.is_contact:  # It has a place and a size: x, y and a radius.
             _, place, radius = next(places)
             events[-1]["place"] = list(map(_finite, (*place, radius)))
     return {
         "solver": run.solver,
+        "setting": label if setting in label else setting + DOT + label,
         "label": label,
         "message": run.message if run.solver else "",
         "warnings": list(run.warnings),
         "duration": run.duration,
-        "off": sorted(index[id_] for id_ in run.off - run.pocketed.keys()),
+        "decimals": _decimals(run.duration),
+        "masses": [ball.mass for ball in scene.balls],
+        "gyration": GYRATION if scene.surface.rolls else 0.0,
+        "off": sorted(scene.index[id_] for id_ in run.off - run.pocketed.keys()),
         "events": events,
         "knots": [[list(map(_finite, row)) for row in rows.tolist()] for rows in run.knots],
     }
+
+
+def _decimals(duration: float) -> int:
+    """Return how many decimals of a second show four digits of a duration; three at least."""
+    return min(max(3, 3 - math.floor(math.log10(duration or 1.0))), 15)
 
 
 def _finite(number: float) -> float | None:

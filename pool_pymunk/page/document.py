@@ -34,8 +34,8 @@ HEIGHT, DPI = 640, 100  # pixels, and pixels an inch, in notebooks
 def page(shots: Sequence[Sequence[Run]]) -> str:
     """Return a page that plays shots, as HTML.
 
-    ``shots`` has a row a shot. The first of its runs is played, and the others can be chosen as its
-    ghost. Raises SettingError for runs of different tables or balls.
+    ``shots`` has a row of runs for each shot. The first run of a row is played; any other can be
+    its ghost. Raises SettingError for runs of different tables or balls.
 
     >>> from pool_pymunk import load, simulate
     >>> from pool_pymunk.page import page
@@ -54,7 +54,7 @@ def write_page(shots: Sequence[Sequence[Run]], path: str | Path) -> None:
 
 
 def document(shown: Mapping[str, Any], live: bool = False) -> str:
-    """Return the page that shows a content; a live one has the controls of a shot as well."""
+    """Return the page that shows a content; a live page has the controls of a shot, too."""
     codes = [source(name) for name in (*SCRIPTS, *["live.js"] * live)]
     css = source("page.css") + source("live.css") * live
     policy = (

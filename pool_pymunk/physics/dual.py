@@ -22,9 +22,13 @@ from pool_pymunk.physics.motion import EPSILON, Array
 # A law is asked this share of the speeds beside its inputs, too. Splitting a velocity along the
 # normal takes a dozen roundings, and the velocity itself comes from dozens more.
 BESIDE = 256.0 * EPSILON
-WIDE = 64.0  # This many times as far beside them it is asked for its answer alone, at little cost.
+# This many times as far beside them it is asked for its answer alone, which costs little. A kink
+# bends this answer by WIDE BESIDE = 4e-12 of the speeds, far more than `STRAIGHT`.
+WIDE = 64.0
 STRAIGHT = 64.0 * EPSILON  # of the speeds; answers that bend by less do so by rounding
-SAME = 1e-6  # Answers that differ by less than this share are equal, apart from that step.
+# Answers on both sides that differ by less than this share are equal. They differ by `BESIDE` at a
+# kink, 6e-14, and by a finite share where a law jumps.
+SAME = 1e-6
 
 Slopes = tuple[float, ...]
 Answer = Callable[[Sequence[Any]], tuple[Any, ...]]
@@ -134,9 +138,9 @@ def hit_jacobian(
 
     The rows are a_n, a_t, b_n and b_t after it, and the columns the same before it, then m_a, m_b,
     the restitution and the friction. The sides lie within rounding of the hit. They differ where
-    the law has a kink there, such as that between sticking and slipping. ``moves`` tells for a_t
-    and b_t whether they may be other than they are: a law may jump where a tangential velocity is
-    zero, as that of a resting ball is. ``fastest`` (m/s) is the largest speed in the hit.
+    the law has a kink there, such as that between sticking and slipping. ``moves`` tells whether
+    inputs change a_t, and b_t: a law may jump where a tangential velocity is zero, as that of a
+    resting ball is. ``fastest`` (m/s) is the largest speed in the hit.
     Return None where the law jumps.
 
     >>> from pool_pymunk.physics.laws import Coulomb

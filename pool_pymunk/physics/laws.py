@@ -104,11 +104,6 @@ def slips_by_rounding(a: NT, b: NT) -> bool:
     return abs(a.t - b.t) < ZERO_SLIP * (a.n - b.n)
 
 
-def published_jumps(a: NT, b: NT, pair: Pair) -> bool:
-    """Tell whether Listing 3 jumps at this hit, because its slip is rounding."""
-    return pair.friction > 0.0 and slips_by_rounding(a, b)
-
-
 class Law:
     """A law answers contacts; this base class is Coulomb's law for a single hit.
 
@@ -184,7 +179,7 @@ class Published(Law):
                 respond(contact, velocity)
 
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
-        return published_jumps(a, b, pair)
+        return pair.friction > 0.0 and slips_by_rounding(a, b)
 
 
 # A scenario file, an option and an argument may name these laws. You may add a law of your own.

@@ -15,9 +15,12 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float]
 
 EPSILON = 2.0**-52  # This is the spacing of floating-point numbers at 1.
-# Resting discs that touch meet when they are nearer by this share of the contact distance.
+# Resting discs that touch meet when they are nearer by this share of the contact distance. It is
+# above rounding, 1e-16 of a place up to some thousand radii off, and below what an end shows.
 STILL_TOUCHING = 1e-12
-MOST_ITERATIONS = 200  # Only a path that stays within rounding of a touch comes near this number.
+# In the bundled scenes 9 iterations are the most, so half would do. Only a path that stays within
+# rounding of a touch comes near this number, and twice as many would not tell whether it touches.
+MOST_ITERATIONS = 200
 
 
 def stopping_time(speed: float, deceleration: float) -> float:

@@ -28,10 +28,12 @@ from pool_pymunk.physics.surface import GYRATION
 # Rounding moves a place by less than this share of its coordinates. An instant of the engine has
 # the same bound (:func:`~pool_pymunk.engine.decisions.instant`).
 BLUR = 256.0 * EPSILON
-GRAZE = 1e-6  # A contact that closes more slowly than this share of the speeds is a graze: rounding
-# has a say in whether it comes at all.
-AGREE = 1e-8  # of the speeds; a velocity farther off what the law answers is a policy's
-EDGE = 1e-9  # of a radius; a ball that meets a cushion so near to its end may meet the corner
+# A contact that closes more slowly than this share of the speeds is a graze. It sinks in by half
+# the square of it, 5e-13 radii, so rounding may decide whether it comes at all.
+GRAZE = 1e-6
+# of the speeds; a velocity farther off what the law answers is a policy's: the root of rounding
+AGREE = 1e-8
+EDGE = 1e-9  # of a radius; a ball that meets a cushion this near to its end may meet the corner
 # A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
 # largest number, so a square of it, or its product with what one contact does, does not overflow.
 MOST = 1e150
@@ -57,7 +59,7 @@ class Geometry(NamedTuple):
 
 
 def hit(a: Motion6, b: Motion6) -> Geometry:
-    """Return the geometry of a hit of two balls that move so; the normal points from A to B."""
+    """Return the geometry of a hit of two balls with these motions; its normal points to B."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     distance = math.sqrt(dx * dx + dy * dy)
     relative = (dx, dy, b[2] - a[2], b[3] - a[3], b[4] - a[4], b[5] - a[5])
@@ -65,7 +67,7 @@ def hit(a: Motion6, b: Motion6) -> Geometry:
 
 
 def bounce(motion: Motion6, normal: Vector, curvature: float) -> Geometry:
-    """Return the geometry of a ball's contact with what it moves like this against.
+    """Return the geometry of a ball's contact, by its motion relative to what it meets.
 
     ``curvature`` (1/m) is 0 at a straight side, and one over the distance of the centres at a
     corner.
@@ -105,8 +107,8 @@ def parts_before(geometry: Geometry, velocity: Vector, u: Part, v: Part, turn: P
 def after(geometry: Geometry, rate: Any, place: Any, parts: Any, turn: Part, late: Part) -> Change:
     """Return the change of a ball's state after the contact, at a fixed time again.
 
-    ``rate`` is the velocity and the acceleration that the ball has then. At the contact its
-    ``place`` is changed so, and its new velocity by these ``parts`` along normal and tangent.
+    ``rate`` is the velocity and the acceleration that the ball has then. ``place`` is the change of
+    its place at the contact, and ``parts`` that of its new velocity along normal and tangent.
     """
     (nx, ny), (vx, vy, ax, ay) = geometry.normal, rate
     (x, y), (n, t) = place, parts

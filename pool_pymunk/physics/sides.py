@@ -12,7 +12,13 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
-from pool_pymunk.physics.motion import EPSILON, Vector, time_to_return
+from pool_pymunk.physics.motion import (
+    EPSILON,
+    Vector,
+    path_out_of_disc,
+    path_to_disc,
+    time_to_return,
+)
 from pool_pymunk.physics.path import (
     Path,
     arrival,
@@ -23,9 +29,15 @@ from pool_pymunk.physics.path import (
     time_out,
 )
 
-OVERLAP = 1e-6  # radii; a ball that overlaps a face by no more than this touches it.
-GRAZING = 1e-12  # A ball that touches a face and sinks by less than this share moves along it.
-ALONG = 1e-9  # A ball sets off along a circle if a smaller share of its acceleration points across.
+# radii; a ball that overlaps a face by no more than this touches it. Scenes allow this overlap at a
+# start (TOUCHING in model/places.py), because coordinates may be rounded.
+OVERLAP = 1e-6
+# A ball that touches a face and sinks by less than this share of its speed moves along it. This is
+# far above rounding, 1e-16, and far below the angles of shots; so are half and twice of it.
+GRAZING = 1e-12
+# A ball sets off along a circle if a smaller share of its acceleration points across. This is far
+# above the rounding of directions, 1e-15, and so are half and twice of it.
+ALONG = 1e-9
 
 # A parabola crosses a circle four times at most, so it comes in twice and leaves twice.
 MOST_CROSSINGS = 2
@@ -229,44 +241,69 @@ class Arc(NamedTuple):
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s) a ball meets the arc: as it comes into the circle, or as it leaves it."""
-        center, radius, first, last, facing = self
-        since = path.t if path.slows or now < path.t else now
-        touching = radius + facing * r
-        if facing > 0.0:
-            rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
-            touching -= rounding
-            if is_tangent(path, center, touching, rounding):
-                return math.inf
-            x, y, _, _ = motion_at(path, since)
-            dx, dy = x - center[0], y - center[1]
-            if dx * dx + dy * dy < radius * radius:  # The ball is behind the arc.
-                since = math.inf if path.slows else time_out(path, center, touching, radius, since)
-        else:
-            since = after_setting_off(path, center, touching, r, since)
-        for _ in range(MOST_CROSSINGS if since < math.inf else 0):
-            if facing > 0.0:
-                t = time_in(path, center, touching, since)
-            else:
-                t = time_out(path, center, touching, radius, since)
-            if t == math.inf:
-                return t
-            x, y, _, _ = motion_at(path, t)
-            if within_sector(x - center[0], y - center[1], first, last):
-                return t if t > now else now
-            if path.slows:
-                return math.inf
-            since = t
-            if facing > 0.0:
-                since = time_out(path, center, touching, touching, t)
-            else:
-                since = time_in(path, center, touching, t)
-            if since == math.inf:
-                return since
-        return math.inf
+        if path.slows:
+            return straight_to_arc(self, path, r, now)
+        return bent_to_arc(self, path, r, now)
 
     def edge(self, r: float) -> Round:
         """Return the circle on which the centre of a touching ball lies."""
         return Round(self.center, self.radius + self.facing * r)
+
+
+def straight_to_arc(arc: Arc, path: Path, r: float, now: float) -> float:
+    """Return when (s) a ball on a straight path meets an arc."""
+    center, radius, first, last, facing = arc
+    x, y, speed = path.x - center[0], path.y - center[1], speed_of(path)
+    if speed == 0.0 or keeps_beside_sector(x, y, path, first, last, 2.0 * GRAZING * radius):
+        return math.inf
+    ux, uy, touching = path.vx / speed, path.vy / speed, radius + facing * r
+    if facing > 0.0:
+        rounding = 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
+        touching -= rounding
+        is_behind = x * x + y * y < radius * radius
+        if is_behind or is_tangent(path, center, touching, rounding):
+            return math.inf
+        length = path_to_disc((-x, -y), (ux, uy), touching)
+    else:
+        time, within = (path.end - path.t) / 2.0, touching * (1.0 - ALONG)
+        rest_x, rest_y = x + time * path.vx, y + time * path.vy
+        if rest_x * rest_x + rest_y * rest_y < within * within:
+            return math.inf
+        length = path_out_of_disc((-x, -y), (ux, uy), touching, radius)
+    if length == math.inf or not within_sector(x + length * ux, y + length * uy, first, last):
+        return math.inf
+    return arrival(path, length, now)
+
+
+def bent_to_arc(arc: Arc, path: Path, r: float, now: float) -> float:
+    """Return when (s) a ball on a bent path meets an arc."""
+    center, radius, first, last, facing = arc
+    since, touching = max(path.t, now), radius + facing * r
+    if facing > 0.0:
+        touching -= 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
+        x, y, _, _ = motion_at(path, since)
+        dx, dy = x - center[0], y - center[1]
+        if dx * dx + dy * dy < radius * radius:  # The ball is behind the arc.
+            since = time_out(path, center, touching, radius, since)
+    else:
+        since = after_setting_off(path, center, touching, r, since)
+    for _ in range(MOST_CROSSINGS if since < math.inf else 0):
+        if facing > 0.0:
+            t = time_in(path, center, touching, since)
+        else:
+            t = time_out(path, center, touching, radius, since)
+        if t == math.inf:
+            return t
+        x, y, _, _ = motion_at(path, t)
+        if within_sector(x - center[0], y - center[1], first, last):
+            return t if t > now else now
+        if facing > 0.0:
+            since = time_out(path, center, touching, touching, t)
+        else:
+            since = time_in(path, center, touching, t)
+        if since == math.inf:
+            return since
+    return math.inf
 
 
 def is_tangent(path: Path, center: Vector, touching: float, rounding: float) -> bool:
@@ -282,7 +319,7 @@ def after_setting_off(path: Path, center: Vector, touching: float, r: float, sin
 
     A ball at rest that sets off along the circle is on it until it is off it by rounding.
     """
-    if path.slows or path.vx != 0.0 or path.vy != 0.0:
+    if path.vx != 0.0 or path.vy != 0.0:
         return since
     dx, dy, ax, ay = path.x - center[0], path.y - center[1], path.ax, path.ay
     across, along, near = ax * dx + ay * dy, ay * dx - ax * dy, touching * (1.0 - ALONG)
@@ -294,10 +331,22 @@ def after_setting_off(path: Path, center: Vector, touching: float, r: float, sin
     return since if since < path.end else math.inf
 
 
+def keeps_beside_sector(
+    x: float, y: float, path: Path, first: Vector, last: Vector, margin: float
+) -> bool:
+    """Tell whether a straight path from (x, y) keeps beside a sector, as it leads away from it."""
+    if first[0] * y - first[1] * x >= -margin or x * last[1] - y * last[0] >= -margin:
+        return False
+    vx, vy = path.vx, path.vy
+    return first[0] * vy - first[1] * vx <= 0.0 and vx * last[1] - vy * last[0] <= 0.0
+
+
 def within_sector(x: float, y: float, first: Vector, last: Vector) -> bool:
     """Tell whether a direction lies between two others, counter-clockwise, to rounding."""
-    slack = GRAZING * math.sqrt(x * x + y * y)
     after, before = first[0] * y - first[1] * x, x * last[1] - y * last[0]
+    if after >= 0.0 and before >= 0.0:
+        return True
+    slack = GRAZING * math.sqrt(x * x + y * y)
     if first[0] * last[1] - first[1] * last[0] > 0.0:  # They are less than half a turn apart.
         return after >= -slack and before >= -slack
     return after >= -slack or before >= -slack

@@ -85,8 +85,8 @@ class Sliding(NamedTuple):
         """Linearise the motion of balls from these breakpoints (..., 7) on, after a time (...) (s).
 
         Return the derivatives of position and velocity by those at the start (..., 4, 4), and by
-        ``pull`` (..., 4, 1); after the stop, those at the stop. Friction keeps a ball that rests at
-        rest, whatever small velocity it is given, but not in no time at all.
+        ``pull`` (..., 4, 1); after the stop, those at the stop. Friction stops any small velocity
+        of a ball that rests, but not at the time 0.
 
         >>> moves = np.array([0.0, 0.0, 0.0, 2.0, 0.0, -0.5, 0.0])
         >>> by_state, by_pull = Sliding(0.5).jacobian(moves, np.array(2.0))
@@ -210,7 +210,7 @@ def roll_at(path: Path, t: float) -> Vector:
 
 
 def slowed_by(push: Push, roll: Vector, change: Vector) -> Vector:
-    """Add to a ``change`` of a ball's roll (m/s) that which a cushion makes.
+    """Add what a cushion takes off a ball's roll (m/s) to a ``change`` of this roll.
 
     The surface of the ball slips over the cushion up or down. Friction takes (5/2) mu |v_n' - v_n|
     off the part of the roll along the normal, which does not change its sign.
@@ -230,9 +230,9 @@ def changed_by(change: Vector, roll: Vector) -> Vector:
 
 
 def as_rolling(mass: float, rolls: bool) -> float:
-    """Return the mass (kg) by which a ball resists an impulse in the plane that it rolls through.
+    """Return the mass (kg) by which a ball resists an impulse in the plane.
 
-    Static friction gives a ball that rolls the same change of roll as of velocity.
+    A ball that rolls on is heavier: static friction changes its roll as its velocity.
     """
     return (1.0 + GYRATION) * mass if rolls else mass
 

@@ -4,10 +4,10 @@ In a real rack the outcome depends on the order of the hits, and a gap of 1e-9 m
 The two answers here do not depend on the order in which balls are listed:
 
 - :func:`at_once` is for Coulomb's law. It solves for all normal impulses J >= 0 at once, such that
-  every contact leaves with -e times its closing speed or faster (Newton's law of restitution for
+  every contact opens at e times its closing speed or faster (Newton's law of restitution for
   simultaneous impact). Where the contacts are redundant, it takes the smallest such impulses. Then
-  every contact takes its friction, min(mu J_n, m_eff |slip|). A ball with several contacts shares
-  this out among them, so that no slip is reversed and energy cannot grow.
+  every contact takes its friction, min(mu J_n, m_eff |slip|). The contacts of a ball
+  share the slip among them, so that no slip is reversed and energy cannot grow.
 - :func:`mean_over_orders` is for any law. It answers the contacts in every order in which they
   could have come, takes the mean, and repeats this until nothing closes. It keeps momentum where
   the law does. By convexity it leaves no more energy than the orders do on average.
@@ -31,19 +31,28 @@ from pool_pymunk.physics.contact import (
     NO_BALL,
     Contact,
     Respond,
+    Vector,
     Velocities,
     closing_speed,
     fastest,
+    wall_approach,
 )
 from pool_pymunk.physics.surface import GYRATION
 
-ALL_ORDERS = 4  # For up to this many contacts all their orders are tried.
-MOST_SWEEPS = 200  # After this many sweeps of the mean, what still closes is a next impact.
-TIE_DIGITS = 9  # Normals that agree to this many digits are the same.
-SPEED_ROUNDING = 64.0 * 2.0**-52  # This share of the speeds, or of the impulses, may be rounding.
-MOST_EXCHANGES = 20  # This many exchanges are tried for each contact.
-REDUNDANT = 1e-12  # A contact with less than this share of a response of its own is redundant.
-TOO_SLOW = 0.5  # of the parting speed: a law of your own may leave a contact slower than this share
+# For up to this many contacts all 24 orders are tried. Eight contacts would have 40,320.
+ALL_ORDERS = 4
+# After this many sweeps of the mean, what still closes is a next impact.
+MOST_SWEEPS = 200
+TIE_DIGITS = 9  # Normals that agree to this many digits are the same; rounding moves the 15th.
+# This share of the speeds, or of the impulses, may be rounding, in sums over some 30 contacts.
+SPEED_ROUNDING = 64.0 * 2.0**-52
+# This many exchanges are tried for each contact; 2,000 random problems needed seven at most.
+MOST_EXCHANGES = 20
+# A contact is redundant if less than this share of its response is its own: rounding leaves some
+# 1e-15. In breaks of a frozen rack of fifteen the least share is 0.75.
+REDUNDANT = 1e-12
+# Balls are pushed apart if they part more slowly than this share of the least bounce.
+TOO_SLOW = 0.5
 
 
 # -- any law: the mean over orders -------------------------------------------------------------
@@ -52,9 +61,9 @@ TOO_SLOW = 0.5  # of the parting speed: a law of your own may leave a contact sl
 def mean_over_orders(contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
     """Answer the contacts in every order in which they could come, and take the mean.
 
-    For up to ``ALL_ORDERS`` contacts all orders count. For more, each order is that in which a
-    front runs over the contacts along the normal of one of them. Where the front reaches contacts
-    together, one order begins at either end of them. Repeat this until nothing closes.
+    For up to ``ALL_ORDERS`` contacts all orders count. For more, a front runs along
+    the normal of one contact, and each order is that in which it reaches the others. Contacts that
+    it reaches together count in both directions. Repeat this until nothing closes.
     """
     balls = sorted({i for contact in contacts for i in contact.balls})
     orders = list(_orders(contacts))
@@ -97,8 +106,8 @@ def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
 
 
 # A room has lists, or arrays. `response[k][m]` is the speed by which a unit impulse at contact m
-# opens contact k (1/kg), `wanted` that (m/s) by which each has to open, and `impulse` (N s) the
-# answer. `shares` says by ball how many contacts push it. The others are for work.
+# opens contact k (1/kg), `wanted` (m/s) the speed by which each has to open, and `impulse` (N s)
+# the answer. `shares` counts the contacts that push each ball. The others are for work.
 Room = namedtuple("Room", "response factor wanted unit impulse rest pushing chosen shares")
 
 
@@ -182,7 +191,7 @@ def push(contact: Contact, along: float, across: float, velocity: Any) -> None:
 
 
 def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> float:
-    """Return the impulse (N s) against the slip; contacts of one ball share what would end it.
+    """Return the impulse (N s) of friction; contacts of a ball share what would end its slip.
 
     ``shares`` has the number of contacts that push each ball.
     """
@@ -200,7 +209,7 @@ def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> fl
 
 
 def push_apart(contact: Contact, parting: float, velocity: Velocities) -> float:
-    """Make two balls part at ``parting`` (m/s) if much slower; return the impulse (N s)."""
+    """Let two balls part at ``parting`` (m/s) if they are much slower; return an impulse (N s)."""
     lacking = parting + closing_speed(contact, velocity)
     if lacking <= TOO_SLOW * parting:
         return 0.0
@@ -211,28 +220,39 @@ def push_apart(contact: Contact, parting: float, velocity: Velocities) -> float:
 
 
 def push_off(contact: Contact, parting: float, velocity: Any, into: float) -> tuple[float, float]:
-    """Make a ball part from a wall at ``parting`` (m/s), if it is slower.
+    """Make a ball part from a wall at ``parting`` (m/s), if slower, as :func:`pushed_off` does.
 
-    This adds no energy: the wall turns the ball's velocity, and what lacks then comes from its roll
-    ``into`` the wall (m/s), which is negative where balls do not roll. The wall's friction acts on
-    this push, too. Return the impulse (N s), and what it has taken of the roll (m/s).
+    Return the impulse (N s), and what it has taken of the roll (m/s).
     """
-    lacking, taken = parting + closing_speed(contact, velocity), 0.0
+    v, normal = (velocity[contact.a][0], velocity[contact.a][1]), contact.normal
+    after, faster, taken = pushed_off(v, normal, contact.pair.friction, parting, into)
+    velocity[contact.a] = after
+    return contact.pair.m_a * faster, taken
+
+
+def pushed_off(
+    v: Vector, normal: Vector, friction: float, parting: float, into: float
+) -> tuple[Vector, float, float]:
+    """Return the velocity of a ball that parts from a wall at ``parting`` (m/s) at least.
+
+    This adds no energy: the wall turns the ball's velocity. If this is too slow, the roll ``into``
+    the wall (m/s) gives the rest; it is negative where balls do not roll. The push has friction,
+    too. Return also how much faster the ball parts, and what this took of its roll.
+    """
+    (vx, vy), (nx, ny), taken = v, normal, 0.0
+    lacking = parting + wall_approach(v, normal)
     if lacking <= 0.0:
-        return 0.0, taken
-    vx, vy = velocity[contact.a][0], velocity[contact.a][1]
-    nx, ny = contact.normal
+        return v, 0.0, taken
     spare = vx * vx + vy * vy - parting * parting
     if spare < 0.0 and into >= 0.0:
         left = into * into + spare / GYRATION
         taken = into - math.sqrt(max(left, 0.0))
         parting = math.sqrt(parting * parting + GYRATION * min(left, 0.0))
-        lacking = max(parting + closing_speed(contact, velocity), 0.0)
+        lacking = max(parting + wall_approach(v, normal), 0.0)
     along = vy * nx - vx * ny
-    slower = max(math.sqrt(max(spare, 0.0)) - contact.pair.friction * lacking, 0.0)
+    slower = max(math.sqrt(max(spare, 0.0)) - friction * lacking, 0.0)
     more = math.copysign(slower, along) - along
-    velocity[contact.a] = (vx - more * ny + lacking * nx, vy + more * nx + lacking * ny)
-    return contact.pair.m_a * lacking, taken
+    return (vx - more * ny + lacking * nx, vy + more * nx + lacking * ny), lacking, taken
 
 
 # -- the complementarity problem -----------------------------------------------------------------
@@ -299,8 +319,8 @@ def exchange_sides(room: Room, count: int, all_at_once: bool) -> bool:
 def least_impulses(room: Room, count: int) -> None:
     """Find the impulses of least norm that open the pushing contacts by ``wanted``.
 
-    The response of these contacts is L L^T, as far as they are not redundant. Where
-    some are redundant, there are impulses that open nothing; the answer has no part along these.
+    The response of the contacts that are not redundant is L L^T. Where some are
+    redundant, there are impulses that open nothing; the answer has no part along these.
     """
     factor, chosen, found, many = room.factor, room.chosen, room.rest, 0
     for k in range(count):
@@ -332,7 +352,7 @@ def least_impulses(room: Room, count: int) -> None:
 def decompose(response: Any, chosen: Any, many: int, factor: Any, rest: Any) -> int:
     """Find the rows of L, with pivots, and return its rank; put redundant contacts at the end.
 
-    ``rest`` has the rest of the response of each contact itself.
+    ``rest`` has the part of each contact's own response that no row explains yet.
     """
     for p in range(many):
         rest[chosen[p]] = response[chosen[p]][chosen[p]]

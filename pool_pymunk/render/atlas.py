@@ -30,7 +30,8 @@ Pieces = Iterator[Image]  # of a map, from its lowest row on
 DPI = 100.0
 ROWS = 800  # Letters and margins are these for a map of this many rows, and in scale for others.
 LETTER = 16.0  # points
-LEFT, RIGHT, BOTTOM, TOP, GAP = 95.0, 345.0, 85.0, 60.0, 50.0  # pixels
+LEFT, BOTTOM, TOP, GAP = 95.0, 85.0, 60.0, 50.0  # pixels
+RIGHT, WIDE = 345.0, 620.0  # pixels; the room of a bar or of names, and of a table in colours
 COLD, WARM = "#1f5fd0", "#ff9d1e"
 NEVER = "#3a4148"  # the colour of what did not happen
 TITLES = {
@@ -50,7 +51,8 @@ def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) ->
     """Draw an atlas; ``show`` is one of ``TITLES``. The suffix of ``path`` gives the format."""
     height, width = len(found.speed), len(found.angle)
     size = height / ROWS
-    wide, high = width + size * (LEFT + RIGHT), height + size * (BOTTOM + TOP)
+    beside = WIDE if show == "end" else RIGHT
+    wide, high = width + size * (LEFT + beside), height + size * (BOTTOM + TOP)
     figure = Figure((wide / DPI, high / DPI), dpi=DPI, facecolor=style.page)
     foot, right = size * BOTTOM / high, size * (LEFT + GAP) + width
     axes = figure.add_axes((size * LEFT / wide, foot, width / wide, height / high))
@@ -103,9 +105,8 @@ def _colored(found: Atlas, show: str, key: Axes, letter: float) -> Pieces:
         balls = [f"ball {ball.id}" for ball in found.scene.balls]
         return _names(found.first_hit, balls, "none", key, letter)
     if show == "pocket":
-        return _names(
-            found.pocketed, [hole.id for hole in found.scene.pockets], "stays", key, letter
-        )
+        holes = [hole.id for hole in found.scene.pockets]
+        return _names(found.pocketed, holes, "stays", key, letter)
     if show == "hits":
         most = max(int(np.quantile(found.hits, MOST_HITS)), 1)
         return _scaled(found.hits, (0.0, most), "viridis", "number of hits", key)
@@ -122,10 +123,12 @@ def _ends(found: Atlas, key: Axes) -> Pieces:
         (x0, y0), (x1, y1) = np.nanquantile(found.end, (0.01, 0.99), axis=(0, 1)).tolist()
     size = max(x1 - x0, 1e-9), max(y1 - y0, 1e-9)
     extent = tuple(units.from_si(each, "length") for each in (x0, x1, y0, y1))
-    axes = key.inset_axes((0.2, 0.5, 0.75, 0.5), anchor="NW")
+    axes = key.inset_axes((0.12, 0.0, 0.83, 1.0), anchor="NW")
     shares = np.stack(np.meshgrid(*[np.linspace(0, 1, 240)] * 2), axis=-1)
     axes.imshow(_two_colors(shares), origin="lower", extent=extent, aspect="equal")  # type: ignore[arg-type]
-    axes.set(xlabel=f"x of the end ({units.length})", ylabel="y")
+    axes.set(xlabel=f"x ({units.length})", ylabel=f"y ({units.length})")
+    axes.set_title("the colour of an end")
+    axes.locator_params(nbins=5)
     return _in_pieces(lambda end: _two_colors((end - (x0, y0)) / size), found.end)
 
 
@@ -142,12 +145,9 @@ def _two_colors(shares: Array) -> Image:
     middle = np.array([0.72, 0.72, 0.72])
     hue = np.where(u < 0.5, cold + (middle - cold) * 2 * u, middle + (warm - middle) * (2 * u - 1))
     dark = hue * (0.25 + 0.75 * np.minimum(2.0 * v, 1.0))
-    return _bytes(dark + (1.0 - dark) * 0.8 * np.maximum(2.0 * v - 1.0, 0.0))
-
-
-def _bytes(colors: Array) -> Image:
-    """Return colours as bytes, of numbers from 0 to 1."""
-    return np.rint(255.0 * colors).astype(np.uint8)
+    light = dark + (1.0 - dark) * 0.8 * np.maximum(2.0 * v - 1.0, 0.0)
+    colors: Image = np.rint(255.0 * light).astype(np.uint8)
+    return colors
 
 
 def _names(
@@ -155,15 +155,16 @@ def _names(
 ) -> Pieces:
     """Colour numbers that stand for names; -1 is what never happened."""
     colors = [NEVER, *(default_color(k + (k >= 7)) for k in range(len(names)))]
+    counted = zip(*np.unique(numbers, return_counts=True), strict=True)
     patches = [
-        Patch(facecolor=colors[number + 1], label=[never, *names][number + 1])
-        for number in np.unique(numbers).tolist()
+        Patch(facecolor=colors[k + 1], label=f"{(never, *names)[k + 1]}, {n / numbers.size:.1%}")
+        for k, n in counted
     ]
     key.legend(
         handles=patches, loc="upper left", frameon=False, fontsize=letter, borderaxespad=0.0,
         handlelength=1.2, handleheight=1.2,
     )  # fmt: skip
-    palette = _bytes(np.array([to_rgb(color) for color in colors]))
+    palette = np.rint(255.0 * np.array([to_rgb(color) for color in colors])).astype(np.uint8)
     return _in_pieces(lambda some: palette[some + 1], numbers)
 
 

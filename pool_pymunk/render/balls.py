@@ -37,7 +37,6 @@ CHORDS = 16  # A parabola is drawn as this number of straight lines.
 # A stripe is level, over a disc of radius 1; these are its corners' angles at the right side.
 ANGLES = math.asin(LOOK.stripe) * np.linspace(-1.0, 1.0, 24)
 BAND = Outline([(side * np.cos(a), side * np.sin(a)) for side in (1.0, -1.0) for a in ANGLES])
-HALO = 0.6  # the strength of the halo around tracks, rings and balls
 
 
 class DrawnBall(NamedTuple):
@@ -90,7 +89,7 @@ def draw_bodies(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
     """Draw balls with shadow, outline and light, and with a label in a white spot if it fits."""
     for k in range(SOFT):  # This is the shadow, down to the right.
         _circles(axes, balls, (0.10, -0.14), 1.18 - 0.025 * k, (0.0, 0.0, 0.0, 0.026), 2.0)
-    _circles(axes, balls, (0.0, 0.0), 1.07, (1.0, 1.0, 1.0, HALO), 2.05)
+    _circles(axes, balls, (0.0, 0.0), 1.07, (1.0, 1.0, 1.0, LOOK.halo), 2.05)
     for k in range(SOFT):  # This is light from the upper left.
         offset = (-0.022 * k, 0.027 * k)
         _circles(axes, balls, offset, 0.90 - 0.04 * k, (1.0, 1.0, 1.0, 0.024), 2.2)
@@ -235,9 +234,9 @@ def tracks(
     for path, ball in zip(paths, balls, strict=True):
         pieces, strengths = _pieces(path[np.isfinite(path).all(axis=1)])
         core = max(width * ball.radius, 0.9)
-        strokes = [(halo_color(ball.color), HALO, core + max(0.5 * core, 0.8))]
-        strokes += [(ball.color, 1.0, core)]
-        for color, share, line in strokes if solid else [(ball.color, PALE, core)]:
+        halo = (halo_color(ball.color), LOOK.halo, core + max(0.5 * core, 1.0))
+        own = (ball.color, 1.0 if solid else PALE, core)
+        for color, share, line in (halo, own)[not solid :]:
             lines += pieces
             colors += [*bare + share * np.outer(strengths, to_rgb(color) - bare)]
             widths += [line] * len(pieces)
@@ -261,7 +260,8 @@ def draw_rings(axes: Axes, balls: Sequence[DrawnBall]) -> None:
     """Draw a thin ring in the ball's colour where each ball started."""
     for ball in balls:
         line = min(max(0.07 * ball.radius, 0.9), 2.0)
-        for color, width, alpha in ((halo_color(ball.color), 2.0, HALO), (ball.color, 1.0, 1.0)):
+        halo = (halo_color(ball.color), 2.0, LOOK.halo)
+        for color, width, alpha in (halo, (ball.color, 1.0, 1.0)):
             looks = {"ec": color, "lw": width * line, "alpha": alpha, "zorder": 1.45}
             circle(axes, ball, ball.radius - line, fc="none", **looks)
 

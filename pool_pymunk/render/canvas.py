@@ -7,13 +7,14 @@ Positions are in pixels from the lower left corner, as on the canvas (a point is
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
@@ -22,6 +23,7 @@ from pool_pymunk.render.style import Style
 
 Pixels = NDArray[np.uint8]
 POINTS_PER_INCH = 72.0
+BESIDE = 2.0  # pixels; points on what a label may cover are this far apart
 FINE = 4  # Sprites are drawn this many times finer than the frame, and placed as finely.
 
 
@@ -48,6 +50,53 @@ def draw_text(axes: Axes, text: str, at: Point, size: float, room: float, **look
     """Write a line of text in ``size`` points, or smaller if it is wider than ``room`` points."""
     drawn = axes.text(*at, text, fontsize=size, parse_math=False, **looks)
     drawn.set_fontsize(size * min(room / max(drawn.get_window_extent().width, 1e-9), 1.0))
+
+
+Label = tuple[str, Point, str]  # text that belongs to a point of a plot, and its colour
+# These are the sides of a point on which its label may stand, the best first, in points.
+SIDES: tuple[tuple[float, float, str, str], ...] = (
+    (10, 0, "left", "center"), (-10, 0, "right", "center"), (0, 9, "center", "bottom"),
+    (0, -9, "center", "top"), (9, 9, "left", "bottom"), (9, -9, "left", "top"),
+    (-9, 9, "right", "bottom"), (-9, -9, "right", "top"), (26, -14, "left", "top"),
+    (26, 14, "left", "bottom"), (-26, -14, "right", "top"), (-26, 14, "right", "bottom"),
+    (0, -26, "center", "top"), (0, 26, "center", "bottom"),
+)  # fmt: skip
+ALIGNED = {"left": 0.0, "bottom": 0.0, "center": 0.5, "right": 1.0, "top": 1.0}
+
+
+def place_labels(axes: Axes, labels: Sequence[Label], **looks: Any) -> None:
+    """Write each label beside its point, where it covers least: no line, arrow or other label."""
+    taken = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
+    drawn, room, points = _outlines(axes), axes.get_window_extent(), axes.figure.dpi / 72.0
+    for text, at, color in labels:
+        looks |= {"textcoords": "offset points", "linespacing": 1.25, "zorder": 4}
+        note = axes.annotate(text, at, (0, 0), color=color, **looks)
+        place, size = axes.transData.transform(at), note.get_window_extent().size
+        found = []
+        for side in SIDES:
+            x, y = place + points * np.array(side[:2])
+            (width, height), (across, up) = size, (ALIGNED[name] for name in side[2:])
+            box = Bbox.from_bounds(x - across * width, y - up * height, width, height)
+            inside = int(((drawn > box.min) & (drawn < box.max)).all(axis=1).sum())
+            out = box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0
+            found.append((inside + 1e3 * box.count_overlaps(taken) + 1e4 * bool(out), side, box))
+        _, side, box = min(found, key=lambda one: one[0])
+        note.xyann = side[:2]
+        note.set(ha=side[2], va=side[3])
+        taken.append(box)
+
+
+def _outlines(axes: Axes) -> Array:
+    """Return points (N, 2), in pixels, on all lines, arrows and outlines of a plot."""
+    points = [np.empty((0, 2))]
+    drawn: list[Any] = [*axes.lines, *axes.patches]
+    for artist in (one for one in drawn if one.get_linewidth() > 0.0):
+        path = artist.get_transform().transform_path(artist.get_path())
+        for corners in path.to_polygons(closed_only=False):
+            gone = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+            at = np.arange(0.0, gone[-1], BESIDE)
+            points.append(np.column_stack([np.interp(at, gone, part) for part in corners.T]))
+    return np.concatenate(points)
 
 
 def dress(axes: Axes, style: Style, letter: float | None = None) -> None:

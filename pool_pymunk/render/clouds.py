@@ -14,10 +14,10 @@ from matplotlib.path import Path as Outline
 
 from pool_pymunk.fast import Batch
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.balls import HALO, DrawnBall, circle, discs, draw_balls, draw_rings
+from pool_pymunk.render.balls import DrawnBall, circle, discs, draw_balls, draw_rings
 from pool_pymunk.render.pictures import as_set_up, save_figure
 from pool_pymunk.render.sheet import Sheet, draw_caption, draw_sheet, picture_layout
-from pool_pymunk.render.style import PRINT, Style, halo_color
+from pool_pymunk.render.style import LOOK, PRINT, Style, halo_color
 from pool_pymunk.render.view import DOT, Show
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies.sensitivity import Linear, Sensitivity, ellipse
@@ -40,8 +40,8 @@ def cloud_picture(
 ) -> None:
     """Draw the clouds of ends: starts as rings, reference ends as discs, samples as points.
 
-    A ball whose ends hardly spread has no cloud. With a ``linear`` sensitivity, beside samples or
-    alone, ellipses have 95 % of the ends within them. ``path`` ends in .png, .svg or .pdf.
+    With a ``linear`` sensitivity, beside samples or alone, ellipses have 95 % of the ends within
+    them. ``path`` ends in .png, .svg or .pdf.
     """
     study = found or linear
     assert study is not None
@@ -55,9 +55,8 @@ def cloud_picture(
     if found is not None:
         deviation = np.array([ball.deviation for ball in found.balls])
         _draw_ends(sheet, end, found.ends, deviation, style)
-    else:
-        for ball in end:
-            _faded(sheet.axes, ball, np.array([(ball.x, ball.y)]), [], style)
+    for ball in () if found else end:
+        _faded(sheet.axes, ball, np.array([(ball.x, ball.y)]), [], style)
     scale = sheet.views[0].scale
     for i, ball in enumerate(end):
         if linear is not None and scale * linear.std[i].max() >= SHOWN * ball.radius:
@@ -112,7 +111,7 @@ def _cloud(axes: Axes, ball: DrawnBall, points: Array) -> None:
     around = points[:, None] + HAZE * np.asarray(unit.vertices)
     haze = Outline(around.reshape(-1, 2), np.tile(np.asarray(unit.codes), len(points)))
     light = halo_color(ball.color)
-    axes.add_artist(PathPatch(haze, facecolor=light, alpha=HALO, linewidth=0, zorder=2.5))
+    axes.add_artist(PathPatch(haze, facecolor=light, alpha=LOOK.halo, linewidth=0, zorder=2.5))
     dots = CircleCollection(
         [np.pi * DOTS**2], offsets=points, offset_transform=axes.transData, facecolor=ball.color,
         alpha=CLEAR, edgecolor="none", zorder=2.51,

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Circle
+from matplotlib.patches import Circle, FancyArrowPatch
 
 from pool_pymunk.model import Point, Units
 from pool_pymunk.physics.laws import find_law
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.canvas import Label, place_labels
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.report.collide import Collision
 
@@ -24,11 +24,13 @@ LONGEST = 1.3  # the longest arrow of a velocity; like all lengths here in sums 
 AHEAD = 1.5  # how far A still has to go, as B sees it, where the approach is drawn
 AT_REST = 0.02  # A shorter arrow is left out.
 ARC = 1.12  # the radius of the impact angle's arc
-WIDE, ASIDE = 15.0, 0.35  # degrees, rad; a smaller angle has its label beside the arc
 WIDTH, MARGIN = 11.0, 1.25  # in; the width of the sheet, and the height of its titles and words
 LETTER = 12.0  # points
-CLEAR = 0.3  # A direction that is as close to an axis as this counts as along the axis.
-LIGHT = {"boxstyle": "round,pad=0.12", "facecolor": "white", "alpha": 0.8, "linewidth": 0}
+MARKUP = str.maketrans("", "", r"$_'\{}")  # what of a label no letter is drawn for
+TITLES = (
+    "before (dash-dotted: A's line, as B sees it)",
+    "after (n: line of centres, t: tangent)",
+)
 
 
 def collision_picture(hit: Collision, path: Path, units: Units, *, dpi: float = 200.0) -> None:
@@ -36,20 +38,22 @@ def collision_picture(hit: Collision, path: Path, units: Units, *, dpi: float = 
     figure = Figure(layout="constrained")
     velocities = (hit.a.velocity, hit.b.velocity, hit.velocity_a, hit.velocity_b)
     scale = LONGEST / max(math.hypot(*v) for v in velocities)
-    before, after = figure.subplots(1, 2)
-    _approach(_Panel(before, hit, scale), units)
-    _contact(_Panel(after, hit, scale))
-    before.set_title("before (dash-dotted: A's line, as B sees it)", fontsize=LETTER, color=INK)
-    after.set_title("after (n: line of centres, t: tangent)", fontsize=LETTER, color=INK)
-    boxes = [axes.dataLim for axes in (before, after)]
-    width, height = (0.2 + max(each) for each in zip(*(box.size for box in boxes), strict=True))
-    for axes, box in zip((before, after), boxes, strict=True):
-        x, y = (box.p0 + box.p1) / 2
+    panels = [_Panel(axes, hit, scale, []) for axes in figure.subplots(1, 2)]
+    _approach(panels[0], units)
+    _contact(panels[1])
+    width, height = 0.2 + np.max([panel.axes.dataLim.size for panel in panels], axis=0)
+    for (axes, *_), title in zip(panels, TITLES, strict=True):
+        x, y = (axes.dataLim.p0 + axes.dataLim.p1) / 2
         axes.set(xlim=(x - width / 2, x + width / 2), ylim=(y - height / 2, y + height / 2))
+        axes.set_title(title, fontsize=LETTER, color=INK)
         axes.set_aspect("equal")
         axes.axis("off")
     figure.set_size_inches(WIDTH, MARGIN + WIDTH / 2 * height / width)
     figure.supxlabel(_facts(hit, units), fontsize=LETTER - 1, color=INK, linespacing=1.6)
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for panel in panels:
+        place_labels(panel.axes, panel.labels, fontsize=LETTER)
     save_figure(figure, path, dpi)
 
 
@@ -59,6 +63,7 @@ class _Panel(NamedTuple):
     axes: Axes
     hit: Collision
     scale: float
+    labels: list[Label]
 
     def ball(self, name: str, at: Array, **looks: Any) -> None:
         """Draw a ball as a disc, or with other looks."""
@@ -72,36 +77,27 @@ class _Panel(NamedTuple):
 
     def arrow(self, a: Array, b: Array, color: str, style: str, width: float) -> None:
         """Draw an arrow from ``a`` to ``b``."""
-        look: dict[str, Any] = {"arrowstyle": style, "color": color, "linewidth": width}
-        look |= {"mutation_scale": 8 + 4 * width, "shrinkA": 0, "shrinkB": 0}
-        self.axes.annotate("", (b[0], b[1]), (a[0], a[1]), arrowprops=look, zorder=4)
+        looks: dict[str, Any] = {"arrowstyle": style, "mutation_scale": 8 + 4 * width}
+        looks |= {"color": color, "lw": width, "shrinkA": 0.0, "shrinkB": 0.0, "zorder": 3}
+        self.axes.add_patch(FancyArrowPatch((a[0], a[1]), (b[0], b[1]), **looks))
         self.axes.update_datalim([a, b])
 
-    def text(self, at: Array, away: Sequence[float] | Array, text: str, color: str = INK) -> None:
-        """Write letters beside a point, on the side to which ``away`` leads."""
-        near = CLEAR * math.hypot(*away)
-        x, y = side = [int(part > near) - int(part < -near) for part in away]
-        self.axes.annotate(
-            text, (at[0], at[1]), (6 * x, 6 * y), textcoords="offset points", color=color,
-            fontsize=LETTER, ha=("right", "center", "left")[x + 1],
-            va=("top", "center", "bottom")[y + 1], bbox=LIGHT, zorder=5,
-        )  # fmt: skip
-        # This is half of its width and height, roughly.
-        half = np.array([0.1 + 0.045 * len(text.replace(r"$\theta$", "0")), 0.12])
-        middle = at + side * half
-        self.axes.update_datalim([middle - half, middle + half])
+    def text(self, at: Array, text: str, color: str = INK) -> None:
+        """Have letters written beside a point, and leave room for them at its right."""
+        self.labels.append((text, (at[0], at[1]), color))
+        letters = len(text.translate(MARKUP))
+        self.axes.update_datalim([at - 0.3, np.add(at, (0.2 + 0.09 * letters, 0.3))])
 
     def velocity(self, at: Array, v: Point, name: str, color: str) -> None:
         """Draw the arrow of ball ``name`` from its centre, with the names of both."""
         arrow = f"$v_{name}'$" if color == AFTER else f"$v_{name}$"
-        if self.scale * math.hypot(*v) < AT_REST:
-            self.text(at, (0.0, 1.0), name)
-            self.text(at, (0.0, -1.0), f"{arrow} = 0", color)
-            return
         tip = at + self.scale * np.array(v)
-        self.arrow(at, tip, color, "-|>", 2.4)
-        self.text(at, (-v[0], -v[1]), name)
-        self.text(tip, v, arrow, color)
+        self.text(at, name)
+        if self.scale * math.hypot(*v) < AT_REST:
+            self.text(at, f"{arrow} = 0", color)
+        else:
+            self.arrow(at, tip, color, "-|>", 2.4)
+            self.text(tip, arrow, color)
 
 
 def _approach(panel: _Panel, units: Units) -> None:
@@ -119,7 +115,7 @@ def _approach(panel: _Panel, units: Units) -> None:
     if abs(offset) > 0.05:
         panel.arrow(foot + 0.9 * u, b + 0.9 * u, INK, "<->", 1.0)
     label = f"offset {units.from_si(hit.offset, 'length') + 0.0:.4g} {units.length}"
-    panel.text(foot + u + offset / 2 * across, u, label)
+    panel.text(foot + u + offset / 2 * across, label)
     panel.velocity(a, hit.a.velocity, "A", BEFORE)
     panel.velocity(b, hit.b.velocity, "B", BEFORE)
 
@@ -136,16 +132,14 @@ def _contact(panel: _Panel) -> None:
     for axis, name, tip in ((n, "n", max(1.2, beyond)), (np.array([-n[1], n[0]]), "t", 1.2)):
         panel.line(-1.2 * axis, tip * axis)
         panel.arrow(tip * axis, (tip + 0.1) * axis, FAINT, "-|>", 1.0)
-        panel.text((tip + 0.1) * axis, axis, f"${name}$", FAINT)
-    degrees, x = math.degrees(hit.angle), np.array([1.3, 0.0])
+        panel.text((tip + 0.1) * axis, f"${name}$", FAINT)
+    x = np.array([1.3, 0.0])
     panel.line(origin, x, ":")
-    is_wide = abs(degrees) > WIDE
-    panel.text(x, (1.0, 0.0) if is_wide else (0.0, -degrees or -1.0), "$x$", FAINT)
-    low, high = sorted((0.0, degrees))
-    panel.axes.add_patch(Arc((0.0, 0.0), 2 * ARC, 2 * ARC, theta1=low, theta2=high, color=INK))
-    half = hit.angle / 2.0 if is_wide else -math.copysign(ASIDE, degrees)
-    middle = np.array([math.cos(half), math.sin(half)])
-    panel.text(ARC * middle, middle, rf"$\theta$ = {degrees:.1f}°")
+    panel.text(x, "$x$", FAINT)
+    turned = np.linspace(0.0, hit.angle, 60)
+    panel.axes.plot(ARC * np.cos(turned), ARC * np.sin(turned), color=INK, linewidth=1.0)
+    middle = ARC * np.array([math.cos(hit.angle / 2.0), math.sin(hit.angle / 2.0)])
+    panel.text(middle, rf"$\theta$ = {math.degrees(hit.angle):.1f}°")
     panel.velocity(a, hit.velocity_a, "A", AFTER)
     panel.velocity(b, hit.velocity_b, "B", AFTER)
 

@@ -11,9 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from matplotlib.text import Annotation
 
-from pool_pymunk.model import Point
+from pool_pymunk.render.canvas import Label, place_labels
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
@@ -23,6 +22,7 @@ HIDDEN = (
     "In the shaded region errors are smaller than what the\nuncertainty of the start positions "
     "does to the ends ({}):\nmore precision buys nothing"
 )
+LETTER = 8.5  # points
 NO_ORDER = 0.3  # If the slope of error over dt is smaller than this, the error does not converge.
 
 
@@ -50,24 +50,20 @@ def figure_of(result: Tradeoff) -> Figure:
         axes.set_xlim(left)
         axes.text(
             0.012, 0.985, HIDDEN.format(f"{hidden:.2g} {units.length}"), va="top",
-            transform=axes.transAxes, fontsize=8.5, color="#6b6200",
+            transform=axes.transAxes, fontsize=LETTER, color="#6b6200",
         )  # fmt: skip
     if len(result.exact) > 1:
-        figure.supxlabel(SHARED_ENGINE, fontsize=8.5, color="#555555")
+        figure.supxlabel(SHARED_ENGINE, fontsize=LETTER, color="#555555")
     axes.margins(y=0.08)
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    place_labels(axes, labels)
+    halo = [withStroke(linewidth=2, foreground="#ffffff")]
+    place_labels(axes, labels, fontsize=LETTER, path_effects=halo)
     return figure
-
-
-Label = tuple[str, Point, str]  # text that belongs to a point of the diagram, and its colour
 
 
 class Cut:
     """A cut axis shows the decades of values (above 0), but of a wide empty range only a strip.
-
-    ``ticks`` are the decades that are shown, and ``strips`` the middles of the strips.
 
     >>> Cut([2e-12, 0.03, 5.0]).ticks
     [-12, -11, -2, -1, 0, 1]
@@ -78,7 +74,7 @@ class Cut:
 
     def __init__(self, values: Iterable[float]) -> None:
         lows = {math.floor(math.log10(value)) for value in values} or {0}
-        self.ticks = sorted({tick for low in lows for tick in (low, low + 1)})
+        self.ticks = sorted({tick for low in lows for tick in (low, low + 1)})  # decades
         gaps = np.diff(self.ticks)
         self.places = np.append(0.0, np.cumsum(np.where(gaps < self.WIDE, gaps, self.STRIP)))
         self.strips = (self.places[:-1][gaps >= self.WIDE] + self.STRIP / 2).tolist()
@@ -127,47 +123,10 @@ def _line(
     return labels
 
 
-# These are the sides of a point on which its label may stand, the best first, in points.
-SIDES: tuple[tuple[float, float, str, str], ...] = (
-    (10, 0, "left", "center"), (-10, 0, "right", "center"), (0, 9, "center", "bottom"),
-    (0, -9, "center", "top"), (9, 9, "left", "bottom"), (9, -9, "left", "top"),
-    (-9, 9, "right", "bottom"), (-9, -9, "right", "top"), (26, -14, "left", "top"),
-    (26, 14, "left", "bottom"), (-26, -14, "right", "top"), (0, -26, "center", "top"),
-)  # fmt: skip
-
-
-def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
-    """Write each label beside its point, where it covers least: no marker, line or other label."""
-    taken = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
-    paths = [axes.transData.transform_path(line.get_path()) for line in axes.lines]
-    drawn = np.concatenate([np.empty((0, 2)), *(path.interpolated(40).vertices for path in paths)])
-    room = axes.get_window_extent()
-    halo = [withStroke(linewidth=2, foreground="#ffffff")]
-    for text, at, color in labels:
-        note = axes.annotate(
-            text, at, xytext=(0, 0), textcoords="offset points", fontsize=8.5, color=color,
-            linespacing=1.25, zorder=4, path_effects=halo,
-        )  # fmt: skip
-
-        def covered(side: tuple[float, float, str, str], note: Annotation = note) -> float:
-            """Put the label to a side, and return how much it covers there."""
-            note.xyann = side[:2]
-            note.set(ha=side[2], va=side[3])
-            box = note.get_window_extent()
-            inside = int(((drawn > box.min) & (drawn < box.max)).all(axis=1).sum())
-            out = box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0
-            return inside + 1e3 * box.count_overlaps(taken) + 1e4 * bool(out)
-
-        covered(min(SIDES, key=covered))
-        taken.append(note.get_window_extent())
-
-
 def _about(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
     """Say how the solver's error shrinks with the step, or nothing where that is not known."""
-    if solver.is_reference:
-        return "exact to rounding, no step"
-    if max(s.largest for s in settings) < 100 * result.rounding:
-        return "exact to rounding at every step"
+    if solver.is_reference or max(s.largest for s in settings) < 100 * result.rounding:
+        return f"exact to rounding{', no step' if solver.is_reference else ' at every step'}"
     table, places = result.scene.table, [ball.position for ball in result.scene.balls]
     # An error of the size (m) of the scene says only that all is lost.
     sides = np.ptp(table.outline if table else places, axis=0)

@@ -27,7 +27,7 @@ DEGREES = (  # Each row has a severity, the colour up to it, and its words.
     (0.1, "#f6a243", "below 0.1"),
     (1.0, "#b5541a", "more, or a wrong outcome"),
 )
-LABEL, WIDE, NARROW, GAP, HEIGHT = 3.1, 2.35, 0.85, 0.15, 0.6  # in
+LABEL, WIDE, NARROW, GAP, HEIGHT = 3.4, 2.35, 0.85, 0.15, 0.6  # in
 HEAD, FOOT = 1.8, 0.75  # in
 TITLE = "Stability at the extremes: where each solver breaks, and how badly"
 HOLDING = (
@@ -76,9 +76,9 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
 
 def _steps_used(cells: Sequence[Cell], solver: str) -> list[float]:
     """Return the steps (s) that a solver was tried with, except in the row about steps."""
-    usual = {extreme.name for extreme in EXTREMES if not extreme.steps}
-    outcomes = (o for c in cells if c.solver == solver and c.extreme in usual for o in c.outcomes)
-    return sorted({outcome.dt for outcome in outcomes if outcome.dt}, reverse=True)
+    about_steps = {extreme.name for extreme in EXTREMES if extreme.steps}
+    tried = (c for c in cells if c.solver == solver and c.extreme not in about_steps)
+    return sorted({o.dt for cell in tried for o in cell.outcomes if o.dt}, reverse=True)
 
 
 def _headings(axes: Axes, used: Mapping[str, Sequence[float]], in_steps: str) -> None:
@@ -101,9 +101,8 @@ def _headings(axes: Axes, used: Mapping[str, Sequence[float]], in_steps: str) ->
 
 def _verdict(cell: Cell | None) -> tuple[str, str]:
     """Return the colour of a cell, and what it says."""
-    if cell is None or not cell.run:
-        color, text = NOT_RUN, cell.left_out if cell is not None else ""
-    else:
+    color, text = NOT_RUN, cell.left_out if cell is not None else ""
+    if cell is not None and cell.run:
         text, severity = str(cell), min(cell.worst.severity, 1.0) if cell.worst else -1.0
         color = next((color for most, color, _ in DEGREES if 0.0 <= severity <= most), HOLDS)
     return color, "\n".join(textwrap.wrap(text, 38)[:3])

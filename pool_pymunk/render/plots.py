@@ -91,6 +91,5 @@ def energy_and_momentum(run: Run) -> tuple[Array, Array, Array]:
     t = np.unique(np.concatenate([even, breaks, np.nextafter(breaks, -np.inf)]))
     t = t[(t >= 0.0) & (t <= run.duration)]
     mass = np.array([ball.mass for ball in run.scene.balls])
-    _, velocity = run.at(t)
-    energy = 0.5 * (velocity**2).sum(axis=2) @ mass
-    return t, energy, np.hypot(*np.einsum("tnk,n->kt", velocity, mass))
+    momentum = np.einsum("tnk,n->kt", run.at(t)[1], mass)
+    return t, run.energy_at(t), np.hypot(*momentum)

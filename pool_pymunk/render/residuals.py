@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
+from numpy.linalg import norm
 from numpy.typing import NDArray
 
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import dress
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.render.style import PRINT, Style
@@ -33,7 +33,8 @@ NARROW = 20  # dots on a line, from which on they are faint
 
 def residuals_picture(found: Fit, path: Path, *, dpi: float = 150.0, style: Style = PRINT) -> None:
     """Draw the distances of places before and after the fit, and where they lie off after it."""
-    shown = np.maximum(_length(found.residuals), _length(found.residuals_before)) > SHARP
+    off = np.maximum(*(norm(each, axis=-1) for each in (found.residuals, found.residuals_before)))
+    shown = off > SHARP
     lines = _lines(found, np.flatnonzero(shown).tolist())
     size = (12.0, max(4.6, 1.6 + 0.24 * len(lines)))
     figure = Figure(size, facecolor=style.page, layout="constrained")
@@ -57,8 +58,7 @@ def _lines(found: Fit, places: list[int]) -> dict[str, list[int]]:
     """Return the places on each line: a line for each ball of a shot, or for each shot."""
     shots = [shot.name for shot in found.scene.shots] or ["as set up"]
     by_ball, by_shot = defaultdict(list), defaultdict(list)
-    for m in places:
-        one = found.measured[m]
+    for m, one in ((m, found.measured[m]) for m in places):
         by_shot[shots[one.shot - 1]].append(m)
         by_ball[f"{shots[one.shot - 1]}, {one.ball}"].append(m)
     return by_ball if len(by_ball) <= MOST_LINES else by_shot
@@ -75,7 +75,7 @@ def _draw_distances(axes: Axes, found: Fit, lines: dict[str, list[int]], style: 
     """Draw distances on a logarithmic axis: rings before the fit, dots after it."""
     unit, sigma = _scales(found)
     before, after = (
-        np.maximum(_length(each), max(NEAREST * sigma, SHARP)) * unit
+        np.maximum(norm(each, axis=-1), max(NEAREST * sigma, SHARP)) * unit
         for each in (found.residuals_before, found.residuals)
     )
     line_of = {m: y for y, places in enumerate(lines.values()) for m in places}
@@ -126,7 +126,3 @@ def _draw_frame(axes: Axes, found: Fit, drawn: Mask, style: Style) -> None:
     for line in (axes.axhline, axes.axvline):
         line(0.0, color=style.faint, alpha=0.4, linewidth=0.6)
     dress(axes, style)
-
-
-def _length(points: Array) -> Array:
-    return np.asarray(np.sqrt((points**2).sum(axis=-1)))

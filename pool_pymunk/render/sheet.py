@@ -15,7 +15,7 @@ from pool_pymunk.render.balls import discs, draw_balls
 from pool_pymunk.render.canvas import canvas, draw_text
 from pool_pymunk.render.plots import KEY_ROWS, plot_distances
 from pool_pymunk.render.style import Style
-from pool_pymunk.render.table import draw_plane, draw_pockets, draw_posts, draw_table
+from pool_pymunk.render.table import draw_plane, draw_pockets_and_posts, draw_table
 from pool_pymunk.render.view import Show, View, fit, settings
 from pool_pymunk.results.run import Run
 
@@ -105,8 +105,7 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
             draw_table(axes, scene.table, scene.pockets, view, style)
         else:
             draw_plane(axes, room, view, scene.units, style)
-        draw_pockets(axes, scene.pockets, view, style)
-        draw_posts(axes, scene, view, style)
+        draw_pockets_and_posts(axes, scene, view, style)
     if show.side_by_side:
         for room, text in zip(layout.rooms, settings(show.runs), strict=True):
             at = ((room.x0 + room.x1) / 2, room.y1 + 0.6 * layout.letter)

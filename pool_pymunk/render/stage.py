@@ -29,7 +29,7 @@ from pool_pymunk.render.view import Show, View, contact_places
 from pool_pymunk.results.run import Run
 
 Draw = Callable[[Axes, Sequence[DrawnBall], Style], None]
-TRACK_STRENGTH = 0.5  # of a new track
+TRACK_STRENGTH = 0.9  # of a new track
 CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
 
 
@@ -42,13 +42,12 @@ class Cast:
         self.discs = discs(run.scene, run.at([0.0])[0][0], view)
         # This is how far from its centre anything of a ball is drawn, except a label beside.
         extent = max(1.35 * disc.radius + 2.0 for disc in self.discs)
-        self.sprites = _sprites(
-            self.discs, extent, balls.draw_bodies if solid else balls.draw_ghosts, style
-        )
+        draw = balls.draw_bodies if solid else balls.draw_ghosts
+        self.sprites = _sprites(_at_origin(self.discs), extent, draw, style)
         self.labels = Labels(self.discs if solid else ())
         named = self.labels.balls
         extent = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in named), default=0.0)
-        self.names = _sprites(named, extent, balls.draw_labels, style)
+        self.names = _sprites(_at_origin(named), extent, balls.draw_labels, style)
         self.tracks = [self._track(i) for i in range(len(self.discs))]
         flashes = contact_places(run) if solid else ()
         self.flashes = [(t, view.place(at), view.scale * radius) for t, at, radius in flashes]
@@ -231,7 +230,7 @@ class Stage:
             yield from self._drawn(times[first : first + self.BLOCK])
 
     def samples(self) -> Iterator[Pixels]:
-        """Yield a few frames that have the film's colours between them; ask for them once only."""
+        """Yield a few frames that have the film's colours; ask for them once only."""
         return self._drawn(np.linspace(self.timing.start, self.timing.end, 5))
 
     def _drawn(self, times: Array) -> Iterator[Pixels]:
@@ -251,19 +250,20 @@ class Stage:
             yield frame
 
 
-def _sprites(shown: list[DrawnBall], extent: float, draw: Draw, style: Style) -> tuple[Sprite, ...]:
-    """Return the sprites of balls or of their labels, wherever they are."""
-    return _drawn(tuple(disc._replace(x=0.0, y=0.0) for disc in shown), extent, draw, style)
-
-
 @lru_cache(maxsize=16)
-def _drawn(
+def _sprites(
     shown: tuple[DrawnBall, ...], extent: float, draw: Draw, style: Style
 ) -> tuple[Sprite, ...]:
+    """Return the sprites of balls or of their labels."""
+
     def draw_all(axes: Axes, middles: list[Point]) -> None:
         draw(axes, [d._replace(x=x, y=y) for d, (x, y) in zip(shown, middles, strict=True)], style)
 
     return sprites(len(shown), extent, draw_all) if shown else ()
+
+
+def _at_origin(shown: list[DrawnBall]) -> tuple[DrawnBall, ...]:
+    return tuple(disc._replace(x=0.0, y=0.0) for disc in shown)
 
 
 def _rgb(color: str) -> Array:

@@ -22,21 +22,18 @@ PITCH = 0.16  # of the width; the lines of an open plane are at most so far apar
 
 
 class Woodwork(NamedTuple):
-    """The woodwork is what lies around the cloth: wide strokes along the outline, and sights (m).
-
-    A layer has the name of a colour of the style, how far it is seen to either side of the outline,
-    and how its corners are joined. All ``shades`` together are the cushions' soft shadow.
-    """
+    """The woodwork lies around the cloth: wide strokes along the outline, and sights (m)."""
 
     outline: Sequence[Point]
+    # a layer's colour in the style, how far it is seen beside the outline, and its joints
     layers: tuple[tuple[str, float, str], ...]
-    shades: tuple[float, ...]
+    shades: tuple[float, ...]  # All together are the cushions' soft shadow.
     sights: tuple[Point, ...]
     sight: float
 
 
 def woodwork(table: Table, pockets: Sequence[Pocket]) -> Woodwork:
-    """Return the woodwork of a table. Rails have no sights where pockets are."""
+    """Return the woodwork of a table; one with a colour of its own is a board without sights."""
     short = min(Bbox.from_extents(*table.bounds).size)
     cushion, rail, thin = CUSHION * short, (CUSHION + RAIL) * short, 0.006 * short
     edges = table.edges
@@ -49,7 +46,8 @@ def woodwork(table: Table, pockets: Sequence[Pocket]) -> Woodwork:
         ("inlay", cushion + thin, join), ("cushion", cushion, join), ("nose", thin / 2, join),
     )  # fmt: skip
     shades = tuple(0.12 * k * cushion for k in range(1, 7))
-    return Woodwork(table.polyline, layers, shades, tuple(sights(table, pockets)), 0.007 * short)
+    seen = () if table.color else tuple(sights(table, pockets))
+    return Woodwork(table.polyline, layers, shades, seen, 0.007 * short)
 
 
 def draw_table(
@@ -76,25 +74,22 @@ def draw_table(
         axes.add_artist(Circle(place, radius, color=style.sight, linewidth=0, zorder=1.3))
 
 
-def draw_pockets(axes: Axes, pockets: Sequence[Pocket], view: View, style: Style) -> None:
-    """Draw the circles within which pockets take the centres of balls, each with a lip."""
-    for hole in pockets:
-        place, radius = view.place(hole.position), view.scale * hole.radius
-        for size, color in ((1.0, style.lip), (0.9, style.hole)):
-            axes.add_artist(Circle(place, size * radius, facecolor=color, linewidth=0, zorder=1.4))
-
-
-def draw_posts(axes: Axes, scene: Scene, view: View, style: Style) -> None:
-    """Draw round obstacles as cushions are drawn; pins have a size that can be seen."""
-    for x, y, radius in seen_posts(scene):
-        place = view.place((x, y))
-        for size, color in ((1.0, style.rail_edge), (0.85, style.rail)):
-            looks: dict[str, Any] = {"facecolor": color, "linewidth": 0, "zorder": 1.45}
-            axes.add_artist(Circle(place, size * radius * view.scale, **looks))
+def draw_pockets_and_posts(axes: Axes, scene: Scene, view: View, style: Style) -> None:
+    """Draw pockets, as the circles in which they take centres of balls, and posts, like rails."""
+    holes = [(*hole.position, hole.radius) for hole in scene.pockets]
+    posts = ((1.0, style.rail_edge), (0.85, style.rail))
+    for discs, colors in (
+        (holes, ((1.0, style.lip), (0.9, style.hole))),
+        (seen_posts(scene), posts),
+    ):
+        for x, y, radius in discs:
+            for size, color in colors:
+                shape = Circle(view.place((x, y)), size * radius * view.scale, color=color, lw=0)
+                axes.add_artist(shape).set_zorder(1.4)
 
 
 def seen_posts(scene: Scene) -> list[tuple[float, float, float]]:
-    """Return place and radius (m) of each post, as they are drawn."""
+    """Return place and radius (m) of each post as it is drawn: pins, too, can be seen."""
     least = PIN * min(ball.radius for ball in scene.balls)
     return [(*post.position, max(post.radius, least)) for post in scene.posts]
 

@@ -11,7 +11,6 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Pixels, mixed, window
 from pool_pymunk.render.style import LOOK
 
-HALO = 0.2  # the strength of the halo around a track
 LIFE = 1.0  # s of film; in this time what a track will lose of its strength shrinks to 1/e
 TICK = 0.16  # s of film; tracks are faded as often
 EQUAL = 0.01  # Covers that differ less than this are equal; a byte has steps of 0.004.
@@ -63,8 +62,8 @@ class Track:
     ) -> None:
         self.corners, self.width, self.color, self.strength = corners, width, color, strength
         self.halo = color if halo is None else halo
-        self.glow = 0.0 if halo is None else HALO
-        self.outer = width if halo is None else 1.35 * width + 0.5
+        self.glow = 0.0 if halo is None else LOOK.halo
+        self.outer = width if halo is None else 1.6 * width + 0.8
         self.end = corners[0, 1:]
         self.passed = 1
 

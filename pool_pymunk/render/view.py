@@ -16,9 +16,9 @@ from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.files import RenderError
 
-CUSHION = 0.035  # the width of the cushions and of the wooden rail, in the table's shorter side
+CUSHION = 0.035  # the widths of cushions and wooden rail, as shares of the table's shorter side
 RAIL = 0.075
-MOST_LONG = 2.4  # A side of what is seen of a plane is at most this many times the other.
+MOST_LONG = 2.4  # Without a table, one side of the picture is at most this many times the other.
 DOT = "  \N{MIDDLE DOT}  "
 
 
@@ -96,7 +96,7 @@ class Show:
         if not 1 <= len(self.runs) <= 2:
             raise RenderError(f"runs = {len(self.runs)}: one can be shown, or two to compare")
         if len({tuple(ball.id for ball in run.scene.balls) for run in self.runs}) > 1:
-            raise RenderError("runs of other balls cannot be compared")
+            raise RenderError("runs of different balls cannot be compared")
 
     @property
     def panels(self) -> tuple[tuple[Run, ...], ...]:
@@ -134,10 +134,7 @@ class Show:
 
 
 def settings(runs: Sequence[Run]) -> list[str]:
-    """Return solver and time step of each run as "pymunk, dt = 1/240 s".
-
-    The contact law follows if the runs differ in it; a solver's own law goes without saying.
-    """
+    """Return each run's solver and step, and its law if laws differ: "pymunk, dt = 1/240 s"."""
     solvers = {run.solver for run in runs}
     differ = len({run.law for run in runs} - solvers) > 1
     found = []

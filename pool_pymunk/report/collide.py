@@ -1,13 +1,10 @@
 """This module is Part 1 of the report: two balls meet at an offset (Figs. 1 and 2).
 
-The balls have any masses and velocities. Seen from B, A comes along a straight line, the direction
-of approach. The *offset* e is the distance of B's centre from that line, positive if B's centre
-lies to its left. When the balls touch, the centres are e apart across the direction of approach u,
-and sqrt(R^2 - e^2) along it, where R is the sum of the radii. So the line of centres, the normal n
-from A to B, is turned from u by asin(e / R). At e = 0 the hit is head-on, and at |e| = R the balls
-just miss.
-
-The velocities then change along n and t = (-n_y, n_x) by the contact law of every solver.
+Seen from B, A comes along a straight line, in the direction of approach u. The *offset* e is the
+distance of B's centre from that line, positive if it lies to its left. When the balls touch, the
+centres are e apart across u, and sqrt(R^2 - e^2) along it, where R is the sum of the radii. So the
+normal n from A to B is turned from u by asin(e / R): at e = 0 the hit is head-on, and at |e| = R
+the balls just miss. The velocities change along n and t = (-n_y, n_x) by the law of every solver.
 
 The report turns velocities through the impact angle instead (Eqs. 4 to 7). This is the same with
 atan2(d_y, d_x) of the line of centres; docs/report.md says where its atan and its signs break down.
@@ -40,10 +37,7 @@ class Disc:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """A material is how two balls answer: restitution, coefficient of friction, contact law.
-
-    The ``law`` is a name or an object, as in :func:`~pool_pymunk.simulate`.
-    """
+    """A material has restitution, coefficient of friction and contact law, a name or an object."""
 
     restitution: float = 1.0
     friction: float = 0.0
@@ -55,10 +49,9 @@ ELASTIC = Material()
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A collision of balls ``a`` and ``b`` holds what came in, and the velocities after it.
+    """A collision of balls ``a`` and ``b`` holds what came in, and the velocities after it (m/s).
 
-    ``normal`` is the unit vector from A's centre to B's when they touch, ``velocity_a`` and
-    ``velocity_b`` are the velocities after the collision (m/s). All else follows from these.
+    ``normal`` is the unit vector from A's centre to B's when they touch.
     """
 
     a: Disc
@@ -108,10 +101,7 @@ class Collision:
 
     @property
     def impulses(self) -> tuple[NT, NT]:
-        """Return the impulses that A and B receive, along n and t (kg m/s).
-
-        They are equal and opposite under the law coulomb. Under published they are not so along t.
-        """
+        """The impulses on A and B along n and t (kg m/s); by published they differ along t."""
         a, b = (
             NT(ball.mass * (after.n - before.n), ball.mass * (after.t - before.t))
             for ball, before, after in zip((self.a, self.b), self.before, self.after, strict=True)
@@ -120,7 +110,6 @@ class Collision:
 
     @property
     def _velocities(self) -> tuple[tuple[Point, Point], tuple[Point, Point]]:
-        """The velocities of A and of B, before and after the collision (m/s)."""
         return (self.a.velocity, self.b.velocity), (self.velocity_a, self.velocity_b)
 
     @property
@@ -168,9 +157,9 @@ class Collision:
 
 
 def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC) -> Collision:
-    """Return the collision of two balls whose centres are ``offset`` (m) apart across u.
+    """Return the collision of two balls whose centres are ``offset`` (m) apart across the approach.
 
-    u is their direction of approach. Raises :class:`~pool_pymunk.SceneError` for sizes and
+    Raises :class:`~pool_pymunk.SceneError` for sizes and
     coefficients that make no sense, for an offset as large as the sum of the radii, and for balls
     that keep their distance.
 
@@ -246,5 +235,4 @@ def _approach(a: Disc, b: Disc) -> Point:
 
 
 def _unit(v: Point) -> Point:
-    length = math.hypot(*v)
-    return (v[0] / length, v[1] / length)
+    return (v[0] / math.hypot(*v), v[1] / math.hypot(*v))

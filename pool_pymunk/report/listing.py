@@ -12,7 +12,7 @@ from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
 
-QUICK = 1.0  # s
+QUICK = 1.0  # s; of longer runs rounding is not measured, because that may take further runs
 # What is outside of these bounds is implausible. kg/m^3: polystyrene foam has some 15, and the
 # densest metal, osmium, 22,600; as spheres, flat discs seem lighter than they are. m: a toy, and a
 # curling sheet of 45.7. m/s: the fastest golf balls have some 95.
@@ -25,14 +25,12 @@ def opening(scene: Scene) -> Iterator[str]:
     if scene.title:
         yield scene.title
         yield ""
-    if scene.cue is None or len(scene.balls) < 2:
-        return
-    cue = scene.index[scene.cue.id]
-    closest = scene.balls[scene.nearest(cue)]
-    (x, y), (x0, y0) = closest.position, scene.cue.position
-    yield f"Closest ball to Cue ball: Ball {closest.id:>2s}"
-    yield f"Attitude to closest ball: {math.degrees(math.atan2(y - y0, x - x0)):7.3f} deg"
-    yield ""
+    if scene.cue is not None and len(scene.balls) > 1:
+        closest = scene.balls[scene.nearest(scene.index[scene.cue.id])]
+        (x, y), (x0, y0) = closest.position, scene.cue.position
+        yield f"Closest ball to Cue ball: Ball {closest.id:>2s}"
+        yield f"Attitude to closest ball: {math.degrees(math.atan2(y - y0, x - x0)):7.3f} deg"
+        yield ""
 
 
 def shot_lines(run: Run) -> Iterator[str]:
@@ -66,10 +64,7 @@ def shot_lines(run: Run) -> Iterator[str]:
 
 
 def _doubts(run: Run) -> Iterator[str]:
-    """Yield how far policies and rounding may have moved the ends, if the printed digits show it.
-
-    Both may take further runs, so rounding is not measured where one takes more than ``QUICK``.
-    """
+    """Yield how far policies and rounding may have moved the ends, if printed digits show it."""
     if run.again is None:
         return
     units = run.scene.units
@@ -104,25 +99,21 @@ def is_of_the_report(run: Run) -> bool:
 
 @dataclass(frozen=True)
 class Agreement:
-    """An agreement tells which of ``count`` ends agree with the published ones in every digit.
-
-    It also holds the ball that is farthest off, and how far that is (m).
-    """
+    """An agreement tells which of ``count`` ends agree with the published ones in every digit."""
 
     agreeing: tuple[str, ...]
     count: int
-    farthest: str
-    largest: float
+    farthest: str  # the ball that is farthest off
+    largest: float  # m; how far that is
 
     @classmethod
     def of(cls, run: Run) -> Agreement:
         """Compare a run with its shot's published ends."""
         published: Mapping[str, Point] = run.shot.published if run.shot else {}
-        ends = {id_: (run.final[id_], end) for id_, end in published.items()}
-        off = {id_: math.dist(*both) for id_, both in ends.items()}
-        agreeing = tuple(i for i, (a, b) in ends.items() if _pair(run, a) == _pair(run, b))
+        off = {id_: math.dist(run.final[id_], end) for id_, end in published.items()}
+        same = (id_ for id_, b in published.items() if _pair(run, run.final[id_]) == _pair(run, b))
         farthest = max(off, key=lambda id_: off[id_], default="")
-        return cls(agreeing, len(published), farthest, off.get(farthest, 0.0))
+        return cls(tuple(same), len(published), farthest, off.get(farthest, 0.0))
 
     def sentence(self, run: Run) -> str:
         """Return the comparison in words, in the scenario's units."""
@@ -148,17 +139,10 @@ def _heading(run: Run) -> str:
 
 
 def _pair(run: Run, point: Point) -> str:
+    """Return a place in the log's digits; zero has no sign."""
     x, y = (run.scene.units.from_si(value, "length") for value in point)
-    return f"[{_rounded(x, _decimals(run))}, {_rounded(y, _decimals(run))}]"
-
-
-def _rounded(value: float, decimals: int) -> str:
-    """Return a number with this many decimals; zero has no sign.
-
-    >>> _rounded(3.926, 2), _rounded(-0.001, 2), _rounded(-0.00004, 4)
-    (' 3.93', ' 0.00', ' 0.0000')
-    """
-    return f"{value:z{decimals + 3}.{decimals}f}"
+    form = f"z{_decimals(run) + 3}.{_decimals(run)}f"
+    return f"[{x:{form}}, {y:{form}}]"
 
 
 def _decimals(run: Run) -> int:
@@ -190,14 +174,12 @@ def modelled(scene: Scene) -> Iterator[str]:
         yield f"table: {shape} with {len(scene.table.edges)} cushions{of_them}, {friction}"
     if scene.posts:
         first, last = scene.first_post, len(scene.cushions) - 1
-        which = f"cushion {last}" if first == last else f"cushions {first} to {last}"
-        yield f"posts: {len(scene.posts)}, reported as {which}"
+        which = f"s {first} to {last}" if first < last else f" {last}"
+        yield f"posts: {len(scene.posts)}, reported as cushion{which}"
     if scene.pockets:
         yield f"pockets: {', '.join(pocket.id for pocket in scene.pockets)}"
-    if scene.deceleration == 0.0:
-        yield "surface friction: none; no damping callback"
-    else:
-        yield f"surface friction: {scene.deceleration:.6g} m/s^2"
+    slows = f"{scene.deceleration:.6g} m/s^2" if scene.deceleration else "none; no damping callback"
+    yield f"surface friction: {slows}"
     if rolling is not None:
         slows = f"{rolling * scene.physics.gravity:.6g} m/s^2"
         yield f"rolling friction: {slows}; balls slide, then roll, without english"

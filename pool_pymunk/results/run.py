@@ -1,8 +1,7 @@
 """Every solver returns a :class:`Run`, made from the :class:`Trace` that it kept.
 
 A solver notes a *breakpoint* (time, position, velocity, acceleration) wherever a ball's motion
-changes: at the start, at a contact, when it stops. Up to the next one the acceleration is constant,
-so a Run can be asked for the positions at any time.
+changes. Up to the next one the acceleration is constant, so a Run knows the positions at any time.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pool_pymunk.engine.policies import Variant
-from pool_pymunk.model import Point, Scene, Shot, State
+from pool_pymunk.model import Point, Scene, Shot, State, Units
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.motion import Array, free_motions
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
-EARLY = 1_000  # events; balls that are apart by then never come together again
+EARLY = 1_000  # events; runs that are a radius apart by then never agree again
 SURE = 4.0  # A figure is this many times the largest change that was seen.
 COLUMNS = ("t", "ball", "x", "y", "vx", "vy")  # of a table of samples
 
@@ -48,16 +47,13 @@ STATUSES: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A contact, or a ball that rolls from now on, or comes to rest or into a pocket, at ``t`` (s).
-
-    ``pocket`` is the pocket's id.
-    """
+    """An event is a contact, or a ball that begins to roll, stops or is pocketed, at ``t`` (s)."""
 
     t: float
     kind: str  # ball-ball | ball-cushion | roll | stop | pocket
     balls: tuple[str, ...]
     cushion: int | None = None
-    pocket: str | None = None
+    pocket: str | None = None  # its id
 
     @property
     def is_contact(self) -> bool:
@@ -65,14 +61,14 @@ class Event:
         return self.kind in ("ball-ball", "ball-cushion")
 
     def as_dict(self) -> dict[str, object]:
-        """The event as it stands in the JSON."""
-        record: dict[str, object] = {"t": self.t, "kind": self.kind, "balls": list(self.balls)}
-        said = {"cushion": self.cushion, "pocket": self.pocket}
-        return record | {key: value for key, value in said.items() if value is not None}
+        """Return the event as it stands in the JSON."""
+        said = {"t": self.t, "kind": self.kind, "balls": list(self.balls)}
+        said |= {"cushion": self.cushion, "pocket": self.pocket}
+        return {key: value for key, value in said.items() if value is not None}
 
 
 def extent(scene: Scene, breakpoints: Sequence[ArrayLike]) -> float:
-    """Return how far apart (m) places on the table are at most, or those where balls were."""
+    """Return the diagonal (m) of the box around the table and all places where balls were."""
     places = [np.asarray(each)[:, 1:3] for each in breakpoints]
     if scene.table is not None:
         places.append(np.array(scene.table.polyline))
@@ -81,12 +77,12 @@ def extent(scene: Scene, breakpoints: Sequence[ArrayLike]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One shot, simulated: what happened, where every ball was at any time, and what it cost.
+    """A run is a simulated shot: what happened, where every ball was at any time, and what it cost.
 
     ``t`` (T,), ``position`` (T, N, 2) and ``velocity`` (T, N, 2) are samples in s, m and m/s, N in
     the order of ``scene.balls``; ``final`` maps each ball to its end (m). ``knots`` has the
-    breakpoints (K, 7) of each ball: t, x, y, vx, vy, ax, ay, and where balls roll (K, 9) wx, wy,
-    their roll (m/s). ``law`` names the law that answered the contacts. ``off`` has the ids of the
+    breakpoints (K, 7) of each ball: t, x, y, vx, vy, ax, ay; (K, 9) if balls roll, with wx,
+    wy, the roll (m/s). ``law`` names the law that answered the contacts. ``off`` has the ids of the
     balls that are off the table at the end; a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
@@ -142,10 +138,7 @@ class Run:
 
     @property
     def success(self) -> bool:
-        """Tell whether every ball came to rest, or the run lasted until the ``max_time`` asked for.
-
-        It is not so at ``max_events``, nor where a number left the range of floating point.
-        """
+        """Tell whether every ball came to rest, or the run lasted until its ``max_time``."""
         return self.status in ("settled", "max_time")
 
     @property
@@ -160,17 +153,17 @@ class Run:
 
     @property
     def name(self) -> str:
-        """The shot's name; "as set up" where the scene runs as its velocities have it."""
+        """Return the shot's name, or "as set up" if the scene ran without a shot."""
         return self.shot.name if self.shot else "as set up"
 
     @property
     def struck(self) -> str | None:
-        """The ball of the shot, or of a shot of a batch: its speed and direction are inputs."""
+        """Return the ball of the shot, or of a batch's shot: its speed and angle are inputs."""
         return self.watched if self.shot is None else self.shot.ball
 
     @cached_property
     def t(self) -> Array:
-        """The times (T,) asked for, or 60 a second and the end."""
+        """Return the times (T,) that were asked for, or 60 a second and the end."""
         if self.sample_times is not None:
             return np.array(self.sample_times, dtype=float)
         count = int(self.duration * SAMPLES_PER_SECOND) + 1
@@ -183,21 +176,23 @@ class Run:
 
     @property
     def position(self) -> Array:
-        """Positions (T, N, 2) at the times ``t``, in m."""
+        """Return positions (T, N, 2) at the times ``t``, in m."""
         return self._samples[0]
 
     @property
     def velocity(self) -> Array:
-        """Velocities (T, N, 2) at the times ``t``, in m/s."""
+        """Return velocities (T, N, 2) at the times ``t``, in m/s."""
         return self._samples[1]
 
     def at(self, times: Array | Sequence[float] | float) -> tuple[Array, Array]:
-        """Return positions (m) and velocities (m/s) at any ``times`` (s); after the end, the end.
+        """Return positions (m) and velocities (m/s) at any ``times`` (s); after the end, the last.
 
         For a sequence of times (T,) both are of shape (T, N, 2), for a single time (N, 2).
         """
         t = read_times(times)
-        position, velocity = self._sampled(np.atleast_1d(t))
+        at = np.clip(np.atleast_1d(t), 0.0, self.duration)
+        motions = [free_motions(last, at) for last in self._last_knots(at)]
+        position, velocity = (np.stack(each, axis=1) for each in zip(*motions, strict=True))
         return (position, velocity) if t.ndim else (position[0], velocity[0])
 
     def roll_at(self, times: Array | Sequence[float] | float) -> Array:
@@ -213,12 +208,6 @@ class Run:
         rolls = np.stack([rolls_of(last, at) for last in self._last_knots(at)], axis=1)
         return rolls if t.ndim else rolls[0]
 
-    def _sampled(self, times: Array) -> tuple[Array, Array]:
-        t = np.clip(times, 0.0, self.duration)
-        motions = [free_motions(last, t) for last in self._last_knots(t)]
-        position, velocity = (np.stack(each, axis=1) for each in zip(*motions, strict=True))
-        return position, velocity
-
     def _last_knots(self, t: Array) -> Iterator[Array]:
         """Yield the last breakpoints (T, 7 or 9) of each ball at these times (s)."""
         for breakpoints in self.knots:
@@ -232,12 +221,15 @@ class Run:
         >>> run.energy_at(run.duration), run.energy_at([0.0]) == run.energy["initial"]
         (array(0.), array([ True]))
         """
-        t = read_times(times)
+        return np.asarray(self._energies(read_times(times)).sum(axis=-1))
+
+    def _energies(self, t: Array) -> Array:
+        """Return the kinetic energy (J) of each ball at times (s): (T, N), or (N,) for one time."""
         mass = np.array([ball.mass for ball in self.scene.balls])
-        energy = 0.5 * ((self.at(t)[1] ** 2).sum(axis=-1) * mass)
+        energy: Array = 0.5 * ((self.at(t)[1] ** 2).sum(axis=-1) * mass)
         if self.scene.surface.rolls:
             energy += 0.5 * GYRATION * ((self.roll_at(t) ** 2).sum(axis=-1) * mass)
-        return np.asarray(energy.sum(axis=-1))
+        return energy
 
     def on_table(self, times: Array | Sequence[float] | float) -> NDArray[np.bool_]:
         """Tell which balls are on the table at any ``times`` (s).
@@ -252,32 +244,31 @@ class Run:
 
     @cached_property
     def end(self) -> State:
-        """Positions (m) and velocities (m/s) at the end, exactly as the solver left them."""
-        position, velocity = self._sampled(np.array([self.duration]))
+        """Return positions (m) and velocities (m/s) at the end, exactly as the solver left them."""
+        position, velocity = self.at(self.duration)
         roll = points(self.roll_at(self.duration)) if self.scene.surface.rolls else None
-        return State(points(position[0]), points(velocity[0]), self.off, roll)
+        return State(points(position), points(velocity), self.off, roll)
 
     @cached_property
     def final(self) -> dict[str, Point]:
-        """Where each ball ended (m)."""
+        """Return where each ball ended (m)."""
         return {b.id: p for b, p in zip(self.scene.balls, self.end.position, strict=True)}
 
     @cached_property
     def pocketed(self) -> dict[str, str]:
-        """The id of the pocket of each ball that was pocketed in this run, in their order."""
+        """Return the pocket's id for each ball that was pocketed in this run, in their order."""
         return {event.balls[0]: event.pocket for event in self.events if event.pocket is not None}
 
     @cached_property
     def rounding(self) -> float:
         """Return how far (m) rounding may have moved the ends.
 
-        The errors of places, times, normals and velocities at every contact follow the run, to
-        first order (:func:`pool_pymunk.studies.rounding.rounding`). Where they grow until other
-        contacts may come, the answer is the size of the table. Where the run has no derivatives, a
-        few more runs tell it, in which places at contacts and new velocities have random errors
-        (stochastic arithmetic: Vignes, Mathematics and Computers in Simulation 35, 1993, 233),
-        first ones that are cut off early. The figure knows nothing of a contact that nearly came.
-        It is nan for a solver without the contact engine, and for a run loaded from a file.
+        The errors at every contact follow the run, to first order
+        (:func:`pool_pymunk.studies.rounding.rounding`). Where they grow until other contacts may
+        come, the answer is the size of the table. Where the run has no derivatives, more runs with
+        random errors give it (stochastic arithmetic: Vignes, Mathematics and Computers in
+        Simulation 35, 1993, 233). The figure knows nothing of a contact that nearly came. It is nan
+        for a solver without the contact engine, and for a run loaded from a file.
 
         >>> from pool_pymunk import load, simulate
         >>> 0.0 < simulate(load("report"), "Simulation 1", solver="event-driven").rounding < 1e-11
@@ -307,10 +298,10 @@ class Run:
 
         ``wrt`` names inputs or groups of them: "position" and "velocity" of all balls at the start,
         "speed" and "angle" of the shot, "mass", "radius", "restitution", "friction", or "all"; see
-        :class:`~pool_pymunk.Derivatives` for names, shapes and units. The derivatives are exact,
-        by saltation matrices, and nothing is played again. Where none exists (at a graze, where two
-        contacts of one instant share a ball, where a policy answered) the entry is NaN, and a
-        warning says so. Raises SettingError for a run of a solver that is not exact.
+        :class:`~pool_pymunk.Derivatives` for names, shapes and units. The derivatives are exact
+        (saltation matrices). Where none exists (at a graze, where two contacts of one instant share
+        a ball, where a policy answered) the entry is NaN, and a warning says so. Raises
+        SettingError for a run of a solver that is not exact.
 
         >>> from pool_pymunk import load, simulate
         >>> found = simulate(load("report"), 1, solver="event-driven").derivatives()
@@ -325,40 +316,35 @@ class Run:
 
     @cached_property
     def policy_shift(self) -> float:
-        """Return how far (m) the ends would lie elsewhere if policies had answered otherwise.
+        """Return how far (m) the ends would move if policies had answered otherwise.
 
-        It is 0 where everything had an exact answer, and nan where it is not known. Otherwise some
-        more runs tell it. In these, persistent contacts take longer, a slip that only rounding
-        knows counts as slip, tiny gaps give the contacts of one instant another order, and balls
-        that touch at the start have gaps of 1e-13 to 4e-6 m. The answer is four times the largest
-        change, or the table's diagonal if that is less.
+        It is 0 where everything had an exact answer, and nan where it is not known. Otherwise it is
+        four times the largest change in some more runs, or the table's diagonal if that is less. In
+        these, persistent contacts take longer, a slip of rounding size counts as slip, tiny
+        gaps give the contacts of one instant another order, and balls that touch at the start have
+        gaps of 1e-13 to 4e-6 m.
         """
         if not self.policies:
             return 0.0
-        if self.known_shift is not None:
-            return self.known_shift
-        if self.again is None:
-            return math.nan
+        if self.known_shift is not None or self.again is None:
+            return math.nan if self.known_shift is None else self.known_shift
         farthest = max(self._farthest(self.again(variant)) for variant in self.variants)
         return min(SURE * farthest, self.scene.diagonal)
 
     def _farthest(self, other: Run) -> float:
-        """Return how far (m) the balls of another run end from those of this one at most.
-
-        They are looked at when both have ended, or before, when the other one is cut off.
-        """
+        """Return the largest distance (m) of a ball's ends in two runs, or where one is cut off."""
         last = min if other.status == "max_events" else max
         t = last(self.duration, other.duration)
         return max(map(math.dist, self.at(t)[0], other.at(t)[0]))
 
     @cached_property
     def energy(self) -> dict[str, float]:
-        """Kinetic energy (J) of all balls, ``initial`` and ``final``."""
+        """Return the kinetic energy (J) of all balls, ``initial`` and ``final``."""
         start, end = self.energy_at([0.0, self.duration]).tolist()
         return {"initial": start, "final": end}
 
     def as_dict(self) -> dict[str, object]:
-        """The shot as it stands in the JSON of ``run --json``, in SI."""
+        """Return the shot as it stands in the JSON of ``run --json``, in SI."""
         shot, breakpoints = self.shot, dict(zip(self.scene.index, self.knots, strict=True))
         return {
             "name": self.name,
@@ -382,10 +368,10 @@ class Run:
         *,
         dpi: float = 200.0,
     ) -> Figure:
-        """Draw the run, and save the picture where a ``path`` (.png, .svg or .pdf) is given.
+        """Draw the run, save it where a ``path`` (.png, .svg or .pdf) is given, return the figure.
 
         The "start" has arrows at the balls that move, the "end" the balls' tracks; "energy" is
-        kinetic energy and the size of momentum against time. Returns matplotlib's figure.
+        kinetic energy and the size of momentum against time.
         """
         from pool_pymunk.render import energy_figure, figure_of, save_figure
 
@@ -415,8 +401,7 @@ class Run:
         """Make a page that plays the run exactly: one HTML file that needs nothing else.
 
         It is written to ``path``, or returned where there is none. ``overlay`` are runs of the same
-        balls to compare with; the page shows them as ghosts. Raises SettingError for runs of other
-        balls or tables.
+        balls, shown as ghosts. Raises SettingError for runs of different balls or tables.
 
         >>> from pool_pymunk import load, simulate
         >>> "window.pool" in simulate(load("report"), 1).to_html()
@@ -424,6 +409,8 @@ class Run:
         """
         from pool_pymunk.page import page, write_page
 
+        if isinstance(overlay, Run):
+            raise setting_error("overlay", shown(overlay), "must be a list of runs")
         shots = [[self, *overlay]]
         if path is None:
             return page(shots)
@@ -437,7 +424,7 @@ class Run:
         return run_in_notebook(self)
 
     def to_frame(self) -> Any:
-        """Make a pandas DataFrame, one row a time and ball: t, ball, x, y, vx, vy (SI).
+        """Make a pandas DataFrame, a row for each time and ball: t, ball, x, y, vx, vy (SI).
 
         Raises ImportError where pandas is not installed.
         """
@@ -445,13 +432,10 @@ class Run:
             frame = import_module("pandas").DataFrame
         except ImportError:
             raise ImportError("to_frame needs pandas: pip install pandas") from None
-        return frame(list(self._rows()), columns=list(COLUMNS))
+        return frame(list(self._rows(Units())), columns=list(COLUMNS))
 
     def save(self, path: str | Path) -> None:
-        """Save everything to one file, for :meth:`load`; whole, or not at all.
-
-        A law of one's own is kept by its name only.
-        """
+        """Save everything to one file, for :meth:`load`; a law of your own is saved by name."""
         from pool_pymunk.results.saved import save
 
         save(self, path)
@@ -466,39 +450,48 @@ class Run:
 
         return load(path)
 
-    def _rows(self) -> Iterator[list[float | str]]:
-        """Yield one row a time and ball, as in COLUMNS."""
-        samples = (self.t.tolist(), self.position.tolist(), self.velocity.tolist())
-        for t, positions, velocities in zip(*samples, strict=True):
-            for ball, p, v in zip(self.scene.balls, positions, velocities, strict=True):
-                yield [t, ball.id, *p, *v]
+    def _rows(self, units: Units) -> Iterator[list[float | str]]:
+        """Yield one row for each time and ball, as in COLUMNS."""
+        length, speed = units.to_si(1.0, "length"), units.to_si(1.0, "speed")
+        samples = np.concatenate((self.position / length, self.velocity / speed), axis=2)
+        for t, rows in zip(self.t.tolist(), samples.tolist(), strict=True):
+            for ball, row in zip(self.scene.balls, rows, strict=True):
+                yield [t, ball.id, *row]
 
     def write_npz(self, path: str | Path) -> None:
         """Write t, position, velocity (SI), the balls' ids and the events as a NumPy archive.
 
         An event without a cushion has -1 there, one without a pocket an empty text.
         """
-        events = self.events
-        cushions = [-1 if event.cushion is None else event.cushion for event in events]
+        cushions = [-1 if event.cushion is None else event.cushion for event in self.events]
         np.savez_compressed(
             path,
             t=self.t,
             position=self.position,
             velocity=self.velocity,
             balls=np.array([ball.id for ball in self.scene.balls]),
-            event_t=np.array([event.t for event in events]),
-            event_kind=np.array([event.kind for event in events], dtype=str),
-            event_balls=np.array([_two(event.balls) for event in events], dtype=str),
+            event_t=np.array([event.t for event in self.events]),
+            event_kind=np.array([event.kind for event in self.events], dtype=str),
+            event_balls=np.array([_two(event.balls) for event in self.events], dtype=str),
             event_cushion=np.array(cushions, dtype=int),
-            event_pocket=np.array([event.pocket or "" for event in events], dtype=str),
+            event_pocket=np.array([event.pocket or "" for event in self.events], dtype=str),
         )
 
-    def write_csv(self, path: str | Path) -> None:
-        """Write one row a time and ball: t, ball, x, y, vx, vy (SI, all digits)."""
-        write_rows(path, COLUMNS, self._rows())
+    def write_csv(self, path: str | Path, units: Units | None = None) -> None:
+        """Write a row for each time and ball: time, ball, place, velocity, kinetic energy (J).
+
+        The heading names the units: SI, or those of ``units``, such as ``scene.units``. All digits
+        are written.
+        """
+        units = units or Units()
+        said = ("s", "", *[units.length] * 2, *[units.speed] * 2, "J")
+        heading = zip((*COLUMNS, "energy"), said, strict=True)
+        energies = self._energies(self.t).ravel().tolist()
+        rows = ([*row, energy] for row, energy in zip(self._rows(units), energies, strict=True))
+        write_rows(path, (f"{name} ({unit})" if unit else name for name, unit in heading), rows)
 
     def write_events_csv(self, path: str | Path) -> None:
-        """Write one row an event: t, kind, ball, other (of two balls), cushion, pocket."""
+        """Write a row for each event: t (s), kind, ball, other (of two), cushion, pocket."""
         rows = ((e.t, e.kind, *_two(e.balls), e.cushion, e.pocket) for e in self.events)
         write_rows(path, ("t", "kind", "ball", "other", "cushion", "pocket"), rows)
 

@@ -40,11 +40,13 @@ EVENTS = 2_000
 class Trace:
     """A solver writes down a trace while it runs; balls are numbers, as in ``scene.balls``."""
 
-    def __init__(self, start: State) -> None:
+    def __init__(self, start: State, paths: Sequence[Path] = ()) -> None:
+        """Begin with a start, or with ``paths`` from it, which tell how the balls slow down."""
         rolls = start.roll or ((),) * len(start.position)
+        pulls = [path[5:7] for path in paths] or (UNKNOWN,) * len(start.position)
         self.knots: list[list[Breakpoint]] = [
-            [(0.0, *p, *v, *UNKNOWN, *w)]
-            for p, v, w in zip(start.position, start.velocity, rolls, strict=True)
+            [(0.0, *p, *v, *a, *w)]
+            for p, v, a, w in zip(start.position, start.velocity, pulls, rolls, strict=True)
         ]
         self.no_roll = () if start.roll is None else NONE  # what a ball at rest has for a roll
         # the time, the kind, the balls, and the number of the cushion or of the pocket
@@ -62,6 +64,8 @@ class Trace:
     @property
     def variants(self) -> tuple[Variant, ...]:
         """The variants of the run that show what its policies decide."""
+        if not self.policies and not self.touch:
+            return ()
         most = min(max(EVENTS // max(len(self.events), 1), FEWEST_ORDERS), MOST_ORDERS)
         orders = list(self.orders)[:most]
         count = max(len(orders), min(ENOUGH_ORDERS, most)) if orders else 0
@@ -82,10 +86,7 @@ class Trace:
         acceleration: Point = UNKNOWN,
         roll: Point = NONE,
     ) -> None:
-        """Ball ``i`` moves on from ``position`` with a new ``velocity`` at ``t``.
-
-        By default its ``acceleration`` is that of a ball on the scene's surface.
-        """
+        """Ball ``i`` moves on with a new ``velocity``, by default accelerated by the surface."""
         turns = roll if self.no_roll else ()
         self.knots[i].append((t, *position, *velocity, *acceleration, *turns))
 
@@ -114,8 +115,8 @@ class Trace:
     def pocketed(
         self,
         i: int,
-        t: float,
         pocket: int,
+        t: float,
         motion: tuple[float, float, float, float],
         center: Point,
     ) -> None:
@@ -125,17 +126,13 @@ class Trace:
         self.events.append((t, POCKET, (i,), pocket))
         self.duration = max(self.duration, t)
 
-    def forget_stop(self, i: int, t: float) -> None:
+    def stop_revoked(self, i: int, t: float) -> None:
         """Ball ``i`` had not come to rest at ``t`` after all."""
         stop = (t, "stop", (i,), None)
         del self.events[len(self.events) - 1 - self.events[::-1].index(stop)]
 
     def cut(self, most: int) -> None:
-        """Sort the events; where ``most`` are reached, the run ends at the last that is listed.
-
-        Of events at one instant, and of those that a step found beyond it, those that would be too
-        many are left out.
-        """
+        """Sort the events; where ``most`` are reached, the run ends at the last that is listed."""
         self.events.sort(key=lambda event: event[0])
         if len(self.events) > most:
             del self.events[most:]
@@ -154,10 +151,7 @@ class Trace:
                 self.knots[i] = completed(rows, surface, self.duration)
 
     def warn(self, text: str, t: float, figure: float = 0.0) -> None:
-        """Note what the user should know of what happened at ``t`` (s).
-
-        ``{figure}`` in the text stands for the largest figure of all warnings with this text.
-        """
+        """Note a warning of the time ``t`` (s); ``{figure}`` stands for its largest figure."""
         first, times, largest = self.warned.get(text, (t, 0, 0.0))
         self.warned[text] = first, times + 1, max(largest, figure)
 
@@ -174,8 +168,7 @@ class Trace:
 def completed(rows: Sequence[Sequence[float]], surface: Surface, end: float) -> list[Breakpoint]:
     """Return breakpoints; from those that know no acceleration a ball moves on as on the surface.
 
-    Each may have five numbers. The ball rolls or rests if it does so before the next breakpoint, or
-    before the ``end`` (s) of the run.
+    Each may have five numbers. The ``end`` (s) is that of the run.
     """
     found: list[Breakpoint] = []
     for row, until in zip(rows, [*(later[0] for later in rows[1:]), end], strict=True):

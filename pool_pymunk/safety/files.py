@@ -1,7 +1,4 @@
-"""This module writes whole files or none, and knows which files come with the package.
-
-A file gets its name only when it is complete.
-"""
+"""This module writes whole files or none, and knows which files come with the package."""
 
 from __future__ import annotations
 
@@ -27,8 +24,8 @@ class RenderError(RuntimeError):
 def whole(path: Path) -> Iterator[Path]:
     """Give a temporary name beside ``path``, which becomes ``path`` when the block succeeds.
 
-    The folder is made if it is not there. The temporary name keeps the suffix. If an error, a full
-    disk or Ctrl-C ends the block early, ``path`` stays as it was; an OSError names ``path``.
+    The folder is made, and the name keeps the suffix. If an error, a full disk or Ctrl-C ends the
+    block early, ``path`` stays as it was; an OSError names ``path``.
 
     >>> import tempfile
     >>> target = Path(tempfile.mkdtemp()) / "new" / "a.txt"
@@ -42,7 +39,9 @@ def whole(path: Path) -> Iterator[Path]:
     part = None
     try:
         with uninterrupted():
-            part = _temporary(path)
+            handle, name = tempfile.mkstemp(path.suffix, f".{path.stem}-", path.parent)
+            os.close(handle)
+            part = Path(name)
         yield part
         part.chmod(0o644)
         part.replace(path)
@@ -55,17 +54,9 @@ def whole(path: Path) -> Iterator[Path]:
             part.unlink(missing_ok=True)
 
 
-def _temporary(path: Path) -> Path:
-    """Make a new, empty file beside ``path`` with the same suffix, and return its path."""
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    return Path(name)
-
-
 def bundled() -> dict[str, Path]:
-    """The scenarios that come with the package, by name."""
+    """Return the scenarios that come with the package, by name."""
     here = Path(str(resources.files("pool_pymunk")))
-    for folder in (here / "scenarios", here.parent / "scenarios"):
-        if folder.is_dir():
-            return {path.stem: path for path in sorted(folder.glob("*.toml"))}
-    return {}
+    own = here / "scenarios"
+    folder = own if own.is_dir() else here.parent / "scenarios"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}

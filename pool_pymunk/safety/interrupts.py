@@ -1,9 +1,9 @@
 """This module raises Ctrl-C where it does no harm.
 
-Python raises KeyboardInterrupt at whatever point the program has reached. In a callback from C or
-in a destructor it is printed and lost. In the middle of a library it may come out as another error.
-Between the start of a process and the note that it was started, nobody would end that process. So
-the command line delays Ctrl-C, for moments, until the package's own code is at work.
+Python raises KeyboardInterrupt at any point of the program. In a callback from C or in a destructor
+it is printed and lost, in a library it may become another error, and between the start of a process
+and the note of it nobody would end that process. So the command line delays Ctrl-C, for moments,
+until the package's own code is at work.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from contextlib import contextmanager
 from types import FrameType
 
 PAUSE = 0.01  # s between attempts to raise a pending Ctrl-C
-# packages: our own, and those that must not be left halfway, because pymunk swallows errors in its
-# callbacks, and because an interrupted import of a dataclass has Python kill itself at its end
+# Our package, and those that must not be left halfway: pymunk swallows errors in its callbacks, and
+# an interrupted import of a dataclass has Python kill itself at its end.
 OWN, CALLS_BACK = "pool_pymunk", ("pymunk", "importlib")
 
 
@@ -40,23 +40,20 @@ def patient_interrupts() -> Iterator[None]:
     ):
         yield
         return
-    usual = signal.signal(signal.SIGINT, _asked)
-    usual_alarm = signal.signal(signal.SIGALRM, _raise_if_harmless)
+    heard = (signal.SIGINT, signal.SIGALRM)
+    usual = [signal.signal(number, _hear) for number in heard]
     try:
         yield
         raise_pending()
     finally:
         _done_waiting()
-        signal.signal(signal.SIGINT, usual)
-        signal.signal(signal.SIGALRM, usual_alarm)
+        for number, handler in zip(heard, usual, strict=True):
+            signal.signal(number, handler)
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Delay Ctrl-C until the block is done.
-
-    What the block starts is then known to the code that must end it.
-    """
+    """Delay Ctrl-C until the block is done: the code that must end what it starts knows of it."""
     _Waiting.held += 1
     try:
         yield
@@ -84,25 +81,18 @@ def raise_pending() -> None:
         raise KeyboardInterrupt
 
 
-def _asked(number: int, frame: FrameType | None) -> None:
-    if _Waiting.asked:
-        raise_pending()
-    _Waiting.asked = True
-    _raise_if_harmless(number, frame)
-
-
-def _raise_if_harmless(_number: int, frame: FrameType | None) -> None:
-    if _harmless(frame):
+def _hear(number: int, frame: FrameType | None) -> None:
+    """Raise a Ctrl-C if it is the second or does no harm, and otherwise look again in a moment."""
+    is_second = _Waiting.asked and number == signal.SIGINT
+    _Waiting.asked |= number == signal.SIGINT
+    if is_second or _harmless(frame):
         raise_pending()
     elif _Waiting.asked:
         signal.setitimer(signal.ITIMER_REAL, PAUSE)
 
 
 def _harmless(frame: FrameType | None) -> bool:
-    """Tell whether the running code is ours, and may be split here.
-
-    That is not so where pymunk or an import calls it.
-    """
+    """Tell whether the running code is ours, and neither pymunk nor an import has called it."""
     if _Waiting.held or frame is None or _package(frame) != OWN:
         return False
     below = frame.f_back

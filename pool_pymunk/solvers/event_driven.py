@@ -10,20 +10,22 @@ import math
 from functools import cache
 
 from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
+from pool_pymunk.engine.near import boxes_around
+from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.model import Scene, State
+from pool_pymunk.physics.path import sets_off
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, begin, cut_off, pockets, walls
+from pool_pymunk.solvers.exact import begin, cut_off, pockets, walls
 from pool_pymunk.solvers.record import Settings, Solver
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     """Simulate exactly; ``settings.dt`` has no meaning here, and events carry their true times."""
-    trace, law = Trace(start), settings.law_of(scene)
-    engine = ContactEngine(law, cache(scene.pair), scene.surface, TraceRecorder(scene, trace, law))
+    law, pair = settings.law_of(scene), cache(scene.pair)
+    engine = ContactEngine(law, pair, scene.surface, Recorder())
     _set_up(engine, scene, start)
-    begin(trace, engine, settings)
+    trace = begin(scene, start, settings, engine)
     latest = math.inf if settings.max_time is None else settings.max_time
     engine.advance(latest)
     trace.steps = engine.tally.answered
@@ -40,15 +42,11 @@ def _set_up(engine: ContactEngine, scene: Scene, start: State) -> None:
     for ball, *motion in starts:
         engine.add_ball(engine.surface.path(0.0, *motion), ball.radius, ball.mass)
     engine.walls = [*walls(scene), *pockets(scene)]
-    boxes = Boxes if len(scene.balls) < MANY else ManyBoxes
-    engine.near = near = boxes(len(scene.balls), len(engine.walls))
-    near.measure(engine.paths)
-    for i, path in enumerate(engine.paths):
-        near.begin(i, path, engine.radii[i], 0.0, math.inf)
+    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
     for id_ in start.off:
         engine.remove(scene.index[id_])
     if engine.is_finite:
-        engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
+        engine.predict([i for i, path in enumerate(engine.paths) if sets_off(path)])
 
 
 def _status(engine: ContactEngine, latest: float) -> str:

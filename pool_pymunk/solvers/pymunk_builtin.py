@@ -23,7 +23,7 @@ from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
 BALL, CUSHION = 1, 2
 CUE, OTHER = 0b01, 0b10  # These are categories: each kind of ball has its own cushions.
-# So often in a second the balls are looked at, because looking costs more than the steps.
+# The balls are looked at this many times a second, because looking costs more than the steps.
 LOOKS = 240
 AT_REST = 1e-4  # radii a second; a slower ball counts as at rest
 

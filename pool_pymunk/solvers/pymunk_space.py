@@ -14,7 +14,7 @@ import pymunk
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import TraceRecorder, begin, cut_off, walls
+from pool_pymunk.solvers.exact import begin, cut_off, walls
 from pool_pymunk.solvers.record import Settings, Solver
 from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
 
@@ -32,10 +32,8 @@ def solve(
     Swept contacts are found at their true times inside the step; discrete ones are overlaps, which
     are answered at the end of the step, an error of first order in dt.
     """
-    trace = Trace(start)
     table = set_up(scene, start, settings, contacts, friction)
-    table.engine.recorder = TraceRecorder(scene, trace, settings.law_of(scene))
-    begin(trace, table.engine, settings)
+    trace = begin(scene, start, settings, table.engine)
     table.play(settings.on_time, math.inf if settings.max_time is None else settings.max_time)
     trace.steps = table.steps
     trace.status = _status(table)
@@ -86,7 +84,7 @@ def set_up(
     return table
 
 
-AROUND = 1e-3  # of an arc's radius; the polygon around it is so much wider than its corners
+AROUND = 1e-3  # of an arc's radius; the polygon around it is wider than its corners by this
 
 
 def cushion_shapes(scene: Scene, space: pymunk.Space) -> list[pymunk.Shape]:

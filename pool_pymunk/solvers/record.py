@@ -27,7 +27,7 @@ class Settings(NamedTuple):
     The step ``dt`` is in s, and None for solvers without one. By default the scene's law answers
     the contacts. A solver with steps calls ``on_time`` now and then with the time (s) that it has
     come to. Solvers with the contact engine play a ``variant``, which shows what depends on
-    policies, and ``measures_policies`` so. ``touch`` is False if nothing touches at the start.
+    policies, and ``measures_policies`` so.
     """
 
     dt: float | None
@@ -37,7 +37,6 @@ class Settings(NamedTuple):
     on_time: OnTime | None = None
     variant: Variant = AS_IT_IS
     measures_policies: bool = True
-    touch: bool = True
 
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""
@@ -126,7 +125,7 @@ class Stepping(ABC):
         """List that a pocket takes ball ``i`` in, and return the pocket's centre, if one does."""
         for number, pocket in enumerate(self.scene.pockets):
             if math.dist((x, y), pocket.position) <= pocket.radius:
-                self.trace.pocketed(i, self.time, number, (x, y, vx, vy), pocket.position)
+                self.trace.pocketed(i, number, self.time, (x, y, vx, vy), pocket.position)
                 return pocket.position
         return None
 

@@ -81,15 +81,15 @@ class Request(NamedTuple):
             alone = self._replace(settings=bounds, times=None)
             start = alone.play(shot_before(scene, shot)).end
         state = scene.start(shot, start)
-        moves = any(v != (0.0, 0.0) for v in (*state.velocity, *(state.roll or ())))
-        if moves and not scene.always_rests and settings.max_time is None:
+        drifts = settings.max_time is None and not scene.always_rests
+        if drifts and any(v != (0.0, 0.0) for v in (*state.velocity, *(state.roll or ()))):
             friction = "rolling" if scene.surface.rolls else "surface"
             never = f"without {friction} friction the balls of this start never come to rest"
             raise setting_error("max_time", None, f"is missing: {never}")
         measures = settings.measures_policies and self.solver.engine
         touch = measures and len(touching(scene, state)) > 0
         began = time.perf_counter()
-        trace = self._solve(state, touch=touch)
+        trace = self._solve(state)
         wall_time = time.perf_counter() - began
         trace.touch = touch and wall_time <= QUICK
         shift = self._policy_shift(state, trace, wall_time)
@@ -101,15 +101,16 @@ class Request(NamedTuple):
         """Play a run, and return by how much (m/s) orders of one instant change velocities."""
         return self._solve(self.scene.start(None, start)).spread
 
-    def _solve(self, state: State, variant: Variant = AS_IT_IS, touch: bool = True) -> Trace:
-        settings = self.settings._replace(touch=touch)
+    def _solve(self, state: State, variant: Variant = AS_IT_IS) -> Trace:
+        settings = self.settings
         if variant.opened is not None:
             state = opened(state, touching(self.scene, state), variant.opened)
         if variant != AS_IT_IS:
             settings = settings._replace(variant=variant, on_time=None)
         trace = self.solver.solve(self.scene, state, settings, **self.options)
         trace.cut(settings.most)
-        trace.complete(self.scene.surface)
+        if not self.solver.engine:  # The engine's paths tell all accelerations.
+            trace.complete(self.scene.surface)
         return trace
 
     def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
@@ -135,9 +136,10 @@ class Request(NamedTuple):
                 changed = max(changed, SURE * farthest(trace, self._solve(state, variant)))
         shift = min(changed, self.scene.diagonal)
         said = f"{SURE:g} times what other answers change"
+        far = f"{self.scene.units.from_si(shift, 'length'):.2g} {self.scene.units.length}"
         trace.warn(
-            f"the ends may lie up to {shift:.2g} m elsewhere, because some contacts have no exact "
-            f"answer ({', '.join(sorted(trace.policies))}): this is "
+            f"the ends may lie up to {far} elsewhere, because some contacts have no exact answer "
+            f"({', '.join(sorted(trace.policies))}). This is "
             f"{said if shift == changed else 'the diagonal of the table'}",
             trace.duration,
         )
@@ -154,7 +156,7 @@ class Request(NamedTuple):
             solver=self.solver.name,
             law=self.law,
             dt=self.settings.dt,
-            knots=tuple(np.array(rows) for rows in trace.knots),
+            knots=tuple([np.array(rows) for rows in trace.knots]),
             events=events,
             status=trace.status,
             duration=trace.duration,
@@ -278,15 +280,16 @@ def farthest(one: Trace, other: Trace) -> float:
 def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     """Warn if contacts gained kinetic energy: how much, how often, and which was the first."""
     masses, rows = [ball.mass for ball in scene.balls], trace.knots
-    initial = sum(kinetic_energy(m, *k[0][3:5]) for m, k in zip(masses, rows, strict=True))
-    steps = sorted((new[0], i, old, new) for i, k in enumerate(rows) for old, new in pairwise(k))
+    initial = sum([kinetic_energy(m, *k[0][3:5]) for m, k in zip(masses, rows, strict=True)])
+    steps = sorted([(new[0], i, old, new) for i, k in enumerate(rows) for old, new in pairwise(k)])
     gains: list[tuple[float, float, list[int]]] = []
     for t, changes in groupby(steps, key=itemgetter(0)):
         before = after = 0.0
         balls = []
-        for _, i, old, new in changes:
-            before += kinetic_energy(masses[i], *motion_at(from_breakpoint(*old[:7]), t)[2:])
-            after += kinetic_energy(masses[i], *new[3:5])
+        for _, i, (began, _, _, vx, vy, ax, ay, *_), new in changes:
+            time = t - began
+            before += kinetic_energy(masses[i], vx + time * ax, vy + time * ay)
+            after += kinetic_energy(masses[i], new[3], new[4])
             balls.append(i)
         if after - before > GAINED * initial:
             gains.append((after - before, t, balls))
@@ -295,7 +298,7 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
         ids = ", ".join(scene.balls[i].id for i in balls)
         trace.warn(
             f"{counted(len(gains), 'contact')} gained energy, as the law may: in all "
-            f"{gained / initial:.3g} times the kinetic energy of the start; the first is that of "
+            f"{gained / initial:.3g} times the kinetic energy of the start. The first is that of "
             f"{ids}",
             t,
         )

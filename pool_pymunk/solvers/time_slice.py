@@ -27,7 +27,9 @@ from pool_pymunk.physics.surface import GYRATION, NO_ROLL, SHARE
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
-MOST_QUIET = 100_000  # slices between two looks
+Motion = list[float]  # x, y (m), vx, vy (m/s)
+
+MOST_QUIET = 100_000  # slices between two looks, so that ``on_time`` hears of a long run
 SAFE = 1.0 - 1e-6  # of a gap: the balls provably do not cross this share of it, rounding included
 
 
@@ -57,8 +59,9 @@ class Slices(Stepping):
         self.press = self.loss if self.rolls else 0.0
         self.law = settings.law_of(scene)
         self.radius = [ball.radius for ball in scene.balls]
-        # x, y (m), vx, vy (m/s) of each ball
-        self.motion = [[*p, *v] for p, v in zip(start.position, start.velocity, strict=True)]
+        self.motion: list[Motion] = [
+            [*p, *v] for p, v in zip(start.position, start.velocity, strict=True)
+        ]
         self.roll = list(start.roll or (NO_ROLL,) * len(self.motion))  # m/s
         self.colliding: set[tuple[int, int]] = set()
         self.present = [i for i, ball in enumerate(scene.balls) if ball.id not in start.off]
@@ -88,10 +91,9 @@ class Slices(Stepping):
             if self.rolls:
                 self._move_sphere(i, slices)
                 continue
-            x, y, vx, vy = self.motion[i]
-            x, y, vx, vy, used = travel(x, y, vx, vy, self.loss, self.dt, slices)
-            self.motion[i] = [x, y, vx, vy]
+            self.motion[i], used = travel(self.motion[i], self.loss, self.dt, slices)
             if not self._moves(i):
+                x, y, _, _ = self.motion[i]
                 self.trace.stop(i, (self.trace.steps + used) * self.dt, (x, y))
         self.moving = [i for i in self.moving if self._moves(i)]
         self.trace.steps += slices
@@ -100,22 +102,23 @@ class Slices(Stepping):
         """Advance a ball that slips until it rolls, and then until it rests."""
         travel, used = slide if self.drag > 0.0 else drift, 0
         while used < slices and self._moves(i):
-            (x, y, vx, vy), (wx, wy), rest = self.motion[i], self.roll[i], slices - used
-            slipped = (vx, vy) != (wx, wy)
+            motion, roll, rest = self.motion[i], self.roll[i], slices - used
+            slipped = tuple(motion[2:]) != roll
             if slipped and self.loss > 0.0:
-                x, y, vx, vy, wx, wy, more = slip(x, y, vx, vy, wx, wy, self.loss, self.dt, rest)
+                motion, roll, more = slip(motion, roll, self.loss, self.dt, rest)
             else:
-                x, y, vx, vy, more = travel(x, y, vx, vy, self.drag, self.dt, rest)
-                wx, wy = (wx, wy) if slipped else (vx, vy)
+                motion, more = travel(motion, self.drag, self.dt, rest)
+                roll = roll if slipped else (motion[2], motion[3])
             used += more
             t = (self.trace.steps + used) * self.dt
-            if slipped and (vx, vy) == (wx, wy):
+            x, y, vx, vy = motion
+            if slipped and (vx, vy) == roll:
                 if hypot(vx, vy) > self.drag:
                     self.trace.roll(i, t)
-                    self.trace.breakpoint(i, t, (x, y), (vx, vy), roll=(wx, wy))
+                    self.trace.breakpoint(i, t, (x, y), roll, roll=roll)
                 else:  # It would rest within a slice.
-                    vx = vy = wx = wy = 0.0
-            self.motion[i], self.roll[i] = [x, y, vx, vy], (wx, wy)
+                    motion, roll = [x, y, 0.0, 0.0], NO_ROLL
+            self.motion[i], self.roll[i] = motion, roll
             if not self._moves(i):
                 self.trace.stop(i, t, (x, y))
 
@@ -231,9 +234,9 @@ class Slices(Stepping):
         a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
         if self.law.jumps(a, b, pair):
             self.trace.warn(
-                f"law {self.law.name} jumps at zero slip: in the head-on hit of balls "
-                f"{self.scene.balls[i].id} and {self.scene.balls[j].id} the slip was "
-                f"{a.t - b.t:.0e} m/s, a rounding error, and its sign decided, as in the report",
+                f"law {self.law.name} jumps at zero slip, and in the head-on hit of balls "
+                f"{self.scene.balls[i].id} and {self.scene.balls[j].id} the slip was only rounding "
+                f"({a.t - b.t:.0e} m/s). Its sign decided, as in the report",
                 self.time,
             )
         for ball, after in zip((i, j), self.law.ball_ball(a, b, pair), strict=True):
@@ -311,13 +314,12 @@ class Slices(Stepping):
             yield from (edge.distance(x, y) - r for edge in table.edges)
 
 
-def slide(
-    x: float, y: float, vx: float, vy: float, loss: float, dt: float, slices: int
-) -> tuple[float, float, float, float, int]:
+def slide(motion: Motion, loss: float, dt: float, slices: int) -> tuple[Motion, int]:
     """Move one ball by this many slices of Eq. 10, as the listing computes them, or until it stops.
 
-    Returns x, y, vx, vy and the slices used.
+    Returns its motion and the slices used.
     """
+    x, y, vx, vy = motion
     for used in range(1, slices + 1):
         angle = atan2(vy, vx)
         old = hypot(vx, vy)
@@ -331,18 +333,18 @@ def slide(
         vx = c * new
         vy = s * new
         if new == 0.0:
-            return x, y, 0.0, 0.0, used
-    return x, y, vx, vy, slices
+            return [x, y, 0.0, 0.0], used
+    return [x, y, vx, vy], slices
 
 
 def slip(
-    x: float, y: float, vx: float, vy: float, wx: float, wy: float,
-    loss: float, dt: float, slices: int,
-) -> tuple[float, float, float, float, float, float, int]:  # fmt: skip
+    motion: Motion, roll: Point, loss: float, dt: float, slices: int
+) -> tuple[Motion, Point, int]:
     """Move one ball that slips by this many slices, or until it rolls.
 
-    Returns x, y, vx, vy, the roll, and the slices used.
+    Returns its motion, its roll, and the slices used.
     """
+    (x, y, vx, vy), (wx, wy) = motion, roll
     for used in range(1, slices + 1):
         ux, uy = vx - wx, vy - wy
         share = min(loss / hypot(ux, uy), SHARE)
@@ -351,20 +353,19 @@ def slip(
         vx -= share * ux
         vy -= share * uy
         if share == SHARE:
-            return x, y, vx, vy, vx, vy, used
+            return [x, y, vx, vy], (vx, vy), used
         wx += share * ux / GYRATION
         wy += share * uy / GYRATION
-    return x, y, vx, vy, wx, wy, slices
+    return [x, y, vx, vy], (wx, wy), slices
 
 
-def drift(
-    x: float, y: float, vx: float, vy: float, _loss: float, dt: float, slices: int
-) -> tuple[float, float, float, float, int]:
+def drift(motion: Motion, _loss: float, dt: float, slices: int) -> tuple[Motion, int]:
     """Do the same without surface friction, where no velocity changes."""
+    x, y, vx, vy = motion
     for _ in range(slices):
         x += vx * dt
         y += vy * dt
-    return x, y, vx, vy, slices
+    return [x, y, vx, vy], slices
 
 
 PUBLISHED_STEP = 1e-6  # s; the report uses this slice

@@ -14,19 +14,19 @@ from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.inputs import row_of
 from pool_pymunk.model.parts import NEAREST
 from pool_pymunk.model.plain import argument, read_pair, whole
-from pool_pymunk.model.problems import setting_error, suggestion
+from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.solvers import find_shot
+from pool_pymunk.studies.derivatives import ball_number
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
 
 Ints = NDArray[np.int32]
 Range = tuple[float, float]
 
 AT_ONCE = 20_000  # shots; their inputs take some 30 MB with 16 balls
-SIZE = (1200, 800)
-ANGLES = (-30.0, 30.0)  # degrees
-SPEEDS = (0.25, 1.5)  # of the shot's speed
+# Usual pixels, angles (degrees) and speeds (of the shot's): the shot itself lies well within.
+SIZE, ANGLES, SPEEDS = (1200, 800), (-30.0, 30.0), (0.25, 1.5)
 # These are the maps, and what each of them shows.
 MAPS = {"end": "end", "first-hit": "first_hit", "hits": "hits", "pocket": "pocketed",
         "duration": "duration"}  # fmt: skip
@@ -34,7 +34,7 @@ MAPS = {"end": "end", "first-hit": "first_hit", "hits": "hits", "pocket": "pocke
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
-    """An atlas has what came of a shot at W values of one input and H of another one.
+    """An atlas has the outcomes of a shot at W values of one input and H of another one.
 
     ``axes`` are their names. ``angle`` (W,) are the values across, and ``speed`` (H,) those
     upwards, in SI: angles (degrees, relative to the shot's) and speeds, or those of other axes.
@@ -99,13 +99,21 @@ def atlas(
         speeds = read_pair("speed", speed or (SPEEDS[0] * usual, SPEEDS[1] * usual))
         ranges = {"angle": read_pair("angle", angle), "speed": speeds}
     else:
-        ranges = _read_axes(scene, axes)
+        if not isinstance(axes, Mapping) or len(axes) != 2:
+            raise setting_error("axes", axes, "must be two inputs with their ranges (low, high)")
+        for name in axes.keys() - {"mass"}:
+            row_of("axes", name, scene, ["mass"])
+        ranges = {name: read_pair(f"axes[{name!r}]", each) for name, each in axes.items()}
     wide, high = read_pair("size", size)
     width, height = argument("width", wide, whole(2)), argument("height", high, whole(2))
     (across, columns), (up, rows) = ranges.items()
     grid = {up: (*rows, height), across: (*columns, width)}
     plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time)
-    watched = _ball(scene, chosen, ball)
+    watched = struck = scene.index[chosen.ball]
+    if ball is not None or chosen.aim not in (None, NEAREST):
+        watched = ball_number(scene, str(chosen.aim) if ball is None else ball)
+    elif len(scene.balls) > 1:
+        watched = scene.nearest(struck)
     kept, by_reference = _play(plan, watched, show, on_done)
     shaped = {
         key: each.reshape(height, width, *each.shape[1:]) if len(each) else each
@@ -135,25 +143,3 @@ def _play(
             kept[key][shots.start : shots.stop] = found[key]
         by_reference += batch.by_reference
     return kept, by_reference
-
-
-def _read_axes(scene: Scene, axes: Mapping[str, Range]) -> dict[str, Range]:
-    """Read two inputs with their ranges."""
-    if not isinstance(axes, Mapping) or len(axes) != 2:
-        raise setting_error("axes", axes, "must be two inputs with their ranges (low, high)")
-    for name in axes:
-        if name != "mass":
-            row_of("axes", name, scene, ["mass"])
-    return {name: read_pair(f"axes[{name!r}]", each) for name, each in axes.items()}
-
-
-def _ball(scene: Scene, shot: Shot, name: str | None) -> int:
-    """Return the number of the ball whose end is kept."""
-    struck = scene.index[shot.ball]
-    if name is None and shot.aim in (None, NEAREST):
-        return scene.nearest(struck) if len(scene.balls) > 1 else struck
-    if (id_ := name if name is not None else shot.aim or "") not in scene.index:
-        known = ", ".join(scene.index)
-        message = f"there is no such ball (there are: {known}){suggestion(id_, scene.index)}"
-        raise setting_error("ball", id_, message)
-    return scene.index[id_]

@@ -51,11 +51,11 @@ class Lost(Exception):
 
 
 class VariedInputs:
-    """The inputs are what is varied: each has a column in every change.
+    """The inputs are what is varied: each of the P has a column in every change; None is no change.
 
     ``start(i)`` is the change (K, P) of a ball's state at the start: of its place, velocity, and
     where balls roll its roll. ``unit(name)`` and ``of_ball(kind, i)`` are the changes (P,) of what
-    contacts are given; None stands for none.
+    contacts are given.
     """
 
     def __init__(self, run: Run, names: Names) -> None:
@@ -72,10 +72,10 @@ class VariedInputs:
         change = np.zeros((6 if rolls else 4, self.count))
         ball, shot, begun = self.run.scene.balls[i], self.run.shot, self.run.knots[i][0]
         struck, velocity, share = self.run.struck == ball.id, tuple(begun[3:5].tolist()), 0.0
-        if rolls:
-            share = float(share_of(begun[3:5], begun[7:9], None if struck else ball.roll))
-        if shot and struck:  # Of a shot of a batch, the roll alone is known.
+        if shot and struck:
             share = shot.roll
+        elif rolls:  # Of a shot of a batch, the roll alone is known.
+            share = float(share_of(begun[3:5], begun[7:9], None if struck else ball.roll))
         for name in names:
             moved = start_of(name, ball, struck, velocity) or (0.0, 0.0, 0.0, 0.0)
             if rolls:
@@ -101,14 +101,13 @@ class VariedInputs:
 class Changes:
     """Changes say how the balls' states depend on the inputs.
 
-    ``change[i]`` (K, P) is that of ball i at its last breakpoint, at the time of this. ``kept[i]``
-    has the times (s) since when its changes were others, the numbers of the breakpoints at which
-    they are given, and the changes. ``times`` are the changes (P,) of the times of the events.
+    ``change[i]`` (K, P) is that of ball i at its last breakpoint. ``kept[i]`` has the times (s)
+    since when its changes were others, the numbers of the breakpoints at which they are given, and
+    the changes. ``times`` are the changes (P,) of the times of the events.
     """
 
     def __init__(self, run: Run, law: Law, inputs: VariedInputs) -> None:
-        self.run, self.law, self.inputs = run, law, inputs
-        self.scene = run.scene
+        self.run, self.law, self.inputs, self.scene = run, law, inputs, run.scene
         self.surface = self.scene.surface
         rubs = [inputs.unit(f"friction.{key}") for key in ("surface", "rolling")]
         gravity = self.scene.physics.gravity * np.eye(2)[: 1 + self.surface.rolls]
@@ -163,9 +162,8 @@ class Changes:
 
     def at_times(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""
-        breakpoints, kept = self.breakpoints[i], self.kept[i]
+        breakpoints, kept, changes = self.breakpoints[i], self.kept[i], []
         begun = [t for t, _, _ in kept]
-        changes = []
         for time in times:
             t = min(max(time, 0.0), self.run.duration)
             last = max(bisect_right(begun, t) - 1, 0)
@@ -179,14 +177,14 @@ class Changes:
 
     def _is_hit(self, i: int, n: int, t: float) -> bool:
         """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
-        begun, k, _ = self.kept[i][n]
-        path = from_breakpoint(*self.breakpoints[i][self.kept[i][n - 1][1]][:7])
-        before, rounding = path.at(t)[1], NOISE * path.speed
-        after = self.breakpoints[i][k][3:5]
-        jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
         if t == self.run.duration and not self.is_cut:  # It is held where balls rest.
             return False
-        return jump > AGREE * math.hypot(*before) + rounding and self._is_now(begun, t, [i])
+        begun, k, _ = self.kept[i][n]
+        path = from_breakpoint(*self.breakpoints[i][self.kept[i][n - 1][1]][:7])
+        before, after = path.at(t)[1], self.breakpoints[i][k][3:5]
+        jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
+        is_hit = jump > AGREE * math.hypot(*before) + NOISE * path.speed
+        return is_hit and self._is_now(begun, t, [i])
 
     # -- events ------------------------------------------------------------------------------------
 
@@ -260,8 +258,8 @@ class Changes:
             for j in numbers:
                 if not self._is_now(events[j].t, own.t, balls):
                     break
-                leads_to = events[j].kind == "stop" and j > k  # The contact has stopped the ball.
-                if not leads_to and {*own.balls} & {*events[j].balls}:
+                is_its_stop = events[j].kind == "stop" and j > k  # The contact has stopped it.
+                if not is_its_stop and {*own.balls} & {*events[j].balls}:
                     return True
         return False
 
@@ -314,10 +312,7 @@ class Changes:
             self.change[i] = np.concatenate((new, roll))
 
     def _roll_at(self, i: int, later: int, change: Array, times: Array) -> Array:
-        """Return the change of a ball's roll at a contact that comes later by these ``times``.
-
-        ``later`` is 0 for the breakpoint before the contact, and 1 for the one after it.
-        """
+        """Return the change of a ball's roll at a later contact; ``later``: 1 after it, else 0."""
         if not self.surface.rolls:
             return change
         rate = np.array(roll_rate(self.breakpoints[i][self.at[i] + later]))
@@ -327,20 +322,16 @@ class Changes:
         self, i: int, event: Event, change: Array, geometry: Geometry, turn: Array, push: float,
         of_push: Array,
     ) -> Array:  # fmt: skip
-        """Return the change of a ball's roll that a cushion slows down.
+        """Return the change of a ball's roll that a cushion slows down, with its normal turned.
 
-        ``push`` (m/s) is how much the cushion changes the ball's speed along the normal, and
-        ``of_push`` and ``turn`` (P,) are the changes of this and of the normal (rad).
+        ``push`` (m/s), with the change ``of_push`` (P,), is how much it changes the normal speed.
         """
-        last = self.breakpoints[i][self.at[i]]
+        last, wall, (w, z) = self.breakpoints[i][self.at[i]], event.cushion or 0, change
         rate, time = roll_rate(last), event.t - last[0]
         roll = last[7] + time * rate[0], last[8] + time * rate[1]
-        assert event.cushion is not None
-        of_mu = self.inputs.of_cushion("friction", event.cushion)
-        most = most_of_roll(
-            self.walls[event.cushion].friction, push, 0.0 if of_mu is None else of_mu, of_push
-        )
-        w, z = change
+        of_mu = self.inputs.of_cushion("friction", wall)
+        mu, of_mu = self.walls[wall].friction, np.zeros(len(turn)) if of_mu is None else of_mu
+        most = most_of_roll(mu, push, of_mu, of_push)
         return np.array(slowed_roll(geometry, roll, w, z, turn, *most))
 
     def _geometry(self, balls: list[int], states: list[Motion6], event: Event) -> Geometry:
@@ -357,9 +348,9 @@ class Changes:
 
     def _may_meet_a_corner(self, x: float, y: float, radius: float) -> bool:
         """Tell whether a ball that touches the table touches it where a side and a corner join."""
-        table = self.scene.table
-        for k, edge in enumerate(table.edges if table is not None else ()):
-            assert table is not None
+        if (table := self.scene.table) is None:
+            return False
+        for k, edge in enumerate(table.edges):
             before, (cx, cy) = table.edges[k - 1], edge.start
             if k in table.reflex_corners or before.bulge or edge.bulge:
                 for tx, ty in (before.heading(True), edge.heading(False)):

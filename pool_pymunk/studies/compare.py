@@ -21,8 +21,8 @@ from pool_pymunk.results.run import Event, Run
 
 ContactKey = tuple[tuple[str, ...], int | str | None]
 Place = tuple[ContactKey, tuple[int, ...]]
-INSTANTS = 256  # Runs are compared at this many times, besides their start.
-SAME_TIME = 1e-3  # s; the same contact at times that are further apart is late or early
+INSTANTS = 256  # times at which runs are compared, so that a horizon is known to 1/256 of a run
+SAME_TIME = 1e-3  # s; a contact is late or early by more: steps of solvers are mostly longer
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Comparison:
     @property
     def farthest(self) -> str:
         """Return the ball whose ends lie farthest apart."""
-        return max(self.distances, key=lambda id_: self.distances[id_])
+        return max(self.distances, key=self.distances.__getitem__)
 
     @property
     def largest(self) -> float:
@@ -118,8 +118,7 @@ def first_divergence(reference: Run, run: Run) -> Divergence | None:
     if not extra:
         return None
     text = f"{run.solver} alone has {describe(extra)} at {extra.t:.4f} s"
-    if missed:
-        text += f"; next {reference.solver} has {describe(missed)}"
+    text += f"; next {reference.solver} has {describe(missed)}" if missed else ""
     return Divergence(extra.t, extra, "extra", text)
 
 
@@ -167,14 +166,23 @@ def _placed(run: Run) -> dict[Place, Event]:
     return placed
 
 
-def contact_order(run: Run) -> frozenset[Place]:
-    """Return the places of all contacts: equal if every ball meets the same in the same order.
+def contact_order(run: Run) -> tuple[tuple[int, ...], ...]:
+    """Return what each ball met, in order: the number of a ball, or as -1 - its number a wall.
 
     >>> from pool_pymunk import load, simulate
-    >>> sorted(contact_order(simulate(load("report"), "Simulation 3")))
-    [((('C',), 2), (1,))]
+    >>> contact_order(simulate(load("report"), "Simulation 3"))[:2]
+    ((-3,), ())
     """
-    return frozenset(_placed(run))
+    cushions = len(run.scene.cushions)  # They come before pockets.
+    pockets = {hole.id: cushions + k for k, hole in enumerate(run.scene.pockets)}
+    met: list[list[int]] = [[] for _ in run.scene.balls]
+    for event in contacts(run):
+        one, *other = (run.scene.index[id_] for id_ in event.balls)
+        wall = event.cushion if event.pocket is None else pockets[event.pocket]
+        met[one].append(other[0] if other else -1 - (wall or 0))
+        for i in other:
+            met[i].append(one)
+    return tuple(map(tuple, met))
 
 
 # -- many shots beside a reference run -------------------------------------------------------------
@@ -197,16 +205,7 @@ class Reference(NamedTuple):
 
 def reference_of(run: Run, agree: float) -> Reference:
     """Return a run as others are compared with it, to ``agree`` (m)."""
-    times = np.linspace(0.0, run.duration, INSTANTS + 1)
-    cushions = len(run.scene.cushions)  # They come before pockets.
-    pockets = {hole.id: cushions + k for k, hole in enumerate(run.scene.pockets)}
-    met: list[list[int]] = [[] for _ in run.scene.balls]
-    for event in contacts(run):
-        one, *other = (run.scene.index[id_] for id_ in event.balls)
-        wall = event.cushion if event.pocket is None else pockets[event.pocket]
-        met[one].append(other[0] if other else -1 - (wall or 0))
-        for i in other:
-            met[i].append(one)
+    times, met = np.linspace(0.0, run.duration, INSTANTS + 1), contact_order(run)
     counts = np.array([len(each) for each in met])
     rows = np.array(list(zip_longest(*met, fillvalue=0)), np.int64)
     others = rows.reshape(-1, len(met)).T.copy()

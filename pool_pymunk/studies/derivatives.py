@@ -17,7 +17,7 @@ import numpy as np
 
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.inputs import SHOT, TABLE, Names, chosen, derivable, parts
-from pool_pymunk.model.problems import listed, setting_error
+from pool_pymunk.model.problems import listed, setting_error, suggestion
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.solvers import SOLVERS, find_solver
@@ -82,8 +82,8 @@ class Derivatives:
 def ball_number(scene: Scene, ball: str, key: str = "ball") -> int:
     """Return the number of a ball in the scene; raise SettingError where there is none."""
     if ball not in scene.index:
-        known = listed(scene.index)
-        raise setting_error(key, ball, f"there is no such ball (there are: {known})")
+        message = f"there is no such ball (there are: {listed(scene.index)})"
+        raise setting_error(key, ball, message + suggestion(ball, scene.index))
     return scene.index[ball]
 
 

@@ -29,17 +29,17 @@ Wanted = Callable[[Batch], Any]
 
 APART = 1 << 64  # is added to the seed for the random numbers of other inputs
 AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
-TALL = 60  # speeds of the first look; the other tries are angles
-# rolls, x and y of the first look, where they are looked for
-FURTHER = {"roll": 7, "x": 5, "y": 5}
-# That of a player whose rolls are not in doubt, and radii, for places; they tell shots apart.
+# These are efforts, and what tells shots apart; they were chosen, and decide no end.
+TALL = 60  # speeds of the first look; the other tries are angles,
+FURTHER = {"roll": 7, "x": 5, "y": 5}  # and these, where they are looked for
+# A shot is another one if it is three standard deviations away: by the player's errors, by this
+# share of the velocity for the roll if no error is given, and by this share of a radius for places.
 ROLL_ERROR, PLACE_ERROR = 0.05, 0.5
-CANDIDATES = 12  # This many places are looked at closely, for each shot that is asked for.
-STEPS = 4  # So often a shot is moved to the middle of the tries around it that did it.
-MOST_STEPS = 20  # So often a shot is moved towards where balls shall end,
-SIZES = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)  # by one of these shares of the distance,
-LEAST_GAIN = 1e-3  # as long as it brings them nearer by this share.
-NARROWER = 0.5  # The tries around it are drawn so much narrower each time.
+CANDIDATES = 12  # places that are looked at closely, for each shot that is asked for
+STEPS, NARROWER = 4, 0.5  # moves to the middle of good tries, each drawn from a narrower range
+# Towards where balls shall end: steps, by the first of these shares of the whole distance that
+# brings them nearer by at least LEAST_GAIN.
+MOST_STEPS, SIZES, LEAST_GAIN = 20, (1.0, 0.5, 0.25, 0.1, 0.03, 0.01), 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +112,8 @@ def find(
     if chosen is None:
         raise setting_error("shot", None, "is missing: the scene has none")
     search = _ShotSearch(scene, chosen, wanted, seed, law)
-    search.doubt(angle_error, speed_error, errors or {})
-    search.aim_for({} if ends is None else ends)
+    search.read_player(angle_error, speed_error, errors or {})
+    search.read_goals({} if ends is None else ends)
     search.read_ranges(angle, speed, roll, place)
     argument("tries", tries, whole(10 * TALL))
     argument("samples", samples, whole(10))
@@ -141,8 +141,8 @@ class _ShotSearch:
         self.position, self.usual = np.array(start.position), math.hypot(*start.velocity[self.ball])
         self.own = self.position[self.ball]
 
-    def doubt(self, angle: float, speed: float, errors: Mapping[str, float]) -> None:
-        """Say how far the shot and further inputs may be off: their standard deviations."""
+    def read_player(self, angle: float, speed: float, errors: Mapping[str, float]) -> None:
+        """Read how far the shot and further inputs may be off: their standard deviations."""
         self.errors = argument("angle_error", angle, size), argument("speed_error", speed, size)
         self.others: dict[str, float] = {}
         for name, error in errors.items():
@@ -152,8 +152,8 @@ class _ShotSearch:
                 raise setting_error("errors", name, f"is the player's: give it as {key}")
             self.others[name] = argument(f"errors[{name!r}]", error, size)
 
-    def aim_for(self, ends: Mapping[str, Point]) -> None:
-        """Say where balls shall end."""
+    def read_goals(self, ends: Mapping[str, Point]) -> None:
+        """Read where balls shall end."""
         if not isinstance(ends, Mapping):
             raise setting_error("ends", ends, "must be places by the ids of balls")
         self.balls = [ball_number(self.scene, id_, "ends") for id_ in ends]
@@ -187,7 +187,7 @@ class _ShotSearch:
         return np.array([shot.angle, shot.speed, shot.roll, *(shot.place or self.own)])
 
     def within(self, spot: Array) -> Array:
-        """Return a spot within the ranges; a range of 360 degrees or more goes round."""
+        """Return a spot within the ranges; a range of 360 degrees is periodic."""
         spot, low = spot.copy(), self.low[0]
         if self.high[0] - low >= 360.0:
             spot[0] = low + (spot[0] - low) % 360.0
@@ -195,30 +195,27 @@ class _ShotSearch:
 
     def places(self, tries: Array) -> tuple[Array, Mask]:
         """Return the places of the balls (S, N, 2) for spots (S, 5), and where there is room."""
-        position = np.tile(self.position, (len(tries), 1, 1))
-        if "x" not in self.varied:
-            return position, np.ones(len(tries), dtype=bool)
-        position[:, self.ball] = tries[:, 3:]
-        has_room = np.asarray(may_lie(self.scene, position).all(axis=1))
-        position[~has_room] = self.position
+        position, has_room = np.tile(self.position, (len(tries), 1, 1)), np.ones(len(tries), bool)
+        if "x" in self.varied:
+            position[:, self.ball] = tries[:, 3:]
+            has_room = np.asarray(may_lie(self.scene, position).all(axis=1))
+            position[~has_room] = self.position
         return position, has_room
 
     def play(self, tries: Array, others: Array | None = None) -> tuple[Batch, Mask]:
         """Play spots (S, 5) with errors (S, P) of other inputs; tell where the ball has room."""
         (angle, speed, share, _, _), vary = tries.T, dict[str, Array]()
+        for name, errors in zip(self.others, () if others is None else others.T, strict=False):
+            if name == "roll":
+                share = share + errors
+            else:
+                row, _ = row_of("errors", name, self.scene)
+                vary[name] = row.clipped(input_value(self.scene, name) + errors)
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(tries), 1, 1))
+        for name in [name for name in vary if name[:3] in ("vx.", "vy.")]:
+            velocity[:, self.scene.index[name[3:]], "xy".index(name[1])] = vary.pop(name)
         its = {"speed": np.maximum(speed, 0.0), "angle": angle}
         velocity[:, self.ball] = struck(velocity[:, self.ball], its)
-        for name, errors in zip(self.others, () if others is None else others.T, strict=False):
-            row, whose = row_of("errors", name, self.scene)
-            if row.of == SHOT:
-                share = share + errors
-                continue
-            values = row.clipped(input_value(self.scene, name) + errors)
-            if row.group == "velocity":
-                velocity[:, self.scene.index[whose], "xy".index(row.name[1])] = values
-            else:
-                vary[name] = values
         roll = rolled(self.scene, velocity, self.ball, share)
         (position, has_room), law = self.places(tries), self.law
         batch = simulate_many(self.scene, position, velocity, roll=roll, law=law, vary=vary)
@@ -232,8 +229,8 @@ class _ShotSearch:
             batch, has_room = self.play(tries[k : k + AT_ONCE], errors)
             answer = np.asarray(self.wanted(batch))
             if answer.shape != (len(batch),) or answer.dtype != np.bool_:
-                said = f"{answer.dtype} of shape {answer.shape}"
                 message = f"must return a Boolean array of shape ({len(batch)},)"
+                said = f"{answer.dtype} of shape {answer.shape}"
                 raise setting_error("wanted", said, message)
             found.append(answer & has_room)
         return np.concatenate(found)

@@ -8,7 +8,7 @@ and many minima: the search starts from the scene's own numbers, and from the be
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import chain
@@ -27,13 +27,12 @@ from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.fit_doubts import CAUCHY, SAME, Optimum, doubts, loss
 from pool_pymunk.studies.measured import Forecast, Measurement, read_measured
 
-MORE = 6  # This many rounds of further starts are made where what remains is implausible.
-CLOSE = 0.15  # of the range of every number; so far around the best ones every second round looks
-LOOKS = 64  # tries of the first look, for each number that is free
-MOST_LOOKS = 400
+# These are efforts, chosen so that the fits of tests/test_fit.py find their minima.
+MORE = 6  # rounds of further starts, where what remains is implausible
+CLOSE = 0.15  # Every second round looks within this share of the ranges, around the best numbers.
+LOOKS, MOST_LOOKS = 64, 400  # tries of a look: for each number that is free, and in all
 STEPS = 60  # evaluations of one search
-ROUNDS = 20  # So often the scale of the errors is estimated anew.
-FIRST_ROUNDS = 3
+ROUNDS, FIRST_ROUNDS = 20, 3  # new estimates of the scale of the errors, and in a first search
 SETTLED = 1e-3  # The scale is found when it changes by less than this share.
 COLUMNS = ("shot", "ball", "t", "x", "y", "x_fitted", "y_fitted", "off", "off_before", "used")
 
@@ -123,15 +122,13 @@ def _with_error(value: float, error: float) -> str:
 def write_csv(found: Fit, path: Path) -> None:
     """Write one row a place: measured, fitted, and how far off it is, in the scenario's unit."""
     unit = found.scene.units.from_si(1.0, "length")
-    shots = [shot.name for shot in found.scene.shots] or [""]
-    rows = []
+    shots, rows = [shot.name for shot in found.scene.shots] or [""], []
     for m, one in enumerate(found.measured):
-        x, y = one.x * unit, one.y * unit
-        dx, dy = (found.residuals[m] * unit).tolist()
-        before = float(np.hypot(*found.residuals_before[m]) * unit)
-        places = (x, y, x - dx, y - dy, math.hypot(dx, dy), before)
-        numbers = (f"{number:.10g}" for number in places)
-        rows.append([shots[one.shot - 1], one.ball, one.t, *numbers, int(found.used[m])])
+        (dx, dy), before = (found.residuals[m] * unit).tolist(), found.residuals_before[m] * unit
+        x, y, off_before = one.x * unit, one.y * unit, float(np.hypot(*before))
+        numbers = (x, y, x - dx, y - dy, math.hypot(dx, dy), off_before)
+        written = (f"{number:.10g}" for number in numbers)
+        rows.append([shots[one.shot - 1], one.ball, one.t, *written, int(found.used[m])])
     write_rows(path, COLUMNS, rows)
 
 
@@ -148,6 +145,7 @@ def fit(
     starts: int = 8,
     seed: int = 0,
     law: str | Law | None = None,
+    on_done: Callable[[int, int], object] | None = None,
 ) -> Fit:
     """Fit numbers of a scene to where its balls were measured.
 
@@ -161,7 +159,9 @@ def fit(
     measured coordinate; by default it is estimated. The loss is robust, so a few blunders do no
     harm. The search starts from the scene's own numbers and from ``starts`` - 1 others, the best of
     a first look with the random numbers of ``seed``. ``law`` is that of every contact (default: the
-    scene's). All runs are exact. Raises SceneError or SettingError, one line a problem, and
+    scene's). All runs are exact. ``on_done(done, planned)`` is called after each try of a look and
+    each search, which counts as 60 tries; more is planned where what remains is implausible.
+    Raises SceneError or SettingError, one line a problem, and
     ImportError without SciPy.
 
     >>> from pool_pymunk import load, simulate
@@ -178,7 +178,7 @@ def fit(
     if error is not None:
         error = argument("error", error, size)
     count, first = argument("starts", starts, whole(1)), argument("seed", seed, whole(0))
-    return _Minimizer(Forecast(scene, names, rows, law), error, first).fit(count)
+    return _Minimizer(Forecast(scene, names, rows, law), error, first, on_done).fit(count)
 
 
 def input_names(scene: Scene, free: str | Sequence[str], shots: Sequence[int] = ()) -> inputs.Names:
@@ -230,14 +230,18 @@ def _span(scene: Scene, name: str) -> tuple[float, float]:
 class _Minimizer:
     """A search knows what is fitted, the error if it is stated, and where numbers may lie."""
 
-    def __init__(self, forecast: Forecast, error: float | None, seed: int) -> None:
-        self.forecast, self.error, self.seed = forecast, error, seed
+    def __init__(
+        self, forecast: Forecast, error: float | None, seed: int,
+        on_done: Callable[[int, int], object] | None = None,
+    ) -> None:  # fmt: skip
+        self.forecast, self.error, self.seed, self.on_done = forecast, error, seed, on_done
+        self.done = self.planned = 0
         self.names, self.own, self.sizes = forecast.names, forecast.own, forecast.sizes
         self.low, self.high = forecast.low, forecast.high
         self.used: Mask = np.ones(len(forecast.measured), dtype=bool)
 
     def fit(self, starts: int) -> Fit:
-        """Search from several starts, and say what came of it."""
+        """Search from several starts, and return the fit."""
         margin = 0.1 * self.sizes  # At their bounds numbers may have no derivatives.
         first = np.clip(self.own, self.low + margin, self.high - margin)
         self.used, others = self._sound(first), starts > 1 and bool(self.names)
@@ -252,25 +256,22 @@ class _Minimizer:
             best = Optimum(self.forecast, values, self.used, self.error)
         forecast, numbers, optimum = self.forecast, best.values.tolist(), self._judged(best)
         return Fit(
-            scene=forecast.scene_of(numbers),
-            before=forecast.scene,
-            values=dict(zip(self.names, numbers, strict=True)),
-            standard_errors=dict(zip(self.names, optimum.errors.tolist(), strict=True)),
-            correlations=optimum.correlations,
-            measured=tuple(forecast.measured),
-            residuals=best.residuals,
-            residuals_before=forecast.residuals(self.own),
-            used=self.used,
-            sigma=best.sigma if optimum.knows_sigma else math.nan,
-            warnings=tuple(doubts(optimum)),
-        )
+            forecast.scene_of(numbers), forecast.scene, dict(zip(self.names, numbers, strict=True)),
+            dict(zip(self.names, optimum.errors.tolist(), strict=True)), optimum.correlations,
+            tuple(forecast.measured), best.residuals, forecast.residuals(self.own), self.used,
+            best.sigma if optimum.knows_sigma else math.nan, tuple(doubts(optimum)),
+        )  # fmt: skip
 
     def _best_of(self, starts: Sequence[Array], known: Sequence[Optimum] = ()) -> Optimum:
         """Search from these starts, and go down from the best, also of those that are known.
 
         That is done again until the places that have derivatives are the same ones.
         """
-        found = [*known, *(self._refined(start, FIRST_ROUNDS) for start in starts)]
+        found = [*known]
+        self.planned += STEPS * (len(starts) + 1)
+        for start in starts:
+            found.append(self._refined(start, FIRST_ROUNDS))
+            self._tell(STEPS)
         scale = min(each.sigma for each in found)  # All are judged by the smallest scale.
         best = self._refined(min(found, key=lambda each: loss(each.off, scale)).values)
         for _ in range(5):
@@ -279,7 +280,14 @@ class _Minimizer:
                 break
             self.used = sound
             best = self._refined(best.values)
+        self._tell(STEPS)
         return best
+
+    def _tell(self, done: int) -> None:
+        """Count these tries as done, and say how far the fit has come."""
+        self.done += done
+        if self.on_done is not None:
+            self.on_done(self.done, self.planned)
 
     def _sound(self, values: Array) -> Mask:
         """Tell which places have derivatives here."""
@@ -294,7 +302,7 @@ class _Minimizer:
         return found
 
     def _look(self, k: int, count: int, best: Optimum | None = None) -> list[Array]:
-        """Return the best numbers of the ``k``-th look at many, in odd looks close to the best."""
+        """Return the best numbers of look ``k`` at many; every second look stays near the best."""
         low, high = np.array([_span(self.forecast.scene, name) for name in self.names]).T
         if best is not None and k % 2 == 1:
             close = CLOSE * (high - low) * 0.5 ** (k // 2)
@@ -306,7 +314,11 @@ class _Minimizer:
         draws = (halton.random(looks) + shift) % 1.0
         tries = list(np.clip(low + draws * (high - low), self.low, self.high))
         radius = min(ball.radius for ball in self.forecast.scene.balls)
-        costs = [loss(self.forecast.residuals(at)[self.used], radius) for at in tries]
+        self.planned += len(tries)
+        costs = []
+        for at in tries:
+            costs.append(loss(self.forecast.residuals(at)[self.used], radius))
+            self._tell(1)
         order = np.argsort(costs, kind="stable")[:count]
         return [tries[k] for k in order if math.isfinite(costs[k])]
 
@@ -340,7 +352,7 @@ class _Minimizer:
         return np.asarray(found.x)
 
     def _nearest(self, best: Optimum) -> Optimum:
-        """Return what lies nearest to the scene's own numbers, of all that is as good."""
+        """Return which of the equally good numbers lie nearest to the scene's own."""
         for k in np.flatnonzero(np.diagonal(best.blind) > 1.0 - SAME):
             values = best.values.copy()
             values[k] = self.own[k]

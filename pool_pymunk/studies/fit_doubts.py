@@ -26,21 +26,21 @@ from pool_pymunk.studies.measured import Forecast
 CAUCHY = 2.385
 PSI_SQUARED, PSI_SLOPE, WEIGHT = 0.51195288, 0.69739269, 0.87739713
 MEDIAN = 0.6744898  # the median size of a standard normal number
-ROUNDS = 200  # So often a scale is put into its own equation.
-SETTLED = 1e-6  # It is found when it changes by less than this share.
+ROUNDS, SETTLED = 200, 1e-6  # tries of a scale in its own equation, until it changes by this share
 RARE = 3.0902  # standard deviations, which a normal number passes once in a thousand times
-EXACT = 1e-12  # m; errors are never taken for smaller
-NOTHING = 1e-13  # of the largest derivative; rounding is smaller
-SAME = 1e-7  # Directions that matter less than this share of the strongest one do not matter.
+EXACT = 1e-12  # m; errors are never taken for smaller: some thousand units of rounding of a table
+NOTHING = 1e-13  # of the largest derivative; some hundred units of rounding are smaller
+SAME = 1e-7  # of the strongest direction; the root of rounding, as in squares of derivatives
 
-FAR = 5.0  # sigma; what is farther off is named
-ALIKE = 0.99  # Numbers that are correlated more strongly are distinguished badly.
-UPHILL = 0.5  # standard errors; a fit from which it goes downhill farther has not come to an end
+# These limits decide only what is said of a fit. They were chosen.
+FAR = 5.0  # sigma; a normal number is farther off once in two million times
+ALIKE = 0.99  # the correlation above which numbers are distinguished badly
+UPHILL = 0.5  # standard errors that a fit may still go downhill
 BENT = 0.5  # of what the derivatives say; places that are farther from there show a bend
 # of the smallest radius: a picture in which a ball is twenty pixels wide shows its centre to a
 # pixel, so errors of measurement are smaller.
 COARSE = 0.1
-ROUNDING = 1e-9  # m; residuals of measured places are larger
+ROUNDING = 1e-9  # m; nobody measures places better, so what is smaller is rounding
 
 
 def weights(residuals: Array, scale: float) -> Array:
@@ -139,7 +139,7 @@ class Optimum:
     ``residuals`` (M, 2) are measured less fitted places (m), and ``off`` (2 U,) those that are
     used. ``jacobian`` (2 U, P) are their derivatives, 0 where there is none, and ``scaled`` those
     by the numbers in units of their scales. Of a change of these ``blind`` (P, P) keeps what
-    nothing measured notices. ``hangs`` (2 U,) says which data depend on something that is free by
+    nothing measured notices. ``depends`` (2 U,) says which data depend on something that is free by
     more than rounding, ``rank`` counts the numbers that these tell, and ``spare`` the data beyond.
     ``knows_sigma`` says whether the error is stated or can be estimated.
     """
@@ -155,20 +155,20 @@ class Optimum:
         self.scaled: Array = self.jacobian * forecast.sizes
         self.blind = blind_part(self.scaled)
         strength = np.abs(self.scaled).max(axis=1, initial=0.0)
-        self.hangs: Mask = strength > SAME * strength.max(initial=0.0)
+        self.depends: Mask = strength > SAME * strength.max(initial=0.0)
         self.rank = len(values) - round(float(np.trace(self.blind)))
-        self.spare = int(self.hangs.sum()) - self.rank
+        self.spare = int(self.depends.sum()) - self.rank
         self.knows_sigma = stated or self.spare > 0
 
     def scale(self, last: float | None) -> float:
         """Estimate the errors' standard deviation (m), by what depends on what is free, if any."""
-        off = self.off[self.hangs] if len(self.values) else self.off
+        off = self.off[self.depends] if len(self.values) else self.off
         return (last and robust_scale(off, last, self.rank)) or first_scale(off, self.rank)
 
     @property
     def excess(self) -> float:
         """The root mean square of what remains, blunders and all, in sigmas."""
-        return excess(self.off[self.hangs], self.sigma, self.rank)
+        return excess(self.off[self.depends], self.sigma, self.rank)
 
     @property
     def is_coarse(self) -> bool:
@@ -233,7 +233,7 @@ def _undetermined(found: Optimum) -> Iterator[str]:
         else:
             yield f"{last}: {_why(found, last)}"
     if found.rank and not found.knows_sigma:
-        data = counted(int(found.hangs.sum()), "measured coordinate")
+        data = counted(int(found.depends.sum()), "measured coordinate")
         numbers = counted(found.rank, "number")
         yield f"{numbers} fitted to {data}: none is left over, so the errors are not known"
 
@@ -261,8 +261,8 @@ def _why(found: Optimum, name: str) -> str:
     asked = {"friction.surface", "friction.rolling"}
     for balls in hits:
         of = "cushion" if len(balls) == 1 else "ball_ball"
-        of_cue = of == "ball_ball" and cue in balls
-        asked |= {f"friction.{of}", f"restitution.{'cue_ball' if of_cue else of}"}
+        of_cue = "cue_ball" if of == "ball_ball" and cue in balls else of
+        asked |= {f"friction.{of}", f"restitution.{of_cue}"}
     if group in ("restitution", "friction") and kind not in asked:
         return "no shot has such a hit"
     return "no place that was measured depends on it"
@@ -296,7 +296,8 @@ def _bent(found: Optimum) -> Iterator[str]:
     for k in np.flatnonzero(found.errors > 0.0):
         for step in (-2.0 * found.errors[k], 2.0 * found.errors[k]):
             values = found.values.copy()
-            values[k] = np.clip(values[k] + step, found.forecast.low[k], found.forecast.high[k])
+            low, high = found.forecast.low[k], found.forecast.high[k]
+            values[k] = np.clip(values[k] + step, low, high)
             said = (values[k] - found.values[k]) * found.jacobian[:, k]
             came = found.off - found.forecast.residuals(values)[found.used].ravel()
             off, moved = (math.sqrt(((weight * v) ** 2).sum()) for v in (came - said, said))

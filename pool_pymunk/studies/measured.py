@@ -28,8 +28,8 @@ from pool_pymunk.studies.derivatives import follow
 PUBLISHED = "published"
 NEEDED = ("shot", "ball", "x", "y")
 COLUMNS = (*NEEDED, "t")
-MOST_PROBLEMS = 50  # of one file
-KEPT = 4  # This many plays are kept: a search comes back to its last ones.
+MOST_PROBLEMS = 50  # of one file; a user mends the first ones, and asks again
+KEPT = 4  # plays that are kept: a search comes back to its last numbers, and to the best
 
 Runs = Mapping[int, Run]  # by the numbers of their shots
 Row = tuple[str, Mapping[str, Any]]  # where it stands, and its cells
@@ -53,8 +53,8 @@ def read_measured(measured: object, scene: Scene) -> tuple[Measurement, ...]:
     """Return measurements from a CSV file, from "published" ends, or from rows.
 
     A file has the columns shot, ball, x, y and optionally t (s); lengths are in the scenario's
-    unit. Shots go by number from 1, or by name. Rows of Python are in SI: (shot, ball, x, y) or
-    (shot, ball, x, y, t). Raises SceneError with all that is wrong, one line a problem.
+    unit. Shots go by number from 1, or by name. Rows of Python, (shot, ball, x, y) or with t
+    behind, are in SI. Raises SceneError with all that is wrong, one line a problem.
 
     >>> from pool_pymunk import load
     >>> read_measured([("Simulation 2", "C", 0.06, 0.63)], load("report"))
@@ -98,13 +98,14 @@ def _lines(source: str) -> Iterator[Row]:
     table = csv.DictReader(lines, restkey="more", skipinitialspace=True)
     table.fieldnames = header = [name.strip() for name in table.fieldnames or ()]
     every = ", ".join(COLUMNS)
-    said: list[tuple[object, str]] = [(LEFT_OUT, f"must name the columns: {every}")]
-    if header:
-        said = [(header, f"has no column {name}") for name in NEEDED if name not in header]
-        for name in header:
-            if name not in COLUMNS:
-                meant = suggestion(name, COLUMNS)
-                said.append((name, f"there is no such column ({every}){meant}"))
+    said: list[tuple[object, str]] = [
+        (header, f"has no column {k}") for k in NEEDED if k not in header
+    ]
+    for name in header:
+        if name not in COLUMNS:
+            said.append((name, f"there is no such column ({every}){suggestion(name, COLUMNS)}"))
+    if not header:
+        said = [(LEFT_OUT, f"must name the columns: {every}")]
     if said:
         raise SceneError([Problem("line 1", *each) for each in said], source)
     for row in table:
@@ -146,7 +147,7 @@ class _Reader:
         written = "" if row.get(key) is None else str(row[key]).strip()
         if written not in known:
             every = listed([name for name in known if name]) or "none"
-            said = f"there is no such {key} (there are: {every})"
+            said = f"there is no such {key} (there are: {every})" if written else "is missing"
             self.problems.append(Problem(f"{of}{key}", written or LEFT_OUT, said))
         return written
 
@@ -154,27 +155,26 @@ class _Reader:
         try:
             return finite(float(value) if isinstance(value, str) else value)
         except ValueError:
-            shown = LEFT_OUT if value in (None, "") else value
-            self.problems.append(Problem(key, shown, "must be a finite number"))
+            missing = Problem(key, LEFT_OUT, "is missing")
+            wrong = Problem(key, value, "must be a finite number")
+            self.problems.append(missing if value in (None, "") else wrong)
             return math.nan
 
     def _time(self, key: str, value: Any) -> float | None:
         if value is None or (isinstance(value, str) and not value.strip()):
             return None
-        t, latest = self._number(key, value), self.scene.physics.max_time
+        t, latest = self._number(key, value), self.scene.physics.max_time or math.inf
         if t < 0.0:
             self.problems.append(Problem(key, value, "must be 0 or more (s)"))
-        elif latest is not None and t > latest:
-            self.problems.append(
-                Problem(key, value, f"is after the end of the shot, at max_time = {latest:g} s")
-            )
+        elif t > latest:
+            said = f"is after the end of the shot, at max_time = {latest:g} s"
+            self.problems.append(Problem(key, value, said))
         return t
 
     def _on_table(self, of: str, x: float, y: float) -> None:
         """Refuse what is far off the table: the unit, or a digit, is wrong."""
-        if self.scene.table is None:
-            return
-        x0, y0, x1, y1 = self.scene.table.bounds
+        table = self.scene.table
+        x0, y0, x1, y1 = table.bounds if table else (-math.inf, -math.inf, math.inf, math.inf)
         slack = 2.0 * max(ball.radius for ball in self.scene.balls)
         unit = self.scene.units.length if self.source else "m"
         for key, value, low, high in (("x", x, x0, x1), ("y", y, y0, y1)):
@@ -186,9 +186,9 @@ class _Reader:
 class Forecast:
     """A forecast knows the scene, what is varied, and what was measured.
 
-    Of numbers ``values`` (P,) it tells the residuals (M, 2) in m, which are measured less
-    predicted, and the derivatives (M, 2, P) of the predicted places. ``own`` (P,) are the scene's
-    numbers, ``low`` and ``high`` their bounds, and ``sizes`` (P,) the changes that matter.
+    Of numbers ``values`` (P,) it tells the residuals (M, 2) in m, measured less predicted, and the
+    derivatives (M, 2, P) of the predicted places. ``own`` (P,) are the scene's numbers, ``low`` and
+    ``high`` their bounds, and ``sizes`` (P,) the changes that matter.
     """
 
     def __init__(

@@ -1,9 +1,9 @@
 """This module works out how far rounding may have moved the ends of an exact run.
 
 Every path and every contact makes errors of a few units of rounding: of the place, of the time of
-the contact, of the normal, of the new velocities. They follow the run by the saltation matrices of
-:mod:`pool_pymunk.physics.saltation`, as ``COLUMNS`` draws with random signs. The matrices do not
-depend on the errors, so those of many events are worked out at once.
+the contact, of the normal, of the new velocities. The saltation matrices of
+:mod:`pool_pymunk.physics.saltation` carry ``COLUMNS`` draws of random signs through the run. The
+matrices do not depend on the errors, so those of many events are worked out at once.
 """
 
 from __future__ import annotations
@@ -31,22 +31,21 @@ from pool_pymunk.studies.changes import law_of
 # A sum or a product errs by up to half a spacing; this is the root mean square, as a share.
 UNIT = EPSILON / 2.0 / math.sqrt(3.0)
 COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
-# Like contacts err alike: a ball that goes to and fro adds the same time to the time over and over,
-# rounded alike. SURE times this share of UNIT is half a spacing.
+# Like contacts err alike: a ball between two cushions adds the same interval to the time again and
+# again, rounded alike. SURE times this share of UNIT is half a spacing.
 ALIKE = 0.43
-CORNER = (
-    4.0 * EPSILON
-)  # SURE times this is twice the spacings by which time_of_contact shrinks corners
-PLACES = 16  # Contacts of this many kinds (by ball and cushion, or by balls) err alike each.
+# SURE times this is twice the spacings by which time_of_contact shrinks corners.
+CORNER = 4.0 * EPSILON
+PLACES = 16  # kinds of contacts, by ball and cushion or by balls; each kind errs alike; chosen
 CHUNK = 2048  # This many events are worked out at once: their matrices take some 10 MB.
 STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
-JUMP = 1e3  # Velocities after a hit change so much faster than those before it at a jump only.
+JUMP = 1e3  # Only at a jump, velocities after a hit change this many times as much as those before.
 NOWHERE = (NT(math.nan, math.nan), NT(math.nan, math.nan))  # where a law jumps
-TURNED = 0.5  # rad; what comes after a normal that may have turned so far is unknown
+TURNED = 0.5  # rad; where a normal may have turned this far, the first order says nothing
 
 
 class Unfollowed(Exception):
-    """Errors are not followed on; their size is then inf (other contacts may come), or nan."""
+    """Errors cannot be followed; their size is inf (other contacts may come), or nan."""
 
 
 class Step(NamedTuple):
@@ -61,10 +60,10 @@ class Leap(NamedTuple):
     """A leap takes errors (K C, COLUMNS) of C balls from one breakpoint to the next.
 
     They become ``matrix`` @ errors + ``own``. At a contact the gap is wrong by ``guard`` @ errors,
-    the contact is late by that over ``closing`` (m/s), and ``late`` (K C,) is what that does. The
-    normal turns by ``curvature`` (1/m) times the error along it, ``along`` @ errors at the time of
-    the contact, and by ``slip`` (m/s) times the delay. A ball that a pocket takes in passes its rim
-    ``within`` (m) the point where it would miss it, and is ``along`` @ errors off to the side.
+    the contact is late by that over ``closing`` (m/s), and ``late`` (K C,) is a delay's effect. The
+    normal turns by ``curvature`` (1/m) times the error along the tangent: ``along`` @ errors at the
+    time of the contact, and ``slip`` (m/s) times the delay. A ball that a pocket takes in misses it
+    if it passes ``within`` (m) farther to the side; it is ``along`` @ errors off to that side.
     """
 
     matrix: Array
@@ -99,7 +98,7 @@ def rounding(run: Run) -> float:
 class Errors:
     """These are the errors ``now`` (N, K, COLUMNS) of the balls' states at their last breakpoints.
 
-    A state has place and velocity, K = 4, and where balls roll the roll, K = 6.
+    A state has place and velocity (K = 4), and where balls roll also the roll (K = 6).
     ``breakpoints`` has those of all balls, one ball after the other; ``until`` (s) tells when
     their paths end, and ``masses`` and ``radii`` are those of their balls.
     """
@@ -139,7 +138,7 @@ class Errors:
     def _steps(self) -> tuple[list[Step], bool]:
         """Return the steps of the run, and whether they are all; move ``at`` to the last ones.
 
-        They end where contacts of one instant share a ball, one is persistent, or a policy answers.
+        They end where contacts of one instant share a ball, or where a policy answers a contact.
         """
         times, index, steps = self.breakpoints[:, 0].tolist(), self.scene.index, list[Step]()
         at_rest: list[bool] = np.all(self.breakpoints[:, 3:7] == 0.0, axis=1).tolist()
@@ -184,11 +183,11 @@ class Errors:
             now[balls,] = after.reshape(-1, self.size, COLUMNS)
 
     def _check(self, leap: Leap, before: Array, after: Array) -> None:
-        """Correct the errors after a graze, whose closing speed the errors before it change.
+        """Correct the errors after a graze: those before it change its closing speed.
 
         A gap g changes a closing speed c, at the slip s and the curvature k, to the root of
         c^2 +- 2 s^2 k g. It therefore changes c by s^2 k g / c, but by no more than s sqrt(2 k g).
-        That is what the linear map answers for a contact that closes at s sqrt(k g / 2).
+        The linear map gives this bound for a contact that closes at s sqrt(k g / 2).
         """
         assert leap.along is not None
         if leap.guard is None or leap.late is None:
@@ -208,7 +207,7 @@ class Errors:
     # -- leaps -------------------------------------------------------------------------------------
 
     def _stops(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return how errors go on to where balls come to rest: their velocities do not."""
+        """Return how errors of places go on to where balls rest; those of velocities end."""
         rows = np.array([step.rows[0] for step in steps])
         state, by_state = self._slide(rows, self.until[rows])
         by_state[:, 2:] = 0.0
@@ -217,7 +216,7 @@ class Errors:
         return list(map(Leap, by_state, own))
 
     def _rolls(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return how errors go on to where balls begin to roll, late by the errors of their slips.
+        """Return how errors go on to where balls begin to roll; errors of slips delay that.
 
         The time errs by a unit of itself, and by three of how long the ball slid.
         """
@@ -234,7 +233,7 @@ class Errors:
         return list(map(Leap, matrix, own))
 
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return the leaps of balls into pockets, which keep them; one at the rim may not fall."""
+        """Return the leaps of balls into pockets, where errors end; one at the rim may not fall."""
         rows = np.array([step.rows[0] for step in steps])
         states, path = self._slide(rows, self.until[rows])
         none, own, leaps = np.zeros((self.size, self.size)), np.zeros((self.size, COLUMNS)), []
@@ -278,10 +277,16 @@ class Errors:
         gap = self._gap_errors(rows, states, offset, normal, curvature)
         bend = np.maximum(curvature, 0.0)
         closing = np.maximum(closing, slip * np.sqrt(bend * gap / 2.0))  # See _check.
-        slides = _diagonal(slid)
-        guard, along = (np.einsum("ki,kij->kj", each, slides) for each in (guard, along))
-        delays = guard / closing[:, np.newaxis]
-        matrix = jump @ slides + late[:, :, np.newaxis] * delays[:, np.newaxis]
+
+        def since(each: Array) -> Array:
+            """Turn derivatives by the states now into those by the states at the breakpoints."""
+            parts = each.reshape(*each.shape[:-1], many, self.size)
+            return np.asarray(np.einsum("k...cs,kcst->k...ct", parts, slid).reshape(each.shape))
+
+        guard, along = since(guard), since(along)
+        matrix = (
+            since(jump) + late[:, :, np.newaxis] * (guard / closing[:, np.newaxis])[:, np.newaxis]
+        )
 
         delay = gap / closing + UNIT * self.until[rows[:, 0]]
         own = jump @ self._misplaced(places, rows, states).reshape(count, -1, COLUMNS)
@@ -301,25 +306,24 @@ class Errors:
         self, steps: Sequence[Step], jump: Array, law: Array, states: Array, axes: Array,
         after: Array, turning: Array,
     ) -> None:  # fmt: skip
-        """Put into what bounces do, ``jump`` (K, 6, 6), how cushions slow the rolls down.
+        """Put into the jumps of bounces, ``jump`` (K, 6, 6), how cushions slow the rolls down.
 
-        ``law`` (K, 2) has the derivatives of the speed along the normal after them.
+        ``law`` (K, 2) has the derivatives of the normal speeds after the bounces.
         """
         before = np.einsum("kai,ki->ka", axes, states[:, 0, 2:4])
         for k, step in enumerate(steps):
             row, mu = step.rows[0], self.walls[step.event.cushion or 0].friction
             (roll,) = rolls_of(self.breakpoints[row : row + 1], np.array([step.event.t]))
-            normal, (n, t) = axes[k, 0], before[k]
-            pushed = np.zeros(6)
-            pushed[2:4] = (law[k] - (1.0, 0.0)) @ axes[k]
-            pushed += ((law[k] - (1.0, 0.0)) @ (t, -n)) * turning[k]
+            (n, t), more = before[k], law[k] - (1.0, 0.0)
+            pushed = (more @ (t, -n)) * turning[k]
+            pushed[2:4] += more @ axes[k]
             most = most_of_roll(mu, after[k, 0, 0] - n, 0.0, pushed)
-            (nx, ny), (wx, wy), unit = normal.tolist(), roll.tolist(), np.eye(6)
+            (nx, ny), (wx, wy), unit = axes[k, 0].tolist(), roll.tolist(), np.eye(6)
             geometry = Geometry((nx, ny), 0.0, 0.0, 0.0)
             jump[k, 4:] = slowed_roll(geometry, (wx, wy), unit[4], unit[5], turning[k], *most)
 
     def _geometry(self, steps: Sequence[Step], states: Array) -> tuple[Array, Array, Array, Array]:
-        """Return how each ball's motion along n counts for the gap, the normals, and curvatures."""
+        """Return the signs of the balls' motions in a gap, normals, curvatures and offsets (m)."""
         if states.shape[1] == 2:
             offset = states[:, 1, :2] - states[:, 0, :2]
             distance = np.sqrt((offset**2).sum(axis=1))
@@ -339,10 +343,10 @@ class Errors:
     def _laws(
         self, steps: Sequence[Step], before: Array, after: Array
     ) -> tuple[Array, Array, Mask]:
-        """Return a law's derivatives (K, C, 2, C, 2), how far off it the run is, and what is known.
+        """Return a law's derivatives (K, C, 2, C, 2), how far the run is off, and which are known.
 
-        It is not known where the law jumps, or a policy answered. Differences are to the side where
-        balls close and slip more, so that neither a graze nor a slip of zero is a kink.
+        Those where the law jumps, or a policy answered, are unknown. Differences go to the side
+        where balls close and slip more, so that neither a graze nor a slip of zero is a kink.
         """
         count, many, _ = before.shape
         slip = before[:, 0, 1] - before[:, 1:, 1].sum(axis=1)
@@ -376,15 +380,11 @@ class Errors:
                 for wall, each in zip(walls, asked, strict=True) for n, t in each
             )  # fmt: skip
             return chain.from_iterable(bounces)
-        found: list[tuple[NT, NT]] = []
-        pair_of = cache(scene.pair)
+        found, pair_of = list[tuple[NT, NT]](), cache(scene.pair)
         for step, each in zip(steps, asked, strict=True):
-            pair = pair_of(*step.balls)
-            an, at, bn, bt = each[0]
-            if law.jumps(NT(an, at), NT(bn, bt), pair):
-                found += [NOWHERE] * len(each)
-            else:
-                found += [law.ball_ball(NT(an, at), NT(bn, bt), pair) for an, at, bn, bt in each]
+            hits, pair = [(NT(an, at), NT(bn, bt)) for an, at, bn, bt in each], pair_of(*step.balls)
+            jumps = law.jumps(*hits[0], pair)
+            found += [NOWHERE if jumps else law.ball_ball(a, b, pair) for a, b in hits]
         return chain.from_iterable(chain.from_iterable(found))
 
     # -- errors ------------------------------------------------------------------------------------
@@ -408,7 +408,7 @@ class Errors:
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
     def _moved(self, rows: Array, at: Array) -> Array:
-        """Return how far (..., 2) in m balls move on their paths; draw moves them to and fro."""
+        """Return how far (..., 2) in m, balls move on paths, which draw may turn back."""
         start = self.breakpoints[rows]
         if self.size == 4:
             return np.asarray(np.abs(at - start[..., 1:3]))
@@ -421,11 +421,11 @@ class Errors:
         """Return the errors (K,) of the gaps that are found closed.
 
         A gap between balls errs by a unit of their offset at the start of a path, or by four where
-        the time is found by an iteration: both move, or one slips. Where the ball that set off
-        first still moved when the other one did, its place was rounded then. A straight side asks
-        for the path along its normal, and for the ``offset`` (m) from its start. A circle errs by
-        some units of its radius and of the path, and one that bulges into the table is smaller than
-        it is by some spacings of the coordinates.
+        the time is found by an iteration: both move, or one slips. If the ball that set off
+        first still moved when the other one set off, its place was rounded then. At a straight side
+        the path along the normal counts, and the ``offset`` (m) from its start. A circle errs
+        by some units of its radius and of the path. A circle that bulges into the table was shrunk
+        by some spacings of the coordinates.
         """
         if states.shape[1] == 1:
             start = self.breakpoints[rows[:, 0], 1:3]
@@ -481,7 +481,7 @@ class Errors:
         return own.reshape(count, self.size * many, COLUMNS)
 
     def _signs(self, source: int, places: Array, *shape: int) -> Array:
-        """Return random signs (K, *shape, COLUMNS), and a share of signs that a place keeps."""
+        """Return random signs (K, *shape, COLUMNS), plus a share of signs that each place keeps."""
         signs = self._random(len(places), *shape)
         kept = self.alike[source, places, : math.prod(shape)]
         return np.asarray(signs + ALIKE * kept.reshape(signs.shape))
@@ -501,8 +501,8 @@ class Errors:
 def _jump(axes: Array, law: Array, turned: Array, turning: Array) -> Array:
     """Return what contacts do to the states (M, K C, K C) at their times, but not to the rolls.
 
-    The law answers along ``axes``; where these turn, velocities change by ``turned`` (K, C, 2) a
-    radian. They turn by ``turning`` (M, K C) times the change of the states.
+    The law answers along ``axes``. These turn by ``turning`` (M, K C) times the change of the
+    states, and velocities then change by ``turned`` (K, C, 2) a radian.
     """
     count, many = turned.shape[:2]
     size = turning.shape[1] // many
@@ -511,13 +511,6 @@ def _jump(axes: Array, law: Array, turned: Array, turning: Array) -> Array:
     turns = np.einsum("kci,kj->kcij", turned, turning)
     found[:, :, 2:4] += turns.reshape(count, many, 2, many, size)
     return found.reshape(count, size * many, size * many)
-
-
-def _diagonal(blocks: Array) -> Array:
-    """Return matrices (M, K C, K C) with these blocks (M, C, K, K) along the diagonal."""
-    count, many, size, _ = blocks.shape
-    found = np.einsum("kcij,cd->kcidj", blocks, np.eye(many))
-    return np.asarray(found.reshape(count, size * many, size * many))
 
 
 def _size(errors: Array) -> float:

@@ -1,12 +1,10 @@
 """This study plays many runs from slightly different starts, and measures how far ends spread.
 
-The exact solver plays every draw of the inputs, so the spread comes from the scene alone. For small
-errors derivatives say the same at once: for errors drawn uniformly within +-h the covariance of the
-ends is D diag(h^2 / 3) D^T. Larger errors put contacts in another order; a few samples find out
-where that begins.
-
-A shot that aims at a ball aims at where that ball is in each sample. A shot that goes on from the
-one before starts where that one ends, played from the same sample.
+The exact solver plays every draw, so the spread comes from the scene alone. For small errors
+derivatives say the same at once: for errors drawn uniformly within +-h the covariance of the ends
+is D diag(h^2 / 3) D^T. Larger errors put contacts in another order; a few samples find out where
+that begins. A shot that aims at a ball aims at where that ball is in each sample, and a shot that
+goes on from the one before starts where that one ends, played from the same sample.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -35,29 +33,29 @@ from pool_pymunk.results.run import Run, points, write_rows
 from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simulate, simulate_all
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
+from pool_pymunk.studies.changes import law_of
 from pool_pymunk.studies.compare import Beside, Reference, reference_of
 from pool_pymunk.studies.derivatives import follow
 from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, launched
 
 MAX_TIME = STATUSES.index("max_time")
 PRINTED_DECIMALS = 2  # the decimals of a printed end, in the scenario's unit of length
-OFF = 0.1  # The linear answer holds where most samples end within this share of it.
-MOST = 0.95
-TRIED = 500  # This many samples are played at each width.
-NARROWEST, WIDEST = 2.0**-40, 2.0**6  # These widths are tried, in those of the uncertainty.
+# The linear answer holds where this share of TRIED samples ends within a tenth (OFF) of it.
+OFF, MOST, TRIED = 0.1, 0.95, 500
+NARROWEST, WIDEST = 2.0**-40, 2.0**6  # widths that are tried, in those of the uncertainty
 
 
 @dataclass(frozen=True)
 class Spread:
     """A spread tells how far one ball's ends lie apart (m); points are x and y.
 
-    ``end`` is where the reference run ends. ``std`` are the standard deviations along x and y,
-    and ``deviation`` is the larger one. 95 % of the ends lie between ``low`` and ``high`` along x,
-    and along y. ``amplification`` is ``deviation`` over that of the starts (their root mean square
-    over balls), None where no start is moved. ``horizon`` (s, to 1/256 of the run; inf: never) is
-    when half of the runs have left the reference run by more than ``Sensitivity.agree``.
-    ``pocketed`` has the share of samples that end with the ball in a pocket, by the pockets' ids;
-    those that never have it are left out.
+    ``end`` is where the reference run ends. ``std`` are the standard deviations along x and y, and
+    ``deviation`` is the larger one. 95 % of the ends lie between ``low`` and ``high`` along each.
+    ``amplification`` is ``deviation`` over that of the starts (their root mean square over balls),
+    None where no start is moved, or something else, too. ``horizon`` (s, to 1/256 of the run; inf:
+    never) is when half of the runs have left the reference run by more than
+    ``Sensitivity.agree``. ``pocketed`` has the share of samples that end with the ball in a pocket,
+    by the ids of the pockets that have it at all.
     """
 
     ball: str
@@ -86,15 +84,12 @@ COLUMNS = (
 
 def write_csv(found: Sequence[Sensitivity], path: Path) -> None:
     """Write one row a shot and ball, in SI; leave out amplifications and horizons not known."""
-    rows = (
-        (
-            one.reference.name, ball.ball, *ball.start, *ball.end, *ball.std, *ball.low, *ball.high,
-            ball.amplification, known(ball.horizon), one.samples, one.seed,
-            sum(ball.pocketed.values()),
-        )
+    write_rows(path, COLUMNS, (
+        (one.reference.name, ball.ball, *ball.start, *ball.end, *ball.std, *ball.low, *ball.high,
+         ball.amplification, known(ball.horizon), one.samples, one.seed,
+         sum(ball.pocketed.values()))
         for one in found for ball in one.balls
-    )  # fmt: skip
-    write_rows(path, COLUMNS, rows)
+    ))  # fmt: skip
 
 
 def digits_that_hold(value: float, std: float) -> str:
@@ -119,10 +114,9 @@ class Sensitivity:
     ``left`` (S, N) is the time (s; inf: never) at which each ball first was more than ``agree`` (m)
     off the reference run. ``agree`` is one unit of the last digit that the starts are written to:
     twice the largest uncertainty, or, where no start is moved, the last digit of the printed ends.
-    ``same_contacts`` (S,) says whether every ball met the same others in the same order.
-    ``pocketed`` (S, N) are the numbers of the pockets that have the balls at the end, -1 where none
-    has. ``rejected`` counts balls that overlapped something as drawn, so that they were moved
-    apart, and ``unfinished`` samples that are left out.
+    ``same_contacts`` (S,) says whether every ball met the same others in the same order, and
+    ``pocketed`` (S, N) which pocket has each ball at the end (-1: none). ``rejected`` counts balls
+    that overlapped something as drawn and were moved apart, ``unfinished`` samples left out.
     """
 
     reference: Run
@@ -146,52 +140,37 @@ class Sensitivity:
     @cached_property
     def balls(self) -> tuple[Spread, ...]:
         """Return each ball's spread, in the scene's order."""
-        reference = self.reference
-        # A uniform draw within +-h has the variance h^2 / 3.
-        moved = math.sqrt(float((self.uncertainty.widths(reference.scene) ** 2).mean()) / 3.0)
+        reference, pockets = self.reference, enumerate(self.reference.scene.pockets)
+        alone = [*self.uncertainty.causes(reference.scene)] == ["starts"]
         low, high = map(points, np.quantile(self.ends, (0.025, 0.975), axis=0))
         # If all ends are equal, this is exactly 0.
         std = points((self.ends - reference.end.position).std(axis=0))
         horizon = np.quantile(self.left, 0.5, axis=0, method="higher").tolist()
-        shares = {
-            pocket.id: (self.pocketed == k).mean(axis=0).tolist()
-            for k, pocket in enumerate(reference.scene.pockets)
-        }
+        shares = {hole.id: (self.pocketed == k).mean(axis=0).tolist() for k, hole in pockets}
         start = points(np.array([breakpoints[0, 1:3] for breakpoints in reference.knots]))
         return tuple(
             Spread(
-                ball=id_,
-                start=start[i],
-                end=end,
-                std=std[i],
-                deviation=max(std[i]),
-                low=low[i],
-                high=high[i],
-                amplification=max(std[i]) / moved if moved > 0.0 else None,
-                horizon=horizon[i],
-                pocketed={pocket: each[i] for pocket, each in shares.items() if each[i] > 0.0},
+                id_, start[i], end, std[i], max(std[i]), low[i], high[i],
+                max(std[i]) / self.deviation_of_starts if alone else None, horizon[i],
+                {pocket: each[i] for pocket, each in shares.items() if each[i] > 0.0},
             )
             for i, (id_, end) in enumerate(reference.final.items())
-        )
+        )  # fmt: skip
 
     def as_dict(self) -> dict[str, object]:
         """Return the shot as in the JSON of ``sensitivity --json``, in SI; null means never."""
         errors, counts = self.uncertainty, ("seed", "samples", "unfinished", "rejected")
+        widths = errors.widths(self.reference.scene).tolist()
+        of_shot = {"speed": errors.speed, "angle": errors.angle}
+        balls = {one.ball: asdict(one) | {"horizon": known(one.horizon)} for one in self.balls}
         return {
             "name": self.reference.name,
-            "uncertainty": {
-                "position": errors.widths(self.reference.scene).tolist(),
-                "speed": errors.speed,
-                "angle": errors.angle,
-                **errors.inputs,
-            },
+            "uncertainty": {"position": widths, **of_shot, **errors.inputs},
             **{key: getattr(self, key) for key in counts},
             "same_contacts": self.same,
             "agree": self.agree,
             "horizon": known(self.horizon),
-            "balls": {
-                ball.ball: asdict(ball) | {"horizon": known(ball.horizon)} for ball in self.balls
-            },
+            "balls": balls,
             "wall_time": self.wall_time,
         }
 
@@ -200,6 +179,13 @@ class Sensitivity:
         kept = "starts", "ends", "left", "same_contacts", "pocketed"
         balls = np.array([ball.ball for ball in self.balls])
         np.savez_compressed(path, **{key: getattr(self, key) for key in kept}, balls=balls)
+
+    @property
+    def deviation_of_starts(self) -> float:
+        """The standard deviation of the starts (m), their root mean square over balls."""
+        # A uniform draw within +-h has the variance h^2 / 3.
+        widths = self.uncertainty.widths(self.reference.scene)
+        return math.sqrt(float((widths**2).mean()) / 3.0)
 
     @property
     def worst(self) -> Spread:
@@ -216,8 +202,8 @@ class Sensitivity:
         """Count the digits of all printed ends that mean anything, and all digits."""
         scene = self.reference.scene
         text = "".join(text for ball in self.balls for text in ball.digits(scene))
-        kept = sum(map(str.isdigit, text))
-        return kept, kept + text.count("?")
+        digits = sum(map(str.isdigit, text))
+        return digits, digits + text.count("?")
 
     @property
     def same(self) -> float:
@@ -243,7 +229,7 @@ class Study:
         scene, own = self.reference.scene, self.uncertainty
         widths = own.widths(scene).ravel().tolist()
         found = dict(zip(inputs.names_in(scene)["position"], widths, strict=True))
-        for k, _ in enumerate(self.chain, start=1):
+        for k in range(1, len(self.chain) + 1):
             found |= {f"speed.{k}": own.speed, f"turn.{k}": math.degrees(own.angle)}
         return found | self.further
 
@@ -255,10 +241,9 @@ class Study:
     @property
     def further(self) -> dict[str, float]:
         """The half widths of further inputs by their names; each shot has a roll of its own."""
-        found = dict(self.uncertainty.inputs)
-        if (width := found.pop("roll", None)) is not None:
-            found |= {f"roll.{k}": width for k, _ in enumerate(self.chain, start=1)}
-        return found
+        own, shots = self.uncertainty.inputs, range(1, len(self.chain) + 1)
+        rolls = {f"roll.{k}": own["roll"] for k in shots if "roll" in own}
+        return {name: width for name, width in own.items() if name != "roll"} | rolls
 
     def draw(
         self, samples: int, seed: int, scale: float = 1.0
@@ -285,9 +270,12 @@ class Study:
         scene, count = self.reference.scene, len(position)
         velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
         pocketed, finished = np.full(position.shape[:2], -1), np.ones(count, dtype=bool)
-        names, carried = [name for name in self.uncertainty.inputs if name != "roll"], None
-        others = {name: inputs.input_value(scene, name) + errors[name] for name in names}
-        for name in [name for name in names if name[:3] in ("vx.", "vy.")]:
+        carried = None
+        others = {
+            name: inputs.input_value(scene, name) + errors[name]
+            for name in self.uncertainty.inputs if name != "roll"
+        }  # fmt: skip
+        for name in [name for name in others if name[:3] in ("vx.", "vy.")]:
             velocity[:, scene.index[name[3:]], "xy".index(name[1])] = others.pop(name)
         errors_of_places, position = position - self.places, position.copy()
         for k, shot in enumerate(self.chain, start=1):
@@ -398,15 +386,36 @@ def sensitivity(
         raise SettingError(f"shot = {study.reference.name}: none of the samples could be finished")
     arrays = {key: each[finished] for key, each in (arrays | {"starts": starts}).items()}
     return Sensitivity(
-        reference=study.reference,
-        uncertainty=uncertainty,
-        seed=seed,
-        agree=study.beside.agree,
-        **arrays,
-        rejected=rejected,
-        unfinished=int((~finished).sum()),
-        wall_time=time.perf_counter() - began,
-    )
+        study.reference, uncertainty, seed, study.beside.agree, **arrays, rejected=rejected,
+        unfinished=int((~finished).sum()), wall_time=time.perf_counter() - began,
+    )  # fmt: skip
+
+
+def by_causes(
+    found: Sensitivity,
+    threads: int | None = None,
+    on_done: Callable[[int], object] | None = None,
+) -> dict[str, Sensitivity]:
+    """Play the samples of a sensitivity again with each cause alone, by the names of the causes.
+
+    The causes are "starts", "speed", "angle", and further inputs
+    (:meth:`~pool_pymunk.Uncertainty.causes`). Where there is one alone, nothing is played.
+
+    >>> from pool_pymunk import load
+    >>> errors = Uncertainty(0.005 * 0.0254, angle=0.001)
+    >>> alone = by_causes(sensitivity(load("report"), "Simulation 3", errors, 200))
+    >>> [(name, round(each.worst.deviation / 0.0254, 3)) for name, each in alone.items()]
+    [('starts', 0.003), ('angle', 0.028)]
+    """
+    run, samples = found.reference, found.samples + found.unfinished
+    causes = found.uncertainty.causes(run.scene)
+    if len(causes) < 2:
+        return dict.fromkeys(causes, found)
+    how, law = (samples, found.seed, threads), law_of(run)
+    return {
+        name: sensitivity(run.scene, run.shot, one, *how, law=law, on_done=on_done)
+        for name, one in causes.items()
+    }
 
 
 # -- by derivatives --------------------------------------------------------------------------------
@@ -417,9 +426,9 @@ class Linear:
     """A linear sensitivity has what errors within an uncertainty do to the ends, to first order.
 
     ``by_errors`` (N, 2, K) are the derivatives of the ends (m) by the K errors, in units of half
-    their widths. ``holds`` is the multiple of the uncertainty within which 95 % of the samples end
-    within a tenth of what the derivatives say: 0 for none, nan if no derivatives are known.
-    ``warnings`` say which are not known.
+    their widths; ``causes`` say which of these (K) each cause has. ``holds`` is the multiple of
+    the uncertainty within which 95 % of the samples end within a tenth of what the derivatives say:
+    0 for none, nan if no derivatives are known. ``warnings`` say which are not known.
     """
 
     reference: Run
@@ -427,6 +436,7 @@ class Linear:
     by_errors: Array
     holds: float
     warnings: tuple[str, ...]
+    causes: Mapping[str, list[bool]]
 
     @cached_property
     def covariance(self) -> Array:
@@ -438,6 +448,11 @@ class Linear:
         """Return the standard deviations (N, 2) of each ball's end along x and y, in m."""
         return np.sqrt(np.diagonal(self.covariance, axis1=1, axis2=2))
 
+    def by_causes(self) -> dict[str, Array]:
+        """Return the standard deviations (N, 2) that each cause makes alone, in m."""
+        squares = self.by_errors**2 / 3.0
+        return {cause: np.sqrt(squares[..., its].sum(axis=2)) for cause, its in self.causes.items()}
+
     @property
     def radius(self) -> float:
         """Return the largest error of a start (m) within which the linear answer holds."""
@@ -445,9 +460,14 @@ class Linear:
 
     def as_dict(self) -> dict[str, object]:
         """Return the shot as in the JSON of ``sensitivity --linear --json``, in SI."""
-        std = zip(self.reference.final, self.std.tolist(), strict=True)
+
+        def by_ball(std: Array) -> dict[str, list[float] | None]:
+            both = zip(self.reference.final, std.tolist(), strict=True)
+            return {id_: each if np.isfinite(each).all() else None for id_, each in both}
+
         return {
-            "std": {id_: each if np.isfinite(each).all() else None for id_, each in std},
+            "std": by_ball(self.std),
+            "causes": {cause: by_ball(std) for cause, std in self.by_causes().items()},
             "holds": known(self.holds),
             "warnings": list(self.warnings),
         }
@@ -463,10 +483,8 @@ def linear(
 ) -> Linear:
     """Differentiate a shot's ends, and find out how far the derivatives can be believed.
 
-    The errors are those of :func:`~pool_pymunk.sensitivity`: a shot that aims at a ball aims at
-    where that ball is, and a shot that goes on from the one before starts where that one ends.
-    ``law`` is that of every contact (default: the scene's).
-    Raises SettingError as :func:`~pool_pymunk.sensitivity` does.
+    The errors and the arguments are those of :func:`~pool_pymunk.sensitivity`, and so is what it
+    raises.
 
     >>> from pool_pymunk import load
     >>> found = linear(load("report"), "Simulation 3", Uncertainty(0.005 * 0.0254))
@@ -480,23 +498,27 @@ def linear(
     *_, last = chain = [found for _, found in follow(dict(enumerate(runs, start=1)), tuple(errors))]
     warned = dict.fromkeys(warning for found in chain for warning in found.warnings)
     by_errors = last.final * np.array(list(errors.values()))
-    low, high = math.log2(NARROWEST), math.log2(WIDEST)
+    low, high = least, _ = math.log2(NARROWEST), math.log2(WIDEST)
     sound = np.isfinite(by_errors).all() and bool(np.any(by_errors))
     while sound and high - low > 0.1:
         middle = (low + high) / 2.0
         holds_here = _holds(study, 2.0**middle, by_errors, seed)
         low, high = (middle, high) if holds_here else (low, middle)
-    width = 2.0**low if low > math.log2(NARROWEST) else 0.0
+    width = 2.0**low if low > least else 0.0
     holds = float(f"{width:.2g}") if sound else math.nan
-    return Linear(study.reference, uncertainty, by_errors, holds, tuple(warned))
+    alone = {
+        cause: replace(study, uncertainty=one.everywhere(scene)).errors()
+        for cause, one in uncertainty.causes(scene).items()
+    }
+    causes = {cause: [own.get(n, 0.0) > 0.0 for n in errors] for cause, own in alone.items()}
+    return Linear(study.reference, uncertainty, by_errors, holds, tuple(warned), causes)
 
 
 def _holds(study: Study, scale: float, by_errors: Array, seed: int) -> bool:
     """Tell whether most samples end within a tenth of what the derivatives say."""
     starts, errors, _ = study.draw(TRIED, seed, scale)
     played, finished = study.play(starts, errors, 1)
-    moved = starts - study.places
-    drawn = np.column_stack((moved.reshape(TRIED, -1), *errors.values()))
+    drawn = np.column_stack(((starts - study.places).reshape(TRIED, -1), *errors.values()))
     widths = np.array(list(study.errors().values()))
     shares = drawn[:, widths > 0.0] / widths[widths > 0.0]
     said = np.einsum("nck,sk->snc", by_errors, shares)[finished]

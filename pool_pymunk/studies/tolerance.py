@@ -1,10 +1,9 @@
 """This study finds a time step that keeps an error below a tolerance, from runs alone.
 
-:func:`choose_step` needs no exact solution, so it serves any pymunk world. It halves the step until
-the ends no longer change. Halving alone is optimistic: if contacts are found at the end of a step,
-every second one is as late at half of the step, so the ends agree by chance. (For single contacts
-at random instants, a quarter of the ends would be outside of the tolerance.) So a step dt is
-accepted only if
+It needs no exact solution, so it serves any pymunk world. Halving the step until the ends no longer
+change is optimistic: if contacts are found at the end of a step, every second one is as late at
+half of the step, so the ends agree by chance. (For single contacts at random instants, a quarter of
+the ends would be outside of the tolerance.) So a step dt is accepted only if
 
 - the ends at 4 dt, 2 dt and dt agree (two halvings; the first may change the ends twice as much),
   and those at five steps between dt and 2 dt, which share no grid with it, with those at dt;
@@ -32,10 +31,10 @@ from pool_pymunk.solvers import SettingError, find_solver, simulate
 from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import contact_order, contacts
 
-SAFETY = 4.0  # The estimated error is this many times the largest change.
+SAFETY = 4.0  # The estimated error is this many times the largest change: see above.
 BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # dt; these further steps must agree
-COARSEST = 1 / 60  # s
-NO_ORDER = 0.3  # Changes that shrink more slowly than dt to this power do not converge.
+COARSEST = 1 / 60  # s, a frame of a screen, which is the step of most games
+NO_ORDER = 0.3  # The least order that methods have is 1/2; less than this is none.
 
 
 class Outcome(NamedTuple):
@@ -91,11 +90,10 @@ class Choice:
         """Yield the choice in words: the step, the error, the work, and why it falls short."""
         tolerance, error = (units.from_si(x, "length") for x in (self.tolerance, self.error))
         reached = "reached" if self.reached else "not reached; the finest run is kept:"
-        size = f"{error:.2g} {units.length}" if 0.0 < error < math.inf else "unknown"
-        size = "none, to rounding" if error == 0.0 else size
+        size = f"{error:.2g} {units.length}" if error < math.inf else "unknown"
         yield (
-            f"Tolerance {tolerance:.3g} {units.length}: {reached} with "
-            f"dt = {step_text(self.dt)}, estimated error {size}"
+            f"Tolerance {tolerance:.3g} {units.length}: {reached} with dt = {step_text(self.dt)}, "
+            f"estimated error {size if error else 'none, to rounding'}"
         )
         order = "" if self.order is None else f"; observed order {self.order:.2f}"
         work = f"{counted(self.runs, 'run')}, {self.steps:,} steps, {self.wall_time:.3g} s"
@@ -131,7 +129,8 @@ def choose_step(
     (True, 1024.0, True)
     """
     for key, value in (("tolerance", tolerance), ("start", start), ("smallest", smallest)):
-        _check(key, value)
+        if not 0.0 < value < math.inf:
+            raise SettingError(f"{key} = {value}: must be greater than 0 and finite")
     if smallest > start:
         raise SettingError(f"smallest = {smallest}: must not be larger than start = {start}")
     began, played = time.perf_counter(), list[Outcome]()
@@ -166,11 +165,6 @@ def choose_step(
         finest.dt, tolerance, reached, finest.error, order, tuple(levels), len(played), steps,
         time.perf_counter() - began, "" if reached else _reason(levels, order),
     )  # fmt: skip
-
-
-def _check(key: str, value: float) -> None:
-    if not 0.0 < value < math.inf:
-        raise SettingError(f"{key} = {value}: must be greater than 0 and finite")
 
 
 def _distance(a: Outcome | None, b: Outcome) -> float:
@@ -240,6 +234,9 @@ def simulate_within(
     is_exact = method.exact and all(  # Its record speaks of its default options.
         options.get(key, usual) == usual for key, (usual, *_) in method.options.items()
     )
+    start, least = COARSEST, smallest or finest
+    if is_exact:
+        start = least = max(method.dt or COARSEST, smallest or 0.0)
     for shot in shots:
         runs: dict[float, Run] = {}
 
@@ -247,27 +244,17 @@ def simulate_within(
             runs[dt] = simulate(scene, shot, solver=solver, dt=dt, **options)
             return outcome(runs[dt])
 
-        if is_exact:
-            dt = max(method.dt or COARSEST, smallest or 0.0)
-            _check("tolerance", tolerance)
-            _check("start", dt)
-            if on_run is not None:
-                on_run(dt)
-            trial(dt)
-            steps, took = runs[dt].steps, runs[dt].wall_time
-            choice = Choice(dt, tolerance, False, 0.0, None, (), 1, steps, took)
-        else:
-            choice = choose_step(trial, tolerance, COARSEST, smallest or finest, on_run)
+        choice = choose_step(trial, tolerance, start, least, on_run)
         yield runs[choice.dt], _judged(choice, runs[choice.dt], is_exact)
 
 
 def _judged(choice: Choice, run: Run, is_exact: bool) -> Choice:
     """Return a choice with the errors that all steps share: of policies, and of exact runs."""
-    error, reason = choice.error, choice.reason
+    error, reason, levels = choice.error, choice.reason, choice.levels
     if is_exact:
         error = math.inf if run.status == "non_finite" else run.rounding
         error = 0.0 if math.isnan(error) else error  # It is not known without the contact engine.
-        reason = f"rounding may move the ends by {error:.2g} m, at every step"
+        reason, levels = f"rounding may move the ends by {error:.2g} m, at every step", ()
     if (shifted := error + run.policy_shift) != error:
         error, policies = shifted, ", ".join(sorted(run.policies))
         reason = (
@@ -275,7 +262,8 @@ def _judged(choice: Choice, run: Run, is_exact: bool) -> Choice:
             f"some contacts have no exact answer ({policies})"
         )
     reached = error <= choice.tolerance
-    return replace(choice, error=error, reached=reached, reason="" if reached else reason)
+    reason = "" if reached else reason
+    return replace(choice, error=error, reached=reached, reason=reason, levels=levels)
 
 
 def finest_step(solver: str) -> float:

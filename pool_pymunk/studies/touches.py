@@ -1,4 +1,4 @@
-"""This module finds where paths of an exact run touch, to rounding, and no contact comes of it.
+"""This module finds where paths of an exact run touch, to rounding, without a contact.
 
 A path may be tangent to a ball, a corner, an arc or the rim of a pocket, run along a cushion, or
 end just where it touches. A small change makes a contact there or leaves a gap, so ends have a
@@ -20,7 +20,7 @@ from pool_pymunk.results.run import Run
 from pool_pymunk.studies import Mask
 
 CHUNK = 1 << 18  # pairs of pieces that are looked at together, in some 50 MB
-LAST = 1e-9  # of a piece; so long before its end it is asked whether a ball that stops parts
+LAST = 1e-9  # of a piece; this long before its end it is asked whether a ball that stops parts
 HALVINGS = 60  # After this many halvings an interval of time is as short as rounding.
 
 Whole = NDArray[np.int64]
@@ -94,11 +94,6 @@ def _at_rest(run: Run) -> list[tuple[RoundSide | Arc | Rim, str]]:
     return [*found, *rims]
 
 
-def _facing(side: RoundSide | Arc | Rim) -> float:
-    """Return how often a ball's radius counts where it touches a thing at rest."""
-    return side.facing if isinstance(side, Arc) else float(isinstance(side, RoundSide))
-
-
 def _pieces(run: Run) -> Pieces:
     """Return the pieces of a run's paths, as long as the balls are on the table."""
     rows: list[tuple[float, ...]] = []
@@ -110,7 +105,8 @@ def _pieces(run: Run) -> Pieces:
         rows += [(i, *row[:7], end, ball.radius, 1.0) for row, end in pieces if row[0] < end]
     for k, (side, _) in enumerate(_at_rest(run)):
         still = 0.0, *side.center, *[0.0] * 4, run.duration
-        rows.append((-1 - k, *still, side.radius, _facing(side)))
+        facing = side.facing if isinstance(side, Arc) else float(isinstance(side, RoundSide))
+        rows.append((-1 - k, *still, side.radius, facing))
     table = np.array(rows).reshape(-1, 11)
     return Pieces(table[:, 0].astype(int), table[:, 1:8], *table[:, 8:].T)
 

@@ -21,14 +21,8 @@ from pool_pymunk.model import Scene, Shot
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import (
-    SOLVERS,
-    find_solver,
-    reference_solver,
-    request,
-    simulate,
-    simulate_all,
-)
+from pool_pymunk.solvers import SOLVERS, find_solver, reference_solver, simulate, simulate_all
+from pool_pymunk.solvers.request import request
 from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import Comparison, contacts
 from pool_pymunk.studies.tolerance import slope
@@ -37,7 +31,7 @@ Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of eac
 
 TRIAL = 1 / 20  # of a run's steps are made to estimate it, which costs that share of its time,
 MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but never more nor fewer steps than these.
-MOST_REPEATS = 7
+MOST_REPEATS = 7  # The least of seven times hardly becomes less by more of them.
 
 
 @dataclass(frozen=True)
@@ -116,14 +110,13 @@ def tradeoff(
         for run in sound
     )
     result = Tradeoff(scene, (), spread, rounding, left_out, seed)
-    for solver, steps in ladders.items():
+    for solver, dt in ((solver, dt) for solver, steps in ladders.items() for dt in steps):
         has = find_solver(solver).options
         taken = {name: value for name, value in (options or {}).items() if name in has}
-        for dt in steps:
-            play = partial(simulate, scene, solver=solver, dt=dt, **taken)
-            one = Setting(solver, dt, *_measure(sound, play, each, rounding))
-            result = replace(result, settings=(*result.settings, one))
-            on_done(result)
+        play = partial(simulate, scene, solver=solver, dt=dt, **taken)
+        one = Setting(solver, dt, *_measure(sound, play, each, rounding))
+        result = replace(result, settings=(*result.settings, one))
+        on_done(result)
     return result
 
 
@@ -184,17 +177,16 @@ def estimate(
     (True, True, True)
     """
     step, found = dt or find_solver(solver).dt, list[Estimate]()
-    if step is None:
-        return found
     said = {key: options[key] for key in ("law", "max_time") if key in options}
     asked = request(scene, reference_solver().name, **said)
     asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
+    if step is None:
+        return found
     for shot in shots:
         duration = asked.play(shot).duration
-        steps = duration / step
-        one = Estimate(0.0, duration, steps)
-        if steps >= FEWEST_STEPS / TRIAL:
-            coarse = duration / min(MOST_STEPS, TRIAL * steps)
+        one = Estimate(0.0, duration, duration / step)
+        if one.steps >= FEWEST_STEPS / TRIAL:
+            coarse = duration / min(MOST_STEPS, TRIAL * one.steps)
             trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
             times = coarse / step  # The run itself has this many times the trial's steps.
             one = Estimate(trial.wall_time * times, trial.duration, trial.steps * times)
@@ -220,10 +212,6 @@ SHARED_ENGINE = (
     "The solvers that are exact to rounding share one contact engine: their agreement proves "
     "nothing by itself."
 )
-INDEPENDENT = (
-    "Two others are independent: the time slices, which converge to them, and the reference in "
-    "forty digits that the project's tests compare with."
-)
 
 
 def sentences(result: Tradeoff) -> list[str]:
@@ -242,7 +230,10 @@ def sentences(result: Tradeoff) -> list[str]:
             f"worst ball). A smaller error than that gains nothing."
         )
     if len(result.exact) > 1:
-        lines.append(f"{SHARED_ENGINE} {INDEPENDENT}")
+        lines.append(
+            f"{SHARED_ENGINE} Two others are independent: the time slices, which converge to them, "
+            "and the reference in forty digits that the project's tests compare with."
+        )
     slip = "is left out: its exact end depends on a slip of zero, which rounding decides."
     return lines + [f"{name} {slip}" for name in result.left_out]
 

@@ -26,11 +26,11 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import points
 from pool_pymunk.solvers import SettingError
 
-ATTEMPTS = 20  # So often a start is drawn whose balls cannot be moved apart.
-SWEEPS = 2000  # So often all overlaps of a start are looked at.
-APART = 2.5e-10  # of a radius; pushes that are smaller end the search
-NEIGHBORS = 8.0  # widths; balls that are farther apart than this do not come to overlap
-A_BLOCK = 4  # numbers a step of the generator
+# Efforts, chosen: a start whose balls cannot be moved apart is drawn anew, after many sweeps.
+ATTEMPTS, SWEEPS = 20, 2000
+APART = 2.5e-10  # of a radius; smaller pushes end the search, for scenes may overlap by 1e-6
+NEIGHBORS = 8.0  # widths; two balls that come to overlap push others, so it is more than 2
+A_BLOCK = 4  # numbers that a step of Philox makes
 
 
 @dataclass(frozen=True)
@@ -55,12 +55,12 @@ class Uncertainty:
     def __post_init__(self) -> None:
         given: dict[str, float] = {"speed": self.speed, "angle": self.angle}
         given |= {f"inputs[{name!r}]": width for name, width in self.inputs.items()}
+        places = self.position if isinstance(self.position, Mapping) else {}
+        for id_, place in places.items():
+            axes = zip("xy", place, strict=True)
+            given |= {f"position of ball {id_} along {axis}": each for axis, each in axes}
         if not isinstance(self.position, Mapping):
             given["position"] = self.position
-        else:
-            for id_, place in self.position.items():
-                axes = zip("xy", place, strict=True)
-                given |= {f"position of ball {id_} along {axis}": each for axis, each in axes}
         for key, value in given.items():
             if not (value >= 0.0 and math.isfinite(value)):
                 raise SettingError(f"{key} = {value}: must be 0 or more, and finite")
@@ -117,6 +117,23 @@ class Uncertainty:
                 rest[name] = width
         widths = dict(zip(scene.index, points(self.widths(scene)), strict=True))
         return Uncertainty(widths, inputs=rest, **shot)
+
+    def causes(self, scene: Scene) -> dict[str, Uncertainty]:
+        """Return what is uncertain, each on its own: "starts", "speed", "angle", and inputs.
+
+        >>> from pool_pymunk import load
+        >>> list(Uncertainty(1e-4, angle=0.01, inputs={"mass.8": 1e-3}).causes(load("report")))
+        ['starts', 'angle', 'mass.8']
+        """
+        own = self.everywhere(scene)
+        starts, further = own.widths(scene).max(), own.inputs.items()
+        alone = {
+            "starts": (starts, Uncertainty(own.position)),
+            "speed": (own.speed, Uncertainty(speed=own.speed)),
+            "angle": (own.angle, Uncertainty(angle=own.angle)),
+            **{name: (width, Uncertainty(inputs={name: width})) for name, width in further},
+        }
+        return {name: one for name, (width, one) in alone.items() if width > 0.0}
 
     def described(self, scene: Scene) -> str:
         """Return the uncertainty in words, in the scenario's units.

@@ -44,21 +44,21 @@ class Billiards:
 
     You step the space as ever, by ``space.step(dt)``, with any steps up to ``max_dt`` (s).
     ``deceleration`` (m/s^2) is that of surface friction, mu_s g; 0 leaves friction out. With
-    ``rolling`` (m/s^2), that of a ball that rolls, balls are spheres that slide until they roll
+    ``rolling`` (m/s^2), the deceleration of rolling, balls are spheres that slide until they roll
     (:class:`~pool_pymunk.physics.surface.Rolling`). ``pair`` returns the coefficients of a hit of
     two balls, given their numbers (:func:`same_balls`); masses are those of the bodies. ``law`` is
     the name of a contact law, or a law of your own (:class:`~pool_pymunk.physics.laws.Law`).
 
-    Everything else in the space keeps its built-in response, with each other and with the balls. If
+    All other shapes keep pymunk's own response, to each other and to the balls. If
     you, a spring or a flipper gives a ball a velocity, this is noticed. Gravity, damping and forces
     act once at the end of each step. If nothing else touches balls, say ``alone=True``: then the
     circles themselves are the sensors, and :meth:`step` steps the space, which is faster.
 
     Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to hear
-    what happens. They are called when the instant of which they tell is over; what you change from
-    within them (all but :meth:`restore_state` and a step) counts from that instant on.
+    what happens. They are called when the instant of which they tell is over. What they change
+    counts from that instant on; they cannot call :meth:`restore_state` or make a step.
 
-    Raises ValueError, in one sentence that names the argument, for what cannot be.
+    Raises ValueError for impossible arguments, in one sentence that names the argument.
 
     >>> from pool_pymunk import same_balls
     >>> space = pymunk.Space()
@@ -113,14 +113,14 @@ class Billiards:
         is_swept = contacts == "swept"
         self.near = self.engine.near = (BroadPhase if is_swept else EndOfStep)(space, self.engine)
         self.state = (Steps if alone else SharedSteps)(
-            self.engine, self.near, self.max_dt, lambda name: getattr(self, name),
+            self.engine, self.near, self.max_dt, self,
             alone=alone, has_joints=friction == "joint", is_swept=is_swept,
         )  # fmt: skip
         self.balls = self.state.balls  # all that were ever added, by their numbers
         self.moving = self.state.moving  # the balls that move, by their numbers
         self._walls = self.state.walls
         self._obstacles = self._walls.obstacles.values()
-        # Discrete contacts need a call in every step, swept ones the first until two shapes part.
+        # Discrete contacts need a call in every step, swept ones only when two shapes meet.
         touch = {"begin" if is_swept else "pre_solve": self.near.touched}
         space.on_collision(SENSOR, SENSOR, **touch)
         space.on_collision(SENSOR, WALL, **touch)
@@ -155,7 +155,7 @@ class Billiards:
 
     @property
     def time(self) -> float:
-        """The time (s) at the end of the last step."""
+        """Return the time (s) at the end of the last step."""
         return self.state.time
 
     @time.setter
@@ -164,32 +164,32 @@ class Billiards:
 
     @property
     def steps(self) -> int:
-        """The number of steps that were made."""
+        """Return the number of steps that were made."""
         return self.state.steps
 
     @property
     def deceleration(self) -> float:
-        """The deceleration (m/s^2) of a ball that slides, mu_s g."""
+        """Return the deceleration (m/s^2) of a ball that slides, mu_s g."""
         return self.state.surface.pull
 
     @property
     def rolling(self) -> float | None:
-        """The deceleration (m/s^2) of a ball that rolls, mu_r g; None where balls do not roll."""
+        """Return the deceleration (m/s^2) of a ball that rolls, mu_r g; None if none rolls."""
         return self.state.surface.drag if self.state.surface.rolls else None
 
     @property
     def count(self) -> int:
-        """The number of balls on the table."""
+        """Return the number of balls on the table."""
         return len(self.state.ball_of)
 
     @property
     def joints(self) -> int:
-        """The number of friction joints that are in the space now."""
+        """Return the number of friction joints that are in the space now."""
         return self.state.joints
 
     @property
     def pockets(self) -> dict[int, tuple[Vector, float]]:
-        """The centre and the radius (m) of each pocket, by its number."""
+        """Return the centre and the radius (m) of each pocket, by its number."""
         walls = [wall for wall in self.engine.walls if wall.center is not None]
         return {wall.number: wall.sides[0][:2] for wall in walls}  # type: ignore[index]
 
@@ -209,18 +209,18 @@ class Billiards:
         ``id`` is your own name of the ball, such as "8".
 
         In a shared space the ball gets a second circle, its sensor, with the same filter. Raises
-        ValueError for what cannot be a ball: a shape that is no circle in the middle of a dynamic
-        body, that is a ball already, overlaps a ball or a wall, or lies within a pocket; and for an
-        id that another ball on the table has.
+        ValueError if ``circle`` is no circle in the middle of a dynamic body, is a ball already,
+        overlaps a ball or a wall, or lies within a pocket, and if another ball on the table has
+        this id.
         """
-        state, body = self.state, circle.body  # A circle does not keep its body alive.
         checks.check_circle(circle)
+        state, body = self.state, circle.body  # A circle does not keep its body alive.
         self._catch_up(changes_space=True)
         assert body is not None
         if body in state.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
         place, number = argument("position", body.position, point), len(state.balls)
-        checks.check_place(place, circle.radius, state.discs(), self._obstacles)
+        checks.check_place(place, circle.radius, state.discs(), self._obstacles, self._ids())
         for other in self.on_table()[:1]:
             masses = (other.body.mass, body.mass)
             checks.check_pair(self._said_pair(other.number, number), masses, (other.number, number))
@@ -229,8 +229,12 @@ class Billiards:
         ball.id = name
         return ball
 
+    def _ids(self) -> dict[int, str]:
+        """Return the ids of the balls that have one, by their numbers."""
+        return {ball.number: ball.id for ball in self.on_table() if ball.id is not None}
+
     def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> TableBall:
-        """Do what :meth:`add_ball` does, with a roll (m/s), unchecked: nothing is wrong."""
+        """Do what :meth:`add_ball` does, with a roll (m/s), and check nothing."""
         return self.state.put_ball(circle, roll)
 
     def remove_ball(self, ball: TableBall) -> None:
@@ -263,9 +267,9 @@ class Billiards:
     ) -> int:
         """Make a static segment, circle or polygon a wall that balls bounce off (Eq. 9).
 
-        A ball can meet all its sides, or the ``sides`` that you give it: your own
-        (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc, of which the shape only
-        says where they are, and it may be a sensor. Returns the wall's number. Raises ValueError
+        A ball can meet all its sides, or else the ``sides`` that you give
+        (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc. The shape then only says
+        where these are, and may be a sensor. Returns the wall's number. Raises ValueError
         for what cannot be a wall, and if a ball lies in it now.
         """
         checks.check_wall(shape)
@@ -282,7 +286,7 @@ class Billiards:
         return self._walls.put_if_free(shape, checks.Obstacle(None if sides else shape, wall))
 
     def put_wall(self, shape: pymunk.Shape, wall: Wall) -> int:
-        """Put up a wall with sides of its own, of which nothing is wrong, unchecked."""
+        """Put up a wall with sides of its own, and check nothing."""
         return self._walls.put(shape, checks.Obstacle(None, wall))
 
     def remove_wall(self, wall: int) -> None:
@@ -292,7 +296,7 @@ class Billiards:
             raise setting_error("wall", shown(wall), "there is no wall of this number")
 
     def add_pocket(self, position: Vector, radius: float) -> int:
-        """Make a pocket, which takes balls in whose centres come within ``radius`` (m).
+        """Make a pocket, which takes in balls whose centres come within ``radius`` (m).
 
         They leave the space. Returns the pocket's number. Raises ValueError if a ball lies in it.
         """
@@ -308,7 +312,7 @@ class Billiards:
     def strike(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> None:
         """Give a ball a velocity (m/s) now, and where balls roll a ``roll``, a share of it.
 
-        With 1 the ball rolls at once, with 0 it slides without rotation, with less it draws back.
+        With 1 the ball rolls at once, with 0 it slides without rotation, below 0 it draws back.
         """
         self._check_ball(ball)
         velocity = argument("velocity", velocity, point)
@@ -319,12 +323,13 @@ class Billiards:
     def place(self, ball: TableBall, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
 
-        Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket, or off the
-        table whose walls enclose it now.
+        Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket, or outside
+        of the table in which it lies now.
         """
         self._check_ball(ball, changes_space=True)
         position = argument("position", position, point)
-        checks.check_place(position, ball.radius, self.state.discs(without=ball), self._obstacles)
+        discs = self.state.discs(without=ball)
+        checks.check_place(position, ball.radius, discs, self._obstacles, self._ids())
         self._walls.refuse_off_table(self.state.discs()[ball.number][0], position)
         self.state.send(ball, position, (0.0, 0.0), NO_ROLL)
 
@@ -344,7 +349,7 @@ class Billiards:
         return TableState(state.now, motions, dict(self.engine.resolver.history), rolls)
 
     def restore_state(self, state: TableState) -> None:
-        """Put the balls back to where they were, and the clock.
+        """Put the balls and the clock back to a saved state.
 
         Balls that have left the table since come back, those that have come since leave it, and
         the table goes on as it did. Raises ValueError from within a callback, for a state of
@@ -380,9 +385,9 @@ class Billiards:
     ) -> Vector:
         """Return the place (m) nearest to ``near`` where a ball overlaps nothing: ball in hand.
 
-        It is for ``ball``, which does not block itself; or for a new ball of this ``radius`` (m),
-        by default that of the first ball. The line from ``near`` crosses no wall; outside of the
-        table there is room, too. Raises ValueError if there is none.
+        The place is for ``ball``, which does not block itself, or for a new ball of this ``radius``
+        (m), by default that of the first ball. The line from ``near`` to the place crosses no wall.
+        The place may be off the table if ``near`` is. Raises ValueError if there is no place.
         """
         self._catch_up()
         near = argument("near", near, point)
@@ -399,7 +404,7 @@ class Billiards:
     # -- stepping a space that holds nothing else ------------------------------------------------
 
     def step(self, dt: float | None = None) -> None:
-        """Make one step (s) of a space that holds nothing else; a shared space you step itself.
+        """Make one step (s) of a space that holds nothing else; else call ``space.step``.
 
         By default it is as long as the last one, or ``max_dt``. Raises errors of callbacks.
         """

@@ -34,8 +34,8 @@ PUSH_ROUNDING = 64.0 * EPSILON
 class SharedSteps(Steps):
     """These are the steps of a space that balls share with others.
 
-    ``space.step(dt)`` goes through here: the table looks at the bodies before pymunk steps them,
-    and answers the step when pymunk has made it, before all other callbacks after a step.
+    The table looks at the bodies before pymunk steps them, and answers the step before all other
+    callbacks after a step.
     """
 
     def __init__(self, *args: Any, **how: Any) -> None:
@@ -185,11 +185,8 @@ class SharedSteps(Steps):
         if path and surface.pull > 0.0 and not (self.has_joints and path.slows):
             vx, vy = self.mean_velocity(path, self.time)
         else:
-            vx, vy, most = (
-                bx * share + gain[0],
-                by * share + gain[1],
-                surface.drag * self.dt if path else 0.0,
-            )
+            vx, vy = bx * share + gain[0], by * share + gain[1]
+            most = surface.drag * self.dt if path else 0.0
             speed = math.sqrt(vx * vx + vy * vy)
             kept = 1.0 - most / speed if speed > most else 0.0
             vx, vy = vx * kept, vy * kept
@@ -198,12 +195,10 @@ class SharedSteps(Steps):
         return (wx - vx, wy - vy) if is_pushed else NOTHING
 
     def _kick(self, ball: TableBall, gain: Vector, share: float) -> None:
-        """Add this to the damped velocity (m/s); friction holds a ball at rest against as much.
-
-        A ball that rolls keeps 5/7 of a push.
-        """
+        """Add a push to the damped velocity (m/s), unless friction holds the ball at rest."""
         path, surface = self.engine.paths[ball.number], self.surface
         (gx, gy), (x, y, vx, vy) = gain, motion_at(path, self.time)
+        # A ball that rolls keeps 5/7 of a push.
         holds = min(surface.pull, surface.drag / (1.0 - SHARE)) * self.dt
         if path.slows and vx == vy == 0.0 and math.sqrt(gx * gx + gy * gy) <= holds:
             ball.body.velocity = NOTHING

@@ -9,7 +9,7 @@ from itertools import combinations
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.near import MANY, Boxes, ManyBoxes
+from pool_pymunk.engine.near import boxes_around
 from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.places import TOUCHING, overlap
 from pool_pymunk.physics.contact import Contact, Pair, Vector
@@ -17,7 +17,7 @@ from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Round, Straight
 from pool_pymunk.world.checks import Obstacle
 
-HAIR = 1e-9  # radii; a ball is put so far off what it would touch
+HAIR = 1e-9  # radii; a ball is put this far from what it would touch
 MOST = 2_000  # This many instants are played at most.
 
 Who = TypeVar("Who")
@@ -68,14 +68,13 @@ class Witness(Recorder):
     def path(self, i: int, path: Path) -> None:
         self.turns[i].append((path.x, path.y))
 
-    def roll(self, i: int, path: Path) -> None:
+    def roll(self, i: int, t: float) -> None:
         self.rolled[i] += len(self.turns[i]) - self.rolled[i] < 2
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         self.turns[i].append(position)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        """Note the line into a pocket."""
         if self.at == math.inf and i == self.ball:
             self.pocket, self.at, self.turn = pocket, t, len(self.turns[i])
         self.turns[i] += [motion[:2], center]
@@ -94,10 +93,7 @@ class Witness(Recorder):
 def sketch(
     table: ContactEngine, numbers: list[int], ball: int, struck: Going, now: float
 ) -> Prediction[Any]:
-    """Strike a ball of a table, and play until it and what it met have turned once more each.
-
-    ``numbers`` are those of the balls on the table; in the prediction balls are numbers.
-    """
+    """Strike one of the balls of these ``numbers``; play until it and what it met have turned."""
     witness = Witness(numbers.index(ball))
     engine = _copy(table, numbers, witness, struck, now)
     start = engine.paths[witness.ball]
@@ -132,11 +128,7 @@ def _copy(
         path = table.surface.path(0.0, place, *(struck if k == witness.ball else goes))
         engine.add_ball(path, table.radii[number], table.masses[number])
     engine.walls = list(table.walls)
-    boxes = Boxes if len(numbers) < MANY else ManyBoxes
-    engine.near = near = boxes(len(numbers), len(engine.walls))
-    near.measure(engine.paths)
-    for i, path in enumerate(engine.paths):
-        near.begin(i, path, engine.radii[i], 0.0, math.inf)
+    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
     engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
     return engine
 

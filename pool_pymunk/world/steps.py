@@ -1,9 +1,10 @@
-"""This module makes steps of a space, answers what happens to the balls, and tells of it."""
+"""This module steps a space, answers the contacts of its balls, and calls the callbacks."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.recorder import Motion, Recorder
@@ -16,22 +17,18 @@ from pool_pymunk.world.checks import check_step
 from pool_pymunk.world.state import HAIR, LiveState, Phase, Snapshot, read_bodies
 from pool_pymunk.world.walls import Walls
 
-MOST_QUIET = 1000.0  # steps between two looks at the clock
+MOST_QUIET = 1000.0  # Quiet steps come in rows of at most this many, between calls of ``on_time``.
 
-Of = Callable[[str], Callable[..., object] | None]  # returns the callback of a name
 # a callback's name, its arguments, and the paths of balls before it
 PendingCall = tuple[str, tuple[object, ...], dict[TableBall, Path]]
 
 
 class Callbacks(Recorder):
-    """This recorder passes on to callbacks what happens, as soon as its instant is over.
+    """This recorder passes on to a table's callbacks what happens, once its instant is over."""
 
-    ``of(name)`` is the callback of this name, or None.
-    """
-
-    def __init__(self, state: LiveState, of: Of) -> None:
+    def __init__(self, state: LiveState, table: object) -> None:
         self.state = state
-        self.of = of
+        self.of = partial(getattr, table)
         self.pending: list[PendingCall] = []  # what has happened in the present instant
         self._before = Snapshot()  # how the bodies moved when the present callback was called
 
@@ -55,14 +52,14 @@ class Callbacks(Recorder):
         self._tell("on_stop_revoked", self.state.balls[i], t)
 
     def _tell(self, name: str, *said: object, balls: Sequence[TableBall] = ()) -> None:
-        """Call a callback later; the ``path`` of these balls is for it what it is now."""
+        """Call a callback later, which then sees these balls' ``path`` as it is now."""
         if self.of(name) is not None:
             self.pending.append((name, said, {ball: ball.path for ball in balls}))
 
     # -- the instant is over ---------------------------------------------------------------------
 
     def tell_all(self) -> None:
-        """Call the callbacks of this instant; errors of theirs are kept to the step's end."""
+        """Call the callbacks of this instant, and keep their errors for the step's end."""
         state, pending, self.pending = self.state, self.pending, []
         for name, said, paths in pending:
             callback = self.of(name)
@@ -98,14 +95,14 @@ class Callbacks(Recorder):
 
 
 class Steps(LiveState):
-    """These are the steps of a table that has its space alone, and the state that they change."""
+    """This makes the steps of a table that has its space alone, and keeps their state."""
 
     def __init__(
-        self, engine: ContactEngine, near: BroadPhase, max_dt: float, of: Of, **how: bool
+        self, engine: ContactEngine, near: BroadPhase, max_dt: float, table: object, **how: bool
     ) -> None:
         super().__init__(engine, near, max_dt, **how)
         self.walls = Walls(self)
-        self.callbacks = engine.recorder = Callbacks(self, of)
+        self.callbacks = engine.recorder = Callbacks(self, table)
         self._pymunk_step = self.space.step
         vars(self.space)["step"] = self.step_of_space
 
@@ -114,7 +111,7 @@ class Steps(LiveState):
         raise setting_error("alone", True, "the space is the table's own: call table.step(dt)")
 
     def catch_up(self) -> None:
-        """Follow what others have done to the balls: nobody else is here."""
+        """Do nothing: nothing else in this space can have moved the balls."""
 
     def refuse_in_step(self, call: str, value: object = "in a step") -> None:
         """Refuse a call that is for the time between two steps."""
@@ -139,7 +136,7 @@ class Steps(LiveState):
     def play(self, on_time: Callable[[float], object] | None, latest: float) -> None:
         """Step until everything rests, until ``latest``, or until nothing more may happen."""
         self.refuse_in_step("play")
-        engine, self.latest, self.wake = self.engine, latest, -math.inf  # Balls may be struck.
+        engine, self.latest, self.wake = self.engine, latest, -math.inf  # A strike may have come.
         while self.moving and self.time < latest:
             # Unless sensors touch, nothing is due in at least this many steps.
             is_bare = self.has_joints and not self.damped
@@ -173,19 +170,20 @@ class Steps(LiveState):
             self.phase = Phase.BETWEEN
 
     def answer(self, began: float) -> None:
-        """Answer the contacts and stops of the step that ``began`` then (s)."""
+        """Answer the contacts and stops of the step that ``began`` at this time (s)."""
         engine, near = self.engine, self.near
         if near.pairs or self.sent or engine.upcoming() <= self.time:
             self.walls.refuse_moved()
             engine.now, near.until = began, self.time
             near.foresee()
-            sent, self.sent = dict.fromkeys(self.sent), []
-            engine.predict([i for i in sent if self.balls[i].is_on_table])
+            if self.sent:
+                sent, self.sent = dict.fromkeys(self.sent), []
+                engine.predict([i for i in sent if self.balls[i].is_on_table])
             self._play_instants()
             for i in near.changed:
                 self.carry(self.balls[i])
             near.settle()
-        ahead = 0.0 if self.alone else self.max_dt  # Others see how a ball stops.
+        ahead = 0.0 if self.alone else self.max_dt  # Other bodies see how a ball stops.
         if self.time + ahead >= self.next_stop:
             self.stop_balls()
         self.wake = min(engine.upcoming(), self.next_stop - (1.0 + HAIR) * ahead)
@@ -194,7 +192,7 @@ class Steps(LiveState):
         """Play the instants of this step, and call the callbacks after each."""
         engine, callbacks, self.phase = self.engine, self.callbacks, Phase.ANSWERING
         try:
-            while engine.is_finite and not engine.is_over and engine.upcoming() <= self.time:
+            while engine.upcoming() <= self.time and engine.is_finite and not engine.is_over:
                 engine.next()
                 if self.near.gone:
                     self.take_out_gone()

@@ -15,6 +15,7 @@ from pool_pymunk.world.state import LiveState, Phase
 
 WALL = 0x57616C6C  # This is our own collision type.
 # This number of lines tells whether walls enclose a place; they are askew, as walls seldom are.
+# Within the walls all cross an odd number of them, except through gaps and obstacles.
 LINES, SKEW = 32, 0.37
 # A place is off the table if fewer lines than this share say that it is on it: beside an obstacle
 # up to half of them say the wrong thing, across from two gaps an eighth.
@@ -83,20 +84,15 @@ class Walls:
         return True
 
     def refuse_off_table(self, old: Vector, new: Vector) -> None:
-        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball.
-
-        The shape of a wall with sides of its own is not the wall, so such tables are not judged.
-        """
+        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
+        # The shape of a wall with sides of its own is not the wall: such tables are not judged.
         walls = [each for each in self.obstacles.values() if not each.wall.is_pocket]
         is_drawn = all(each.shape is not None for each in walls)
         if is_drawn and self._enclosed(old) > 0.5 and self._enclosed(new) < OFF:
             raise setting_error("position", list(new), "the ball would lie off the table")
 
     def _enclosed(self, place: Vector) -> float:
-        """Return which share of the straight lines from a place crosses an odd number of walls.
-
-        Of a place within the walls these are all, except for lines through gaps and obstacles.
-        """
+        """Return which share of the straight lines from a place crosses an odd number of walls."""
         shapes = [self._shapes[k] for k, each in self.obstacles.items() if not each.wall.is_pocket]
         corners = [abs(x) for shape in shapes for x in shape.bb] or [0.0]
         far = 4.0 * (max(corners) + abs(place[0]) + abs(place[1]))

@@ -142,14 +142,10 @@ class Answers:
             return refusal(400, f"ball = {shown(asked.ball)}: there is no such ball ({known})")
         scene, balls = self.scene, placed(self.scene.balls, state)
         others = {i: ball for i, ball in balls.items() if i != scene.index[asked.ball]}
-        before, found = (
-            list(
-                place_problems(
-                    some, scene.table, scene.pockets, units=scene.units, posts=scene.posts
-                )
-            )
-            for some in (others, balls)
-        )
+        there = (scene.table, scene.pockets)
+        more: dict[str, Any] = {"units": scene.units, "posts": scene.posts}
+        before = list(place_problems(others, *there, **more))
+        found = place_problems(balls, *there, **more)
         new = [one.message for one in found if one not in before]
         return refusal(400, *new[:MOST_LINES]) if new else _json({})
 
@@ -247,9 +243,9 @@ def _lines(error: ValidationError) -> Iterator[str]:
     for details in error.errors(include_url=False):
         key = ".".join(map(str, details["loc"])) or "question"
         missing = details["type"] == "missing"
-        value = "(left out)" if missing or details["loc"] == () else shown(details["input"])
+        value = "" if missing or details["loc"] == () else f" = {shown(details['input'])}"
         message = details["msg"].removeprefix("Input ")
-        yield f"{key} = {value}: {message[:1].lower()}{message[1:]}"
+        yield f"{key}{value}: {message[:1].lower()}{message[1:]}"
 
 
 def live_content(scene: Scene) -> dict[str, Any]:
@@ -273,7 +269,8 @@ def live_content(scene: Scene) -> dict[str, Any]:
             "roll": (shot.roll if shot else 0.0) if scene.surface.rolls else None,
             "top": top,
             "solvers": [
-                {"name": one.name, "about": one.about, "dt": one.dt, "steps": _steps(one)}
+                {"name": one.name, "about": one.about, "exact": one.exact}
+                | {"dt": one.dt, "steps": _steps(one)}
                 for one in SOLVERS.values()
                 if one.rolls or not scene.surface.rolls
             ],

@@ -85,10 +85,10 @@ class LiveServer:
 
     def run(self) -> None:
         """Serve until somebody stops it; Ctrl-C raises KeyboardInterrupt."""
-        self.page = document(live_content(self.scene), live=True)
         self.shots = Worker(self.scene, ANSWER_TIMEOUT)
         self.clouds = Worker(self.scene, ANSWER_TIMEOUT, compiles=True)
         try:
+            self.page = document(live_content(self.scene), live=True)
             self.server.run([self.socket])
         finally:
             with uninterrupted():

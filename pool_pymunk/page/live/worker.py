@@ -9,14 +9,16 @@ import threading
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 
-from pool_pymunk.model import Ball, Friction, Scene
+from pool_pymunk.fast import compiled, simulate_many
+from pool_pymunk.model import Scene
 from pool_pymunk.page.live.answers import Answers, Reply, refusal
 from pool_pymunk.safety.interrupts import block_sigint
 
 READY = "ready"
-BEGINNING = 20.0  # s; a process that has not begun after so long answers later
-# Ask for this as it begins, so that numba has compiled what a cloud needs before a player does.
-WARM_UP = b'{"position": [[0, 0]], "velocity": [[0, 0]], "ball": "1", "speed": 1, "angle": 0}'
+# s; a question waits as long for its turn, and for a process that begins: compiling the shots of a
+# scene with arcs took 103 s on two cores with a load of 8.
+WAIT = 300.0
+MOMENT = 1e-9  # s; numba compiles all that a scene's shots need for any shot, as short as this
 
 BUSY = refusal(503, "the server is busy with another shot: try again")
 BEGINS = refusal(503, "the server is getting ready: try again in some seconds")
@@ -45,11 +47,11 @@ class Worker:
 
     def ask(self, name: str, text: bytes) -> Reply:
         """Return the answer to a question, or say why there is none."""
-        if not self.turn.acquire(timeout=self.timeout + BEGINNING * (not self.is_ready)):
+        if not self.turn.acquire(timeout=WAIT):
             return BUSY
         try:
             if not self.is_ready:
-                if not self.pipe.poll(BEGINNING):
+                if not self.pipe.poll(WAIT):
                     return BEGINS
                 self.is_ready = self.pipe.recv() == READY
             self.pipe.send((name, text))
@@ -66,19 +68,17 @@ class Worker:
             self.turn.release()
 
     def _begin_anew(self) -> None:
-        self._kill()
+        self.process.kill()
+        self.process.join()
         self.pipe.close()
         if not self.is_over:
             self._begin()
 
-    def _kill(self) -> None:
-        self.process.kill()
-        self.process.join()
-
     def end(self) -> None:
         """End the process, whatever it does."""
         self.is_over = True
-        self._kill()
+        self.process.kill()
+        self.process.join()
 
 
 def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
@@ -86,9 +86,8 @@ def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     answers = Answers(scene)
-    if compiles:  # Play a cloud of one ball, so that numba compiles or loads what is compiled.
-        one = Scene((Ball("1", (0.0, 0.0), 0.1, 1.0),), friction=Friction(surface=0.1))
-        Answers(one).to("cloud", WARM_UP)
+    if compiles and compiled.is_there():
+        simulate_many(scene, max_time=MOMENT)
     pipe.send(READY)
     while True:
         try:

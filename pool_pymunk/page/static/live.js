@@ -5,12 +5,13 @@
 
 const FULL = 0.4; // of the width that is seen; a drag of this length is a full shot
 const PICKED = { mouse: 4, touch: 18 }; // pixels; a press takes a ball that is as near as this
-const ANSWER = 40_000; // ms; the page waits no longer than this for an answer,
-const AGAIN = 1000; // and this time before it asks for a cloud again
+const ANSWER = 310_000; // ms; the page waits no longer than this for an answer; the server waits 300 s
 const SOON = 250; // ms; an answer that takes longer is announced
+const PAUSE = 30; // ms; where the aim rests as long, the shot is asked for before it is shot
+const FRAME = 16; // ms; the first frame of a shot shows this time of it
 const POINT = [0.09, 0.6, 1.3]; // the radius of an end, in that of its ball; its bounds in pixels
 const EXACT = 1e-9; // m; ends that are nearer than this differ by rounding
-const say = (text) => byId("message").replaceChildren(text);
+const say = (text, id = "message") => byId(id).replaceChildren(text);
 const AIM = ["aim-ball", "aim-angle", "aim-speed", "aim-roll"]; // the fields
 const token = new URLSearchParams(location.search).get("token");
 
@@ -28,7 +29,7 @@ class Latest {
       const asked = this.next;
       this.next = null;
       const answer = await this.ask(asked);
-      if (!this.next && answer !== null) this.take(answer, asked);
+      if (!this.next) this.take(answer, asked);
     }
     this.busy = false;
   }
@@ -39,43 +40,45 @@ class LiveTable {
     const { table, content } = player;
     const { live, balls } = content;
     Object.assign(this, { player, table, content, balls, choices: live });
-    this.start = this.first = endOf(player);
+    this.start = endOf(player);
     this.before = []; // what undo goes back to: starts, each with the aim there
     this.aim = { ball: live.ball, speed: live.speed, angle: live.angle, roll: live.roll };
+    this.first = this.now();
     this.unit = content.units.speed[1];
     // `last` is the question of the shot that is shown, `track` the reference run of the aim.
     Object.assign(this, { last: null, track: null, drag: null, cloud: null, ghosts: true });
     this.aims = new Latest((one) => this.ask("aim", one), this.takeTrack.bind(this));
-    this.clouds = new Latest(this.askCloud.bind(this), this.takeCloud.bind(this));
+    this.clouds = new Latest((one) => this.ask("cloud", one), this.takeCloud.bind(this));
     player.keepsPlot = true;
-    table.under = () => this.drawCloud();
+    table.under = () => this.drawBelow();
     table.over = () => this.drawAim();
     this.tip = byId("frame").appendChild(element("p"));
     this.tip.id = "tip";
     this.fillChoices();
     this.listen();
-    this.rest();
-    this.wantCloud();
+    this.goTo(this.first);
   }
 
   // -- questions ------------------------------------------------------------------------------
 
   /** Ask the server; where there is no answer, say why and return null. */
   async ask(name, question) {
+    const place = name === "cloud" ? "cloud-text" : "message";
+    const slow = setTimeout(() => say("The server is at work \u2026", place), SOON);
     const headers = { "content-type": "application/json", "x-pool-token": token };
     const [body, signal] = [JSON.stringify(question), AbortSignal.timeout(ANSWER)];
     const asked = fetch(`/api/${name}`, { method: "POST", headers, body, signal });
     const reply = await asked.catch(() => null);
     const text = await reply?.text().catch(() => null);
+    clearTimeout(slow);
+    say("", place);
     if (typeof text !== "string") {
-      say("The server does not answer. The table stays as it is: try again when it runs.");
+      say("The server does not answer. The table stays as it is: try again when it runs.", place);
       return null;
     }
-    const comesLater = name === "cloud" && [503, 429].includes(reply.status);
-    if (comesLater) this.comesLater = true;
-    else say(reply.ok ? "" : problemsOf(text));
-    if (!reply.ok) return null;
-    return name === "save" ? text : JSON.parse(text);
+    if (reply.ok) return name === "save" ? text : JSON.parse(text);
+    say(problemsOf(text), place);
+    return null;
   }
 
   /** Return the question of the aimed shot. */
@@ -106,24 +109,56 @@ class LiveTable {
     else this.changeAim({});
   }
 
+  /** Ask for a shot, unless that has been done; what was refused is asked for again. */
+  async foresee(question) {
+    const text = JSON.stringify(question);
+    if (this.foreseen?.text !== text) this.foreseen = { text, answer: this.ask("shot", question) };
+    const content = await this.foreseen.answer;
+    if (!content) this.foreseen = null;
+    return content;
+  }
+
   /** Ask for a shot and play it; undo then goes back to where it came from, if that is said. */
   async playShot(question, ...from) {
     if (this.shooting) return;
     this.shooting = true;
-    const slow = setTimeout(() => say("The server plays the shot \u2026"), SOON);
-    const content = await this.ask("shot", question);
-    clearTimeout(slow);
+    const content = await this.foresee(question);
     this.shooting = false;
     if (!content) return;
     this.before.push(...from);
     Object.assign(this, { last: question, content, track: null });
     this.aims.next = null;
+    this.tellCost(content.shots[0].runs);
     this.player.load(content, this.ghosts);
     this.start = endOf(this.player);
-    this.tellCost();
     this.tellState();
     this.player.play();
+    this.player.before -= FRAME;
     this.wantCloud();
+  }
+
+  /** Say how far a ball ends from its exact end; a run that is exact itself has no ghost. */
+  tellCost(runs) {
+    const [run, exact = run] = runs;
+    const gaps = apart(run, exact, Math.max(run.duration, exact.duration));
+    const most = Math.max(...gaps);
+    const [name, unit] = this.content.units.length;
+    const ball = isolated(this.balls[gaps.indexOf(most)]?.id ?? "");
+    const cost = `Ball ${ball} ends ${+(most / unit).toPrecision(3)} ${name} from its exact end.`;
+    byId("cost").textContent = most < EXACT ? "Exact, except for rounding." : cost;
+    if (most < EXACT) runs.length = 1;
+  }
+
+  /** Say which balls can be put back, and whether there is something to undo. */
+  tellState() {
+    byId("undo").disabled = !this.before.length;
+    const buttons = this.start.off.map((id) => {
+      const i = this.balls.findIndex((ball) => ball.id === id);
+      const made = button(() => this.put(i, this.first.start.position[i]), shortened(id));
+      made.title = `Put ${isolated(id)} back to where the scenario has it`;
+      return made;
+    });
+    byId("off").replaceChildren("Put back: ", ...buttons.flatMap((one) => [one, " "]));
   }
 
   /** Show the balls where they lie, before a shot. */
@@ -135,18 +170,21 @@ class LiveTable {
     this.tellState();
   }
 
+  /** Go to a start, with the aim there. */
+  goTo({ start, aim }) {
+    this.start = start;
+    this.rest();
+    this.changeAim(aim);
+  }
+
   undo() {
     const from = this.before.pop();
-    if (!from) return;
-    this.start = from.start;
-    this.rest();
-    this.changeAim(from.aim);
+    if (from) this.goTo(from);
   }
 
   reset() {
     this.before.push(this.now());
-    this.start = this.first;
-    this.letBe();
+    this.goTo(this.first);
   }
 
   /** Aim no more: show the balls where they lie. */
@@ -169,10 +207,12 @@ class LiveTable {
 
   takeTrack(run, question) {
     if (this.last || this.shooting) return;
+    if (run) run.leaves = leavingTimes(run);
     this.track = run;
-    run.leaves = leavingTimes(run);
-    run.struck = this.balls.findIndex((ball) => ball.id === question.ball);
     this.player.draw();
+    const { exact, dt } = this.solver; // Others may take long, and the next aim would wait.
+    const isQuick = run && exact && dt === question.dt;
+    setTimeout(() => isQuick && this.track === run && this.foresee(question), PAUSE);
   }
 
   /** Return the speed and the angle of a drag from a ball to a point; null for none. */
@@ -211,8 +251,8 @@ class LiveTable {
     const moves = event.shiftKey || byId("move").ariaPressed === "true";
     const grip = [position[i][0] - x, position[i][1] - y];
     this.drag = { i, moves, grip, pointer: event.pointerId, aim: null, end: null };
-    this.player.held = true;
-    this.player.picked = null;
+    if (moves) this.track = null;
+    Object.assign(this.player, { held: true, picked: null });
     if (this.last) this.rest();
   }
 
@@ -252,11 +292,9 @@ class LiveTable {
       off: this.start.off.filter((other) => other !== id),
     };
     const from = this.now();
-    if (await this.ask("place", { ...start, ball: id })) {
-      this.before.push(from);
-      this.start = start;
-    }
-    this.letBe();
+    if (!(await this.ask("place", { ...start, ball: id }))) return this.letBe();
+    this.before.push(from);
+    this.goTo({ start, aim: {} });
   }
 
   // -- copy and save --------------------------------------------------------------------------
@@ -282,73 +320,33 @@ class LiveTable {
 
   /** Ask where the balls end if the player errs, in the shot that is shown or aimed. */
   wantCloud() {
-    const [angle, speed] = ["angle-error", "speed-error"].map((id) => byId(id).valueAsNumber);
-    byId("angle-error-text").textContent = `${angle}\u00b0`;
-    byId("speed-error-text").textContent = `${speed} %`;
-    this.errs = angle > 0 || speed > 0;
+    const boxed = (what) => byId(`${what}-error-box`).valueAsNumber || 0;
+    const [angle, speed] = ["angle", "speed"].map(boxed);
+    this.errs = angle !== 0 || speed !== 0;
     const { solver, dt, ...shot } = this.last ?? this.question();
     if (this.errs) this.clouds.want({ ...shot, angle_error: angle, speed_error: speed / 100 });
     else this.takeCloud(null);
   }
 
-  /** Ask for a cloud, again and again while the server is not ready for it. */
-  async askCloud(question) {
-    this.comesLater = false;
-    const cloud = await this.ask("cloud", question);
-    if (cloud || !this.comesLater || this.clouds.next) return cloud;
-    byId("cloud-text").textContent = "The server is getting ready for clouds \u2026";
-    await new Promise((done) => setTimeout(done, AGAIN));
-    this.clouds.next ??= question;
-    return null;
-  }
-
   takeCloud(cloud) {
-    this.cloud = this.errs ? cloud : null;
-    this.cloudGround = null;
+    const shown = [this.cloud, this.errs ? cloud : null];
+    [this.cloud, this.cloudGround] = [shown[1], null];
     const few = this.cloud?.samples < this.choices.samples;
     const why = cloud?.compiled ? " (these shots are hard)" : " (numba is not installed)";
-    byId("cloud-text").textContent = this.cloud
-      ? `${cloud.samples} ends${few ? why : ""}; the errors are standard deviations`
-      : "";
-    this.player.draw();
-  }
-
-  // -- what is said ---------------------------------------------------------------------------
-
-  /** Say what the solver and its step cost: how far a ball ends from its exact end. */
-  tellCost() {
-    const [run, exact] = this.player.shot.runs;
-    const gaps = exact ? apart(run, exact, Math.max(run.duration, exact.duration)) : [];
-    const most = Math.max(...gaps, 0);
-    const [name, unit] = this.content.units.length;
-    const ball = isolated(this.balls[gaps.indexOf(most)]?.id ?? "");
-    let cost = `Ball ${ball} ends ${+(most / unit).toPrecision(3)} ${name} from its exact end.`;
-    if (most < EXACT) cost = "Every ball ends where it exactly ends, except for rounding.";
-    byId("cost").textContent = exact ? cost : "This is the reference run.";
-  }
-
-  /** Say which balls can be put back, and whether there is something to undo. */
-  tellState() {
-    byId("undo").disabled = !this.before.length;
-    const buttons = this.start.off.map((id) => {
-      const i = this.balls.findIndex((ball) => ball.id === id);
-      const made = button(() => this.put(i, this.first.position[i]), shortened(id));
-      made.title = `Put ${isolated(id)} back to where the scenario has it`;
-      return made;
-    });
-    byId("off").replaceChildren("Put back: ", ...buttons.flatMap((one) => [one, " "]));
+    const ends = `${cloud?.samples} ends${few ? why : ""}; the errors are standard deviations`;
+    if (this.cloud || !this.errs) say(this.cloud ? ends : "", "cloud-text");
+    if (shown.some(Boolean)) this.player.draw();
   }
 
   // -- what is drawn --------------------------------------------------------------------------
 
-  /** Draw the aimed shot: an arrow, and the exact tracks up to the contact after the first hit. */
+  /** Draw the aimed shot as an arrow. */
   drawAim() {
     byId("off").hidden = !this.start.off.length || this.player.playing;
     this.tip.hidden = !this.drag?.aim;
-    if (this.last || this.drag?.moves || !(this.drag?.aim || this.track)) return;
+    if (!this.drag?.aim && !this.track) return;
     const { ball, speed, angle } = this.aim;
-    const { id, radius } = this.balls[ball];
-    if (this.start.off.includes(id)) return;
+    const { radius } = this.balls[ball];
     const turn = (angle * Math.PI) / 180;
     const [ux, uy] = [Math.cos(turn), Math.sin(turn)];
     const [x, y] = this.start.position[ball];
@@ -356,16 +354,14 @@ class LiveTable {
     this.table.pen.globalAlpha = 0.55;
     this.table.drawArrow(x, y, ux, uy, radius, tip);
     this.table.pen.globalAlpha = 1;
-    if (this.track) this.drawTrack(this.track);
     const fast = +(speed / this.unit).toPrecision(6);
     this.tip.textContent = `${fast} ${this.content.units.speed[0]} at ${angle.toFixed(1)}\u00b0`;
-    this.table.putBeside(this.tip, x + tip * ux, y + tip * uy, ux < 0);
   }
 
-  /** Draw the tracks of the struck ball and of the ball that it hits first, dashed. */
-  drawTrack(run) {
+  /** Draw exactly what the struck ball and the one that it hits first do, up to the contact after
+   * that: tracks, dashed, and a ring where they meet. */
+  drawTrack(run, struck) {
     const { table } = this;
-    const { struck } = run;
     const hit = run.events.find((e) => e.kind === "ball-ball" && e.balls.includes(struck));
     const both = hit?.balls ?? [struck];
     const ends = (e) => e.t > hit?.t && isMarked(e) && e.balls.some((i) => both.includes(i));
@@ -383,8 +379,9 @@ class LiveTable {
     table.ring(x, y, 0.94 * radius, 0.12 * radius, table.style.flash, 1);
   }
 
-  /** Draw the cloud below the balls; it is drawn once for each ground of the table. */
-  drawCloud() {
+  /** Draw below the balls: the aim's tracks, and the cloud, once for each ground of the table. */
+  drawBelow() {
+    if (this.track) this.drawTrack(this.track, this.aim.ball);
     if (!this.cloud || this.drag?.moves) return;
     if (this.cloudGround !== this.table.ground) this.cloudLayer = this.drawEnds();
     this.cloudGround = this.table.ground;
@@ -418,11 +415,10 @@ class LiveTable {
 
   fillChoices() {
     const { solvers, laws, law, roll } = this.choices;
-    const same = (name) => [name, name];
-    const names = solvers.map((one) => same(one.name));
+    const [names, named] = [solvers.map((one) => one.name), (name) => [name, name]];
     const ids = this.balls.map((ball, i) => [i, ball.id]);
-    fill("solver", names);
-    fill("law", laws.map(same), law);
+    fill("solver", names.map(named));
+    fill("law", laws.map(named), law);
     fill("aim-ball", ids);
     byId("roll").hidden = roll === null;
     this.writeAim();
@@ -433,6 +429,7 @@ class LiveTable {
   /** Offer the steps of the solver. */
   fillSteps() {
     const solver = this.choices.solvers.find((one) => one.name === byId("solver").value);
+    this.solver = solver;
     fill("step", solver.steps, solver.dt);
     byId("step-label").hidden = !solver.steps.length;
     byId("solver").title = solver.about;
@@ -465,7 +462,16 @@ class LiveTable {
     on("table", "pointercancel", () => this.drag && this.letBe());
     for (const id of AIM) on(id, "change", () => this.typed());
     on("roll-slider", "input", (event) => this.changeAim({ roll: event.target.valueAsNumber }));
-    for (const id of ["angle-error", "speed-error"]) on(id, "input", () => this.wantCloud());
+    on("errors", "input", ({ target }) => {
+      const isBox = target.type === "number"; // It and the slider before it follow each other.
+      const other = isBox ? target.previousElementSibling : target.nextElementSibling;
+      other.value = target.valueAsNumber || 0;
+      this.wantCloud();
+    });
+    on("panel", "keydown", (event) => {
+      const slides = event.target.type === "range" && /^(Arrow|Page|Home|End)/.test(event.key);
+      if (slides) event.stopPropagation();
+    });
     on("solver", "change", () => this.fillSteps());
     for (const id of ["solver", "step", "law"]) on(id, "change", () => this.again());
     on("ghost", "change", () => {
@@ -489,7 +495,7 @@ class LiveTable {
       r: () => this.reset(),
       m: () => byId("move").click(),
       Escape: () => this.letBe(),
-      Enter: !event.target.closest("button") && (() => this.shoot()),
+      Enter: !event.target.closest("button, #errors") && (() => this.shoot()),
     });
     if (!action || event.target.closest("select")) return;
     if (event.target.matches("input[type=number]")) this.typed();
@@ -511,11 +517,11 @@ function endOf({ run, content }) {
 }
 
 /** Return a run in which nothing happens. */
-function resting({ position, velocity, off }, balls) {
+function resting({ position, velocity, off: ids }, balls) {
   const breakpoints = position.map((place, i) => [[0, ...place, ...velocity[i], 0, 0]]);
-  const gone = off.map((id) => balls.findIndex((ball) => ball.id === id));
+  const off = ids.map((id) => balls.findIndex((ball) => ball.id === id));
   const nothing = { solver: "", label: "", message: "", warnings: [], events: [] };
-  return { ...nothing, duration: 0, off: gone, knots: breakpoints };
+  return { ...nothing, duration: 0, off, knots: breakpoints };
 }
 
 /** Return what a refusal says, one line a problem. */

@@ -60,6 +60,13 @@ function apart(run, other, t) {
   return statesAt(run, t).map(({ x, y }, i) => Math.hypot(x - there[i].x, y - there[i].y));
 }
 
+/** Return the kinetic energy (J) of all balls at the time t, with that of the roll where they roll. */
+function energyAt(run, t) {
+  return statesAt(run, t).reduce((sum, { vx, vy, wx, wy }, i) => {
+    return sum + (run.masses[i] / 2) * (vx * vx + vy * vy + run.gyration * (wx * wx + wy * wy));
+  }, 0);
+}
+
 /** Return the time at which each ball left the table: Infinity for one that stays on it. */
 function leavingTimes(run) {
   const times = run.knots.map((_, i) => (run.off.includes(i) ? -Infinity : Infinity));

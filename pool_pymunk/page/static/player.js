@@ -4,22 +4,22 @@
 const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
 const MOST_EVENTS = 2000; // No more events than these are listed.
 const NUDGE = 0.01; // s on the screen, or this share of a short run: the step of the keys , and .
-const DIGITS = 4; // The clock shows at least this number of digits of a run's duration,
-const DECIMALS = [3, 15]; // and no fewer and no more decimals than these.
 const LOWEST = 140; // pixels; a table that is higher than wide is at least as high as this
+const KEPT = 170; // pixels; a live table keeps this room for plots, and for the words above them
 const byId = (id) => document.getElementById(id);
 const on = (id, kind, action) => byId(id).addEventListener(kind, action);
 
 class Player {
   constructor(content) {
     this.table = new TableView(byId("table"));
-    this.plot = new DistancePlot(byId("plot"));
+    this.plots = [new Plot(byId("energy-plot")), new Plot(byId("plot"))];
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.dark = this.scheme.matches;
-    // `frame` is the animation's next one, and `picked` the ball of which there is more to know.
+    // `frame` is the animation's next one, `picked` the ball of which there is more to know,
+    // `opened` a list that the pointer has opened. A live table holds a ball, so nothing is picked,
+    // and keeps its size where there is no plot.
     Object.assign(this, { speed: 1, time: 0, playing: false, frame: 0, picked: null });
-    this.held = false; // A live table holds a ball, so nothing is picked,
-    this.keepsPlot = false; // and keeps its size where there is no ghost.
+    Object.assign(this, { opened: null, held: false, keepsPlot: false });
     this.load(content);
     this.listen();
     new ResizeObserver(() => this.resize()).observe(byId("stage"));
@@ -29,13 +29,19 @@ class Player {
 
   /** Show a content: a scene, and runs of its shots, at first beside a ghost if there is one. */
   load(content, ghosts = true) {
-    Object.assign(this, { content, ghosts });
-    for (const run of content.shots.flatMap((shot) => shot.runs)) ready(run);
+    Object.assign(this, { content, beside: ghosts ? 1 : 0 });
+    for (const run of content.shots.flatMap((shot) => shot.runs)) {
+      const finite = (row) => row.map((value) => value ?? NaN); // Infinite numbers came as null.
+      run.knots = run.knots.map((rows) => rows.map(finite));
+      run.leaves = leavingTimes(run);
+    }
     byId("title").textContent = content.title;
     const names = content.shots.map((shot, k) => [k, `${k + 1}: ${shot.name}`]);
     fill("shot", names);
-    byId("shot-label").hidden = content.shots.length < 2;
-    byId("bar").hidden = byId("events").hidden = !content.shots.some((shot) => shot.runs[0].solver);
+    this.names = content.balls.map(({ id }) => isolated(id));
+    byId("shot-label").hidden = byId("shot-keys").hidden = content.shots.length < 2;
+    const still = !content.shots.some((shot) => shot.runs[0].solver);
+    byId("bar").hidden = byId("events").hidden = byId("plots").hidden = still;
     this.choose(0);
   }
 
@@ -46,27 +52,25 @@ class Player {
     this.run = this.shot.runs[0];
     byId("shot").value = k;
     const others = this.shot.runs.map((run, n) => [n, run.label]).slice(1);
-    fill("ghost", [[0, "nothing"], ...others], others.length && this.ghosts ? 1 : 0);
+    fill("ghost", [[0, "nothing"], ...others], Math.min(this.beside, others.length));
     byId("ghost-label").hidden = !others.length;
-    byId("setting").textContent = [isolated(this.shot.name), this.run.label, this.run.message]
-      .filter(Boolean)
-      .join("\u2002\u00b7\u2002");
+    const said = [isolated(this.shot.name), this.run.setting];
+    byId("setting").textContent = said.filter(Boolean).join("\u2002\u00b7\u2002");
     byId("warnings").replaceChildren(...this.run.warnings.map((text) => element("li", text)));
     this.listEvents();
     this.compare();
-    this.seek(0);
+    this.jump(0);
   }
 
   /** Show the run that was chosen to compare with, or none. */
   compare() {
-    const n = Number(byId("ghost").value);
-    this.ghost = n ? this.shot.runs[n] : null;
+    this.beside = Number(byId("ghost").value);
+    this.ghost = this.beside ? this.shot.runs[this.beside] : null;
     this.duration = Math.max(this.run.duration, this.ghost?.duration ?? 0);
     byId("time").max = this.duration || 1;
     this.time = Math.min(this.time, this.duration);
     byId("apart").hidden = !this.ghost;
-    byId("apart-text").textContent =
-      `How far every ball is from itself by ${this.ghost?.label} (its ghost)`;
+    byId("apart-text").textContent = `Distance from the ghost: ${this.ghost?.label}`;
     this.dress(this.dark);
   }
 
@@ -78,42 +82,54 @@ class Player {
     for (const name of ["page", "ink", "faint"]) page.setProperty(`--${name}`, this.style[name]);
     page.colorScheme = dark ? "dark" : "light";
     this.table.show(this.content, this.style);
-    if (this.ghost) this.plot.show(this.content, this.style, this.run, this.ghost, this.duration);
+    if (this.run.solver) this.showPlots();
     this.resize();
   }
 
+  /** Show the energies, and how far every ball is from its ghost. */
+  showPlots() {
+    const { run, ghost, duration, style } = this;
+    const { balls, units, look } = this.content;
+    const [energies, gaps] = this.plots;
+    const curves = [energyCurve(run, duration, style.ink, style.page)];
+    if (ghost) curves.unshift(energyCurve(ghost, duration, style.faint, style.page));
+    energies.show(curves, "J", duration, style);
+    byId("energy-text").textContent = run.gyration ? ", with that of rolling:" : ":";
+    if (!ghost) return;
+    const [name, unit] = units.length;
+    const all = distanceCurves(run, ghost, duration, balls, unit);
+    gaps.show(all, name, duration, style, look);
+    const apart = all.filter(({ points }) => points.some(([, gap]) => gap > 0));
+    const keys = apart.length ? apart.map(keyOf) : ["(none, to the last digit)"];
+    byId("apart-legend").replaceChildren(...keys.slice(0, CROWD));
+  }
+
   listEvents() {
-    const shown = this.run.events.slice(0, MOST_EVENTS);
-    const decimals = this.decimals(this.run.duration) + 1;
-    const last = `${(shown.at(-1)?.t ?? 0).toFixed(decimals)} s`;
+    const { events, duration, message } = this.run;
+    const shown = events.slice(0, MOST_EVENTS);
+    const unlisted = events.length - shown.length;
+    const more = unlisted ? `${unlisted} more events are not listed. ` : "";
+    shown.push({ t: duration, says: more + message });
+    const decimals = (this.run.decimals ?? 0) + 1;
+    const last = `${duration.toFixed(decimals)} s`;
     byId("events").style.setProperty("--letters", last.length);
     this.rows = shown.map((event) => {
-      const parts = [`${event.t.toFixed(decimals)} s`, this.words(event)];
+      const parts = [`${event.t.toFixed(decimals)} s`, event.says ?? this.words(event)];
       const row = button(() => this.jump(event.t), ...parts.map((text) => element("span", text)));
       row.classList.toggle("quiet", !isMarked(event));
       return row;
     });
-    const items = this.rows.map((row) => element("li", row));
-    const unlisted = this.run.events.length - shown.length;
-    if (unlisted) items.push(element("li", `${unlisted} more events are not listed.`));
-    byId("events").replaceChildren(...items);
+    this.rows.times = shown.map((event) => event.t);
+    byId("events").replaceChildren(...this.rows.map((row) => element("li", row)));
   }
 
   /** Say in words what happens. */
-  words(event) {
-    const [a, b] = event.balls.map((i) => this.name(i));
-    const words = {
-      "ball-ball": `meets ${b}`,
-      "ball-cushion": `meets cushion ${event.cushion}`,
-      pocket: `falls into ${isolated(event.pocket ?? "")}`,
-      roll: "begins to roll",
-    };
-    return `${a} ${words[event.kind] ?? "stops"}`;
-  }
-
-  /** Return the name of a ball as it may stand between words. */
-  name(i) {
-    return isolated(this.content.balls[i].id);
+  words({ kind, balls, side, pocket }) {
+    const [a, b] = balls.map((i) => this.names[i]);
+    if (kind === "ball-ball") return `${a} meets ${b}`;
+    if (kind === "ball-cushion") return `${a} meets ${side}`;
+    if (kind === "pocket") return `${a} falls into ${isolated(pocket)}`;
+    return `${a} ${kind === "roll" ? "begins to roll" : "stops"}`;
   }
 
   // -- time -----------------------------------------------------------------------------------
@@ -121,62 +137,39 @@ class Player {
   play() {
     if (this.playing || !this.duration) return;
     if (this.time >= this.duration) this.time = 0;
-    this.playing = true;
     this.before = performance.now();
-    this.mark();
-    this.frame = requestAnimationFrame((now) => this.tick(now));
+    this.mark(true);
   }
 
   pause() {
-    this.playing = false;
     cancelAnimationFrame(this.frame);
-    this.mark();
+    this.mark(false);
   }
 
+  /** Go on by the time that has passed since the last frame (ms). */
   tick(now) {
     const passed = Math.max(now - this.before, 0) / 1000;
     this.before = now;
     this.time = Math.min(this.time + passed * this.speed, this.duration);
-    if (this.time >= this.duration) this.pause();
+    this.mark(this.time < this.duration);
     this.draw();
-    if (this.playing) this.frame = requestAnimationFrame((next) => this.tick(next));
-  }
-
-  seek(t) {
-    this.time = Math.min(Math.max(t, 0), this.duration);
-    this.draw();
-  }
-
-  /** Go by a little: a hundredth of a second on the screen, or of a run that is shorter than 1 s. */
-  nudge(sign) {
-    this.jump(this.time + sign * NUDGE * Math.min(this.duration, 1) * this.speed);
-  }
-
-  /** Return how many decimals the times of a run so long have. */
-  decimals(duration) {
-    const needed = DIGITS - 1 - Math.floor(Math.log10(duration || 1));
-    return Math.min(Math.max(needed, DECIMALS[0]), DECIMALS[1]);
   }
 
   /** Stop at a time. */
   jump(t) {
     this.pause();
-    this.seek(t);
+    this.time = Math.min(Math.max(t, 0), this.duration);
+    this.draw();
   }
 
   /** Go to the contact before or after: to the start or to the end where there is none. */
   step(sign) {
     const times = this.run.events.filter(isMarked).map((event) => event.t);
-    const next = times.find((t) => t > this.time) ?? this.duration;
-    const last = times.findLast((t) => t < this.time) ?? 0;
-    this.jump(sign > 0 ? next : last);
+    if (sign > 0) this.jump(times.find((t) => t > this.time) ?? this.duration);
+    else this.jump(times.findLast((t) => t < this.time) ?? 0);
   }
 
-  faster(sign) {
-    this.setSpeed(SPEEDS[SPEEDS.indexOf(this.speed) + sign] ?? this.speed);
-  }
-
-  setSpeed(speed) {
+  setSpeed(speed = this.speed) {
     this.speed = byId("speed").value = speed;
     this.draw();
   }
@@ -184,11 +177,13 @@ class Player {
   // -- the page -------------------------------------------------------------------------------
 
   resize() {
-    const width = byId("stage").clientWidth;
-    const others = byId("stage").getBoundingClientRect().top + byId("bar").offsetHeight + 24;
-    const plot = this.ghost || this.keepsPlot ? 160 : 0;
-    this.table.fit(width, Math.max(window.innerHeight - others - plot, LOWEST));
-    if (this.ghost) this.plot.fit(width, plot - 24);
+    const [bar, plots, table] = ["bar", "plots", "table"].map(byId);
+    for (const plot of this.plots) plot.fit();
+    const wide = matchMedia("(min-width: 60rem)").matches; // In a narrow window, plots are scrolled to.
+    const last = wide && !plots.hidden && !this.keepsPlot ? plots : bar;
+    const kept = wide && this.keepsPlot ? KEPT : 0;
+    const others = last.offsetTop + last.offsetHeight - table.offsetHeight + kept + 12;
+    this.table.fit(byId("stage").clientWidth, Math.max(window.innerHeight - others, LOWEST));
     this.drawTicks();
     this.draw();
   }
@@ -196,17 +191,24 @@ class Player {
   draw() {
     const { run, ghost, time: t, speed: pace, picked } = this;
     this.table.draw({ run, ghost, t, pace, picked, trails: byId("trails").checked });
-    if (ghost) this.plot.draw(t);
+    this.plots[0].draw(t);
+    this.plots[1].draw(t, picked);
+    const joules = (one) => `${energyAt(one, t).toPrecision(4)} J`;
+    const its = ghost ? ` (ghost: ${joules(ghost)})` : "";
+    byId("energy").textContent = run.solver && joules(run) + its;
     byId("time").value = t;
-    const decimals = this.decimals(this.duration) + (pace < 0.1 ? 1 : 0);
+    const decimals = (run.decimals ?? 3) + (pace < 0.1 ? 1 : 0);
     byId("clock").textContent = `${t.toFixed(decimals)} s`;
     this.markEvents();
     this.tell();
   }
 
-  mark() {
-    byId("play").textContent = this.playing ? "\u275A\u275A" : "\u25B6\uFE0E";
-    byId("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
+  /** Go on with the next frame, or stop; the button says which. */
+  mark(playing) {
+    this.playing = playing;
+    if (playing) this.frame = requestAnimationFrame((now) => this.tick(now));
+    byId("play").textContent = playing ? "\u275A\u275A" : "\u25B6\uFE0E";
+    byId("play").ariaLabel = playing ? "Pause" : "Play";
   }
 
   /** Mark the contacts on the rail of time; the slider's knob is 16 pixels wide. */
@@ -214,18 +216,17 @@ class Player {
     const canvas = byId("ticks");
     const ratio = setSize(canvas, byId("rail").clientWidth, canvas.clientHeight);
     const pen = canvas.getContext("2d");
-    const room = canvas.width - 16 * ratio;
     for (const event of this.run.events.filter(isMarked)) {
       const top = event.kind === "ball-cushion" ? 0.45 * canvas.height : 0;
       pen.fillStyle = event.pocket ? "#d55e00" : this.style.ink;
-      const x = 8 * ratio + (event.t / (this.duration || 1)) * room;
+      const x = 8 * ratio + (event.t / (this.duration || 1)) * (canvas.width - 16 * ratio);
       pen.fillRect(x - ratio / 2, top, ratio, canvas.height - top);
     }
   }
 
   /** Mark what has happened in the list, and keep it in sight. */
   markEvents() {
-    const count = this.run.events.slice(0, MOST_EVENTS).filter((e) => e.t <= this.time).length;
+    const count = this.rows.times.filter((t) => t <= this.time).length;
     if (count === this.rows.marked) return;
     this.rows.marked = count;
     this.rows.forEach((row, k) => {
@@ -234,15 +235,15 @@ class Player {
     });
     const list = byId("events");
     const row = this.rows[Math.max(count - 1, 0)];
-    if (row) list.scrollTop = row.offsetTop - list.offsetTop - list.clientHeight / 2;
+    list.scrollTop = row.offsetTop - list.offsetTop - list.clientHeight / 2;
     this.tellPocketed();
   }
 
   /** Say which balls are off the table. */
   tellPocketed() {
     const fallen = this.run.events.filter((e) => e.pocket && e.t <= this.time);
-    const names = fallen.map((e) => `${this.name(e.balls[0])} (${isolated(e.pocket)})`);
-    names.unshift(...this.run.off.map((i) => this.name(i)));
+    const names = this.run.off.map((i) => this.names[i]);
+    names.push(...fallen.map((e) => `${this.names[e.balls[0]]} (${isolated(e.pocket)})`));
     byId("pocketed").hidden = !names.length;
     byId("pocketed").textContent = `Off the table: ${names.join(", ")}`;
   }
@@ -252,22 +253,26 @@ class Player {
     const box = byId("ball");
     box.hidden = this.picked === null;
     if (box.hidden) return;
-    const { x, y, vx, vy } = stateAt(this.run, this.picked, this.time);
+    const { x, y, vx, vy, wx, wy } = stateAt(this.run, this.picked, this.time);
     const { length, speed } = this.content.units;
     const round = (value, [name, unit]) => `${(value / unit).toFixed(3)} ${name}`;
-    const angle = ((Math.atan2(vy, vx) * 180) / Math.PI).toFixed(1);
-    const fast = Math.hypot(vx, vy);
-    const moves = fast ? `${round(fast, speed)} at ${angle}\u00b0` : "at rest";
+    const motion = (x, y) => {
+      const angle = ((Math.atan2(y, x) * 180) / Math.PI).toFixed(1);
+      return `${round(Math.hypot(x, y), speed)} at ${angle}\u00b0`;
+    };
     const name = isolated(shortened(this.content.balls[this.picked].id));
-    box.textContent = `${name}: ${moves}\n${round(x, length)}, ${round(y, length)}`;
+    const moves = Math.hypot(vx, vy, wx, wy) ? motion(vx, vy) : "at rest";
+    const roll = vx === wx && vy === wy ? "" : `\nslides; its roll: ${motion(wx, wy)}`;
+    box.textContent = `${name}: ${moves}${roll}\n${round(x, length)}, ${round(y, length)}`;
     this.table.putBeside(box, x, y);
   }
 
   /** Pick the ball under the pointer, or the nearest one within this distance (pixels). */
   pick(event, within) {
     if (this.held) return;
-    const places = placesOf(statesAt(this.run, this.time));
-    this.picked = this.table.nearest(event, places, within);
+    const { run, time } = this;
+    const place = ({ x, y }, i) => (time < run.leaves[i] ? [x, y] : [Infinity, 0]);
+    this.picked = this.table.nearest(event, statesAt(run, time).map(place), within);
     if (!this.playing) this.draw();
   }
 
@@ -283,33 +288,39 @@ class Player {
     on("ghost", "change", () => this.compare());
     on("trails", "change", () => this.draw());
     on("theme", "click", () => this.dress(!this.dark));
-    on("plot", "pointerdown", (event) => this.jump(this.plot.time(event)));
+    for (const plot of this.plots) {
+      plot.canvas.addEventListener("pointerdown", (event) => this.jump(plot.time(event)));
+    }
     on("table", "pointermove", (event) => event.pointerType === "mouse" && this.pick(event, 2));
     on("table", "pointerdown", (event) => this.pick(event, event.pointerType === "mouse" ? 2 : 16));
-    on("table", "pointerleave", (event) => {
-      if (event.pointerType === "mouse") this.picked = null;
-      this.draw();
+    on("table", "pointerleave", (event) => event.pointerType === "mouse" && this.pick(event, -1e9));
+    document.addEventListener("pointerdown", ({ target }) => {
+      this.opened = target.closest("select");
     });
+    document.addEventListener("change", ({ target }) => target === this.opened && target.blur());
     document.addEventListener("keydown", (event) => this.key(event));
     window.addEventListener("resize", () => this.resize());
     this.scheme.addEventListener("change", () => this.dress(this.scheme.matches));
   }
 
   key(event) {
+    this.opened = null;
     if (event.target.closest("select, input:not([type=range]):not([type=checkbox])")) return;
     const pressed = event.target.closest("button, input[type=checkbox]");
     const k = Number(event.key) - 1;
+    const nudge = NUDGE * Math.min(this.duration, 1) * this.speed;
+    const faster = (sign) => this.setSpeed(SPEEDS[SPEEDS.indexOf(this.speed) + sign]);
     const action = actionOf(event, {
       " ": !pressed && (() => byId("play").click()),
       ArrowLeft: () => this.step(-1),
       ArrowRight: () => this.step(1),
-      ",": () => this.nudge(-1),
-      ".": () => this.nudge(1),
+      ",": () => this.jump(this.time - nudge),
+      ".": () => this.jump(this.time + nudge),
       Home: () => this.jump(0),
       End: () => this.jump(this.duration),
-      "+": () => this.faster(1),
-      "=": () => this.faster(1),
-      "-": () => this.faster(-1),
+      "+": () => faster(1),
+      "=": () => faster(1),
+      "-": () => faster(-1),
       t: () => byId("trails").click(),
       d: () => byId("theme").click(),
       [k >= 0 && k < this.content.shots.length && event.key]: () => this.choose(k),
@@ -345,6 +356,13 @@ function button(action, ...inside) {
   return made;
 }
 
+/** Return what a legend says of a curve. */
+function keyOf({ name, color, halo }) {
+  const dot = element("i");
+  Object.assign(dot.style, { backgroundColor: color, borderColor: halo });
+  return element("span", dot, isolated(shortened(name)));
+}
+
 /** Offer choices [value, text] in a list, of which one is chosen. */
 function fill(id, choices, chosen = choices[0]?.[0]) {
   byId(id).replaceChildren(...choices.map(([value, text]) => new Option(text, value)));
@@ -355,10 +373,4 @@ function fill(id, choices, chosen = choices[0]?.[0]) {
 function isolated(id) {
   const plain = /^[ -~\u00a0-\u058f]*$/.test(id); // letters that run from left to right
   return plain ? id : `\u2068${id.replace(/[\u2066-\u2069]/g, "")}\u2069`;
-}
-
-/** Make a run ready to be shown: numbers that are not finite came as null. */
-function ready(run) {
-  run.knots = run.knots.map((rows) => rows.map((row) => row.map((value) => value ?? NaN)));
-  run.leaves = leavingTimes(run);
 }

@@ -1,39 +1,51 @@
-/* How far two runs of one shot are apart, ball by ball, against time. */
+/* Curves against time: kinetic energies, and how far two runs of one shot are apart. */
 
 const SAMPLES = 400;
+const HEIGHT = 110; // pixels
+const evenTimes = (end) => Array.from({ length: SAMPLES }, (_, k) => (k / (SAMPLES - 1)) * end);
 
-class DistancePlot {
+/** Return the kinetic energy of a run (J) as a curve: just before and after each breakpoint, too. */
+function energyCurve(run, duration, color, halo) {
+  const breaks = new Set(run.knots.flat().map(([t]) => t));
+  const both = [...breaks].flatMap((t) => [t * (1 - Number.EPSILON), t]);
+  const times = [...evenTimes(duration), ...both].sort((a, b) => a - b);
+  return { color, halo, points: times.map((t) => [t, energyAt(run, t)]) };
+}
+
+/** Return how far each ball is from itself in another run, as a curve in this unit (m). */
+function distanceCurves(run, other, duration, balls, unit) {
+  const times = evenTimes(duration);
+  const gaps = times.map((t) => apart(run, other, t));
+  return balls.map(({ id, color, halo }, i) => {
+    return { name: id, color, halo, points: times.map((t, k) => [t, gaps[k][i] / unit]) };
+  });
+}
+
+class Plot {
   constructor(canvas) {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
+    this.curves = [];
   }
 
-  /** Work out the distances of the runs from each other, and the scale of the axis. */
-  show(content, style, run, ghost, duration) {
-    Object.assign(this, { content, style, duration: duration || 1 });
-    const times = Array.from({ length: SAMPLES }, (_, k) => (k * this.duration) / (SAMPLES - 1));
-    const unit = content.units.length[1];
-    const gaps = times.map((t) => apart(run, ghost, t).map((gap) => gap / unit));
-    this.curves = content.balls.map(({ color }, i) => {
-      return { color, points: times.map((t, k) => [t, gaps[k][i]]) };
-    });
-    const { wide_range, decades } = content.look;
-    const seen = gaps.flat().filter((d) => d > 0 && Number.isFinite(d));
-    seen.sort((a, b) => a - b);
-    const most = seen.at(-1) ?? 0;
-    const least = Math.max(seen[0], decades * most);
-    this.same = most === 0;
-    this.log = !this.same && most / least > wide_range;
+  /** Take curves {color, halo, points [t, value]}; a look allows a logarithmic axis. */
+  show(curves, unit, duration, style, look = null) {
+    Object.assign(this, { curves, unit, style, duration: duration || 1 });
+    const values = curves.flatMap(({ points }) => points.map(([, value]) => value));
+    const seen = values.filter((value) => value > 0 && Number.isFinite(value));
+    const [low, most] = seen.reduce(([a, b], d) => [Math.min(a, d), Math.max(b, d)], [Infinity, 0]);
+    const least = Math.max(low, (look?.decades ?? 0) * most);
+    this.log = look !== null && most / least > look.wide_range;
     this.low = this.log ? 10 ** Math.floor(Math.log10(least)) : 0;
     this.high = this.log ? 2 * most : 1.1 * (most || 1);
   }
 
-  fit(width, height) {
-    this.ratio = setSize(this.canvas, width, height);
+  fit() {
+    this.ratio = setSize(this.canvas, this.canvas.parentElement.clientWidth, HEIGHT);
     this.left = 58 * this.ratio;
     this.right = this.canvas.width - 12 * this.ratio;
-    this.top = 10 * this.ratio;
-    this.foot = this.canvas.height - 24 * this.ratio;
+    this.top = 8 * this.ratio;
+    this.foot = this.canvas.height - 20 * this.ratio;
   }
 
   /** Return the time under the pointer. */
@@ -47,50 +59,51 @@ class DistancePlot {
     return this.left + (t / this.duration) * (this.right - this.left);
   }
 
-  y(d) {
+  y(value) {
     const share = this.log
-      ? Math.log(Math.max(d, this.low) / this.low) / Math.log(this.high / this.low)
-      : d / this.high;
+      ? Math.log(Math.max(value, this.low) / this.low) / Math.log(this.high / this.low)
+      : value / this.high;
     return this.foot - share * (this.foot - this.top);
   }
 
-  /** Draw the curves; they are faint from the time t on. */
-  draw(t) {
+  /** Draw the curves, faint from the time t on; beside a picked one, the others are faint. */
+  draw(t, picked = null) {
     const { pen, style, ratio, top } = this;
+    if (!this.curves.length) return;
     const [now, height] = [this.x(t), this.foot - top];
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     this.drawAxes();
-    for (const { color, points } of this.same ? [] : this.curves) {
-      strokeOver(pen, this.curve(points), [style.faint, 3.2 * ratio], [color, 2 * ratio]);
-    }
-    Object.assign(pen, { fillStyle: style.page, globalAlpha: 0.7 });
-    pen.fillRect(now, top - ratio, this.right - now + ratio, height);
+    this.curves.forEach(({ color, halo, points }, k) => {
+      pen.globalAlpha = (picked ?? k) === k ? 1 : 0.2;
+      strokeOver(pen, this.curve(points), [halo, 4 * ratio], [color, 2 * ratio]);
+    });
+    Object.assign(pen, { fillStyle: style.page, globalAlpha: 0.6 });
+    pen.fillRect(now, top - ratio, this.right - now + ratio, height + 3 * ratio);
     Object.assign(pen, { fillStyle: style.ink, globalAlpha: 1 });
     pen.fillRect(now - ratio, top, 2 * ratio, height);
   }
 
-  /** Return a curve; where the distance is 0 a logarithmic axis has no place. */
+  /** Return a curve; where a value is 0 a logarithmic axis has no place. */
   curve(points) {
     const path = new Path2D();
-    let open = false;
-    for (const [t, d] of points) {
-      const there = Number.isFinite(d) && (d > 0 || !this.log);
-      if (there) path[open ? "lineTo" : "moveTo"](this.x(t), this.y(d));
-      open = there;
+    let line = "moveTo";
+    for (const [t, value] of points) {
+      const there = Number.isFinite(value) && (value > 0 || !this.log);
+      if (there) path[line](this.x(t), this.y(value));
+      line = there ? "lineTo" : "moveTo";
     }
     return path;
   }
 
   drawAxes() {
-    const { pen, style, ratio } = this;
-    const [unit] = this.content.units.length;
+    const { pen, style, ratio, unit } = this;
     const write = (text, x, y, textAlign, textBaseline = "middle") => {
       Object.assign(pen, { textAlign, textBaseline });
       pen.fillText(text, x, y);
     };
     Object.assign(pen, { fillStyle: style.ink, strokeStyle: style.faint, lineWidth: ratio });
     pen.font = `${11 * ratio}px ${FONT}`;
-    (this.same ? [] : this.marks()).forEach((d, k, marks) => {
+    this.marks().forEach((d, k, marks) => {
       pen.globalAlpha = 0.4;
       pen.stroke(new Path2D(`M ${this.left} ${this.y(d)} H ${this.right}`));
       pen.globalAlpha = 1;
@@ -98,11 +111,9 @@ class DistancePlot {
       const text = k === marks.length - 1 ? `${number} ${unit}` : number;
       write(text, this.left - 6 * ratio, this.y(d), "right");
     });
-    const below = this.canvas.height - 4 * ratio;
-    write(`${+this.duration.toPrecision(4)} s`, this.right, below, "right", "bottom");
+    const below = this.canvas.height - 2 * ratio;
     write("0 s", this.left, below, "left", "bottom");
-    const middle = [(this.left + this.right) / 2, (this.top + this.foot) / 2];
-    if (this.same) write("the same in both, to the last digit", ...middle, "center");
+    write(`${+this.duration.toPrecision(4)} s`, this.right, below, "right", "bottom");
   }
 
   /** Return the numbers that the axis is marked with: powers of ten, or a few round ones. */

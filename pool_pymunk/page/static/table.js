@@ -6,6 +6,7 @@ const STROKES = 640; // The tracks of a run take about this number of strokes,
 const FEWEST = 3; // but each track at least this number.
 const CROWD = 30; // More balls than these have tracks without halos, and no names beside them.
 const LETTERS = 40; // A name beside a ball has no more letters than these.
+const GHOST = 0.45; // the opacity of the balls of a run to compare with
 const FONT = '"DejaVu Sans", system-ui, sans-serif';
 
 class TableView {
@@ -18,8 +19,7 @@ class TableView {
 
   /** Show another content, or the same in other colours; what looks the same is not drawn anew. */
   show(content, style) {
-    const { seen, plane, table, pockets, posts, balls } = content;
-    const looks = JSON.stringify([seen, plane, table, pockets, posts, balls, style]);
+    const looks = JSON.stringify({ ...content, shots: null, live: null, style });
     Object.assign(this, { content, style });
     if (looks !== this.looks) this.forget();
     this.looks = looks;
@@ -48,9 +48,8 @@ class TableView {
 
   /** Return the point of the plane (m) under the pointer. */
   point({ clientX, clientY }) {
-    const box = this.canvas.getBoundingClientRect();
-    const x = (clientX - box.left) * this.ratio;
-    const y = (clientY - box.top) * this.ratio;
+    const { left, top } = this.canvas.getBoundingClientRect();
+    const [x, y] = [clientX - left, clientY - top].map((pixels) => pixels * this.ratio);
     return [(x - this.left) / this.scale, (this.bottom - y) / this.scale];
   }
 
@@ -79,12 +78,9 @@ class TableView {
     this.pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     this.pen.drawImage(this.ground, 0, 0);
     this.under?.();
-    if (trails) {
-      if (ghost) this.drawTracks(ghost, t, false);
-      this.drawTracks(run, t, true);
-    }
-    if (ghost) this.drawGhosts(ghost, t);
+    for (const one of [ghost, run]) if (one && trails) this.drawTracks(one, t, one === run);
     const { shot, flash, drop } = this.content.look;
+    if (ghost) this.drawBalls(ghost, t, drop * pace, null, GHOST);
     this.drawArrows(run, 1 - t / (shot * pace));
     this.drawFlashes(run, t, flash * pace);
     this.drawBalls(run, t, drop * pace, picked);
@@ -104,6 +100,9 @@ class TableView {
     for (const [x, y, radius, rim, inner, share] of [...holes, ...posts]) {
       this.disc(pen, x, y, radius, this.style[rim]);
       this.disc(pen, x, y, share * radius, this.style[inner]);
+    }
+    for (const [x, y, text] of this.content.numbers) {
+      writeOver(pen, text, ...this.place(x, y), 11 * this.ratio);
     }
     return ground;
   }
@@ -148,10 +147,8 @@ class TableView {
     Object.assign(pen, { strokeStyle: style.ink, lineWidth: 2 * ratio });
     pen.stroke(this.path([bar]));
     const [[x0, y], , , [x1]] = bar;
-    Object.assign(pen, { fillStyle: style.ink, font: `${12 * ratio}px ${FONT}` });
-    pen.textAlign = "center";
     const [x, top] = this.place((x0 + x1) / 2, y);
-    pen.fillText(text, x, top - 3 * ratio);
+    writeOver(pen, text, x, top - 9 * ratio, 11 * ratio);
   }
 
   // -- what moves -----------------------------------------------------------------------------
@@ -197,36 +194,40 @@ class TableView {
     this.pen.globalAlpha = 1;
   }
 
-  drawBalls(run, t, drop, picked) {
+  drawBalls(run, t, drop, picked, strength = 1) {
     const { flash } = this.style;
     statesAt(run, t).forEach(({ x, y, vx, vy }, i) => {
       const { radius } = this.content.balls[i];
-      const age = t >= run.leaves[i] ? (t - run.leaves[i]) / drop : 0;
-      if (age >= 1) return;
-      if (vx || vy) this.ring(x, y, 1.08 * radius, 0.16 * radius, flash, 0.6 * (1 - age));
+      const shown = strength * (t >= run.leaves[i] ? 1 - (t - run.leaves[i]) / drop : 1);
+      if (shown <= 0) return;
+      if (vx || vy) this.ring(x, y, 1.08 * radius, 0.16 * radius, flash, 0.6 * shown);
       const sprite = this.sprites.get(i) ?? this.sprite(i);
       const [px, py] = this.place(x, y);
-      this.pen.globalAlpha = 1 - age;
+      this.pen.globalAlpha = shown;
       this.pen.drawImage(sprite, px - sprite.width / 2, py - sprite.height / 2);
       if (picked === i) this.ring(x, y, 1.35 * radius, 0.2 * radius, flash, 1);
     });
     this.pen.globalAlpha = 1;
   }
 
-  /** Write the labels that do not fit into their balls beside them; in a crowd only the picked. */
+  /** Write names that do not fit into their balls beside them, where they cover no other ball; the
+   * picked ball always has its own, and in a crowd only that one. */
   drawNames(run, t, picked) {
-    const { pen } = this;
     const size = 10 * this.ratio;
-    Object.assign(pen, { font: `bold ${size}px ${FONT}`, textAlign: "left", lineJoin: "round" });
-    Object.assign(pen, { textBaseline: "middle", lineWidth: 0.3 * size });
-    Object.assign(pen, { fillStyle: "#ffffff", strokeStyle: "rgb(0 0 0 / 70%)" });
-    statesAt(run, t).forEach(({ x, y }, i) => {
-      const { id, radius } = this.content.balls[i];
-      if (t >= run.leaves[i] || this.lettering(i).inside) return;
-      if (run.knots.length > CROWD && picked !== i) return;
-      const [px, py] = this.place(x + 0.9 * radius, y + 0.8 * radius);
-      pen.strokeText(shortened(id), px, py - 0.2 * size);
-      pen.fillText(shortened(id), px, py - 0.2 * size);
+    const discs = statesAt(run, t).map(({ x, y }, i) => {
+      const there = t < run.leaves[i] && this.content.balls[i].radius * this.scale;
+      return [...this.place(x, y), there];
+    });
+    discs.forEach(([x, y, radius], i) => {
+      if (!radius || this.lettering(i).inside) return;
+      const name = shortened(this.content.balls[i].id);
+      this.pen.font = `bold ${size}px ${FONT}`;
+      const [right, up] = [0.9 * radius, 0.8 * radius + 0.2 * size];
+      const width = this.pen.measureText(name).width;
+      const farthest = Math.hypot(right + width, up + 0.4 * size);
+      const covers = ([x2, y2, r], k) => k !== i && r && Math.hypot(x2 - x, y2 - y) - r < farthest;
+      const alone = discs.length <= CROWD && !discs.some(covers);
+      if (alone || picked === i) writeOver(this.pen, name, x + right + width / 2, y - up, size);
     });
   }
 
@@ -234,21 +235,9 @@ class TableView {
   lettering(i) {
     const { id, radius } = this.content.balls[i];
     const size = radius * this.scale;
-    const spot = Math.min(Math.max(this.content.look.spot * size, 5.5 * this.ratio), 0.72 * size);
+    const spot = Math.min(Math.max(this.content.look.spot * size, 7.5 * this.ratio), 0.66 * size);
     const letter = Math.min((2.6 * spot) / Math.max(id.length, 2), 1.25 * spot);
     return { spot, letter, inside: letter > 7 * this.ratio };
-  }
-
-  drawGhosts(run, t) {
-    statesAt(run, t).forEach(({ x, y }, i) => {
-      if (t >= run.leaves[i]) return;
-      const { radius, color } = this.content.balls[i];
-      const width = Math.min(0.16 * radius, (4 * this.ratio) / this.scale);
-      this.pen.globalAlpha = 0.35;
-      this.disc(this.pen, x, y, radius, "#ffffff");
-      this.ring(x, y, radius - width / 2, width, color, 1);
-      this.ring(x, y, radius, 0.25 * width, this.style.outline, 0.7);
-    });
   }
 
   /** Draw an arrow at every ball that moves at the start. */
@@ -271,22 +260,22 @@ class TableView {
   drawArrow(x, y, ux, uy, radius, tip) {
     const { pen } = this;
     const at = (s, side) => [x + s * ux - side * uy, y + s * uy + side * ux];
-    const [back, side] = [tip - 0.6 * radius, 0.28 * radius];
-    Object.assign(pen, { lineWidth: 0.12 * radius * this.scale, lineCap: "round" });
+    const size = Math.max(radius, (8 * this.ratio) / this.scale); // An arrow of a small ball shows.
+    const [back, side] = [tip - 0.6 * size, 0.28 * size];
+    Object.assign(pen, { lineWidth: 0.12 * size * this.scale, lineCap: "round" });
     Object.assign(pen, { strokeStyle: this.style.arrow, fillStyle: this.style.arrow });
-    pen.stroke(this.path([[at(1.25 * radius, 0), at(tip - 0.5 * radius, 0)]]));
+    pen.stroke(this.path([[at(1.25 * radius, 0), at(tip - 0.5 * size, 0)]]));
     pen.fill(this.path([[at(tip, 0), at(back, side), at(back, -side)]]));
   }
 
   /** Light up where contacts have just happened. */
   drawFlashes(run, t, life) {
-    for (const event of run.events) {
-      if (event.t > t) break;
-      if (!event.place || event.t <= t - life) continue;
-      const [x, y, radius] = event.place;
-      const age = (t - event.t) / life;
-      const strength = 0.9 * (1 - age) ** 2;
-      this.ring(x, y, (0.3 + 1.2 * age) * radius, 0.3 * radius, this.style.flash, strength);
+    for (const { t: then, place } of run.events) {
+      const age = (t - then) / life;
+      if (!place || age < 0 || age >= 1) continue;
+      const [x, y, radius] = place;
+      const size = (0.3 + 1.2 * age) * radius;
+      this.ring(x, y, size, 0.3 * radius, this.style.flash, 0.9 * (1 - age) ** 2);
     }
   }
 
@@ -352,6 +341,15 @@ function fillCircle(pen, x, y, radius, color) {
   pen.fill();
 }
 
+/** Write words around a point that can be read on any ground. */
+function writeOver(pen, text, x, y, size) {
+  Object.assign(pen, { font: `bold ${size}px ${FONT}`, textAlign: "center", lineJoin: "round" });
+  Object.assign(pen, { textBaseline: "middle", lineWidth: 0.3 * size });
+  Object.assign(pen, { fillStyle: "#ffffff", strokeStyle: "rgb(0 0 0 / 70%)" });
+  pen.strokeText(text, x, y);
+  pen.fillText(text, x, y);
+}
+
 /** Stroke a path in a colour, [color, width], over a wider stroke in another. */
 function strokeOver(pen, path, ...strokes) {
   for (const [strokeStyle, lineWidth] of strokes) {
@@ -363,10 +361,10 @@ function strokeOver(pen, path, ...strokes) {
 /** Give a canvas a size in CSS pixels, and return how many of its own pixels each of them has. */
 function setSize(canvas, width, height) {
   const ratio = Math.min(window.devicePixelRatio || 1, 3);
-  canvas.style.width = `${Math.round(width)}px`;
-  canvas.style.height = `${Math.round(height)}px`;
-  canvas.width = Math.max(Math.round(ratio * Math.round(width)), 1);
-  canvas.height = Math.max(Math.round(ratio * Math.round(height)), 1);
+  for (const [side, pixels] of Object.entries({ width, height })) {
+    canvas.style[side] = `${Math.round(pixels)}px`;
+    canvas[side] = Math.max(Math.round(ratio * Math.round(pixels)), 1);
+  }
   return ratio;
 }
 

@@ -17,21 +17,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, Concatenate, ParamSpec
+from functools import partial
+from typing import Concatenate, ParamSpec
 
 import numpy as np
 
 from pool_pymunk.model import Point, Scene, SceneError, Table
+from pool_pymunk.model.outline import lies_between
 from pool_pymunk.physics.motion import EPSILON, Array
-from pool_pymunk.physics.sides import Arc
 from pool_pymunk.results.trace import PERSISTENT
 from pool_pymunk.studies.compare import Comparison, end_distances, longest
 from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
 
 NEAR = "exact run"  # the claim that compares with the reference run, as the CSV file names it
-CARE = 32.0  # A contact may cost this many units of rounding.
+CARE = 32.0  # units of rounding that a contact may cost; it has some thirty sums and products
 OVERLAP = 1e-9  # of the sum of the radii; a scene may overlap by this at its start, too
-SUNK = 1e-4  # of a radius; balls in persistent contact may overlap by this
+SUNK = 1e-4  # of a radius; balls in persistent contact sink by this (engine/decisions.py)
 # A persistent contact bounces at least a little each contact time, and nothing brought that. This
 # share of all energy is three times what a ball shows that its roll presses to a cushion here.
 BOUNCED = 1e-7
@@ -41,19 +42,12 @@ QUICK = 0.5  # s; a run slower than this is not repeated
 
 def measures(trial: Trial) -> Iterator[Measure]:
     """Measure what must hold in every trial, then what must hold in this one."""
-    broken = finite(trial)
-    yield broken
-    if not broken.holds:
-        return  # All further measures would be nonsense.
-    for each in (*ALWAYS, *trial.case.claims):
+    sound = all(np.isfinite(breakpoints).all() for breakpoints in trial.run.knots)
+    broken = not sound or trial.run.status == "non_finite"
+    yield wrong("finite", "numbers out of range", broken)
+    for each in () if broken else (*ALWAYS, *trial.case.claims):  # Others would be nonsense.
         if (measure := each(trial)) is not None:
             yield measure
-
-
-def finite(trial: Trial) -> Measure:
-    """Measure that every number is finite."""
-    sound = all(np.isfinite(breakpoints).all() for breakpoints in trial.run.knots)
-    return wrong("finite", "numbers out of range", not sound or trial.run.status == "non_finite")
 
 
 def ends(trial: Trial) -> Measure:
@@ -62,9 +56,9 @@ def ends(trial: Trial) -> Measure:
     rests = run.status == "settled" and not any(map(any, run.end.velocity))
     if run.status != expected and not rests:
         return wrong("ends", f"ends with {run.status}, not {expected}")
-    over = run.duration - (trial.scene.physics.max_time or math.inf)
+    over = max(run.duration - (trial.scene.physics.max_time or math.inf), 0.0)
     bound = 1.000001 * (trial.dt or 0.0) if trial.method.late else 0.0
-    return Measure("ends", max(over, 0.0), bound, run.duration, "s", "goes on for {} too long")
+    return Measure("ends", over, bound, run.duration, "s", "goes on for {} too long")
 
 
 def by_coulomb(claim: Claim) -> Claim:
@@ -79,8 +73,7 @@ def energy_kept(trial: Trial) -> Measure:
     change = float(np.ptp(total) if keeps else max(np.diff(total).max(), 0.0))
     words = f"energy {'changes' if keeps else 'grows'} by {{}} of itself"
     bound = CARE * EPSILON * (trial.contacts + 1)
-    if PERSISTENT in trial.run.policies:
-        bound = max(bound, BOUNCED)
+    bound = max(bound, BOUNCED * (PERSISTENT in trial.run.policies))
     return Measure("energy", change, bound, words=words)
 
 
@@ -95,21 +88,18 @@ def momentum_kept(trial: Trial) -> Measure:
     """Return by which share momentum changes, of the sum of what all balls have."""
     mass = np.array([ball.mass for ball in trial.scene.balls])[:, None]
     _, speeds = trial.run.at([0.0, trial.run.duration])
-    total = (mass * speeds).sum(axis=1)
-    scale = float((mass * np.abs(speeds)).sum(axis=(1, 2)).max())
-    change = float(np.hypot(*(total[1] - total[0]))) / scale
+    start, end = (mass * speeds).sum(axis=1)
+    change = math.dist(start, end) / float((mass * np.abs(speeds)).sum(axis=(1, 2)).max())
     bound = CARE * EPSILON * (trial.contacts + 1)
     return Measure("momentum", change, bound, words="momentum changes by {} of itself")
 
 
 def inside(trial: Trial) -> Measure | None:
     """Measure that no ball reaches beyond a cushion."""
-    table = trial.scene.table
-    if table is None:
+    if (table := trial.scene.table) is None:
         return None
-    radii = np.array([ball.radius for ball in trial.scene.balls])
-    there = trial.run.on_table(trial.times)
-    depth = float(beyond(table, trial.run.at(trial.times)[0], radii)[there].max(initial=0.0))
+    points, there = trial.run.at(trial.times)[0], trial.run.on_table(trial.times)
+    depth = float(beyond(table, points, trial.radii)[there].max(initial=0.0))
     bound = OVERLAP * trial.smallest + CARE * trial.rounding + trial.late
     return Measure("inside", depth, bound, trial.smallest, "m", "a ball {} beyond a cushion")
 
@@ -117,43 +107,30 @@ def inside(trial: Trial) -> Measure | None:
 def beyond(table: Table, points: Array, radii: Array) -> Array:
     """Return how far (m) discs at ``points`` (T, N, 2) reach beyond the cushions; < 0: inside."""
     x, y = points[..., 0], points[..., 1]
-    nearest = np.full(x.shape, np.inf)
-    within, chords = np.zeros(x.shape, dtype=bool), np.zeros((2, *x.shape), dtype=bool)
+    nearest, within = np.full(x.shape, np.inf), np.zeros(x.shape, dtype=bool)
     for edge in table.edges:
         (ax, ay), (bx, by), (tx, ty) = edge.start, edge.end, edge.tangent
-        along = (x - ax) * tx + (y - ay) * ty
-        foot = np.clip(along, 0.0, edge.length)
-        far = np.hypot(x - ax - foot * tx, y - ay - foot * ty)
         if ay != by:
             within ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / (by - ay) * (bx - ax))
-        if isinstance(arc := edge.side, Arc):
-            out = np.hypot(x - arc.center[0], y - arc.center[1]) - arc.radius
-            height = (x - ax) * edge.normal[0] + (y - ay) * edge.normal[1]
-            within ^= (out < 0.0) & (height * arc.facing > 0.0)  # between the arc and its chord
-            on_chord = np.abs(height) <= CARE * EPSILON * (edge.length + np.abs(x) + np.abs(y))
-            chords[int(arc.facing > 0.0)] |= (out < 0.0) & on_chord
-            ends = np.minimum(np.hypot(x - ax, y - ay), np.hypot(x - bx, y - by))
-            far = np.where(_beside(arc, x, y), np.abs(out), ends)
+        if edge.bulge:
+            far = np.vectorize(edge.distance, otypes=[float])(x, y)
+        else:
+            foot = np.clip((x - ax) * tx + (y - ay) * ty, 0.0, edge.length)
+            far = np.hypot(x - ax - foot * tx, y - ay - foot * ty)
         nearest = np.minimum(nearest, far)
-    within = (within | chords[0]) & ~chords[1]
+    for arc in table.lines[2]:
+        within ^= np.vectorize(partial(lies_between, arc), otypes=[bool])(x, y)
     return np.asarray(radii - np.where(within, nearest, -nearest))
-
-
-def _beside(arc: Arc, x: Array, y: Array) -> Any:
-    """Tell which places lie in directions from the arc's centre in which the arc is."""
-    dx, dy, (ux, uy), (vx, vy) = x - arc.center[0], y - arc.center[1], arc.first, arc.last
-    after, before = ux * dy - uy * dx >= 0.0, dx * vy - dy * vx >= 0.0
-    return after & before if ux * vy - uy * vx > 0.0 else after | before
 
 
 def overlap(trial: Trial) -> Measure | None:
     """Measure that no two balls overlap beyond what a scene may start with."""
-    radii = np.array([ball.radius for ball in trial.scene.balls])
+    radii = trial.radii
     if len(radii) < 2:
         return None
     each = max(1, AT_ONCE // len(radii) ** 2)
     times = trial.times if each > 1 else trial.times[:: len(trial.times) // 20 + 1]
-    touching = radii[:, None] + radii[None, :]
+    touching = radii[:, None] + radii
     np.fill_diagonal(touching, -np.inf)
     deepest = 0.0
     for part in range(0, len(times), each):
@@ -163,8 +140,7 @@ def overlap(trial: Trial) -> Measure | None:
         depths = touching - np.hypot(gaps[..., 0], gaps[..., 1])
         deepest = max(deepest, float(np.fmax.reduce(depths, axis=None, initial=0.0)))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
-    if PERSISTENT in trial.run.policies:
-        bound = max(bound, SUNK * trial.smallest)
+    bound = max(bound, SUNK * trial.smallest * (PERSISTENT in trial.run.policies))
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
 
@@ -179,8 +155,7 @@ def near_reference(trial: Trial) -> Measure | None:
 def farthest(claim: str, apart: Array, trial: Trial, words: str, care: float = 1.0) -> Measure:
     """Measure the largest of the distances (T,) (m) from where balls should be, with its bound."""
     reference = trial.reference
-    unit = EPSILON + trial.late / reference.extent
-    share = care * CARE * (trial.contacts + 1) * unit
+    share = care * CARE * (trial.contacts + 1) * (EPSILON + trial.late / reference.extent)
     bound = np.minimum(share * (reference.growth + reference.extent), trial.smallest)
     k = int((apart / bound).argmax())
     return Measure(claim, float(apart[k]), float(bound[k]), trial.smallest, "m", words)
@@ -224,8 +199,8 @@ def there_and_back(trial: Trial) -> Measure | None:
 def lossless(scene: Scene) -> bool:
     """Tell whether nothing in the scene takes energy."""
     r, f = scene.restitution, scene.friction
-    elastic = {r.ball_ball, r.cue_ball, r.cushion} <= {None, 1.0}
     rubs = scene.deceleration > 0.0 or f.cushion > 0.0 or f.ball_ball > 0.0
+    elastic = {r.ball_ball, r.cue_ball, r.cushion} <= {None, 1.0}
     return elastic and not rubs and not scene.pockets
 
 

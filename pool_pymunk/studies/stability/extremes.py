@@ -3,56 +3,59 @@
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Iterator
 from dataclasses import replace
 
 from pool_pymunk.model import (
+    STANDARD_GRAVITY,
     Ball,
     Friction,
     Physics,
     Pocket,
     Point,
+    Post,
     Restitution,
     Scene,
     Table,
 )
+from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.studies.stability import claims as must
-from pool_pymunk.studies.stability.bent import (
-    circles,
-    corners_of_arcs,
-    follows,
-    held_to_arcs,
-    joints,
-    pressed_by_rolls,
-    slides_and_rolls,
-    tangents,
-    turns_back,
-)
 from pool_pymunk.studies.stability.scenes import (
     CHALK,
     CLOTH,
+    DRAG,
     ELASTIC,
+    EVERY_STEP,
     GLIDE,
+    LISTING,
     LIVELY,
     MIXED,
+    PULL,
     REST,
+    ROLLS,
     SMOOTH,
+    TABLE,
     TOUCHING,
-    Extreme,
     M,
     R,
     alike,
+    crowd,
+    extreme,
+    far,
     grip,
+    listed,
     on_plane,
     rectangle,
+    rolling,
+    scaled,
     unit,
-)
+)  # fmt: skip
 from pool_pymunk.studies.stability.trial import Case
 
 # -- numbers large and small -----------------------------------------------------------------------
 
 
+@extreme("speeds", "1e-6 to 1e6 m/s on a 2 m table")
 def speeds() -> Iterator[Case]:
     """Shoot a ball at another, near enough to be reached."""
     for speed in (1.0, 1e-6, 1e3, 1e6):
@@ -60,9 +63,10 @@ def speeds() -> Iterator[Case]:
         far = 2.0 * R + min(0.25, 0.01 * speed**2)
         target = (0.5 + far * ux, 0.375 + far * uy)
         rows = ((0.5, 0.375, speed * vx, speed * vy), (*target, *REST), (1.5, 0.75, *REST))
-        yield Case(f"{speed:g} m/s", Scene(alike(rows), rectangle(2.0, 1.0), LIVELY, CLOTH))
+        yield Case(f"{speed:g} m/s", Scene(alike(rows), TABLE, LIVELY, CLOTH))
 
 
+@extreme("mass ratios", "up to 1e9 and 1e-9")
 def masses() -> Iterator[Case]:
     """Hit one ball of another mass from both sides."""
     rows = ((0.0, 0.0, 2.0, 0.0625), (0.375, R, *REST), (0.75, R, -1.0, 0.0), (0.5, -0.125, *REST))
@@ -72,6 +76,7 @@ def masses() -> Iterator[Case]:
         yield Case(f"1 : {ratio:g}", on_plane(balls, 0.9, 1.0))
 
 
+@extreme("radius ratios", "up to 1000")
 def radii() -> Iterator[Case]:
     """Let small balls meet one that is half a metre in radius."""
     for ratio in (1.0, 10.0, 100.0, 1000.0):
@@ -81,42 +86,40 @@ def radii() -> Iterator[Case]:
         yield Case(f"1 : {ratio:g}", Scene(balls, rectangle(4.0, 2.5), LIVELY, CLOTH))
 
 
+@extreme("restitution", "0 and 1, three balls touching")
 def restitutions() -> Iterator[Case]:
     """Vary the restitution from elastic to sticking."""
     for label, ball, cushion in (
         ("0.9, cushions 0.7", 0.9, 0.7), ("1", 1.0, 1.0), ("0, cushions 0.7", 0.0, 0.7),
         ("0.9, cushions 0", 0.9, 0.0), ("0", 0.0, 0.0),
     ):  # fmt: skip
-        e = Restitution(ball, None, cushion)
-        yield Case(label, Scene(alike(TOUCHING), rectangle(2.0, 1.0), e, CLOTH))
+        scene = Scene(alike(TOUCHING), TABLE, Restitution(ball, None, cushion), CLOTH)
+        yield Case(label, scene)
 
 
+@extreme("friction", "0 and 10, of balls, cushions and cloth")
 def frictions() -> Iterator[Case]:
     """Vary friction from none to far more than the laws have use for."""
     for label, friction in (
-        ("as in the report", CLOTH),
-        ("0", SMOOTH),
-        ("balls 10", Friction(0.1, 0.2, 10.0)),
-        ("cushions 10", Friction(0.1, 10.0, 0.05)),
-        ("surface 10", Friction(10.0, 0.2, 0.05)),
+        ("as in the report", CLOTH), ("0", SMOOTH), ("balls 10", Friction(0.1, 0.2, 10.0)),
+        ("cushions 10", Friction(0.1, 10.0, 0.05)), ("surface 10", Friction(10.0, 0.2, 0.05)),
         ("10", Friction(10.0, 10.0, 10.0)),
-    ):
+    ):  # fmt: skip
         physics = Physics(max_time=None if friction.surface else 3.0)
         # The ball is fast enough to meet something.
-        faster = 1.0 if friction.surface < 1.0 else 5.0
-        rows = ((x, y, faster * vx, faster * vy) for x, y, vx, vy in MIXED)
-        yield Case(label, Scene(alike(rows), rectangle(2.0, 1.0), LIVELY, friction, physics))
+        balls = alike(scaled(MIXED, faster=1.0 if friction.surface < 1.0 else 5.0))
+        yield Case(label, Scene(balls, TABLE, LIVELY, friction, physics))
 
 
+@extreme("time steps", "1e-7 to 0.5 s", steps=EVERY_STEP)
 def time_steps() -> Iterator[Case]:
     """Play one small, fast scene at all steps: it lasts 0.1 s and has ten contacts or more."""
-    size = 2.0**-4
-    rows = ((x * size, y * size, vx, vy) for x, y, vx, vy in MIXED)
-    balls = alike(rows, R * size)
-    friction = Friction(grip(3.0, 0.25), 0.2, 0.05)
+    size, friction = 2.0**-4, Friction(grip(3.0, 0.25), 0.2, 0.05)
+    balls = alike(scaled(MIXED, size), R * size)
     yield Case("", Scene(balls, rectangle(2.0 * size, size), LIVELY, friction))
 
 
+@extreme("table sizes", "1 mm to 10 km, to scale and with usual balls")
 def table_sizes() -> Iterator[Case]:
     """Play on the same table in every size, then with balls of usual size on the largest."""
     for length in (1.0, 1e-3, 100.0, 1e4):
@@ -131,50 +134,43 @@ def sized(length: float, radius: float = R) -> Scene:
     ``radius`` is in units of the table's ``length`` (m).
     """
     rows = (
-        (0.25, 0.125, 1.5, 0.25),
-        (0.75, 0.125 + 0.5 / 6.0 - radius, *REST),
-        (0.5, 0.375, *REST),
+        (0.25, 0.125, 1.5, 0.25), (0.75, 0.125 + 0.5 / 6.0 - radius, *REST), (0.5, 0.375, *REST),
         (0.375, 0.25, 0.25, -1.0),
-    )
-    balls = alike(
-        ((length * x, length * y, length * vx, length * vy) for x, y, vx, vy in rows),
-        length * radius,
-    )
+    )  # fmt: skip
     friction = Friction(grip(1.5 * length, 2.0 * length), 0.2, 0.05)
+    balls = alike(scaled(rows, length, length), length * radius)
     return Scene(balls, rectangle(length, length / 2.0), LIVELY, friction)
 
 
+@extreme("far from the origin", "up to 1e7 m")
 def origins() -> Iterator[Case]:
-    """Put the same table farther and farther from the origin."""
-    for far in (0.0, 1e3, 1e5, 1e7):
-        claim = must.as_in(moved(0.0, 0.0), shift=(far, -far))
-        yield Case(f"{far:g} m", moved(far, -far), (claim,))
-
-
-def moved(x0: float, y0: float) -> Scene:
-    """Return the mixed scene on a table with its corner there; starts are exact up to 1e7 m."""
-    rows = ((x + x0, y + y0, vx, vy) for x, y, vx, vy in MIXED)
-    return Scene(alike(rows), rectangle(2.0, 1.0, (x0, y0)), LIVELY, CLOTH)
+    """Put the same table farther and farther from the origin; starts are exact up to 1e7 m."""
+    home = Scene(alike(MIXED), TABLE, LIVELY, CLOTH)
+    for away in (0.0, 1e3, 1e5, 1e7):
+        shift = (away, -away)
+        balls, claim = alike(scaled(MIXED, shift=shift)), must.as_in(home, shift=shift)
+        scene = replace(home, balls=balls, table=rectangle(2.0, 1.0, shift))
+        yield Case(f"{away:g} m", scene, (claim,))
 
 
 # -- contacts at one instant, or nearly ------------------------------------------------------------
 
 
+@extreme("frozen racks of 15", "gaps of 1e-6 to 0 m, hit head-on")
 def racks() -> Iterator[Case]:
     """Hit a rack of 15 head-on: the break stays symmetric."""
     for gap in (1e-6, 1e-9, 1e-12, 1e-15, 0.0):
         pitch = 2.0 * R + gap
-        places = (
-            (1.25 + row * pitch * math.sqrt(0.75), (k - row / 2.0) * pitch)
-            for row in range(5)
-            for k in range(row + 1)
-        )
-        balls = alike([(0.5, 0.0, 4.0, 0.0), *((x, y, *REST) for x, y in places)])
-        table = rectangle(2.0, 1.0, (0.0, -0.5))
+        racked = (
+            (1.25 + row * pitch * math.sqrt(0.75), (k - row / 2.0) * pitch, *REST)
+            for row in range(5) for k in range(row + 1)
+        )  # fmt: skip
+        balls, table = alike([(0.5, 0.0, 4.0, 0.0), *racked]), rectangle(2.0, 1.0, (0.0, -0.5))
         scene = Scene(balls, table, Restitution(0.95, None, 0.7), CLOTH)
         yield Case(f"gaps of {gap:g} m", scene, (must.mirrored,))
 
 
+@extreme("Newton's cradles", "2 to 7 balls, gaps of 0")
 def cradles() -> Iterator[Case]:
     """Hit a row of touching balls: as many balls leave it as hit it, at the same speed."""
     for strikers, count in ((1, 2), (1, 3), (1, 4), (1, 5), (1, 6), (1, 7), (2, 5), (3, 7)):
@@ -183,10 +179,11 @@ def cradles() -> Iterator[Case]:
             for k in range(count)
         ]
         ends = {str(k): (float(k >= count - strikers), 0.0) for k in range(count)}
-        label = f"{strikers} on {count - strikers}"
-        yield Case(label, on_plane(alike(rows), 1.0, 1.0), (must.leave_with(ends),))
+        scene = on_plane(alike(rows), 1.0, 1.0)
+        yield Case(f"{strikers} on {count - strikers}", scene, (must.leave_with(ends),))
 
 
+@extreme("meeting at one instant", "2 to 6 balls, and around one")
 def meetings() -> Iterator[Case]:
     """Let balls from all sides meet at one instant, around nothing or around a ball at rest."""
     for e in (0.9, 0.0):
@@ -199,6 +196,7 @@ def meetings() -> Iterator[Case]:
                 yield Case(f"{count} {where}, e = {e:g}", scene, (must.all_as_far,))
 
 
+@extreme("one after the other", "into two balls 1e-3 to 1e-12 s apart, and at once")
 def orders() -> Iterator[Case]:
     """Run a ball into two others, one a moment after the other, or both at one instant.
 
@@ -220,17 +218,17 @@ def one_after_the_other(e: float, moment: float) -> tuple[tuple[Ball, ...], dict
 
     It comes to the first at the origin, 0.5 s after the start. Return all velocities (m/s), too.
     """
-    velocity, place, balls, ends = (1.0, 0.0), (0.0, 0.0), [(-0.5, 0.0, 1.0, 0.0)], {}
-    for k, degrees in enumerate((30.0, -30.0), start=1):
+    (vx, vy), (x, y), balls, ends = (1.0, 0.0), (0.0, 0.0), [(-0.5, 0.0, 1.0, 0.0)], {}
+    for id_, degrees in (("1", 30.0), ("2", -30.0)):
         nx, ny = unit(degrees)
-        balls.append((place[0] + 2.0 * R * nx, place[1] + 2.0 * R * ny, *REST))
-        given = (1.0 + e) / 2.0 * (velocity[0] * nx + velocity[1] * ny)
-        velocity = (velocity[0] - given * nx, velocity[1] - given * ny)
-        place = (velocity[0] * moment, velocity[1] * moment)
-        ends[str(k)] = (given * nx, given * ny)
-    return alike(balls), {"0": velocity, **ends}
+        balls.append((x + 2.0 * R * nx, y + 2.0 * R * ny, *REST))
+        given = (1.0 + e) / 2.0 * (vx * nx + vy * ny)
+        vx, vy, ends[id_] = vx - given * nx, vy - given * ny, (given * nx, given * ny)
+        x, y = vx * moment, vy * moment
+    return alike(balls), {"0": (vx, vy), **ends}
 
 
+@extreme("head-on hits", "zero slip, at five angles")
 def head_ons() -> Iterator[Case]:
     """Hit without slip: the other ball leaves along the line of centres."""
     for angle in (0.0, 30.0, 45.0, 90.0, 165.0):
@@ -240,6 +238,7 @@ def head_ons() -> Iterator[Case]:
         yield Case(f"{angle:g} degrees", scene, (must.leave_with(ends),))
 
 
+@extreme("grazing hits", "within 1e-12 of a miss or a hit")
 def grazing_hits() -> Iterator[Case]:
     """Let a ball pass another at the sum of the radii, more or less: it hits, or it misses."""
     for share in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12, 0.0):
@@ -256,26 +255,26 @@ def grazing_hits() -> Iterator[Case]:
 # -- walls -----------------------------------------------------------------------------------------
 
 
+@extreme("exact corners", "of a square, and sticking out")
 def corners() -> Iterator[Case]:
     """Run a ball along the diagonal into a square's corner, or onto a corner that sticks out."""
     square = rectangle(1.0, 1.0)
     ell = Table(((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.5), (0.5, 1.0), (0.0, 1.0)))
     for label, table, e, mu in (
-        ("smooth", square, 0.7, 0.0),
-        ("rough", square, 0.7, 0.2),
-        ("reflex", ell, 0.7, 0.2),
-        ("e = 1", square, 1.0, 0.0),
-        ("e = 0", square, 0.0, 0.2),
-        ("friction 10", square, 0.7, 10.0),
-        ("reflex, e = 0", ell, 0.0, 0.0),
-    ):
-        v = 1.0 if table is ell else -1.0
-        friction = Friction(0.05, mu)
-        balls = alike([(0.25, 0.25, v, v)])
-        scene = Scene(balls, table, Restitution(1.0, None, e), friction)
-        yield Case(label, scene, (must.on_the_diagonal,))
+        ("smooth", square, 0.7, 0.0), ("rough", square, 0.7, 0.2), ("reflex", ell, 0.7, 0.2),
+        ("e = 1", square, 1.0, 0.0), ("e = 0", square, 0.0, 0.2),
+        ("friction 10", square, 0.7, 10.0), ("reflex, e = 0", ell, 0.0, 0.0),
+    ):  # fmt: skip
+        yield diagonal(label, table, 1.0 if table is ell else -1.0, e, mu)
 
 
+def diagonal(label: str, table: Table, v: float, e: float, mu: float) -> Case:
+    """Return a case of a ball that runs along the diagonal into a corner; v (m/s) is along x."""
+    scene = Scene(alike([(0.25, 0.25, v, v)]), table, Restitution(1.0, None, e), Friction(0.05, mu))
+    return Case(label, scene, (must.on_the_diagonal,))
+
+
+@extreme("squeezed to a cushion", "by a ball up to 1e8 times as heavy")
 def squeezes() -> Iterator[Case]:
     """Let a heavy ball drive a light one to a cushion; elastic, they count the digits of pi.
 
@@ -306,23 +305,7 @@ def squeezed(ratio: float, beside: float = 0.0, far: float = 0.0) -> tuple[Ball,
     return heavy, Ball("light", (far + 1.0, 0.5 + beside), R, M)
 
 
-def wedges() -> Iterator[Case]:
-    """Run a ball into a wedge; elastic, its path unfolds to a straight line through images of it.
-
-    Aimed a seventh of the angle beside the tip, it meets ceil(180 / angle - 1/7 - 1/2) cushions.
-    """
-    for angle in (60.0, 10.0, 1.0, 0.1):
-        half = math.radians(angle / 2.0)
-        table = Table(((0.0, 0.0), (1.0, -math.tan(half)), (1.0, math.tan(half))))
-        balls = alike([(0.5, 0.0, *unit(180.0 - angle / 7.0))], math.sin(half) / 8.0)
-        hits = must.contacts_are(math.ceil(180.0 / angle - 1.0 / 7.0 - 0.5))
-        scene = Scene(balls, table, ELASTIC, SMOOTH, Physics(max_time=1.0))
-        yield Case(f"{angle:g} degrees", scene, (hits,))
-        for e in (0.7, 0.0):
-            lossy = Scene(balls, table, Restitution(e, None, e), CLOTH)
-            yield Case(f"{angle:g} degrees, e = {e:g}", lossy, slow=angle == 1.0)
-
-
+@extreme("pockets", "rims grazed within 1e-12, and one reached at contact")
 def pockets() -> Iterator[Case]:
     """Let a centre pass a rim, on this side or on that, or reach it as the ball meets others.
 
@@ -342,19 +325,199 @@ def pockets() -> Iterator[Case]:
     yield Case("with a ball and a cushion", scene, (must.pocket("0"), stays))
 
 
+@extreme("converging cushions", "a wedge of 60 to 0.1 degrees")
+def wedges() -> Iterator[Case]:
+    """Run a ball into a wedge; elastic, its path unfolds to a straight line through images of it.
+
+    Aimed a seventh of the angle beside the tip, it meets ceil(180 / angle - 1/7 - 1/2) cushions.
+    """
+    for angle in (60.0, 10.0, 1.0, 0.1):
+        half = math.radians(angle / 2.0)
+        table = Table(((0.0, 0.0), (1.0, -math.tan(half)), (1.0, math.tan(half))))
+        balls = alike([(0.5, 0.0, *unit(180.0 - angle / 7.0))], math.sin(half) / 8.0)
+        hits = must.contacts_are(math.ceil(180.0 / angle - 1.0 / 7.0 - 0.5))
+        scene = Scene(balls, table, ELASTIC, SMOOTH, Physics(max_time=1.0))
+        yield Case(f"{angle:g} degrees", scene, (hits,))
+        for e in (0.7, 0.0):
+            lossy = Scene(balls, table, Restitution(e, None, e), CLOTH)
+            yield Case(f"{angle:g} degrees, e = {e:g}", lossy, slow=angle == 1.0)
+
+
+# -- balls that roll -------------------------------------------------------------------------------
+
+
+@extreme("sliding, then rolling", "draw that cancels the motion, slips of 1e-12, no end", "coulomb")
+def slides_and_rolls() -> Iterator[Case]:
+    """Let a ball slide, then roll: draw that cancels the motion, next to no slip, and no end."""
+    for label, speed, degrees, roll, drag in (
+        ("draw", 1.0, 20.0, -1.0, DRAG), ("slip of 1e-9", 1.0, 20.0, 1.0 + 1e-9, DRAG),
+        ("slip of 1e-12", 1.0, 20.0, 1.0 + 1e-12, DRAG), ("-1e-12", 1.0, 20.0, 1.0 - 1e-12, DRAG),
+        ("no slip", 1.0, 20.0, 1.0, DRAG), ("v = w = 0 at once", 1.0, 20.0, -2.5, DRAG),
+        ("at 1e-6 m/s", 1e-6, 20.0, -2.5, DRAG), ("at 1e3 m/s", 1e3, 20.0, -2.5, DRAG),
+        ("rolls for ever", 1.0, 20.0, 0.5, 0.0),
+    ):  # fmt: skip
+        time = math.inf if drag else 3.0
+        (x, y), track = unit(degrees), far(speed, roll * speed, time, drag)
+        friction = replace(ROLLS, rolling=drag / STANDARD_GRAVITY)
+        physics = Physics(max_time=None if drag else time)
+        scene = rolling(
+            [(0.0, 0.0, speed * x, speed * y)], roll, friction=friction, physics=physics
+        )
+        rolls = roll not in (1.0, -2.5)
+        kinds = ["roll"] * rolls + ["stop"] * (drag > 0.0)
+        yield Case(label, scene, (must.end_at({"0": (track * x, track * y)}), must.happens(*kinds)))
+
+
+@extreme("follow after a full hit", "at once, and within 1e-15 m of where it rolls", "coulomb")
+def follows() -> Iterator[Case]:
+    """Stop a ball by a full hit: it only rotates then, and sets off at 2/7 of its roll.
+
+    It hits at the start, or within 1e-12 m of where it begins to roll.
+    """
+    for roll in (1.0, 1e-6, -1.0):
+        ends = {"0": (far(0.0, roll), 0.0), "1": (2.0 * R + far(1.0, 0.0), 0.0)}
+        scene = rolling([(0.0, 0.0, 1.0, 0.0), (2.0 * R, 0.0, *REST)], roll)
+        yield Case(f"at once, roll {roll:g}", scene, (must.end_at(ends), must.contacts_are(1)))
+    slides, last = 12.0 / (49.0 * PULL), 5.0 / 7.0  # m, m/s
+    for off in (1e-3, 1e-9, 1e-12, 1e-15, 0.0, -1e-15, -1e-12):
+        x, v = slides + max(off, 0.0), math.sqrt(last * last - 2.0 * DRAG * max(off, 0.0))
+        ends = {"0": (x + far(0.0, v), 0.0), "1": (x + 2.0 * R + far(v, 0.0), 0.0)}
+        scene = rolling([(0.0, 0.0, 1.0, 0.0), (slides + off + 2.0 * R, 0.0, *REST)])
+        # A hit before the end of sliding takes the ball by less than this.
+        claims = (must.end_at(ends, 1e-11 * (off < 0.0)), must.contacts_are(1))
+        yield Case(f"rolls {off:+g} m before", scene, claims)
+
+
+@extreme("draw that turns back", "at a face, corner or rim, within 1e-12", "coulomb")
+def turns_back() -> Iterator[Case]:
+    """Let a ball with draw turn back as it grazes a face, a corner or a rim, or before that."""
+    ell = Table(((-4.0, -4.0), (0.0, -4.0), (0.0, -R), (4.0, -R), (4.0, 4.0), (-4.0, 4.0)))
+    hole = Pocket("hole", (0.0, 0.0), 2.0 * R)
+    for deep in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12):
+        met = int(deep > 0.0)
+        # A full hit leaves (0, -0.5) of (0.25, -0.5) m/s, and the roll of (-1, 2) m/s.
+        y = 0.05 * math.hypot(1.0, 2.5) / PULL - deep
+        rows = [(0.0, y, 0.25, -0.5), (2.0 * R, y, *REST)]
+        face = rolling(rows, -4.0, table=rectangle(8.0, 4.0, (-4.0, -R)))
+        yield Case(f"face {deep:+g} m", face, (must.contacts_are(1 + met),))
+        y = 0.125 / PULL - deep
+        corner = rolling([(0.0, y, 0.0, -0.5)], -4.0, table=ell)
+        yield Case(f"corner {deep:+g} m", corner, (must.contacts_are(met),))
+        rim = rolling([(0.0, y + hole.radius, 0.0, -0.5)], -4.0, pockets=(hole,))
+        yield Case(f"rim {deep:+g} m", rim, (must.pocket("0" * met),))
+
+
+@extreme("pressed by a roll", "to a cushion, or to a ball that lies there", "coulomb")
+def pressed_by_rolls() -> Iterator[Case]:
+    """Let a roll press a ball to a cushion, or to a ball that lies there: there they rest."""
+    alone, other = (2.0 - R - 2.0**-9, 0.5, 0.125, 0.0), (2.0 - R, 0.5, *REST)
+    follower = (2.0 - 3.0 * R - 2.0**-9, 0.5, 0.125, 0.0)
+    for label, e, rows in (
+        ("e = 0", 0.0, [alone]), ("e = 0.2", 0.2, [alone]),
+        ("follows a frozen ball, e = 0", 0.0, [follower, other]),
+    ):  # fmt: skip
+        ends = {"0": (2.0 - (2 * len(rows) - 1) * R, 0.5)}
+        scene = rolling(rows, 1.0, table=TABLE, restitution=Restitution(e, None, e))
+        yield Case(label, scene, (must.know_of_ends(ends),), slow=len(rows) > 1)
+
+
+# -- round cushions and posts ----------------------------------------------------------------------
+
+
+@extreme("around a circle", "up to 10,000 contacts, by equal angles", "coulomb")
+def circles() -> Iterator[Case]:
+    """Let a ball go around a circle at an angle to the tangent, by twice that angle at each hit."""
+    angle, inner = 0.3, 0.5 - R
+    middle = inner * math.cos(angle)  # m; the distance of each chord from the table's middle
+    for hits, speed in ((10, 4.0), (300, 4.0), (10_000, 64.0)):
+        time = (hits + 0.5) * 2.0 * inner * math.sin(angle) / speed
+        row = (0.5, R, speed * math.cos(angle), speed * math.sin(angle))
+        at = (2 * hits + 1) * angle - math.pi / 2.0
+        ends = {"0": (0.5 + middle * math.cos(at), 0.5 + middle * math.sin(at))}
+        # Each hit turns the ball by a few roundings, which all later hits add again.
+        turned = must.CARE * EPSILON * hits * hits * inner
+        claims = (must.contacts_are(hits), must.end_at(ends, turned))
+        physics = Physics(max_time=time)
+        scene = Scene(alike([row]), Table.circle(0.5), ELASTIC, SMOOTH, physics)
+        yield Case(f"{hits} contacts", scene, claims, slow=hits > 300)
+
+
+@extreme("tangent to something round", "an arc, a post or a pin, within 1e-12 of a miss", "coulomb")
+def tangents() -> Iterator[Case]:
+    """Let a ball pass an arc that bulges inwards, a post or a pin: it hits, or it misses."""
+    outline = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
+    nose = Table(outline, (-0.25, 0.0, 0.0, 0.0))  # It is 0.25 m high, and its radius is 2.125 m.
+    dull, physics = Restitution(0.9, None, 0.9), Physics(max_time=1.0)
+    for what, table, posts, radius in (
+        ("arc", nose, (), 2.125), ("post", None, (Post((1.0, 0.0), 0.25),), 0.25),
+        ("pin", None, (Post((1.0, 0.25), 0.0),), 0.0),
+    ):  # fmt: skip
+        for share in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12, 0.0):
+            deep, apart = max(-share * R, 0.0), radius + R
+            sine, cosine = math.sqrt(deep * (2.0 * apart - deep)) / apart, 1.0 - deep / apart
+            leaves = (1.0 - 1.9 * sine * sine, 1.9 * sine * cosine)
+            # The ball meets something round a few roundings deep, which turns the normal.
+            slack = must.CARE * EPSILON / (apart * sine) if sine else 0.0
+            claims = (must.contacts_are(int(sine > 0.0)), must.leave_with({"0": leaves}, slack))
+            balls = alike([(0.25, 0.25 + R * (1.0 + share), 1.0, 0.0)])
+            scene = Scene(balls, table, dull, SMOOTH, physics, posts=posts)
+            yield Case(f"{what} {share:+g}", scene, claims)
+
+
+@extreme("joint of a face and an arc", "hit within 1e-9 to 1e-15 m", "coulomb")
+def joints() -> Iterator[Case]:
+    """Hit the joint of a face and an arc that goes on from it: one contact, and no gap there."""
+    e, pull = 0.7, CLOTH.surface * STANDARD_GRAVITY
+    back = e * e * (4.0 / (2.0 * pull) - (1.0 - R))  # m; how far the ball comes back
+    for off in (-1e-9, 1e-9, -1e-10, 1e-10, -1e-12, 1e-12, -1e-15, 1e-15, 0.0):
+        # The arc's normal is turned by off / 1 m there, and the ball's path back by twice as much.
+        at_rest = must.end_at({"0": (3.0 + off, R + back)}, 2.0 * max(off, 0.0))
+        scene = Scene(alike([(3.0 + off, 1.0, 0.0, -2.0)]), Table.stadium(4.0, 2.0), LIVELY, CLOTH)
+        yield Case(f"{off:+g} m", scene, (must.contacts_are(1), at_rest))
+
+
+@extreme("corners of two arcs", "ran into, and sticking out", "coulomb")
+def corners_of_arcs() -> Iterator[Case]:
+    """Run a ball along the diagonal into a corner of two arcs, or onto one that sticks out."""
+    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    for label, bulge, e, mu in (
+        ("inwards, e = 0.7", -0.125, 0.7, 0.0), ("inwards, rough", -0.125, 0.7, 0.2),
+        ("inwards, e = 0", -0.125, 0.0, 0.2), ("reflex, e = 0.7", 0.625, 0.7, 0.2),
+        ("reflex, e = 1", 0.625, 1.0, 0.0), ("reflex, e = 0", 0.625, 0.0, 0.0),
+    ):  # fmt: skip
+        yield diagonal(label, Table(square, (bulge, 0.0, 0.0, bulge)), -1.0, e, mu)
+
+
+@extreme("held to an arc", "from a tangent, and after hits that converge", "coulomb")
+def held_to_arcs() -> Iterator[Case]:
+    """Let a ball slide along the inside of a circle, from a tangent or after hits that converge.
+
+    Along the arc d(v^2)/ds = -2 (mu_s g + mu v^2 / R). Hits at an angle to the tangent have closing
+    speeds that shrink by e, and each turns the ball by twice the angle at which it leaves.
+    """
+    inner, speed, time = 0.5 - R, 1.0, 0.375
+    for label, e, angle, mu in (
+        ("e = 0", 0.0, 0.0, 0.0), ("e = 0, rough", 0.0, 0.0, 0.2), ("e = 0.2", 0.2, 0.0, 0.2),
+        ("e = 0, from a hit", 0.0, 0.25, 0.2), ("e = 0.2, converging", 0.2, 0.25, 0.2),
+    ):  # fmt: skip
+        v_n, v_t, turned, left = speed * math.sin(angle), speed * math.cos(angle), 0.0, time
+        while v_n > 1e-12:  # One chord after another, and then along the arc
+            half = math.atan2(v_n, v_t)
+            left -= 2.0 * inner * math.sin(half) / math.hypot(v_n, v_t)
+            v_t, v_n, turned = v_t - mu * (1.0 + e) * v_n, e * v_n, turned + 2.0 * half
+        along = math.log1p(mu * v_t * left / inner) / mu if mu else v_t * left / inner
+        at = turned + along - math.pi / 2.0
+        ends = {"0": (0.5 + inner * math.cos(at), 0.5 + inner * math.sin(at))}
+        row = (0.5, R, speed * math.cos(angle), speed * math.sin(angle))
+        scene = Scene(alike([row]), Table.circle(0.5), Restitution(1.0, None, e),
+                      Friction(0.0, mu), Physics(max_time=time))  # fmt: skip
+        yield Case(label, scene, (must.know_of_ends(ends),), slow=angle == 0.0)
+
+
 # -- many, and without end -------------------------------------------------------------------------
 
 
-def crowd(count: int, box: float, seed: int = 1) -> tuple[Ball, ...]:
-    """Return balls on a grid in a square box (m), each in its own direction at 1 m/s."""
-    rng, side = random.Random(seed), math.ceil(math.sqrt(count))
-    pitch = box / side
-    return alike(
-        ((k % side + 0.5) * pitch, (k // side + 0.5) * pitch, *unit(rng.uniform(0.0, 360.0)))
-        for k in range(count)
-    )
-
-
+@extreme("many contacts", "up to 100,000 without losses", "coulomb")
 def many_contacts() -> Iterator[Case]:
     """Play ten balls in a box, without losses, for this many contacts."""
     physics = Physics(max_time=1e6)
@@ -363,6 +526,7 @@ def many_contacts() -> Iterator[Case]:
         yield Case(f"{count}", scene, max_events=count, ends="max_events", slow=count > 1_000)
 
 
+@extreme("many balls", "up to 1,000")
 def many_balls() -> Iterator[Case]:
     """Play a box full of balls, for half a second."""
     for count in (10, 100, 1_000):
@@ -372,6 +536,7 @@ def many_balls() -> Iterator[Case]:
         yield Case(f"{count}", scene, slow=count > 100)
 
 
+@extreme("dense piles", "9 and 25 moving balls, e from 0.9 to 0", "coulomb")
 def piles() -> Iterator[Case]:
     """Pack balls with gaps of a tenth of a radius, all moving, until they have come to rest.
 
@@ -389,19 +554,20 @@ def piles() -> Iterator[Case]:
         yield Case(f"{count}, e = {e:g}{masses}", scene, slow=slow)
 
 
+@extreme("never at rest", "no friction, max_time = pi s")
 def never_at_rest() -> Iterator[Case]:
     """Let nothing brake: the run ends at its ``max_time``, to the last bit, and not before."""
     physics = Physics(max_time=math.pi)
-    one, table = (0.5, 0.5, 1.0, 0.25), rectangle(2.0, 1.0)
+    one = (0.5, 0.5, 1.0, 0.25)
     for label, rows, where in (
-        ("one ball", [one], table),
-        ("along a cushion", [(0.5, R, 1.0, 0.0)], table),
+        ("one ball", [one], TABLE), ("along a cushion", [(0.5, R, 1.0, 0.0)], TABLE),
         ("no table", [one], None),
-        ("three balls", [one, (1.0, 0.5, *REST), (1.5, 0.5, 0.0, 0.5)], table),
-    ):
+        ("three balls", [one, (1.0, 0.5, *REST), (1.5, 0.5, 0.0, 0.5)], TABLE),
+    ):  # fmt: skip
         yield Case(label, Scene(alike(rows), where, ELASTIC, SMOOTH, physics))
 
 
+@extreme("the report's law", "Listing 3 in an oblique hit", "published", because=LISTING)
 def the_listing() -> Iterator[Case]:
     """Show what Listing 3, the report's own law, does to momentum and energy in an oblique hit."""
     for degrees in (0.0, 30.0, 60.0):
@@ -411,49 +577,4 @@ def the_listing() -> Iterator[Case]:
         yield Case(f"{degrees:g} degrees", scene, (must.momentum_kept, must.energy_kept))
 
 
-EVERY_STEP = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1 / 240, 1 / 60, 0.1, 0.5)
-LISTING = "line 132 pushes B with the slip, not against it: momentum is not kept"
-
-EXTREMES = (
-    Extreme("speeds", "1e-6 to 1e6 m/s on a 2 m table", speeds),
-    Extreme("mass ratios", "up to 1e9 and 1e-9", masses),
-    Extreme("radius ratios", "up to 1000", radii),
-    Extreme("restitution", "0 and 1, three balls touching", restitutions),
-    Extreme("friction", "0 and 10, of balls, cushions and cloth", frictions),
-    Extreme("time steps", "1e-7 to 0.5 s", time_steps, steps=EVERY_STEP),
-    Extreme("table sizes", "1 mm to 10 km, to scale and with usual balls", table_sizes),
-    Extreme("far from the origin", "up to 1e7 m", origins),
-    Extreme("frozen racks of 15", "gaps of 1e-6 to 0 m, hit head-on", racks),
-    Extreme("Newton's cradles", "2 to 7 balls, gaps of 0", cradles),
-    Extreme("meeting at one instant", "2 to 6 balls, and around one", meetings),
-    Extreme("one after the other", "into two balls 1e-3 to 1e-12 s apart, and at once", orders),
-    Extreme("head-on hits", "zero slip, at five angles", head_ons),
-    Extreme("grazing hits", "within 1e-12 of a miss or a hit", grazing_hits),
-    Extreme("exact corners", "of a square, and sticking out", corners),
-    Extreme("squeezed to a cushion", "by a ball up to 1e8 times as heavy", squeezes),
-    Extreme("pockets", "rims grazed within 1e-12, and one reached at contact", pockets),
-    Extreme("converging cushions", "a wedge of 60 to 0.1 degrees", wedges),
-    Extreme("sliding, then rolling", "draw that cancels the motion, slips of 1e-12, no end",
-            slides_and_rolls, ("coulomb",)),
-    Extreme("follow after a full hit", "at once, and within 1e-15 m of where it rolls", follows,
-            ("coulomb",)),
-    Extreme("draw that turns back", "at a face, corner or rim, within 1e-12", turns_back,
-            ("coulomb",)),
-    Extreme("pressed by a roll", "to a cushion, or to a ball that lies there", pressed_by_rolls,
-            ("coulomb",)),
-    Extreme("around a circle", "up to 10,000 contacts, by equal angles", circles, ("coulomb",)),
-    Extreme("tangent to something round", "an arc, a post or a pin, within 1e-12 of a miss",
-            tangents, ("coulomb",)),
-    Extreme("joint of a face and an arc", "hit within 1e-9 to 1e-15 m", joints, ("coulomb",)),
-    Extreme("corners of two arcs", "ran into, and sticking out", corners_of_arcs, ("coulomb",)),
-    Extreme("held to an arc", "from a tangent, and after hits that converge", held_to_arcs,
-            ("coulomb",)),
-    Extreme("many contacts", "up to 100,000 without losses", many_contacts, ("coulomb",)),
-    Extreme("many balls", "up to 1,000", many_balls),
-    Extreme("dense piles", "9 and 25 moving balls, e from 0.9 to 0", piles, ("coulomb",)),
-    Extreme("never at rest", "no friction, max_time = pi s", never_at_rest),
-    Extreme(
-        "the report's law", "Listing 3 in an oblique hit", the_listing, ("published",),
-        because=LISTING,
-    ),
-)  # fmt: skip
+EXTREMES = tuple(listed)

@@ -1,10 +1,12 @@
-"""This module has what the scenes of the extremes are made of: balls, tables, coefficients."""
+"""This module has the table of the extremes, and the parts that their scenes are made of."""
 
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from pool_pymunk.model import (
     STANDARD_GRAVITY,
@@ -49,6 +51,19 @@ class Extreme:
     because: str = ""
 
 
+listed: list[Extreme] = []
+
+
+def extreme(name: str, about: str, *laws: str, **more: Any) -> Callable[[Any], Any]:
+    """Return a decorator that puts cases, under these laws (default: all), into the table."""
+
+    def put(cases: Callable[[], Iterator[Case]]) -> Callable[[], Iterator[Case]]:
+        listed.append(Extreme(name, about, cases, laws or tuple(LAWS), **more))
+        return cases
+
+    return put
+
+
 # -- what scenes are made of -----------------------------------------------------------------------
 
 
@@ -60,6 +75,14 @@ def alike(rows: Iterable[Row], r: float = R, m: float = M) -> tuple[Ball, ...]:
     )
 
 
+def scaled(
+    rows: Iterable[Row], size: float = 1.0, faster: float = 1.0, shift: Point = (0.0, 0.0)
+) -> list[Row]:
+    """Return the rows with places scaled and then shifted (m), and with velocities scaled."""
+    dx, dy = shift
+    return [(size * x + dx, size * y + dy, faster * vx, faster * vy) for x, y, vx, vy in rows]
+
+
 def rectangle(length: float, width: float, corner: Point = (0.0, 0.0)) -> Table:
     """Return a table of that size (m) with its lower left corner anywhere."""
     x, y = corner
@@ -67,7 +90,7 @@ def rectangle(length: float, width: float, corner: Point = (0.0, 0.0)) -> Table:
 
 
 def on_plane(balls: tuple[Ball, ...], e: float, time: float, friction: Friction = CHALK) -> Scene:
-    """Return a scene in which balls meet nothing but each other, for so long (s)."""
+    """Return a scene in which balls meet nothing but each other, for a time (s)."""
     return Scene(balls, None, Restitution(e), friction, Physics(max_time=time))
 
 
@@ -81,17 +104,41 @@ def grip(speed: float, length: float) -> float:
     return speed * speed / (2.0 * length * STANDARD_GRAVITY)
 
 
+def rolling(rows: Iterable[Row], *rolls: float, **parts: Any) -> Scene:
+    """Return a scene of balls that roll; ``rolls`` are the first ones' shares of their velocity."""
+    balls = alike(rows)
+    struck = tuple(replace(ball, roll=roll) for ball, roll in zip(balls, rolls, strict=False))
+    made = {"restitution": ELASTIC, "friction": ROLLS, **parts}
+    return Scene((*struck, *balls[len(struck) :]), **made)
+
+
+def far(v: float, w: float, time: float = math.inf, drag: float = DRAG) -> float:
+    """Return how far (m) a ball slides and rolls from v with a roll w (m/s), to rest or for a time.
+
+    It slides for 2 |v - w| / 7 mu_s g, until it rolls at 5/7 v + 2/7 w.
+    """
+    slides, last = 2.0 * abs(v - w) / (7.0 * PULL), (5.0 * v + 2.0 * w) / 7.0
+    rolls = min(abs(last) / drag if drag else math.inf, time - slides)
+    return (v + last) / 2.0 * slides + (last - math.copysign(drag, last) * rolls / 2.0) * rolls
+
+
+def crowd(count: int, box: float, seed: int = 1) -> tuple[Ball, ...]:
+    """Return balls on a grid in a square box (m), each in its own direction at 1 m/s."""
+    rng, side = random.Random(seed), math.ceil(math.sqrt(count))
+    pitch = box / side
+    return alike(
+        ((k % side + 0.5) * pitch, (k // side + 0.5) * pitch, *unit(rng.uniform(0.0, 360.0)))
+        for k in range(count)
+    )
+
+
 # On a table of 2 m by 1 m, two balls move among others that rest; three of those touch.
 MIXED: tuple[Row, ...] = (
-    (0.5, 0.5, 3.0, 0.25),
-    (1.0, 0.5, *REST),
-    (1.25, 0.625, *REST),
-    (1.5, 0.25, *REST),
+    (0.5, 0.5, 3.0, 0.25), (1.0, 0.5, *REST), (1.25, 0.625, *REST), (1.5, 0.25, *REST),
     (1.75, 0.5 + R, -1.0, 0.0),
-)
-TOUCHING: tuple[Row, ...] = (
-    *MIXED[:2],
-    (1.0 + 2.0 * R, 0.5, *REST),
-    (1.0 + 2.0 * R, 0.5 + 2.0 * R, *REST),
-    *MIXED[3:],
-)
+)  # fmt: skip
+RIGHT = 1.0 + 2.0 * R  # m
+TOUCHING = (*MIXED[:2], (RIGHT, 0.5, *REST), (RIGHT, 0.5 + 2.0 * R, *REST), *MIXED[3:])
+TABLE = rectangle(2.0, 1.0)
+EVERY_STEP = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1 / 240, 1 / 60, 0.1, 0.5)
+LISTING = "line 132 pushes B with the slip, not against it: momentum is not kept"

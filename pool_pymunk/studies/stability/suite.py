@@ -6,6 +6,7 @@ import multiprocessing
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import resource_tracker
 from multiprocessing.pool import IMapIterator
 
@@ -17,9 +18,9 @@ from pool_pymunk.studies.stability.extremes import EXTREMES
 from pool_pymunk.studies.stability.scenes import Extreme
 from pool_pymunk.studies.stability.trial import GRID, Measure, Trial, wrong
 
-# This is the limit of one run; a run that needs more is left out.
+# These limit one run, its steps and the pairs looked at one by one; chosen. One that needs more is
+# left out.
 MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000
-# This is the limit of pairs looked at one by one.
 MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000
 PROCESSES = 2
 NOT_OFFERED = "not offered"  # Balls roll, and the solver has no rolling.
@@ -172,18 +173,17 @@ def check_all(
     rows, which take longest, come first. If the iterator is closed, as by Ctrl-C, processes end.
     """
     names = [solver.name for solver in columns()] if solvers is None else solvers
-    tasks = [(extreme, names, quick) for extreme in reversed(extremes)]
+    rows_of = partial(_check_row, solvers=names, quick=quick)
     resource_tracker.ensure_running()  # This must not start later: it would then unblock SIGINT.
     with block_sigint():
         pool = multiprocessing.get_context("spawn").Pool(processes)
     with pool:
-        rows = pool.imap_unordered(_check_row, tasks)
-        for _ in tasks:
+        rows = pool.imap_unordered(rows_of, extremes[::-1])
+        for _ in extremes:
             yield from _next(rows)
 
 
-def _check_row(task: tuple[Extreme, Sequence[str], bool]) -> list[Cell]:
-    extreme, solvers, quick = task
+def _check_row(extreme: Extreme, solvers: Sequence[str], quick: bool) -> list[Cell]:
     return [check(extreme, solver, quick) for solver in solvers]
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pool_pymunk.results.run import write_rows
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.studies.stability.extremes import EXTREMES
 from pool_pymunk.studies.stability.suite import Cell, columns
@@ -59,26 +59,24 @@ def reason(cell: Cell) -> str:
 
 def notes(cells: Iterable[Cell]) -> list[str]:
     """Return the reasons of all that breaks, each once."""
-    lines: dict[str, None] = {}
-    for cell in cells:
-        if cell.worst is not None:
-            what = cell.extreme if cell.because else cell.solver
-            nothing = f"{cell.solver} breaks at {cell.extreme}: {cell}"
-            lines[f"{what}: {reason(cell)}" if reason(cell) else nothing] = None
-    return list(lines)
+    lines = (
+        f"{cell.extreme if cell.because else cell.solver}: {reason(cell)}" if reason(cell)
+        else f"{cell.solver} breaks at {cell.extreme}: {cell}"
+        for cell in cells if cell.worst is not None
+    )  # fmt: skip
+    return list(dict.fromkeys(lines))
 
 
 def write_csv(cells: Iterable[Cell], path: Path) -> None:
     """Write one row a measure (SI, all digits), and one for every case that was not run."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(FIELDS)
-        for cell in cells:
-            for o in cell.outcomes:
-                about = (cell.extreme, o.case, o.law, cell.solver, o.dt)
-                if o.not_run:
-                    rows.writerow((*about, *[""] * 9, f"not run: {o.not_run}"))
-                for m in o.measures:
-                    note = "" if m.holds else f"{m} ({reason(cell)})" if reason(cell) else str(m)
-                    rows.writerow((*about, o.status, o.contacts, o.wall_time, o.compared,
-                                   m.claim, m.value, m.bound, m.unit, m.holds, note))  # fmt: skip
+    rows: list[tuple[object, ...]] = []
+    for cell in cells:
+        for o in cell.outcomes:
+            about = (cell.extreme, o.case, o.law, cell.solver, o.dt)
+            if o.not_run:
+                rows.append((*about, *[""] * 9, f"not run: {o.not_run}"))
+            for m in o.measures:
+                note = "" if m.holds else f"{m} ({reason(cell)})" if reason(cell) else str(m)
+                rows.append((*about, o.status, o.contacts, o.wall_time, o.compared, m.claim,
+                             m.value, m.bound, m.unit, m.holds, note))  # fmt: skip
+    write_rows(path, FIELDS, rows)

@@ -22,8 +22,8 @@ from pool_pymunk.studies.compare import Comparison, contacts
 # less than this many units of rounding. It counts up to the time when it has grown to LINEAR radii.
 NUDGE, LEAST_NUDGE, NUDGES, LINEAR = 1e-9, 64.0 * EPSILON, 3, 1e-3
 ENOUGH = 2000  # A nudged run has this many events at most; no nudge stays small for as long.
-GRID = 200  # Runs are compared at this many times.
-SAMPLES = 400  # Invariants are checked at this many times beside the grid, mostly at contacts.
+# Runs are compared at GRID times, and invariants are checked at SAMPLES contacts, too; chosen.
+GRID, SAMPLES = 200, 400
 
 
 class Measure(NamedTuple):
@@ -151,9 +151,14 @@ class Trial:
         return np.unique(np.concatenate([[0.0], thin, grid(self.run.duration)]))
 
     @cached_property
+    def radii(self) -> Array:
+        """The radii (N,) in m."""
+        return np.array([ball.radius for ball in self.scene.balls])
+
+    @cached_property
     def smallest(self) -> float:
         """The smallest radius (m)."""
-        return min(ball.radius for ball in self.scene.balls)
+        return float(self.radii.min())
 
     @cached_property
     def fastest(self) -> float:
@@ -193,10 +198,10 @@ class ReferenceRun:
 def reference_of(scene: Scene, max_events: int) -> ReferenceRun:
     """Return the reference run, and nudge what moves at the start to measure amplification."""
     run = simulate(scene, solver=reference_solver().name, max_events=max_events)
-    largest, smallest = (most(ball.radius for ball in scene.balls) for most in (max, min))
+    radii = [ball.radius for ball in scene.balls]
     outline = max(map(abs, scene.table.bounds)) if scene.table else 0.0
-    extent = max(largest, outline, *(float(np.abs(each[:, 1:3]).max()) for each in run.knots))
-    nudge = max(NUDGE * smallest / extent, LEAST_NUDGE)
+    extent = max(*radii, outline, *(float(np.abs(each[:, 1:3]).max()) for each in run.knots))
+    nudge = max(NUDGE * min(radii) / extent, LEAST_NUDGE)
     times = grid(run.duration)
     growth = np.zeros(len(times))
     for seed in range(NUDGES):
@@ -206,7 +211,7 @@ def reference_of(scene: Scene, max_events: int) -> ReferenceRun:
             times = times[times <= other.duration]
         growth = np.maximum(growth[: len(times)], Comparison(run, other).apart(times))
     growth = np.maximum.accumulate(growth)
-    linear = growth <= LINEAR * smallest
+    linear = growth <= LINEAR * min(radii)
     return ReferenceRun(run, times[linear], growth[linear] / nudge, extent)
 
 
@@ -217,12 +222,12 @@ def grid(duration: float) -> Array:
 
 def _nudged(scene: Scene, nudge: float, extent: float, rng: random.Random) -> Scene:
     """Return the scene with everything that moves at the start moved by a relative ``nudge``."""
-    balls = list(scene.balls)
-    for k, ball in enumerate(balls):
-        (x, y), (vx, vy) = ball.position, ball.velocity
+    balls = []
+    for ball in scene.balls:
         if ball.velocity != (0.0, 0.0):
+            (x, y), (vx, vy) = ball.position, ball.velocity
             dx, dy, turn, faster = (nudge * rng.uniform(-1.0, 1.0) for _ in range(4))
             velocity = (vx * (1.0 + faster) - vy * turn, vy * (1.0 + faster) + vx * turn)
-            place = (x + extent * dx, y + extent * dy)
-            balls[k] = replace(ball, position=place, velocity=velocity)
+            ball = replace(ball, position=(x + extent * dx, y + extent * dy), velocity=velocity)
+        balls.append(ball)
     return replace(scene, balls=tuple(balls))

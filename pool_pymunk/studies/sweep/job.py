@@ -36,7 +36,7 @@ ANEW = "begin anew with --restart (resume=False)"
 FAST = 1  # the level of zstd's compression
 CHUNK = 50_000
 WINDOW = 1_000  # This many parts wait for an executor at most.
-POLL = 0.5  # s; so often an interrupt is looked for
+POLL = 0.5  # s between looks for an interrupt
 
 
 class Done(NamedTuple):
@@ -144,10 +144,7 @@ def _play_there(plan: Plan, folder: Path, todo: list[int], executor: Executor) -
 
 
 def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
-    """Make the folder ready, without ``resume`` anew, and return the parts that are missing.
-
-    Raises SettingError if the folder has another sweep, or other files.
-    """
+    """Make the folder ready, without ``resume`` anew, and return the parts that are missing."""
     folder.mkdir(parents=True, exist_ok=True)
     manifest = folder / MANIFEST
     if not resume:
@@ -212,12 +209,12 @@ def _is_whole(folder: Path, plan: Plan, part: int) -> bool:
 
 
 def _write(plan: Plan, folder: Path, part: int, drawn: Drawn, batch: Batch) -> Done:
-    """Write what came of the shots of a part."""
+    """Write the outcomes of the shots of a part."""
     from pyarrow import parquet
 
     table = _table(plan, plan.shots_of(part), drawn, batch)
-    floats = [field.name for field in table.schema if str(field.type) == "double"]
-    others = [field.name for field in table.schema if field.name not in floats]
+    floats = [name for name in table.column_names if str(table.field(name).type) == "double"]
+    others = [name for name in table.column_names if name not in floats]
     with whole(part_path(folder, part)) as path:
         parquet.write_table(
             table, path, compression="zstd", compression_level=FAST, use_dictionary=others,
@@ -234,19 +231,15 @@ def _table(plan: Plan, shots: range, drawn: Drawn, batch: Batch) -> pyarrow.Tabl
 
     columns: dict[str, Any] = {"shot": np.arange(shots.start, shots.stop, dtype=np.int64)}
     columns |= drawn.columns
-    units = {key: UNITS.get(key) or UNITS.get(key.partition("_")[0], "") for key in drawn.columns}
     for i, id_ in enumerate(plan.scene.index):
         columns |= {f"x_{id_}": batch.final[:, i, 0], f"y_{id_}": batch.final[:, i, 1]}
-        units |= {f"x_{id_}": "m", f"y_{id_}": "m"}
     for i, id_ in enumerate(plan.scene.index if plan.scene.pockets else ()):
         columns[f"pocketed_{id_}"] = batch.pocketed[:, i].astype(np.int16)
     for key in ("duration", "hits", "cushions", "first_hit", "status"):
         columns[key] = getattr(batch, key)
-    units["duration"] = "s"
+    units = {key: UNITS.get(key) or UNITS.get(key.partition("_")[0], "") for key in columns}
     fields = [
-        pyarrow.field(
-            key, pyarrow.from_numpy_dtype(each.dtype), metadata={"unit": units.get(key, "")}
-        )
+        pyarrow.field(key, pyarrow.from_numpy_dtype(each.dtype), metadata={"unit": units[key]})
         for key, each in columns.items()
     ]
     schema = pyarrow.schema(fields, metadata={HASH: plan.manifest["hash"].encode()})

@@ -28,8 +28,10 @@ from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies.uncertainty import StartSampler, launched, normal, uniforms
 
 SPREADS = ("start", "noise.speed", "noise.angle")  # each of these takes one width
-UNITS = {"start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg"}
-UNITS = {row.name: inputs.SI[row.quantity] for row in inputs.TABLE.values()} | UNITS
+UNITS = {row.name: inputs.SI[row.quantity] for row in inputs.TABLE.values()} | {
+    "start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg",
+    "duration": "s",
+}  # fmt: skip
 # These inputs have fixed random numbers of a shot; every other input has those of its name.
 SLOT = {"speed": 0, "angle": 1, "turn": 1, "mass": 2} | {
     key: 3 + column for key, column in inputs.column_of("coefficients").items()
@@ -138,15 +140,16 @@ class Plan:
             if not self._state.off:  # Overlapping balls are moved apart.
                 widths = np.full(position.shape[1:], width)
                 position = StartSampler(self.scene, widths, self._state.position).apart(position)
-        arrays = {"position": position, "velocity": velocity}
         for key, values in columns.items():
-            kind, whose = inputs.parts(self.meaning(key))
+            name = self.meaning(key)
+            kind, whose = inputs.parts(name)
             row = inputs.TABLE.get(kind)
             array, axis = (row and row.column) or ("", 0)
-            if array in arrays:
-                arrays[array][:, self.scene.index[whose], axis] = values
+            if array in ("position", "velocity"):
+                there = position if array == "position" else velocity
+                there[:, self.scene.index[whose], axis] = values
             elif row is not None and array != "struck":
-                vary[self.meaning(key)] = values
+                vary[name] = values
         velocity[:, self.ball] = self._struck(columns, position, velocity[:, self.ball])
         share = columns.get("roll", self._share)
         carried = self._state.roll if self.shot is not None and self.shot.from_previous else None
