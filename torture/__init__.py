@@ -1,0 +1,1 @@
+"""A torture suite for billiards simulators: see docs/beside-others.md."""

@@ -1,0 +1,1 @@
+"""Who plays the scenes: one file each, run in an environment of its own."""
