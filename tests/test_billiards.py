@@ -485,6 +485,10 @@ def test_a_ball_twice_or_in_another_one() -> None:
     assert said(lambda: ball(table, 0.05)) == f"position = [0.05, 0.0]: {deep}"
     other = ball(table, 1.0)
     assert said(lambda: table.place(other, (0.05, 0.0))) == f"position = [0.05, 0.0]: {deep}"
+    one.id = "8"
+    assert 'overlaps ball 0 (id "8") by' in said(lambda: ball(table, 0.05))
+    body: Any = one.body
+    assert said(lambda: table.add_ball(body)).endswith("a ball must be a pymunk.Circle")
 
 
 def test_a_ball_within_a_pocket_or_a_wall() -> None:

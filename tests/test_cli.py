@@ -7,16 +7,18 @@ import json
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scenes import INCH, Answer, typed
 
-from pool_pymunk import SOLVERS, SettingError, __version__, load
+from pool_pymunk import SOLVERS, SettingError, Units, __version__, load
 from pool_pymunk.cli import main
 from pool_pymunk.cli.common import How
 from pool_pymunk.model.scenario import bundled
+from pool_pymunk.physics.motion import Array
 
 pytestmark = pytest.mark.heavy
 
@@ -114,7 +116,11 @@ def test_the_data_files_hold_the_run(report_run: tuple[str, Path]) -> None:
     with (out / "shot-1.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 11 * len(data["t"])
-    assert float(rows[-1]["x"]) == final[-1][0]
+    assert float(rows[-1]["x (m)"]) == final[-1][0]
+    energies = [float(row["energy (J)"]) for row in rows]
+    energy = content["shots"][0]["energy"]
+    assert sum(energies[:11]) == pytest.approx(energy["initial"], rel=1e-12)
+    assert sum(energies[-11:]) == pytest.approx(energy["final"], abs=1e-12)
     with (out / "shot-1-events.csv").open() as file:
         events = list(csv.DictReader(file))
     assert [float(e["t"]) for e in events] == [e["t"] for e in content["shots"][0]["events"]]
@@ -122,6 +128,30 @@ def test_the_data_files_hold_the_run(report_run: tuple[str, Path]) -> None:
         for when in ("start", "end"):
             assert (out / f"shot-{shot}-{when}.png").stat().st_size > 20_000
     assert not [path for path in out.iterdir() if path.name.startswith(".")]
+
+
+def test_the_data_are_in_the_units_asked_for(tmp_path: Path) -> None:
+    """The energy is in J everywhere, and includes that of the roll."""
+    scene = replace(load("follow-and-draw"), units=Units("in", "g", "in/s"))
+    (tmp_path / "inches.toml").write_text(scene.to_toml())
+    tables: dict[str, tuple[list[str], Array]] = {}
+    for units in ("m,kg,m/s", "scene", "cm"):
+        more = ("--shot", "follow", "--no-pictures", "--solver", "event-driven", "--units", units)
+        done = typed("run", tmp_path / "inches.toml", *more, "--out", tmp_path)
+        assert done.returncode == 0, done.stderr
+        with (tmp_path / "shot-1.csv").open() as file:
+            heading, *rows = csv.reader(file)
+        tables[units] = heading, np.array([[row[0], *row[2:]] for row in rows], dtype=float)
+        assert (*heading[:2], heading[-1]) == ("t (s)", "ball", "energy (J)")
+    assert tables["scene"][0][2:6] == ["x (in)", "y (in)", "vx (in/s)", "vy (in/s)"]
+    assert tables["cm"][0][2:6] == ["x (cm)", "y (cm)", "vx (m/s)", "vy (m/s)"]
+    si, inches, cm = (tables[units][1] for units in ("m,kg,m/s", "scene", "cm"))
+    assert inches[:, 1:5] * 0.0254 == pytest.approx(si[:, 1:5], rel=1e-12, abs=1e-15)
+    assert cm[:, 1:3] == pytest.approx(100.0 * si[:, 1:3], rel=1e-12)
+    assert np.array_equal(inches[:, 5], si[:, 5])
+    # The cue ball of 0.17 kg rolls at 3 m/s: m v^2 / 2 + m v^2 / 5.
+    assert si[0, 5] == pytest.approx(0.7 * 0.17 * 3.0**2)
+    assert "there is no such unit" in one_line(typed("run", "report", "--units", "mile"))
 
 
 def test_one_shot_by_number_or_name(tmp_path: Path) -> None:
@@ -304,8 +334,8 @@ def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
         (("run",), "scenario: is missing"),
         (("run", "report", "--colour"), "No such option"),
         (("fly",), "No such command 'fly'"),
-        (("compare", "report", "--solvers", "pymunk,magic"), "solver = magic"),
-        (("compare", "report", "--solvers", "pymunk:fast"), "--dt = fast"),
+        (("compare", "report", "--solvers", "pymunk,magic"), "--solvers = magic"),
+        (("compare", "report", "--solvers", "pymunk:fast"), "--solvers = fast"),
         (("tradeoff", "report", "--budget", "-1"), "--budget = -1.0"),
         (("tradeoff", "report", "--solvers", "magic"), "solver = magic"),
         (("check", "nowhere"), "there is no such file"),

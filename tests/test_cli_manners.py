@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -19,6 +20,7 @@ from pathlib import Path
 import pytest
 import typer
 from commands import Capture, exit_code, refusal
+from rich.console import Console
 from scenes import AT_A_TERMINAL
 from typer.core import TyperGroup
 
@@ -34,9 +36,9 @@ from pool_pymunk import (
     simulate,
     simulate_all,
 )
-from pool_pymunk.cli import COMMANDS, app, read
+from pool_pymunk.cli import COMMANDS, app, read, terminal
 from pool_pymunk.cli import opt as choices
-from pool_pymunk.cli.terminal import Share, progress
+from pool_pymunk.cli.terminal import Share, TextTable, progress
 from pool_pymunk.model import UNITS
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.report.listing import shot_lines
@@ -72,6 +74,17 @@ def test_collide_prints_no_negative_zero(capsys: Capture) -> None:
         assert re.search(r"-0(\.0*)?(?![\d.e])", printed) is None, printed
 
 
+def test_a_collision_has_whole_numbers_in_80_columns(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(terminal, "WIDTH", 80)
+    more = ("--velocity-b", "0.5", "-0.0123456", "--offset", "0.01")
+    assert exit_code(*HIT, *more) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines[3:])) <= 80
+    assert not any(line.startswith("│  ") for line in lines)  # No cell goes on in the next line.
+
+
 def test_a_collision_that_gains_energy_says_so(capsys: Capture) -> None:
     sideways = ("--velocity-b", 0, 1, "--law", "published", "--friction", 0.1, "--angle", 180)
     assert exit_code(*HIT, *sideways) == 0
@@ -84,6 +97,47 @@ def test_the_picture_of_a_collision_calls_the_offset_by_its_name(tmp_path: Path)
     drawn = file.read_text(encoding="utf-8")
     assert "<!-- offset 0.02 m -->" in drawn
     assert "<!-- e = " not in drawn
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("render", "report", "--overlay", ""), "--overlay = : there is no such solver"),
+        (("page", "report", "--overlay", "pool"), "--overlay = pool: there is no such solver"),
+        (("page", "report", "--overlay", "no.toml"), "--overlay = no.toml: there is no such file"),
+        (("page", "report", "--overlay", "pymunk:-1"), "--overlay = -1: must be greater than 0"),
+        (("run", "report", "--units", "scene,mm"), "--units = scene,mm: scene must stand alone"),
+        (("sensitivity", "report", "--angle-error", "-1deg"), "--angle-error = -1deg: must be 0"),
+        (("sensitivity", "report", "--position-error", "-1mm"), "--position-error = -1mm: must"),
+        (("sensitivity", "report", "--speed-error", "-1"), "--speed-error = -1: must be 0 or more"),
+        (("run", ""), 'scenario = "": must be the path of a file'),
+        (("compare", "report", "--solvers", "pymunk:1/240:published"), "or with :DT behind it"),
+        (("sweep", "report", "--out", "x"), "--shot: is missing; there are 1 (Simulation 1)"),
+        (("sweep", "report", "--shot", 1, "--out", "x"), "--samples: is missing"),
+        (("sweep", "report", "--shot", 1, "--out", "x", "--samples", 2, "--vary", "angle=5:1"),
+         "--vary angle = 5:1: LOW must not be above HIGH"),
+        (("atlas", "report", "--angle", 3), "--angle = 3: must be LOW:HIGH"),
+        (("atlas", "report", "--up", "mass.8=1:2"), "--across: is missing beside --up"),
+        (("run", "report", "--tolerance", 1, "--dt", 1), "give either --tolerance or --dt"),
+        (("run", "report", "--units", "ft"), "there is no such unit"),
+        ((*HIT, "--velocity-b", *HIT[HIT.index("--velocity-a") + 1 :][:2]), "the balls never meet"),
+    ],
+)  # fmt: skip
+def test_a_message_says_what_to_type(
+    arguments: tuple[object, ...], words: str, capsys: Capture
+) -> None:
+    assert words in refusal(capsys, *arguments)
+
+
+def test_tables_have_whole_names_in_80_columns() -> None:
+    headings = ("solver", "dt", "largest error", "rms error", "contacts shared", "time")
+    rows = [("pymunk-discrete", "0.0001 s", "1.5e-12", "1.3e-12", "44 of 44", "1310 ms")]
+    table = TextTable(headings, rows, left=("solver",), title="x" * 60)
+    console = Console(width=60, file=io.StringIO(), highlight=False)
+    console.print(table)
+    lines = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "pymunk-discrete" in lines
+    assert "…" not in lines
 
 
 # -- the log's digits ----------------------------------------------------------------------------
@@ -266,6 +320,7 @@ def test_help_fits_eighty_columns_and_has_an_example(
     shown = capsys.readouterr().out
     assert max(map(len, shown.splitlines())) <= 80
     assert "<bool>" not in shown
+    assert "…" not in shown
     words = " ".join(shown.split())
     assert f"Example: pool-pymunk {command} {COMMANDS[command]}" in words
     if "{SCENARIO}" in shown:

@@ -13,10 +13,13 @@ import pytest
 from commands import exit_code, refusal
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
 
 from pool_pymunk import Collision, Disc, Material, SceneError, collide, collide_at, load, simulate
-from pool_pymunk.model import Point
+from pool_pymunk.model import Point, Units
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.render import collision
 
 # It gives the angle of the line of centres, from d_y and d_x.
 Angle = Callable[[float, float], float]
@@ -257,7 +260,8 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert exit_code(*TYPED, *more, "--json", data, "--picture", drawing) == 0
     printed = capsys.readouterr().out
     assert "Offset 2 of 4.5 in; line of centres from A to B at 21.8139° to x" in printed
-    assert "velocity of A before │ m/s" in printed
+    assert "Velocities are in m/s, momentum in g m/s" in printed
+    assert "velocity of A before │" in printed
     assert drawing.stat().st_size > 20_000
     found = json.loads(data.read_text(encoding="utf-8"))
     a, b = Disc(0.2, 0.05715, (2.0, 0.0)), Disc(0.16, 0.05715, (-0.5, 0.2))
@@ -265,11 +269,36 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert {key: found[key] for key in expected} == expected
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("offset", [0.0, -0.0127, 0.056])
+@pytest.mark.parametrize("other", [(0.0, 0.0), (-3.0, 0.5)])
+def test_labels_of_the_picture_lie_beside_its_arrows(
+    offset: float, other: tuple[float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(collision, "save_figure", lambda figure, *_: drawn.append(figure))
+    a, b = Disc(0.17, 0.028575, (2.0, 0.3)), Disc(0.25, 0.028575, other)
+    collision.collision_picture(collide(a, b, offset), tmp_path / "hit.png", Units())
+    (figure,) = drawn
+    for axes in figure.axes:
+        arrows = [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
+        labels = [text.get_window_extent() for text in axes.texts]
+        assert len(labels) >= 5
+        assert not any(label.count_overlaps(labels[:k]) for k, label in enumerate(labels))
+        for arrow in arrows:
+            path = arrow.get_transform().transform_path(arrow.get_path())
+            corners = np.concatenate([*map(np.asarray, path.to_polygons(closed_only=False))])
+            on_it = np.concatenate(np.linspace(corners[:-1], corners[1:], 50))
+            assert ((on_it > axes.bbox.p0) & (on_it < axes.bbox.p1)).all()
+            for label in (box.padded(-1.0) for box in labels):
+                assert not ((on_it > label.min) & (on_it < label.max)).all(axis=1).any()
+
+
 def test_a_head_on_hit_prints_zeros(capsys: pytest.CaptureFixture[str]) -> None:
     equal = shlex.split("collide --mass-a 1 --mass-b 1 --radius 0.1 --velocity-a 0.3 0.4")
     assert exit_code(*equal) == 0
     (row,) = (line for line in capsys.readouterr().out.splitlines() if "of A after" in line)
-    assert [cell.strip() for cell in row.split("│")[2:-1]] == ["m/s", "0", "0", "0", "0"]
+    assert [cell.strip() for cell in row.split("│")[2:-1]] == ["0", "0", "0", "0"]
 
 
 @pytest.mark.parametrize(
@@ -296,12 +325,12 @@ def test_the_energy_that_is_lost_or_gained(
         (["--offset", "far"], '--offset = "far": must be a length'),
         (["--velocity-b", "2", "0"], "the balls never meet"),
         (["--angle", "180"], "--angle = 180.0: the balls recede"),
-        (["--angle", "10", "--offset", "1"], "one of the two"),
+        (["--angle", "10", "--offset", "1"], "--angle: give either --angle or --offset"),
         (["--radius-b", "-1"], '--radius-b = "-1": must be greater than 0'),
         (["--restitution", "2"], "--restitution = 2.0: must be between 0 and 1"),
         (["--law", "newton"], '--law = "newton": must be one of'),
         (["--units", "yd"], '--units = "yd": there is no such unit'),
-        (["--units", "in,mm"], '--units = "mm": stands beside in'),
+        (["--units", "in,mm"], '--units = "mm": give only one unit of length, in or mm'),
         (["--picture", "hit.bmp"], "--picture = hit.bmp: must end in one of"),
     ],
 )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from scenes import typed
 
 import pool_pymunk
 from pool_pymunk import loads
@@ -28,10 +30,11 @@ NAMES = [page.name for page in PAGES]
 TOO_LONG = ("many-shots.md",)
 # They play thousands of shots, or compile the derivatives of shots.
 LONG = ("environments.md", "fit.md", "derivatives.md", "simulate-many.md", "shots-in-torch.md",
-        "inputs.md", "solver-and-step.md")  # fmt: skip
+        "inputs.md", "solver-and-step.md", "i-want-to.md")  # fmt: skip
 NEEDS = {
     "environments.md": "gymnasium",
     "fit.md": "scipy",
+    "i-want-to.md": "numba",
     "notebooks.md": "pandas",
     "own-game.md": "gymnasium",
     "shots-in-torch.md": "torch",
@@ -47,6 +50,22 @@ def text_of(page: Path) -> str:
 def python_blocks(page: Path) -> list[str]:
     """Return the blocks of Python on a page."""
     return re.findall(r"^```python\n(.*?)^```", text_of(page), flags=re.DOTALL | re.MULTILINE)
+
+
+def commands_of(page: Path) -> list[str]:
+    """Return the lines of the blocks on a page that have no language."""
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", text_of(page), flags=re.DOTALL | re.MULTILINE)
+    return [line for language, text in blocks if not language for line in text.splitlines()]
+
+
+def run_python(page: Path, folder: Path) -> None:
+    """Run the blocks of a page one after the other, beside the scenario of the tutorial."""
+    shutil.copy(DOCS / "figures" / "mine.toml", folder)
+    code = "\n".join(python_blocks(page))
+    result = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stderr
 
 
 def links(page: Path) -> Iterator[str]:
@@ -68,6 +87,14 @@ def source_of(target: str) -> str:
 def test_python_parses(page: Path) -> None:
     for code in python_blocks(page):
         ast.parse(code)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_code_is_as_wide_as_the_page_at_most(page: Path) -> None:
+    """What is wider is cut off in a window of 1280 pixels (docs/static/wide.css)."""
+    blocks = re.findall(r"^```(\S*).*?\n(.*?)^```$", text_of(page), flags=re.DOTALL | re.MULTILINE)
+    for name, code in blocks:
+        assert name.startswith("{") or max(map(len, code.splitlines())) <= 100, code
 
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
@@ -124,12 +151,22 @@ def test_python_runs(page: Path, tmp_path: Path) -> None:
     """The blocks of a page run one after the other, beside the scenario of the tutorial."""
     if page.name in NEEDS:
         pytest.importorskip(NEEDS[page.name])
-    shutil.copy(DOCS / "figures" / "mine.toml", tmp_path)
-    code = "\n".join(python_blocks(page))
-    result = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 0, result.stderr
+    run_python(page, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [DOCS / "i-want-to.md"], ids=["i-want-to.md"])
+def test_commands_run(page: Path, tmp_path: Path) -> None:
+    """The commands of a page run as they are written, behind its blocks of Python."""
+    for needed in ("numba", "pyarrow", "scipy"):
+        pytest.importorskip(needed)
+    run_python(page, tmp_path)
+    commands = commands_of(page)
+    assert len(commands) > 10
+    for command in commands:
+        name, *arguments = shlex.split(command)
+        answer = typed(*arguments, cwd=tmp_path)
+        assert (name, answer.returncode) == ("pool-pymunk", 0), f"{command}: {answer.stderr}"
 
 
 # -- README and CONTRIBUTING -----------------------------------------------------------------------

@@ -12,7 +12,19 @@ from pathlib import Path
 import pytest
 from hard_scenes import disc, exact, persistent, squeezed
 
-from pool_pymunk import Ball, Friction, Law, Physics, Restitution, Run, Scene, Table, load, simulate
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Law,
+    Physics,
+    Restitution,
+    Run,
+    Scene,
+    Table,
+    Units,
+    load,
+    simulate,
+)
 from pool_pymunk.studies.tolerance import simulate_within
 
 R = 0.05
@@ -81,6 +93,15 @@ def test_a_persistent_contact_says_what_its_policy_may_have_moved(solver: str) -
     assert 0.0 < said < 1e-5
 
 
+def test_a_warning_is_in_the_scenes_units_and_has_two_sentences_at_most() -> None:
+    scene = replace(persistent(0.0), units=Units(length="mm"))
+    run = exact(scene)
+    [far] = [line for line in run.warnings if "have no exact answer" in line]
+    [said] = re.findall(r"up to ([-+.\de]+) mm elsewhere", far)
+    assert float(said) == pytest.approx(1e3 * run.policy_shift, rel=0.1)
+    assert all(line.count(". ") <= 1 and ";" not in line for line in run.warnings)
+
+
 # -- inelastic collapse ----------------------------------------------------------------------------
 
 
@@ -137,7 +158,7 @@ def test_a_run_says_that_its_contacts_gained_energy(solver: str) -> None:
     [warning] = [each for each in run.warnings if "gained energy" in each]
     [gained] = re.findall(r"in all ([.\d]+) times", warning)
     assert float(gained) == pytest.approx(run.energy["final"] / run.energy["initial"] - 1, rel=0.01)
-    assert "the first is that of a, b" in warning
+    assert "The first is that of a, b" in warning
     own = simulate(glancing("coulomb"), solver=solver, dt=1e-3)
     assert not any("gained energy" in each for each in own.warnings)
 

@@ -627,7 +627,17 @@ def test_a_ball_in_hand_comes_back() -> None:
         other.reset(options={"position": [(np.nan, 0.0), (1.0, 0.2)]})
 
 
-@pytest.mark.parametrize("score", [np.zeros(3), np.array([0.0, np.nan]), 1.0])
+def test_what_is_seen_suits_the_space() -> None:
+    class Wrong(Nearest):
+        def observe(self, tables: Any) -> Any:
+            return super().observe(tables)[:, :-1]
+
+    for env in (BilliardsEnv(game=Wrong), BilliardsVectorEnv(2, game=Wrong)):
+        with pytest.raises(SettingError, match=r"Wrong\.observe = shape .*: must have the shape"):
+            env.reset(seed=0)
+
+
+@pytest.mark.parametrize("score", [np.zeros(3), np.array([0.0, np.nan]), 1.0, "a", None])
 def test_a_score_is_a_finite_number_a_table(score: Any) -> None:
     class Wrong(Nearest):
         def score(self, played: Played) -> Any:

@@ -42,8 +42,7 @@ from pool_pymunk import (
     Table,
     simulate,
 )
-from pool_pymunk.engine import decisions
-from pool_pymunk.solvers import event_driven
+from pool_pymunk.engine import decisions, near
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
 Point = tuple[float, float]
@@ -535,7 +534,7 @@ def heap(seed: int) -> Scene:
 
 @pytest.mark.heavy
 @pytest.mark.seeded
-@pytest.mark.parametrize("seed", some_slow(60, quick=6))
+@pytest.mark.parametrize("seed", some_slow(60, quick=5))
 def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
     """Persistent contacts sink by 1e-4 radii, and by four times that after a thousand hits."""
     scene = heap(seed)
@@ -577,7 +576,7 @@ def test_boxes_in_an_array_are_as_good_as_one_by_one(
     )
     runs = []
     for many in (1, 10**9):
-        monkeypatch.setattr(event_driven, "MANY", many)
+        monkeypatch.setattr(near, "MANY", many)
         runs.append(exact(scene))
     assert len(runs[0].events) > 300
     assert contact_list(runs[0]) == contact_list(runs[1])

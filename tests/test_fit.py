@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from commands import exit_code
+from commands import exit_code, refusal
 
 from pool_pymunk import (
     Ball,
@@ -28,6 +28,7 @@ from pool_pymunk import (
     Table,
     fit,
     load,
+    simulate,
     simulate_all,
 )
 from pool_pymunk.model.inputs import input_value, with_inputs
@@ -501,16 +502,16 @@ def test_covariances_of_a_mean() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "line 1 = (left out): must name the columns: shot, ball, x, y, t"),
-        ("shot,ball,x,y\n", "measured = (left out): one measurement or more is needed"),
+        ("", "line 1: must name the columns: shot, ball, x, y, t"),
+        ("shot,ball,x,y\n", "measured: one measurement or more is needed"),
         ("shot,ball,x\n1,C,2\n", 'line 1 = ["shot", "ball", "x"]: has no column y'),
         ("shot,ball,x,y,tt\n", 'line 1 = "tt": there is no such column'),
         ("shot,ball,x,y\n9,C,2,3\n", 'line 2, shot = "9": there is no such shot'),
         ("shot,ball,x,y\n1,Z,2,3\n", 'line 2, ball = "Z": there is no such ball'),
         ("shot,ball,x,y\n1,C,nan,3\n", 'line 2, x = "nan": must be a finite number'),
         ("shot,ball,x,y\n1,C,1e999,3\n", 'line 2, x = "1e999": must be a finite number'),
-        ("shot,ball,x,y\n1,C,,3\n", "line 2, x = (left out): must be a finite number"),
-        ("shot,ball,x,y\n1,C,5\n", "line 2, y = (left out): must be a finite number"),
+        ("shot,ball,x,y\n1,C,,3\n", "line 2, x: is missing"),
+        ("shot,ball,x,y\n1,C,5\n", "line 2, y: is missing"),
         ("shot,ball,x,y\n1,C,5,6,7\n", 'line 2, columns = ["7"]: there are too many'),
         ("shot,ball,x,y,t\n1,C,5,6,-1\n", 'line 2, t = "-1": must be 0 or more (s)'),
         ("shot,ball,x,y\n1,C,500,6\n", "line 2, x = 500.0: is off the table, 0 to 88 in"),
@@ -555,10 +556,10 @@ def test_every_bad_row_is_named(tmp_path: Path) -> None:
         ({"starts": 2.5}, "starts = 2.5: must be a whole number"),
         ({"seed": "a"}, 'seed = "a": must be a number'),
         ({"measured": "none.csv"}, "No such file"),
-        ({"measured": []}, "measured = (left out): one measurement or more is needed"),
+        ({"measured": []}, "measured: one measurement or more is needed"),
         ({"measured": 3}, "measured = 3: must be a CSV file"),
         ({"measured": [(1, "C")]}, 'measured[0] = [1, "C"]: must be (shot, ball, x, y)'),
-        ({"measured": [(1, "C", None, 0.0)]}, "measured[0].x = (left out): must be a finite"),
+        ({"measured": [(1, "C", None, 0.0)]}, "measured[0].x: is missing"),
         ({"scene": TRUTH, "measured": "published"}, "the scenario has no published ends"),
     ],
 )
@@ -608,6 +609,31 @@ def test_the_command_writes_a_scenario_that_fits(tmp_path: Path, capsys: Capture
         record["residuals"][0][0], abs=1e-8
     )
     assert (out / "residuals.png").stat().st_size > 10_000
+
+
+def test_a_second_fit_does_not_replace_the_first(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Folders of its own are numbered, and one that is typed is refused unless --force is there."""
+    monkeypatch.chdir(tmp_path)
+    chosen = ("fit", "report", "--measured", "published", "--free", "", "--starts", 1)
+    for name in ("fit", "fit-2", "fit-3"):
+        assert exit_code(*chosen, "--no-pictures") == 0
+        assert (tmp_path / "renders" / "report" / name / "fitted.toml").is_file()
+    typed = (*chosen, "--no-pictures", "--out", "renders/report/fit")
+    capsys.readouterr()
+    assert "fit: has a fit already; replace it with --force" in refusal(capsys, *typed)
+    assert exit_code(*typed, "--force") == 0
+
+
+def test_progress_comes_to_what_is_planned() -> None:
+    said: list[tuple[int, int]] = []
+    rows = [(1, id_, *end) for id_, end in simulate(load("report"), 1).final.items()]
+    fit(load("report"), rows, ["restitution.cushion"], starts=2, on_done=lambda *n: said.append(n))
+    done, planned = zip(*said, strict=True)
+    assert list(done) == sorted(done)
+    assert done[-1] == planned[-1] > 60
+    assert all(a <= b for a, b in said)
 
 
 def test_without_scipy_one_sentence_says_so(

@@ -163,3 +163,12 @@ def test_a_closing_speed_that_rounding_hides_and_friction_makes_grow_is_said(sol
     far = max(map(math.dist, faster.end.position, hidden.end.position))
     assert far > 1e-3
     assert far <= hidden.policy_shift
+
+
+def test_a_scene_keeps_the_touching_balls_of_the_start_that_was_asked_for() -> None:
+    balls = tuple(Ball(id_, (x, 0.5), R, 0.17) for id_, x in (("a", 0.5), ("b", 0.5 + 2.0 * R)))
+    scene = Scene(balls, None, Restitution(1.0), Friction(0.05))
+    frozen, velocity = scene.start(None), ((0.0, 0.0), (0.0, 0.0))
+    apart = scene.state((((0.5, 0.5), (0.8, 0.5)), velocity))
+    gone = frozen._replace(off=frozenset({"b"}))
+    assert [len(touching(scene, start)) for start in (frozen, apart, gone, frozen)] == [1, 0, 0, 1]

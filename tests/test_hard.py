@@ -133,7 +133,10 @@ def test_normals_may_stand_still_in_the_last_moment() -> None:
 
 
 @pytest.mark.parametrize("kick", [1e-4, pytest.param(1e-5, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", ["persistent 1", "persistent 3", "struck 3"])
+@pytest.mark.parametrize(
+    "name",
+    ["struck 3", *(pytest.param(f"persistent {k}", marks=pytest.mark.slow) for k in (1, 3))],
+)
 def test_contact_forces_are_the_limit_of_ever_smaller_hits(name: str, kick: float) -> None:
     scene = scene_from_dict(BY_NAME[name]["scene"])
     base = hard_run(scene)

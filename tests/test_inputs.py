@@ -32,7 +32,7 @@ from pool_pymunk import (
     simulate_many,
     sweep,
 )
-from pool_pymunk.model.inputs import BALL, ROWS, SHOT, TABLE, Input, table_lines, with_inputs
+from pool_pymunk.model.inputs import BALL, ROWS, SHOT, SI, TABLE, Input, with_inputs
 from pool_pymunk.studies.derivatives import follow
 
 needs = pytest.mark.skipif(
@@ -302,7 +302,11 @@ def test_two_names_of_one_input_are_refused(tmp_path: Path) -> None:
 
 
 def test_the_documentation_has_the_table() -> None:
-    assert "\n".join(table_lines()) in DOCS.read_text(encoding="utf-8")
+    lines = ["| name | what it is | unit | group | values |", "|---|---|---|---|---|"]
+    for row in ROWS:
+        name, limits = row.name + ".ID" * (row.of == BALL), row.limits.removeprefix("must be ")
+        lines.append(f"| `{name}` | {row.about} | {SI[row.quantity]} | `{row.group}` | {limits} |")
+    assert "\n".join(lines) in DOCS.read_text(encoding="utf-8")
 
 
 def test_columns_of_a_batch_are_each_there_once() -> None:

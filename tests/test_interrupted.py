@@ -191,7 +191,7 @@ def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
 def test_a_disk_that_fills_up_keeps_what_was_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def full(run: Run, path: Path) -> None:
+    def full(run: Run, path: Path, **_: object) -> None:
         if run.name == "Simulation 2":
             path.write_text("t,ball,x")
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -380,7 +380,7 @@ def test_a_shot_says_in_one_of_three_ways_how_it_starts(how: dict[str, Any]) -> 
     assert loads(scene.to_toml()).shots == (shot,)
     if "speed" in how:
         assert replace(shot, speed=3.0).speed == 3.0
-    assert "one of the two" in line_of(
+    assert "give either velocity or" in line_of(
         lambda: replace(shot, velocity=(1, 0), speed=1, aim=None, angle=None)
     )
 
@@ -388,11 +388,11 @@ def test_a_shot_says_in_one_of_three_ways_how_it_starts(how: dict[str, Any]) -> 
 @pytest.mark.parametrize(
     ("how", "line"),
     [
-        ({}, "velocity = (left out): is missing (or speed and angle, or speed and aim)"),
-        ({"speed": 1}, "angle = (left out): is missing beside speed (or aim)"),
-        ({"angle": 1}, "speed = (left out): is missing beside angle"),
-        ({"velocity": (1, 0), "angle": 1}, "angle = 1.0: stands beside velocity: one of the two"),
-        ({"speed": 1, "angle": 1, "aim": "1"}, 'aim = "1": stands beside angle: one of the two'),
+        ({}, "velocity: is missing (or speed and angle, or speed and aim)"),
+        ({"speed": 1}, "angle: is missing beside speed (or aim)"),
+        ({"angle": 1}, "speed: is missing beside angle"),
+        ({"velocity": (1, 0), "angle": 1}, "angle = 1.0: give either velocity or angle"),
+        ({"speed": 1, "angle": 1, "aim": "1"}, 'aim = "1": give either angle or aim'),
         ({"speed": 1, "angle": INF}, "angle = inf: must be a finite number"),
     ],
     ids=str,
@@ -430,6 +430,23 @@ def test_the_energy_drawn_is_that_of_the_run() -> None:
     assert {hit, math.nextafter(hit, 0.0)} <= set(t)  # the step is upright
     assert set(np.round(energy[t < hit], 12)) == {round(float(energy[0]), 12)}
     assert set(np.round(energy[t >= hit], 12)) == {round(float(energy[-1]), 12)}
+
+
+def test_the_energy_of_a_ball_that_slides_until_it_rolls() -> None:
+    """It loses (1/2) m (2/7) v0^2 of its own motion's energy until it rolls, roll included."""
+    from pool_pymunk.render.plots import energy_and_momentum
+
+    mass, speed, a = 0.17, 2.0, 0.2 * 9.80665
+    ball = Ball("C", (0.0, 0.0), 0.03, mass, velocity=(speed, 0.0))
+    run = simulate(Scene((ball,), friction=Friction(0.2, rolling=0.01)), solver="event-driven")
+    rolls = 2.0 * speed / (7.0 * a)
+    t = np.linspace(0.0, rolls, 7)
+    own, roll = 0.5 * mass * (speed - a * t) ** 2, 0.2 * mass * (2.5 * a * t) ** 2
+    assert run.energy_at(t) == pytest.approx(own + roll, rel=1e-12)
+    assert run.energy_at(rolls) == pytest.approx(5.0 / 7.0 * 0.5 * mass * speed**2)
+    assert run.energy_at(rolls) == run.energy_at([rolls])[0]
+    drawn = energy_and_momentum(run)
+    assert drawn[1] == pytest.approx(run.energy_at(drawn[0]))
 
 
 @pytest.mark.parametrize("form", ["gif", "mp4"])

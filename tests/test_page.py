@@ -6,6 +6,7 @@ import base64
 import hashlib
 import html
 import json
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,8 @@ from pool_pymunk import (
     simulate_many,
 )
 from pool_pymunk.page import page
+from pool_pymunk.page.differences import labels
+from pool_pymunk.safety.files import bundled
 
 pytestmark = pytest.mark.heavy
 
@@ -111,6 +114,10 @@ def test_runs_of_other_tables_are_refused(report: list[Run]) -> None:
         report[0].to_html(overlay=[simulate(load("two-balls"), 1)])
     with pytest.raises(SettingError, match="one run or more is needed"):
         page([])
+    wrong: list[Any] = [report[1], "pymunk", ["pymunk"], [None]]
+    for other in wrong:
+        with pytest.raises(SettingError, match=r"overlay = .*: must be a list of runs"):
+            report[0].to_html(overlay=other)
 
 
 def test_numbers_out_of_range_become_null(report: list[Run]) -> None:
@@ -201,3 +208,108 @@ def test_a_scene_without_shots_is_played_as_set_up(tmp_path: Path) -> None:
     scene.to_toml(tmp_path / "one.toml")
     assert exit_code("page", tmp_path / "one.toml", "--out", tmp_path / "one.html") == 0
     assert "as set up" in (tmp_path / "one.html").read_text(encoding="utf-8")
+
+
+# -- two scenario files --------------------------------------------------------------------------
+
+
+def changed_report(path: Path, *changes: tuple[str, str]) -> Path:
+    """Write the report's scenario with lines changed."""
+    text = bundled()["report"].read_text(encoding="utf-8")
+    for old, new in changes:
+        assert text.count(old) >= 1
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_two_files_are_labelled_by_what_differs(tmp_path: Path) -> None:
+    soft = changed_report(tmp_path / "soft.toml", ("cushion = 0.70", "cushion = 0.6"))
+    hard = changed_report(tmp_path / "hard.toml", ("cushion = 0.70", "cushion = 0.9"))
+    ghosts = ("--overlay", hard, "--overlay", "report-corrected")
+    out = tmp_path / "page.html"
+    assert exit_code("page", soft, *ghosts[:2], "--shot", "2", "--out", out) == 0
+    (shot,) = content_of(out.read_text(encoding="utf-8"))["shots"]
+    assert [run["label"] for run in shot["runs"]] == [
+        "restitution.cushion 0.6", "restitution.cushion 0.9",
+    ]  # fmt: skip
+    assert shot["runs"][0]["setting"].startswith("pymunk, dt = 1/240 s")
+    for path, run in zip((soft, hard), shot["runs"], strict=True):
+        assert run["duration"] == simulate(load(str(path)), 2).duration
+    assert exit_code("page", soft, *ghosts, "--shot", "2", "--out", out) == 0
+    (shot,) = content_of(out.read_text(encoding="utf-8"))["shots"]
+    assert [run["label"] for run in shot["runs"]][2] == (
+        "pymunk, dt = 1/240 s, coulomb law, restitution.cue_ball 0.95, restitution.cushion 0.7"
+    )
+
+
+def test_values_are_written_in_the_units_of_the_first_file() -> None:
+    scene = load("report")
+    balls = (replace(scene.balls[0], mass=0.21, position=(1.5, 0.5)), *scene.balls[1:])
+    metres = replace(scene, balls=balls, units=replace(scene.units, length="m"))
+    first, second = labels([simulate(one, 3, solver="event-driven") for one in (scene, metres)])
+    assert first == "balls.C.position [66, 22], balls.C.mass 200"
+    assert second == "balls.C.position [59.0551181102, 19.6850393701], balls.C.mass 210"
+
+
+BALLS = "balls (ids and radii, in one order)"
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (('id = "9"', 'id = "nine"'), f"must have the same {BALLS} as report"),
+        (("radius = 2.25", "radius = 2.2"), f"must have the same {BALLS} as report"),
+        (("width = 44.0", "width = 45.0"), "must have the same table as report"),
+    ],
+)
+def test_files_that_one_picture_cannot_show_get_one_line(
+    change: tuple[str, str], line: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    more = (("9 = [", "nine = ["),) if "nine" in change[1] else ()
+    path = changed_report(tmp_path / "other.toml", change, *more)
+    assert refusal(capsys, "page", "report", "--overlay", path) == (
+        f"error: --overlay = {path}: {line}"
+    )
+
+
+def test_balls_in_another_order_are_other_balls() -> None:
+    scene = load("two-balls")
+    other = replace(scene, balls=scene.balls[::-1])
+    with pytest.raises(SettingError, match="with the same balls"):
+        simulate(scene, 1).to_html(overlay=[simulate(other, 1)])
+
+
+def test_another_number_of_shots_gets_one_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    scene = load("report")
+    replace(scene, shots=scene.shots[:3]).to_toml(tmp_path / "three.toml")
+    assert refusal(capsys, "page", "report", "--overlay", tmp_path / "three.toml").endswith(
+        "three.toml: must have as many shots as report (4), and has 3"
+    )
+
+
+# -- cushions ------------------------------------------------------------------------------------
+
+
+def test_every_cushion_and_post_has_its_number_on_the_picture() -> None:
+    """The number stands outside the table next to its cushion, and on or beside its post."""
+    for name in ("stadium", "crokinole", "hexagon"):
+        run = simulate(load(name), 1, solver="event-driven")
+        scene, shown = run.scene, content_of(run.to_html())
+        assert [text for _, _, text in shown["numbers"]] == list(
+            map(str, range(len(scene.cushions)))
+        )
+        for (x, y, _), cushion in zip(shown["numbers"], scene.cushions, strict=True):
+            gaps = [math.dist((x, y), at) for at in places(scene)]
+            assert gaps.index(min(gaps)) == cushion.number
+        sides = {event.get("side") for event in shown["shots"][0]["runs"][0]["events"]} - {None}
+        hit = {event.cushion for event in run.events if event.cushion is not None}
+        assert sides == {f"{'post' if k >= scene.first_post else 'cushion'} {k}" for k in hit}
+
+
+def places(scene: Scene) -> list[tuple[float, float]]:
+    """Return the middle of each cushion, and of each post."""
+    edges = scene.table.edges if scene.table else ()
+    return [edge.at(0.5)[0] for edge in edges] + [post.position for post in scene.posts]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
+    Shot,
     load,
     simulate,
     simulate_all,
@@ -210,7 +212,7 @@ def test_the_slider_scrubs(visit: Any, report: Path, runs: list[Run]) -> None:
 def test_an_event_jumps_there(visit: Any, report: Path, runs: list[Run]) -> None:
     seen = visit(report)
     rows = seen.page.locator("#events button")
-    assert rows.count() == len(runs[0].events)
+    assert rows.count() == len(runs[0].events) + 1
     rows.nth(3).click()
     assert seen.time() == runs[0].events[3].t
     assert seen.page.locator("#events [aria-current]").inner_text() == rows.nth(3).inner_text()
@@ -356,11 +358,11 @@ def test_a_notebooks_frame_plays(visit: Any, runs: list[Run], tmp_path: Path) ->
     assert seen.ask("window.pool") is None
 
 
-def many_balls(count: int) -> Scene:
+def many_balls(count: int, radius: float = 0.03) -> Scene:
     """Return this many balls in a square on an open plane; they move in all directions."""
     side = math.ceil(math.sqrt(count))
     balls = tuple(
-        Ball(str(k), (0.1 * (k % side), 0.1 * (k // side)), 0.03, 0.2,
+        Ball(str(k), (0.1 * (k % side), 0.1 * (k // side)), radius, 0.2,
              velocity=(math.cos(k), math.sin(k)))
         for k in range(count)
     )  # fmt: skip
@@ -381,7 +383,7 @@ COUNTED = """(t) => {
     const pen = byId("table").getContext("2d");
     pen.stroke = function (...path) { strokes += 1; stroke.apply(this, path); };
     pen.fillText = function (...text) { names.push(text[0]); fillText.apply(this, text); };
-    player.seek(t);
+    player.jump(t);
     byId("trails").checked = false;
     const tracks = strokes;
     [strokes, names] = [0, []];
@@ -403,7 +405,8 @@ def test_tracks_of_many_balls_take_a_few_hundred_strokes(
 
 def test_in_a_crowd_only_the_picked_ball_has_its_name_beside_it(visit: Any, tmp_path: Path) -> None:
     for count, shown in ((20, 20), (200, 0)):
-        simulate(many_balls(count), solver="event-driven").to_html(tmp_path / "many.html")
+        run = simulate(many_balls(count, 0.01), solver="event-driven", max_events=10)
+        run.to_html(tmp_path / "many.html")
         seen = visit(tmp_path / "many.html", viewport={"width": 320, "height": 400})
         assert len(seen.ask(COUNTED, 0.0)[1]) == shown
     seen.ask("player.picked = 7")
@@ -426,6 +429,140 @@ def test_a_run_of_minutes_has_each_event_in_a_line(visit: Any, tmp_path: Path) -
         return words.getClientRects().length;
     }"""
     assert time.evaluate(lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("scenario", "solver"),
+    [("report", "pymunk"), ("follow-and-draw", "event-driven"), ("eight-ball", "pymunk-builtin")],
+)
+def test_the_energy_is_that_of_the_run_and_jumps_at_contacts(
+    scenario: str, solver: str, visit: Any, tmp_path: Path
+) -> None:
+    scene = load(scenario)
+    if solver == "pymunk-builtin":
+        scene = replace(scene, friction=replace(scene.friction, rolling=None), shots=SLIDES)
+    run = simulate(scene, 1, solver=solver)
+    run.to_html(tmp_path / "one.html")
+    seen = visit(tmp_path / "one.html")
+    points = np.array(seen.ask("player.plots[0].curves[0].points"))
+    assert np.allclose(points[:, 1], run.energy_at(points[:, 0]), rtol=1e-12, atol=1e-15)
+    jumps = np.array(sorted({t for rows in run.knots for t in rows[1:, 0].tolist()}))
+    before = points[np.searchsorted(points[:, 0], jumps) - 1]
+    assert np.all(before[:, 0] >= jumps * (1.0 - 3e-16)) and np.all(before[:, 0] < jumps)
+    seen.ask("(t) => pool.seek(t)", jumps[0])
+    assert seen.text("energy") == f"{significant(float(run.energy_at(jumps[0])))} J"
+
+
+SLIDES = (Shot("break", "cue", speed=4.0, angle=0.0),)
+
+
+def significant(number: float) -> str:
+    """Write a number with four digits that count, as JavaScript does."""
+    return f"{number:#.4g}"
+
+
+@pytest.mark.parametrize(("shot", "height"), [(1, 800), (4, 800), (1, 720)])
+def test_a_window_has_room_for_the_whole_page(
+    shot: int, height: int, visit: Any, report: Path
+) -> None:
+    seen = visit(report, viewport={"width": 1280, "height": height})
+    seen.ask("(k) => pool.shot(k)", shot)
+    for ghost in ("1", "0"):
+        seen.page.select_option("#ghost", ghost)
+        seen.page.wait_for_timeout(50)
+        assert seen.ask("document.documentElement.scrollHeight") <= height
+        for plot in ("#energy-plot", "#plot")[: 1 + int(ghost)]:
+            box = seen.page.locator(plot).bounding_box()
+            assert box["height"] > 80 and box["y"] + box["height"] <= height
+
+
+def test_the_legend_has_the_balls_that_are_apart(
+    visit: Any, report: Path, runs: list[Run], others: list[Run]
+) -> None:
+    """Each has a colour or a border that shows on the page, also a black one in the dark."""
+    seen = visit(report, color_scheme="dark")
+    times = np.linspace(0.0, runs[0].duration, 400)
+    gaps = np.abs(runs[0].at(times)[0] - others[0].at(times)[0]).max(axis=(0, 2))
+    names = [ball.id for ball, gap in zip(runs[0].scene.balls, gaps, strict=True) if gap > 0.0]
+    keys = seen.page.locator("#apart-legend span")
+    assert keys.all_inner_texts() == names and "8" in names
+    black = keys.nth(names.index("8")).locator("i")
+    assert black.evaluate("(dot) => getComputedStyle(dot).borderTopColor") == "rgb(255, 255, 255)"
+
+
+def test_the_end_is_told_at_the_end(visit: Any, report: Path, runs: list[Run]) -> None:
+    seen = visit(report)
+    assert "rest" not in seen.text("setting")
+    last = seen.page.locator("#events button").last
+    assert last.inner_text().endswith("Every ball is at rest.")
+    assert "past" not in (last.get_attribute("class") or "")
+    last.click()
+    assert seen.time() == runs[0].duration
+    assert "past" in (last.get_attribute("class") or "")
+
+
+def test_names_beside_balls_cover_no_ball_and_no_name(visit: Any, tmp_path: Path) -> None:
+    run = simulate(load("nine-ball"), 1)
+    run.to_html(tmp_path / "rack.html")
+    seen = visit(tmp_path / "rack.html", viewport={"width": 400, "height": 800})
+    boxes = """() => {
+        const { table } = player;
+        const found = [];
+        const write = table.pen.strokeText;
+        table.pen.strokeText = function (text, x, y) {
+            const half = this.measureText(text).width / 2;
+            found.push([text, x - half, x + half, y - 4 * table.ratio, y + 4 * table.ratio]);
+            write.call(this, text, x, y);
+        };
+        player.draw();
+        const balls = statesAt(player.run, 0).map(({ x, y }) => table.place(x, y));
+        return [found, balls, table.scale * player.content.balls[1].radius];
+    }"""
+    names, balls, radius = seen.ask(boxes)
+    assert "cue" in {text for text, *_ in names} and len(names) < len(balls)
+    for k, (text, left, right, top, foot) in enumerate(names):
+        for (x, y), ball in zip(balls, run.scene.balls, strict=True):
+            gap = math.hypot(max(left - x, x - right, 0.0), max(top - y, y - foot, 0.0))
+            assert ball.id == text or gap > radius
+        for _, left2, right2, top2, foot2 in names[:k]:
+            assert right < left2 or right2 < left or foot < top2 or foot2 < top
+
+
+def test_a_ball_off_the_table_is_not_picked(visit: Any, tmp_path: Path) -> None:
+    run = simulate(load("crokinole"), 1)
+    run.to_html(tmp_path / "one.html")
+    seen = visit(tmp_path / "one.html")
+    seen.press("End")
+    place = "([x, y]) => player.table.place(x, y).map((p) => p / player.table.ratio)"
+    px, py = seen.ask(place, list(run.scene.pockets[0].position))
+    seen.page.locator("#table").hover(position={"x": px, "y": py})
+    assert run.pocketed and not seen.page.locator("#ball").is_visible()
+
+
+def test_a_ball_that_slides_tells_its_roll(visit: Any, tmp_path: Path) -> None:
+    run = simulate(load("follow-and-draw"), "draw", solver="event-driven")
+    run.to_html(tmp_path / "draw.html")
+    seen = visit(tmp_path / "draw.html")
+    t = run.events[0].t
+    wx, wy = run.roll_at(t)[0].tolist()
+    seen.ask("(t) => { pool.seek(t); player.picked = 0; player.draw(); }", t)
+    assert f"its roll: {math.hypot(wx, wy):.3f} m/s at" in seen.text("ball")
+    seen.press("End")
+    assert "roll" not in seen.text("ball")
+
+
+def test_what_is_chosen_stays_and_leaves_the_keys_to_the_page(visit: Any, report: Path) -> None:
+    """The ghost that was chosen is that of the next shot, too; a list gives the focus back."""
+    seen = visit(report)
+    seen.page.select_option("#ghost", "0")
+    seen.page.click("#shot")
+    seen.page.select_option("#shot", "1")
+    assert seen.ask("document.activeElement === document.body")
+    assert seen.page.input_value("#shot") == "1" and seen.page.input_value("#ghost") == "0"
+    seen.press("Space")
+    seen.wait("pool.time > 0.05")
+    keys = seen.text("keys")
+    assert all(key in keys for key in ("Home", "End", "T", "D"))
 
 
 ODD = "a\u202eb"  # What follows this is read from right to left,

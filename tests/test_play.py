@@ -6,6 +6,7 @@ import http.client
 import importlib
 import json
 import math
+import multiprocessing
 import signal
 import socket
 import subprocess
@@ -361,7 +362,7 @@ def test_what_is_no_question_is_refused(text: bytes) -> None:
     status, answer = answered(load("report"), "shot", text)
     assert status == 400 and 1 <= len(answer["problems"]) <= answers.MOST_LINES
     if text == b"[]":
-        assert answer["problems"] == ["question = (left out): should be an object"]
+        assert answer["problems"] == ["question: should be an object"]
 
 
 WORDS = st.text(max_size=9) | st.sampled_from(["C", "1", "pymunk", "event-driven", "coulomb"])
@@ -639,10 +640,42 @@ def test_a_shot_that_takes_too_long_is_cut(player: Worker) -> None:
     assert player.process.pid != before
 
 
-def test_who_comes_while_another_is_played_is_told(player: Worker) -> None:
-    player.timeout = 0.1
+def test_who_waits_too_long_for_another_is_told(
+    player: Worker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "WAIT", 0.1)
     with player.turn:
         assert player.ask("aim", b"{}").status == 503
+
+
+def test_who_comes_while_another_is_played_waits(player: Worker) -> None:
+    asked, found = json.dumps(question(player.scene)).encode(), []
+    thread = threading.Thread(target=lambda: found.append(player.ask("aim", asked).status))
+    with player.turn:
+        player.timeout = 0.01
+        thread.start()
+        thread.join(0.2)
+        assert thread.is_alive()
+        player.timeout = TIMEOUT
+    thread.join(TIMEOUT)
+    assert found == [200]
+
+
+@pytest.mark.parametrize("compiles", [True, False])
+def test_what_clouds_need_is_compiled_before_the_first(
+    compiles: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rolling balls and arcs have loops of their own, so it is the scene itself that is played."""
+    done: list[object] = []
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    monkeypatch.setattr(compiled, "is_there", lambda: True)
+    monkeypatch.setattr(worker, "simulate_many", lambda scene, **_: done.append(scene))
+    here, there = multiprocessing.Pipe()
+    here.send(("aim", b"{}"))
+    monkeypatch.setattr(there, "send", done.append)
+    here.close()
+    worker.work(there, ROLLS, compiles)
+    assert done[:-1] == [ROLLS] * compiles + [worker.READY]
 
 
 @pytest.mark.slow
@@ -655,7 +688,7 @@ def test_a_process_that_dies_is_started_again(player: Worker) -> None:
 
 
 def test_a_process_that_has_not_begun_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(worker, "BEGINNING", 0.0)
+    monkeypatch.setattr(worker, "WAIT", 0.0)
     made = Worker(load("report"), timeout=TIMEOUT)
     try:
         assert made.ask("aim", b"{}").status == 503

@@ -307,7 +307,7 @@ def test_pockets_of_a_file_have_numbers_for_ids() -> None:
         (FILE.replace("radius = 0.1", "radius = 0").format(place="[0.5, 0]"),
          "pockets[0].radius = 0: must be greater than 0"),
         ("[[pockets]]\n" + FILE.format(place="[0.5, 0]"),
-         "pockets[0].position = (left out): is missing"),
+         "pockets[0].position: is missing"),
         (FILE.replace("[[pockets]]", "[pockets]", 1).format(place="[0.5, 0]"), "is not TOML"),
         ("[[pockets]]\nsize = 1\n" + FILE.format(place="[0.5, 0]"), "pockets[0].size = 1: unknown "
          "key (there are: id, position, radius)"),

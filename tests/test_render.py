@@ -44,8 +44,9 @@ from pool_pymunk.render.balls import DrawnBall, Labels, track_of, track_width, t
 from pool_pymunk.render.canvas import Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import picture_layout
-from pool_pymunk.render.stage import Stage
+from pool_pymunk.render.stage import TRACK_STRENGTH, Stage
 from pool_pymunk.render.style import LOOK, POOL, PRINT, ball_colors, halo_color, striped
+from pool_pymunk.render.table import woodwork
 from pool_pymunk.render.tracks import Ground, Track
 from pool_pymunk.render.view import contact_places, fit, settings
 
@@ -88,6 +89,14 @@ TABLES = {
     "L": "outline = [[0.0,0.0],[2.0,0.0],[2.0,1.0],[1.2,1.0],[1.2,1.6],[0.0,1.6]]",
 }
 SMALL = FilmSettings(size=(640, 360))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def pale_tracks() -> Iterator[None]:
+    """Have paler tracks in films, so that a strong colour tells where a ball is."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("pool_pymunk.render.stage.TRACK_STRENGTH", 0.5)
+        yield
 
 
 def shoot(table: str = "rectangle", velocity: str = "[1.8, 0.35]") -> Run:
@@ -428,7 +437,7 @@ def test_tracks_show_where_balls_came_from(run: Run) -> None:
         change = last[row, column].astype(int) - stage.ground.bare[row, column]
         assert change[0] > 30 and change[1] < -10, t  # It is a little magenta, and cloth.
         red.append(change[0])
-    assert red[-1] > 1.3 * red[0]  # Old tracks have faded.
+    assert red[-1] > 1.2 * red[0]  # Old tracks have faded.
     x, y = gauge.place(np.array([1.0, 0.15]))  # Nobody came by here.
     assert (last[360 - round(y), round(x)] == first[360 - round(y), round(x)]).all()
 
@@ -663,6 +672,49 @@ def test_many_balls_have_thinner_tracks_and_every_color_a_halo() -> None:
         assert halo_color(color) == "#ffffff"
 
 
+def lab(color: Array) -> Array:
+    """Return CIELAB's coordinates (white D65) of red, green and blue in [0, 1]."""
+    linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
+    share = (to_xyz @ linear) / (0.9505, 1.0, 1.089)
+    f = np.where(share > 0.008856, np.cbrt(share), 7.787 * share + 16.0 / 116.0)
+    return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
+
+
+CLOTHS = ("#1f7d53", "#e2b779", "#d9b382", "#c9d3d2", "#4b5860", "#1f5d9b", "#a01c28", "#222222",
+          "#ffffff", "#5b3a24", "#808080")  # fmt: skip
+SHOWN = 15.0  # in CIELAB, where a difference of 2.3 is just noticed
+
+
+@pytest.mark.parametrize("cloth", CLOTHS)
+def test_every_track_is_seen_on_every_cloth(cloth: str) -> None:
+    """The track or its halo differs from the cloth, and both from each other, old or new."""
+    scenes = [load(name) for name in ("report", "nine-ball", "carrom", "crokinole")]
+    colors = {*style.PALETTE, *POOL, *(color for scene in scenes for color in ball_colors(scene))}
+    ground = np.array(to_rgb(cloth))
+    path = np.array([[20.0, 20.0], [80.0, 20.0]])
+    corners = np.column_stack([[0.0, 1.0], path])
+    for color in sorted(colors):
+        lines = np.array(
+            tracks([path], [DrawnBall(0, 0, 10.0, color, "", 7.0)], cloth, solid=True).get_colors()
+        )[:, :3]
+        halos, cores = np.split(lines, 2)
+        film = Ground(np.tile(np.rint(255 * ground).astype(np.uint8), (40, 100, 1)), life=1.0)
+        halo = 255.0 * np.array(to_rgb(halo_color(color)))
+        track = Track(corners, 5.0, 255.0 * np.array(to_rgb(color)), TRACK_STRENGTH, halo)
+        track.extend_to(film, 1.0, path[1])
+        film.fade(60.0)
+        column = film.seen[:, 50] / 255.0
+        farthest = max(np.linalg.norm(lab(pixel) - lab(ground)) for pixel in column)
+        assert farthest > SHOWN, (color, "in a film")
+        for core, edge in zip(cores, halos, strict=True):
+            apart = (np.linalg.norm(lab(each) - lab(ground)) for each in (core, edge))
+            assert max(apart) > SHOWN, color
+            assert np.linalg.norm(lab(core) - lab(edge)) > SHOWN - 1.0, color
+
+
 def test_the_caption_of_an_end_says_how_long_it_took(run: Run) -> None:
     words = [text.get_text() for text in figure_of(run, "end").axes[0].texts]
     assert any(text.endswith(f"end after {run.duration:.2f} s") for text in words)
@@ -848,6 +900,7 @@ def test_a_table_has_the_colour_of_its_own(run: Run, tmp_path: Path) -> None:
     assert (made.cloth, made.arrow, made.rail) == ("#e2b779", "#000000", PRINT.rail)
     assert PRINT.on(replace(wood, color="#123456")).arrow == "#ffffff"
     assert sum(to_rgb(made.nose)) < sum(to_rgb(made.cushion)) < sum(to_rgb(made.cloth))
+    assert woodwork(run.scene.table, ()).sights and not woodwork(wood, ()).sights  # It is a board.
     scene = replace(run.scene, table=wood)
     picture(scene, tmp_path / "wood.png", dpi=50)
     image = iio.imread(tmp_path / "wood.png")[..., :3]
@@ -962,7 +1015,7 @@ def test_numbers_that_are_none_are_left_out(run: Run, tmp_path: Path) -> None:
     assert len(frames_of(tmp_path / "a.mp4")) == 6 + 1 + 60
     with pytest.raises(RenderError, match="one can be shown, or two"):
         Show((run, run, run))
-    with pytest.raises(RenderError, match="other balls"):
+    with pytest.raises(RenderError, match="different balls"):
         Show((run, simulate(load("two-balls"), solver="event-driven")))
 
 
@@ -1022,9 +1075,9 @@ def test_command_compares(tmp_path: Path) -> None:
         (("--size", "wide"), "--size = wide: must be width and height"),
         (("--size", "321x180"), "size = 321x180: must be two even numbers"),
         (("--side-by-side",), "--side-by-side: say with --overlay"),
-        (("--overlay", "none"), "solver = none: there is no such solver"),
+        (("--overlay", "none"), "--overlay = none: there is no such solver"),
         (("--overlay", "pymunk:1/60:1/240"), "--overlay = pymunk:1/60:1/240: must be a solver"),
-        (("--overlay", "pymunk:fast"), "--dt = fast: must be a number"),
+        (("--overlay", "pymunk:fast"), "--overlay = fast: must be a number"),
         (("--slow", "0"), "slow = 0: must be greater than 0"),
         (("--from", "2", "--to", "1"), "start = 2: must be 0 or more, and before the end"),
         (("--dpi", "1e9"), "--dpi = 1e+09: must be between"),

@@ -657,7 +657,7 @@ mass = 0.17
         ("bulge", "bulges", 'outline, bulge, color); did you mean "bulge"?'),
         ("radius = 10", "radius = -1", "posts[0].radius = -1: must be 0 or more"),
         ("radius = 10", "radius = nan", "posts[0].radius = nan: must be a finite number"),
-        ("radius = 10", "", "posts[0].radius = (left out): is missing"),
+        ("radius = 10", "", "posts[0].radius: is missing"),
         ("[100, 50]", "[100, 4]", "posts[0].position = [100, 4]: the post lies in cushion 0"),
         ("[100, 50]", "[4, 50]", "posts[0].position = [4, 50]: the post lies in cushion 3 by 6 cm"),
         ("[100, 50]", "[40, 50]", 'balls[0].position = [30, 45]: ball "C" overlaps post 0 by'),

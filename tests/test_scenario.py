@@ -60,7 +60,7 @@ def problems(text: str) -> list[str]:
     with pytest.raises(SceneError) as caught:
         loads(text, FILE)
     lines = str(caught.value).splitlines()
-    assert all(re.fullmatch(rf"{FILE}: .+? = .+?: .+", line) for line in lines)
+    assert all(re.fullmatch(rf"{FILE}: .+?( = .+?)?: .+", line) for line in lines)
     return [line.removeprefix(f"{FILE}: ") for line in lines]
 
 
@@ -190,7 +190,7 @@ def test_a_table_may_have_a_colour(sides: str) -> None:
 
 def test_a_table_of_a_colour_alone_has_no_sides() -> None:
     assert named(changed((SIZE, 'color = "#e2b779"'))) == [
-        "table.length = (left out)", "table.width = (left out)",
+        "table.length", "table.width",
     ]  # fmt: skip
 
 
@@ -249,6 +249,9 @@ def test_a_file_is_read_by_its_path(tmp_path: Path) -> None:
     path = tmp_path / "own.toml"
     path.write_text(GOOD, encoding="utf-8")
     assert load(path) == load(str(path)) == loads(GOOD)
+    for wrong in (None, 3, ""):
+        with pytest.raises(SceneError, match=r"scenario = .*: must be the path of a file"):
+            load(wrong)  # type: ignore[arg-type]
     assert label(path) == str(path)
 
 
@@ -302,13 +305,13 @@ CHANGED = [
     ("surface = 0.1", "surface = -0.1", "friction.surface = -0.1"),
     ('id = "1"', 'id = "1"\ncolor = "red"', 'balls[1].color = "red"'),
     ("[ball]", '[ball]\ncolor = "red"', 'ball.color = "red"'),
-    (SIZE, "length = 88", "table.width = (left out)"),
+    (SIZE, "length = 88", "table.width"),
     ("width = 44", "width = -44", "table.width = -44"),
     (SIZE, "length = 88\noutline = [[0, 0], [88, 0], [88, 44], [0, 44]]", "table.length = 88"),
     (SIZE, "outline = [[0, 0], [0, 9], [9, 9]]", "table.outline = [[0, 0], [0, 9], [9, 9]]"),
     (SIZE, "outline = []", "table.outline = []"),
     (SIZE, "outline = [[0, 0], [nan, 0], [88, 44]]", "table.outline[1] = [nan, 0]"),
-    ("cushion = 0.7", "", "restitution.cushion = (left out)"),
+    ("cushion = 0.7", "", "restitution.cushion"),
     ('"1"', '""', 'balls[1].id = ""'),
     ('"1"', '"a\\u2028b"', 'balls[1].id = "a\\u2028b"'),
     ('"1"', '"nearest"', 'balls[1].id = "nearest"'),
@@ -318,11 +321,11 @@ CHANGED = [
     ("[40, 21]", "[40, 44.5]", "balls[1].position = [40, 44.5]"),
     ("[40, 21]", "[40, 2.2]", "balls[1].position = [40, 2.2]"),
     ("[40, 21]", "[87, 43]", "balls[1].position = [87, 43]"),
-    ("ball_ball = 0.9", "", "restitution.ball_ball = (left out)"),
-    (LAUNCH, "", "shots[0].velocity = (left out)"),
-    (LAUNCH, "speed = 4", "shots[0].angle = (left out)"),
-    (LAUNCH, "angle = 180", "shots[0].speed = (left out)"),
-    (LAUNCH, 'aim = "1"', "shots[0].speed = (left out)"),
+    ("ball_ball = 0.9", "", "restitution.ball_ball"),
+    (LAUNCH, "", "shots[0].velocity"),
+    (LAUNCH, "speed = 4", "shots[0].angle"),
+    (LAUNCH, "angle = 180", "shots[0].speed"),
+    (LAUNCH, 'aim = "1"', "shots[0].speed"),
     (LAUNCH, 'speed = 4\nangle = 180\naim = "1"', 'shots[0].aim = "1"'),
     (LAUNCH, "speed = -4\nangle = 0", "shots[0].speed = -4"),
     (LAUNCH, "speed = 4\nangle = inf", "shots[0].angle = inf"),
@@ -331,11 +334,11 @@ CHANGED = [
     (LAUNCH, 'speed = 4\naim = "8"', 'shots[0].aim = "8"'),
     (LAUNCH, LAUNCH + '\nball = "8"', 'shots[0].ball = "8"'),
     (LAUNCH, LAUNCH + '\nball = ""', 'shots[0].ball = ""'),
-    ("cue = true", "", "shots[0].ball = (left out)"),
+    ("cue = true", "", "shots[0].ball"),
     (LAUNCH, LAUNCH + '\nfrom = "previous"', 'shots[0].from = "previous"'),
     ('name = "break"', 'name = ""', 'shots[0].name = ""'),
     ('name = "break"', 'name = "\\u001b[2J"', 'shots[0].name = "\\x1b[2J"'),
-    ("surface = 0.1", "", "physics.max_time = (left out)"),
+    ("surface = 0.1", "", "physics.max_time"),
     ("[table]", '[physics]\nlaw = "newton"\n[table]', 'physics.law = "newton"'),
     ("[table]", "[physics]\ngravity = -9.81\n[table]", "physics.gravity = -9.81"),
     ("[table]", "[physics]\nmax_time = 0\n[table]", "physics.max_time = 0"),
@@ -344,7 +347,7 @@ CHANGED = [
 ]
 # a whole scenario, and the keys and values that the lines name
 MALFORMED: list[tuple[str, list[str]]] = [
-    ("", ["balls = (left out)"]),
+    ("", ["balls"]),
     (GOOD + "[table]\n", ['line 27 = "[table]"']),
     ('title = """\n', ['file = "table.toml"']),
     ("ti\x00tle = 1", ['line 1 = "ti\\x00tle = 1"']),
@@ -360,18 +363,18 @@ MALFORMED: list[tuple[str, list[str]]] = [
         changed(('"in"', '"ft"'), ('"g"', '"g"\nspeed = "mph"')),
         ['units.length = "ft"', 'units.speed = "mph"'],
     ),
-    (changed((SIZE, "")), ["table.length = (left out)", "table.width = (left out)"]),
+    (changed((SIZE, "")), ["table.length", "table.width"]),
     ("balls = []", ["balls = []"]),
     (
         "[[balls]]",
         [
-            "balls[0].id = (left out)",
-            "balls[0].position = (left out)",
-            "balls[0].radius = (left out)",
-            "balls[0].mass = (left out)",
+            "balls[0].id",
+            "balls[0].position",
+            "balls[0].radius",
+            "balls[0].mass",
         ],
     ),
-    (changed(("mass = 160", "")), ["balls[0].mass = (left out)", "balls[1].mass = (left out)"]),
+    (changed(("mass = 160", "")), ["balls[0].mass", "balls[1].mass"]),
     (
         changed((LAUNCH, LAUNCH + "\nspeed = 4\nangle = 180")),
         ["shots[0].speed = 4", "shots[0].angle = 180"],
@@ -452,14 +455,14 @@ def test_all_problems_of_a_file_are_said_at_once() -> None:
         'friction.surface = "ice": must be a number',
         "restitution.cushion = 1.2: must be between 0 and 1",
         'shots[0].aim = "8": there is no such ball (there are: C, 1)',
-        "table.width = (left out): is missing (or an outline)",
+        "table.width: is missing (or an outline)",
     ]
 
 
 def test_places_are_checked_although_something_else_is_wrong() -> None:
     text = changed(("[66, 22]", "[66, 1]"), ("[40, 21]", "[99, 21]"), (LAUNCH, 'ball = "8"'))
     assert problems(text) == [
-        "shots[0].velocity = (left out): is missing (or speed and angle, or speed and aim)",
+        "shots[0].velocity: is missing (or speed and angle, or speed and aim)",
         'balls[0].position = [66, 1]: ball "C" overlaps cushion 0 by 1.2 in (0.56 radii)',
         'balls[1].position = [99, 21]: ball "1" is off the table',
         'shots[0].ball = "8": there is no such ball (there are: C, 1)',

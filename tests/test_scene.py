@@ -29,7 +29,7 @@ from pool_pymunk.model import (
     Table,
     Units,
 )
-from pool_pymunk.model.problems import LEFT_OUT, listed, shown
+from pool_pymunk.model.problems import listed, shown
 from pool_pymunk.physics.contact import Pair
 
 R = 0.05
@@ -127,11 +127,11 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     ),
     "shot: nothing said": (
         lambda: Shot("s", "C"),
-        [f"velocity = {LEFT_OUT}: is missing (or speed and angle, or speed and aim)"],
+        ["velocity: is missing (or speed and angle, or speed and aim)"],
     ),
     "shot: speed alone": (
         lambda: Shot("s", "C", speed=1.0),
-        [f"angle = {LEFT_OUT}: is missing beside speed (or aim)"],
+        ["angle: is missing beside speed (or aim)"],
     ),
     "shot: backwards": (
         lambda: Shot("s", "C", speed=-1.0, aim="1"),
@@ -139,7 +139,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     ),
     "shot: two launches": (
         lambda: Shot("s", "C", velocity=(1.0, 0.0), aim="1"),
-        ['aim = "1": stands beside velocity: one of the two'],
+        ['aim = "1": give either velocity or aim'],
     ),
     "shot: nameless": (
         lambda: Shot("", "C", velocity=(1.0, 0.0)),
@@ -155,7 +155,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     ),
     "scene: no ball": (
         lambda: scene(),
-        [f"balls = {LEFT_OUT}: one ball or more is needed"],
+        ["balls: one ball or more is needed"],
     ),
     "scene: ids and cues": (
         lambda: scene(ball("1", 0, 0, cue=True), ball("1", 1, 0), ball("2", 2, 0, cue=True)),
@@ -171,16 +171,16 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
             shots=(Shot("s", "1", (1.0, 0.0)),),
         ),
         [
-            f"restitution.cushion = {LEFT_OUT}: is missing where there is a table",
-            f"restitution.ball_ball = {LEFT_OUT}: is missing where two balls can meet",
-            f"physics.max_time = {LEFT_OUT}: is missing: without surface friction and gravity the "
+            "restitution.cushion: is missing where there is a table",
+            "restitution.ball_ball: is missing where two balls can meet",
+            "physics.max_time: is missing: without surface friction and gravity the "
             "balls never come to rest",
         ],
     ),
     "scene: a moving ball and nothing to stop it": (
         lambda: Scene((Ball("1", (0.0, 0.0), R, 0.2, velocity=(0.0, 1.0)),)),
         [
-            f"physics.max_time = {LEFT_OUT}: is missing: without surface friction and gravity the "
+            "physics.max_time: is missing: without surface friction and gravity the "
             "balls never come to rest",
         ],
     ),

@@ -36,7 +36,7 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import DrawnBall
 from pool_pymunk.render.canvas import canvas
 from pool_pymunk.render.clouds import _cloud
-from pool_pymunk.studies.sensitivity import digits_that_hold
+from pool_pymunk.studies.sensitivity import by_causes, digits_that_hold, linear
 from pool_pymunk.studies.uncertainty import StartSampler, uncertainty_of
 
 pytestmark = pytest.mark.heavy
@@ -371,6 +371,58 @@ def test_uncertainties_are_numbers_from_0(half: float) -> None:
             Uncertainty(**settings)
 
 
+# -- causes ----------------------------------------------------------------------------------------
+
+
+def test_each_cause_alone_makes_what_its_closed_form_says() -> None:
+    """The ratio to the starts' spread is that of the starts alone, and there is no other one."""
+    angle = 0.001
+    found = played(off_one_cushion(), Uncertainty(HALF, speed=0.01, angle=angle))
+    assert all(ball.amplification is None for ball in found.balls)
+    alone = by_causes(found, threads=1)
+    assert [*alone] == ["starts", "speed", "angle"]
+    (starts,), (speed,), (turned,) = (each.balls for each in alone.values())
+    assert starts.std == pytest.approx((RESTITUTION**2 * STD, STD), rel=0.05)
+    assert starts.amplification == pytest.approx(1.0, rel=0.05)
+    assert starts.deviation / alone["starts"].deviation_of_starts == starts.amplification
+    slope = RESTITUTION**2 * SPEED / BRAKE
+    assert speed.std[0] == pytest.approx(slope * 0.01 / math.sqrt(3.0), rel=0.05)
+    assert speed.amplification is turned.amplification is None
+    # The causes are independent, so that their variances add up where ends are linear in them.
+    squares = sum(each.balls[0].std[1] ** 2 for each in alone.values())
+    assert found.balls[0].std[1] ** 2 == pytest.approx(squares, rel=0.05)
+    line = linear(off_one_cushion(), None, found.uncertainty)
+    for cause, std in line.by_causes().items():
+        assert alone[cause].balls[0].std == pytest.approx(tuple(std[0]), rel=0.05, abs=1e-6)
+
+
+def test_one_cause_is_not_played_again() -> None:
+    found = played(off_one_cushion(), Uncertainty(speed=0.01), samples=10)
+    assert by_causes(found) == {"speed": found}
+    assert by_causes(played(off_one_cushion(), Uncertainty(), samples=10)) == {}
+
+
+def test_the_command_says_what_each_cause_makes_in_eighty_columns(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pool_pymunk.cli.terminal.WIDTH", 80)
+    options = ["--shot", 3, "--samples", 30, "--angle-error", 0.1, "--speed-error", "0.1"]
+    log = tmp_path / "log.json"
+    arguments = (*options, "--linear", "--no-pictures", "--out", tmp_path, "--json", log)
+    assert exit_code("sensitivity", "report", *arguments) == 0
+    printed = capsys.readouterr().out
+    assert "…" not in printed
+    assert "Each ± is half the width of a uniform distribution" in printed
+    assert "The standard deviation that each cause alone makes of it: starts 0.0" in printed
+    assert "Amplified: the deviation that the starts alone make, over theirs (0.0029 in)" in printed
+    assert " x that of the starts" not in printed
+    (shot,) = json.loads(log.read_text(encoding="utf-8"))["shots"]
+    assert [*shot["causes"]] == [*shot["linear"]["causes"]] == ["starts", "speed", "angle"]
+    assert shot["balls"]["C"]["amplification"] is None
+    assert shot["causes"]["starts"]["C"]["amplification"] > 1.0
+    assert shot["causes"]["speed"]["C"]["std"][0] > 0.0
+
+
 # -- the command line ------------------------------------------------------------------------------
 
 
@@ -429,7 +481,7 @@ def test_a_scenario_that_can_be_read_but_once(capsys: pytest.CaptureFixture[str]
     os.close(write)
     assert exit_code("sensitivity", f"/dev/fd/{read}") == 2
     os.close(read)
-    assert "--position-error = (left out): is missing" in capsys.readouterr().err
+    assert "--position-error: is missing" in capsys.readouterr().err
 
 
 # -- pockets ---------------------------------------------------------------------------------------

@@ -227,9 +227,11 @@ def test_an_unknown_name_answers_with_the_valid_ones(
     arguments: tuple[str, ...], added: Solver, capsys: pytest.CaptureFixture[str]
 ) -> None:
     line = refusal(capsys, *arguments, "magic")
-    found = re.fullmatch(r"error: (--)?solvers? = magic: there is no such solver \((.*)\)", line)
+    found = re.fullmatch(
+        r"error: (--)?(solvers?|overlay) = magic: there is no such solver \((.*)\)", line
+    )
     assert found is not None
-    assert set(found[2].split(", ")) == {*SOLVERS} >= {added.name, reference_solver().name}
+    assert set(found[3].split(", ")) == {*SOLVERS} >= {added.name, reference_solver().name}
 
 
 # -- the records -----------------------------------------------------------------------------------

@@ -335,7 +335,7 @@ def test_run_ends_with_1_where_it_falls_short(
     [
         (["0.01in", "--solver", "event-driven"], "it is exact and has no step"),
         (["0.01in", "--solver", "pymunk-builtin"], "its physics is not the scene's"),
-        (["0.01in", "--dt", "0.01"], "--tolerance = 0.01in: stands beside --dt"),
+        (["0.01in", "--dt", "0.01"], "--tolerance = 0.01in: give either --tolerance or --dt"),
         (["0.01in", "--solver", "magic"], "there is no such solver"),
         (["0.01yd"], '--tolerance = "0.01yd": must be a length, such as 1 cm (m, cm, mm, in)'),
         (["0"], '--tolerance = "0": must be greater than 0'),

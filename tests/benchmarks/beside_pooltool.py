@@ -1,15 +1,11 @@
 """Two-ball shots without cushions, beside pooltool 0.6, which has the same equations of rolling.
 
-pooltool moves balls 1e-6 m apart at a hit, so ends agree to what this moves them. It needs an
-environment of its own. pooltool 0.6 asks for a development version of panda3d that the index does
-not have, so what it needs is installed beside it:
+pooltool moves balls 1e-6 m apart at a hit, so ends agree to what this moves them. The environment
+is that of the torture suite (docs/beside-others.md), with this package in it:
 
-    python -m venv beside
-    beside/bin/pip install --no-deps "pooltool-billiards==0.6.0" panda3d-simplepbr panda3d-gltf h11
-    beside/bin/pip install "panda3d==1.10.16" "llvmlite<0.46" "numba<0.63" "rich<15" attrs cattrs \\
-        msgpack msgpack-numpy pyyaml click h5py numpy-quaternion pillow scipy
-    beside/bin/pip install .
-    beside/bin/python tests/benchmarks/beside_pooltool.py
+    python -m torture.play pooltool --only "stop shot"
+    .venv-torture/pooltool/bin/pip install .
+    .venv-torture/pooltool/bin/python tests/benchmarks/beside_pooltool.py
 """
 
 from __future__ import annotations

@@ -32,7 +32,8 @@ from pool_pymunk import (
 REPEATS = 3
 SLOW = 60  # This many shots are played by the exact solver in Python.
 TIMES, THREADS = 60.0, 1.7  # at least so much faster, on shot 1 of the report
-ARCS = 2.5  # A contact in a stadium costs at most so many times one in a rectangle.
+# A contact in a stadium costs at most this many times one in a rectangle; 1.5 and 1.3 were found.
+ARCS = {0.8: 1.7, 0.95: 1.45}  # by the restitution of cushions
 FROZEN = 10_000  # at least this many frozen racks a second and core
 
 
@@ -164,13 +165,20 @@ def test_an_event_of_balls_that_roll(benchmark: Any, name: str) -> None:
     benchmark.extra_info["in_python"] = rolls[1] / slides[1]
 
 
-def in_a(table: Table) -> Kind:
+def in_a(table: Table, e: float = 0.8) -> Kind:
     """Return shots of the bundled stadium, in any direction, in a table of the same size."""
-    return breaks(replace(load("stadium"), table=table), 1.0, 4.0, np.pi)
+    scene = load("stadium")
+    own = replace(scene.restitution, cushion=e)
+    return breaks(replace(scene, table=table, restitution=own), 1.0, 4.0, np.pi)
 
 
 def contacts_cost(kind: Kind, count: int = 20_000) -> tuple[float, float]:
-    """Return what a contact costs (s of processor time), and the share of shots handed back."""
+    """Return what a contact costs (s of processor time), and the share of shots handed back.
+
+    All work counts, and contacts are the listed hits. A ball that slides along an arc does so in
+    micro-collisions, which are no hits: they add to the cost of a stadium, and a rectangle has
+    none. With e = 0.8 there are 0.3 of them for each hit, all in 0.4 % of the shots.
+    """
     simulate_many(kind.scene, *kind.draw(1))
     times, shots = [], kind.draw(count)
     for _ in range(REPEATS):
@@ -180,11 +188,10 @@ def contacts_cost(kind: Kind, count: int = 20_000) -> tuple[float, float]:
     return min(times), batch.by_reference / count
 
 
-def arcs_cost() -> tuple[float, float]:
+def arcs_cost(e: float = 0.8) -> tuple[float, float]:
     """Return how many times as much a contact in a stadium costs, and the share handed back."""
-    (one, _), (other, hard) = map(
-        contacts_cost, (in_a(Table.rectangle(2.0, 1.0)), in_a(Table.stadium(2.0, 1.0)))
-    )
+    tables = Table.rectangle(2.0, 1.0), Table.stadium(2.0, 1.0)
+    (one, _), (other, hard) = (contacts_cost(in_a(table, e)) for table in tables)
     return other / one, hard
 
 
@@ -214,15 +221,18 @@ def print_table() -> list[Speed]:
 
 
 if __name__ == "__main__":
-    times, hard = arcs_cost()
-    print(
-        f"A contact in a stadium costs {times:.2f} times one in a rectangle; {hard:.2g} are hard."
-    )
+    times = {}
+    for e in ARCS:
+        times[e], hard = arcs_cost(e)
+        print(
+            f"With cushions of e = {e} a contact in a stadium costs {times[e]:.2f} times one in a "
+            f"rectangle; {hard:.2g} are hard."
+        )
     if "--arcs" in sys.argv:
         sys.exit()
     first, *others = print_table()
     if "--check" in sys.argv:
-        assert times < ARCS, "arcs have become slow"
+        assert all(times[e] < ARCS[e] for e in ARCS), "arcs have become slow"
         assert first.compiled > TIMES * first.python, "compiled shots have become slow"
         assert others[2].compiled > FROZEN, "frozen racks have become slow"
         assert first.two_threads > THREADS, "two threads gain too little"
