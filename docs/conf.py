@@ -29,7 +29,7 @@ extensions = [
     "commands",
     "gallery",
 ]
-exclude_patterns = ["_build", "figures", "extensions"]
+exclude_patterns = ["_build", "figures", "extensions", "static"]
 sphinx_gallery_conf = gallery.SETTINGS
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
@@ -47,6 +47,8 @@ suppress_warnings = ["ref.python"]
 html_theme = "furo"
 html_title = f"pool_pymunk {release}"
 html_copy_source = False
+html_static_path = ["static"]
+html_css_files = ["wide.css"]
 
 PLAYED = HERE / "figures" / "made" / "played"  # The page that docs/page.md shows is drawn there.
 PLAYED.mkdir(parents=True, exist_ok=True)

@@ -31,8 +31,8 @@ def main() -> None:
             executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
         )
         for name, scheme, size in (
-            ("page", "light", (1280, 680)),
-            ("page-ghost", "dark", (1280, 860)),
+            ("page", "light", (1280, 800)),
+            ("page-ghost", "dark", (1280, 800)),
         ):
             looks = {"width": size[0], "height": size[1]}
             page = browser.new_page(viewport=looks, color_scheme=scheme)
