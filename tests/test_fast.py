@@ -572,7 +572,7 @@ def test_an_interrupt_ends_it_at_once(tmp_path: Path) -> None:
     began = time.perf_counter()
     process.communicate(timeout=60)
     assert process.returncode != 0
-    assert time.perf_counter() - began < 2.0
+    assert time.perf_counter() - began < 3.0  # All shots take nine seconds.
 
 
 def cut_short(path: Path) -> None:
