@@ -34,9 +34,10 @@ played:
 test-slow: export POOL_SEED ?= $(shell date +%s)
 test-slow: PROFILE ?= random
 test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.2,1)
+# `make test` has played the fixed examples of hypothesis.
+test-slow: AGAIN := $(if $(filter fixed,$(PROFILE)),seeded,seeded or hypothesis)
 test-slow: $(VENV)/installed
-	$(BIN)/pytest -n auto -q -m "(slow or hypothesis or seeded) and $(ELSEWHERE)" \
-		--hypothesis-profile $(PROFILE)
+	$(BIN)/pytest -n auto -q -m "(slow or $(AGAIN)) and $(ELSEWHERE)" --hypothesis-profile $(PROFILE)
 
 # needs Chromium, of Debian (apt-get install chromium) or another; what the page is made of is linted, too
 test-browser: $(VENV)/browser-installed

@@ -4,7 +4,8 @@ The truth about such a scene is what tiny gaps make of it. :func:`opened` gives 
 is closed at the start a gap of its own, and :func:`truth` tells how far the ends lie from those
 without gaps at most, for gaps from 1e-14 to 1e-6 m.
 
-``python -m tests.frozen`` shows what more or fewer random patterns of gaps find.
+``python -m tests.frozen RANDOM FEW`` shows what half and twice of these numbers of
+:mod:`pool_pymunk.engine.orders` find.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import math
 import random
 import re
+import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -249,14 +251,19 @@ def spread(scene: Scene) -> float:
 
 
 def main() -> None:
-    """Print the sum of what 30 clusters at cushions may spread, for several numbers of patterns."""
+    """Print what 30 clusters at cushions may spread, with half and twice of each number named."""
     scenes = [
         random_frozen_scene(form, True, random.Random(f"patterns {form} {k}"))
         for form in ("row", "triangle")
         for k in range(15)
     ]
-    for orders.RANDOM in (6, 12, 24, 48, 96):
-        print(f"{orders.RANDOM} patterns: {sum(map(spread, scenes)):.3f} m/s")
+    print(f"as it is: {sum(map(spread, scenes)):.3f} m/s")
+    for name in sys.argv[1:]:
+        value = getattr(orders, name)
+        for factor in (0.5, 2.0):
+            setattr(orders, name, type(value)(factor * value))
+            print(f"{name} x {factor:g}: {sum(map(spread, scenes)):.3f} m/s")
+        setattr(orders, name, value)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Half and twice a number of the engine: how many ends move, and how far.
 
-``python -m tests.halved CONTACT_TIME LISTED`` plays 54 runs with half and with twice each of these
-numbers of :mod:`pool_pymunk.engine.decisions`. Some of the runs have persistent contacts, an
-inelastic collapse or frozen balls.
+``python -m tests.halved CONTACT_TIME physics.laws.ZERO_SLIP`` plays 54 runs with half and with
+twice each of these numbers; without a module it is one of :mod:`pool_pymunk.engine.decisions`. Some
+of the runs have persistent contacts, an inelastic collapse or frozen balls.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import random
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,6 @@ from frozen import FORMS, random_frozen_scene
 from scenes import TABLES, frozen_rack, random_scene
 
 from pool_pymunk import Friction, Restitution, Run, Scene, load, simulate
-from pool_pymunk.engine import decisions
 
 MOST = 2_000  # events a run
 MOVED = 1e-9  # m; an end that moves by less than this counts as the same
@@ -53,14 +53,16 @@ def main() -> None:
     """Print what half and twice of each number that is named move."""
     base = list(runs())
     for name in sys.argv[1:]:
-        value = getattr(decisions, name)
+        place, _, number = name.rpartition(".")
+        module = import_module(f"pool_pymunk.{place or 'engine.decisions'}")
+        value = getattr(module, number)
         for factor in (0.5, 2.0):
-            setattr(decisions, name, type(value)(factor * value))
+            setattr(module, number, type(value)(factor * value))
             ends = [(a.end.position, b.end.position) for a, b in zip(base, runs(), strict=True)]
             moved = [max(map(math.dist, one, other)) for one, other in ends]
             count = sum(far > MOVED for far in moved)
             print(f"{name} x {factor:g}: {count} of {len(moved)} ends, by up to {max(moved):.2g} m")
-        setattr(decisions, name, value)
+        setattr(module, number, value)
 
 
 if __name__ == "__main__":
