@@ -7,9 +7,18 @@ Persistent contacts have a *contact time* (the TC model of Luding and McNamara, 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from pool_pymunk.physics.motion import EPSILON, Vector
-from pool_pymunk.physics.path import BARELY, NOISE, Path, least_bounce, motion_at, speed_of
+from pool_pymunk.physics.path import (
+    BARELY,
+    NOISE,
+    Path,
+    Persistent,
+    least_bounce,
+    motion_at,
+    speed_of,
+)
 
 # ``python -m tests.halved`` plays 54 hard runs with half and with twice such a number. Where no
 # comment says what that moves, no end moves by 3e-9 m (but figures of warnings may change).
@@ -80,9 +89,17 @@ def contact_time(since_met: float, to_go: float, radius: float, pull: float, man
     return min(max(CONTACT_TIME * max(since_met, to_go), least), shallow)
 
 
-def faint(since_last: float, contact_time: float, pull: float) -> float:
-    """Return the closing speed (m/s) below which balls that have just hit hit again later."""
-    return FAINT * pull * contact_time if since_last < contact_time / 2.0 else 0.0
+def persistent(
+    past: Any, now: float, to_go: float, radius: float, pull: float, longer: float = 1.0
+) -> Persistent:
+    """Return the contact time of two sides with a history, ``longer`` times as long in a variant.
+
+    After many hits, sides that have just hit and close faintly hit again later.
+    """
+    many = past.hits > MANY_TIMES
+    time = contact_time(now - past.met, to_go, radius, pull, many) * longer
+    is_faint = many and now - past.last < time / 2.0
+    return Persistent(time, FAINT * pull * time if is_faint else 0.0)
 
 
 def least_parting(a: Path, b: Path, now: float, contact_time: float, radius: float) -> float:

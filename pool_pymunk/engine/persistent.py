@@ -71,17 +71,14 @@ class PersistentContacts:
         past, pull = self.history.get((i, j)), self.pull if self.pull > press else press
         if past is None or pull == 0.0:
             return NOT_MET
-        met, last, hits = past
         end, radius = self.paths[i].end, self.radii[i]
         end = end if end < math.inf else now
         if j >= 0:
             other = self.paths[j].end
             end = other if end < other < math.inf else end
             radius = self.radii[j] if self.radii[j] < radius else radius
-        to_go, many = end - now, hits > decisions.MANY_TIMES
-        to_go = to_go if to_go > turn else turn
-        time = decisions.contact_time(now - met, to_go, radius, pull, many) * self.longer
-        return Persistent(time, decisions.faint(now - last, time, pull) if many else 0.0)
+        to_go = end - now if end - now > turn else turn
+        return decisions.persistent(past, now, to_go, radius, pull, self.longer)
 
     def is_persistent(self, pair: Two, now: float) -> bool:
         """Tell whether two balls are in persistent contact."""

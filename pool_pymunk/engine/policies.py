@@ -72,8 +72,8 @@ class RandomErrors:
 
     def _error(self, number: float) -> float:
         """Return a random rounding error of a number."""
-        share = self.random.uniform(-1.0, 1.0) if self.random is not None else 0.0
-        return 0.5 * EPSILON * number * share
+        assert self.random is not None, "there is a seed"
+        return 0.5 * EPSILON * number * self.random.uniform(-1.0, 1.0)
 
 
 class Policy:

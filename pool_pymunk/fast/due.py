@@ -185,9 +185,8 @@ def persistent_of(w: Work, i: int, j: int, now: float) -> Persistent:
         return Persistent(0.0, 0.0)
     one, other = w.ball[i].end, w.ball[j].end
     to_go = max(one if one < math.inf else now, other if other < math.inf else now) - now
-    radius, many = min(w.ball[i].radius, w.ball[j].radius), pair.hits > decisions.MANY_TIMES
-    time = decisions.contact_time(now - pair.met, to_go, radius, w.scene.pull, many)
-    return Persistent(time, decisions.faint(now - pair.last, time, w.scene.pull) if many else 0.0)
+    radius = min(w.ball[i].radius, w.ball[j].radius)
+    return decisions.persistent(pair, now, to_go, radius, w.scene.pull)
 
 
 # -- bounds ----------------------------------------------------------------------------------------

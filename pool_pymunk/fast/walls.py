@@ -78,15 +78,14 @@ def may_press(w: Work, i: int, bends: float) -> bool:
 
 def persistent_at(w: Work, i: int, past: Any, press: float, bends: float) -> Persistent:
     """Return how long one persistent contact with a wall takes, and what is faint in it."""
-    ball, pull, many = w.ball[i], max(w.scene.pull, press), past.hits > decisions.MANY_TIMES
+    ball, pull = w.ball[i], max(w.scene.pull, press)
     if pull == 0.0:
         return NOT_MET
     to_go = max(
         (ball.end if ball.end < math.inf else w.now) - w.now,
         decisions.turning_time(path_of(ball), bends, press),
     )
-    time = decisions.contact_time(w.now - past.met, to_go, ball.radius, pull, many)
-    return Persistent(time, decisions.faint(w.now - past.last, time, pull) if many else 0.0)
+    return decisions.persistent(past, w.now, to_go, ball.radius, pull)
 
 
 def stage_at(w: Work, i: int, wall: int, across: Vector, bends: float, closing: float) -> WallStage:

@@ -19,7 +19,7 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_
 from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
 
 # A method explains a change of velocities if it errs by less than this share. Rounding in some
-# thousand calls is less, and a wrong method errs by parts in a hundred.
+# thousand calls is less, and a wrong method errs by parts in a hundred, so half and twice do alike.
 EXPLAINED = 1e-9
 
 UNIT = Pair(1.0, 1.0, 0.0, 0.0)  # The masses are in the momenta.

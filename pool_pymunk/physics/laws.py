@@ -30,7 +30,8 @@ from pool_pymunk.physics.contact import (
     split,
 )
 
-# A slip below this share of the closing speed is rounding, and `published` jumps at zero slip.
+# A slip below this share of the closing speed is rounding, and `published` jumps at zero slip. Half
+# or twice of it moves no end of tests.halved.
 ZERO_SLIP = 1e-9
 
 

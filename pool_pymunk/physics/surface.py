@@ -18,7 +18,9 @@ Push = tuple[Vector, float]  # a cushion's normal, and mu times its change of sp
 NO_ROLL = (0.0, 0.0)
 GYRATION = 2.0 / 5.0  # I / (m r^2) of a solid sphere
 SHARE = 2.0 / 7.0  # k / (1 + k), k = GYRATION: this share of a slip is taken off the velocity
-NO_SLIP = 8.0 * EPSILON  # A slip of this share of the speeds is none: rounding leaves as much.
+# A slip of this share of the speeds is none: rounding leaves as much. Half or twice of it moves no
+# end of tests.halved.
+NO_SLIP = 8.0 * EPSILON
 
 
 class Surface(Protocol):

@@ -41,7 +41,8 @@ from pool_pymunk.physics.surface import GYRATION
 
 # For up to this many contacts all 24 orders are tried. Eight contacts would have 40,320.
 ALL_ORDERS = 4
-# After this many sweeps of the mean, what still closes is a next impact.
+# After this many sweeps of the mean, what still closes is a next impact. Half or twice as many
+# move no end of tests.halved.
 MOST_SWEEPS = 200
 TIE_DIGITS = 9  # Normals that agree to this many digits are the same; rounding moves the 15th.
 # This share of the speeds, or of the impulses, may be rounding, in sums over some 30 contacts.
@@ -51,7 +52,8 @@ MOST_EXCHANGES = 20
 # A contact is redundant if less than this share of its response is its own: rounding leaves some
 # 1e-15. In breaks of a frozen rack of fifteen the least share is 0.75.
 REDUNDANT = 1e-12
-# Balls are pushed apart if they part more slowly than this share of the least bounce.
+# Balls are pushed apart if they part more slowly than this share of the least bounce. Half or twice
+# of it moves no end of tests.halved.
 TOO_SLOW = 0.5
 
 
