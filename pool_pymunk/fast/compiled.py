@@ -1,9 +1,9 @@
 """This module compiles the shots: the loop, and the project's own functions that it calls.
 
-numba compiles them once a machine, into a folder of the user's cache that is named by a hash of
-Python's version and of all sources, because numba itself looks at one of them. numba reads back
-what it has compiled without a check, and machine code with a wrong byte does whatever it likes. So
-a seal, the hash of a function's files, lies beside them; files that differ are compiled anew.
+numba compiles them once a machine, into a folder of the user's cache. A hash of Python's version
+and of all sources names the folder, because numba itself looks at one source alone. numba does not
+check what it reads back, and one wrong byte of machine code may do anything. So a seal, the hash of
+a function's files, lies beside them; files that differ are compiled anew.
 """
 
 from __future__ import annotations

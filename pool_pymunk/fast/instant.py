@@ -20,7 +20,7 @@ from pool_pymunk.physics.sides import unit
 
 
 def latest_of(w: Work, i: int, j: int) -> float:
-    """Return up to when (s) contacts may be of the instant of that of ball ``i``, and maybe j."""
+    """Return until when (s) other contacts belong to the instant of that of ``i``, maybe with j."""
     speed = w.ball[i].speed
     if j >= 0:
         speed = max(speed, w.ball[j].speed)
@@ -97,7 +97,7 @@ def touches_wall(w: Work, sides: Sides, i: int, n: int, times: float) -> bool:
 
 
 def read_contacts(w: Work, sides: Sides) -> bool:
-    """Make a contact of each that is ``due``; return False if a ball meets two sides as one."""
+    """Make a contact of each that is ``due``; False if two sides touch a ball at the same point."""
     at = w.together
     for k in range(at.dues):
         i, other = at.due[k, 0], at.due[k, 1]
