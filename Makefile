@@ -57,7 +57,7 @@ bench: $(VENV)/installed
 	$(BIN)/pytest tests/benchmarks --benchmark-enable --benchmark-only -p no:xdist -q
 
 gallery: $(VENV)/installed
-	$(BIN)/python -m pool_pymunk.cli.gallery
+	$(BIN)/python docs/figures/gallery.py
 	$(BIN)/pool-pymunk tradeoff report --out renders/gallery
 	$(BIN)/pool-pymunk sensitivity report --shot 1 --out renders/gallery
 	$(BIN)/pool-pymunk stability --out renders/gallery

@@ -326,7 +326,7 @@ def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
     ("arguments", "says"),
     [
         (("run", "nowhere"), 'scenario = "nowhere": there is no such file'),
-        (("run", "report", "--solver", "magic"), "solver = magic: there is no such solver"),
+        (("run", "report", "--solver", "magic"), "--solver = magic: there is no such solver"),
         (("run", "report", "--dt", "0"), "--dt = 0: must be greater than 0"),
         (("run", "report", "--dt", "1/0"), "--dt = 1/0: must be a number or a fraction"),
         (("run", "report", "--dt", "nan"), "--dt = nan"),
@@ -337,7 +337,7 @@ def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
         (("compare", "report", "--solvers", "pymunk,magic"), "--solvers = magic"),
         (("compare", "report", "--solvers", "pymunk:fast"), "--solvers = fast"),
         (("tradeoff", "report", "--budget", "-1"), "--budget = -1.0"),
-        (("tradeoff", "report", "--solvers", "magic"), "solver = magic"),
+        (("tradeoff", "report", "--solvers", "magic"), "--solvers = magic"),
         (("check", "nowhere"), "there is no such file"),
     ],
 )

@@ -63,6 +63,7 @@ def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:
 
 # -- collide -----------------------------------------------------------------------------------
 
+A_FILE = Path(__file__)
 HIT = ("collide", "--mass-a", 0.2, "--mass-b", 0.2, "--radius", 0.03, "--velocity-a", -1, 0)
 
 
@@ -120,6 +121,15 @@ def test_the_picture_of_a_collision_calls_the_offset_by_its_name(tmp_path: Path)
         (("atlas", "report", "--up", "mass.8=1:2"), "--across: is missing beside --up"),
         (("run", "report", "--tolerance", 1, "--dt", 1), "give either --tolerance or --dt"),
         (("run", "report", "--units", "ft"), "there is no such unit"),
+        (("run", "report", "--units", ""), "--units = : give one name or more"),
+        ((*HIT, "--units", " "), "--units =  : give one name or more"),
+        (("run", "report", "--out", A_FILE), f"error: {A_FILE}: Not a directory"),
+        (("page", "report", "--out", A_FILE / "x.html"), f"{A_FILE / 'x.html'}: Not a directory"),
+        (("sensitivity", "report", "--seed", -1), "error: --seed = -1: must be 0 or more"),
+        (("tradeoff", "report", "--samples", 1), "error: --samples = 1: must be 2 or more"),
+        (("tradeoff", "report", "--solvers", "x"), "error: --solvers = x: there is no such solver"),
+        (("atlas", "report", "--ball", 88), "error: --ball = 88: there is no such ball"),
+        (("render", "report", "--fps", -1), "error: --fps = -1: must be greater than 0"),
         ((*HIT, "--velocity-b", *HIT[HIT.index("--velocity-a") + 1 :][:2]), "the balls never meet"),
     ],
 )  # fmt: skip
@@ -204,25 +214,25 @@ def test_a_solver_without_steps_takes_no_step(
     [
         (
             ("run", "two-balls", "--solver", "time-slice", "--friction", "callback"),
-            "friction = callback: time-slice has no such option (it has none)",
+            "--friction = callback: time-slice has no such option (it has none)",
         ),
         (
             ("compare", "two-balls", "--solvers", "pymunk,time-slice", "--friction", "joint"),
-            "friction = joint: time-slice has no such option (it has none)",
+            "--friction = joint: time-slice has no such option (it has none)",
         ),
         (
             ("tradeoff", "two-balls", "--solvers", "event-driven", "--friction", "joint"),
-            "friction = joint: event-driven has no such option (it has none)",
+            "--friction = joint: event-driven has no such option (it has none)",
         ),
         (
             ("render", "two-balls", "--friction", "glue"),
-            "friction = glue: must be one of joint, callback",
+            "--friction = glue: must be one of joint, callback",
         ),
         (
             ("run", "two-balls", "--solver", "pymunk-builtin", "--law", "coulomb"),
-            "law = coulomb: pymunk-builtin has a law of its own and cannot take another",
+            "--law = coulomb: pymunk-builtin has a law of its own and cannot take another",
         ),
-        (("run", "two-balls", "--law", "x"), 'law = "x": must be one of coulomb, published'),
+        (("run", "two-balls", "--law", "x"), '--law = "x": must be one of coulomb, published'),
         (
             ("compare", "two-balls", "--max-time", "0"),
             "--max-time = 0: must be greater than 0 and finite",

@@ -616,7 +616,7 @@ def test_a_second_fit_does_not_replace_the_first(
 ) -> None:
     """Folders of its own are numbered, and one that is typed is refused unless --force is there."""
     monkeypatch.chdir(tmp_path)
-    chosen = ("fit", "report", "--measured", "published", "--free", "", "--starts", 1)
+    chosen = ("fit", "report", "--measured", "published", "--free", "speed.1", "--starts", 1)
     for name in ("fit", "fit-2", "fit-3"):
         assert exit_code(*chosen, "--no-pictures") == 0
         assert (tmp_path / "renders" / "report" / name / "fitted.toml").is_file()
@@ -652,7 +652,8 @@ def test_without_scipy_one_sentence_says_so(
 @pytest.mark.parametrize(
     ("option", "value", "said"),
     [
-        ("--free", "mass.Z", "error: free = mass.Z: there is no such input"),
+        ("--free", "mass.Z", "error: --free = mass.Z: there is no such input"),
+        ("--free", "", "error: --free = : give one name or more"),
         ("--error", "big", 'error: --error = "big": must be a length'),
         ("--measured", "none.csv", "error: none.csv: No such file or directory"),
     ],

@@ -159,7 +159,7 @@ def test_ctrl_c_ends_stability_and_its_processes(tmp_path: Path) -> None:
 def test_ctrl_c_keeps_the_rows_of_stability(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(stability, "check_all", lambda *_: one_cell(KeyboardInterrupt()))
+    monkeypatch.setattr(stability.suite, "check_all", lambda *_: one_cell(KeyboardInterrupt()))
     assert exit_code("stability", "--out", str(tmp_path)) == 130
     assert capsys.readouterr().err == "error: interrupted\n"
     assert all_whole(tmp_path) == {"stability.csv", "stability.png"}
@@ -217,8 +217,8 @@ def test_a_full_disk_stops_stability_in_one_line(
         path.write_text("extreme,case")
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(stability, "check_all", lambda *_: one_cell())
-    monkeypatch.setattr("pool_pymunk.studies.stability.table.write_csv", full)
+    monkeypatch.setattr(stability.suite, "check_all", lambda *_: one_cell())
+    monkeypatch.setattr("pool_pymunk.studies.stability.suite.write_csv", full)
     assert exit_code("stability", "--out", str(tmp_path)) == 1
     error = f"error: {tmp_path / 'stability.csv'}: No space left on device\n"
     printed, errors = capsys.readouterr()

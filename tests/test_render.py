@@ -1079,7 +1079,7 @@ def test_command_compares(tmp_path: Path) -> None:
         (("--overlay", "pymunk:1/60:1/240"), "--overlay = pymunk:1/60:1/240: must be a solver"),
         (("--overlay", "pymunk:fast"), "--overlay = fast: must be a number"),
         (("--slow", "0"), "slow = 0: must be greater than 0"),
-        (("--from", "2", "--to", "1"), "start = 2: must be 0 or more, and before the end"),
+        (("--from", "2", "--to", "1"), "--from = 2: must be 0 or more, and before the end"),
         (("--dpi", "1e9"), "--dpi = 1e+09: must be between"),
         (("--picture-format", "bmp"), "--picture-format = bmp: must be one of"),
         (("--out", "/proc/none"), "/proc/none: "),

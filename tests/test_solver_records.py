@@ -35,7 +35,7 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import Settings, Solver, find_solver, reference_solver
 from pool_pymunk.studies.compare import Comparison
-from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite, table
+from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite
 from pool_pymunk.studies.tolerance import simulate_within
 from pool_pymunk.studies.tradeoff import ladders_of, order, sentences, tradeoff
 
@@ -159,7 +159,7 @@ def test_its_stability_is_checked_at_its_steps(added: Solver, tmp_path: Path) ->
     heatmap.draw([full], picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
     console = Console(width=160, file=StringIO(), record=True)
-    console.print(table.rich_table(table.in_order([full, check(HEAD_ON, "pymunk")])))
+    console.print(suite.rich_table(suite.in_order([full, check(HEAD_ON, "pymunk")])))
     assert re.search(r"extreme .* pymunk .* explicit ", console.export_text())
 
 
@@ -175,10 +175,10 @@ def test_what_its_record_says_is_what_it_is_held_to(
         return check(HEAD_ON, added.name)
 
     assert not claims(with_record())
-    assert table.notes([with_record()]) == [f"explicit: {added.limits}"]
+    assert suite.notes([with_record()]) == [f"explicit: {added.limits}"]
     punctual = with_record(late=False, limits="")
     assert {"overlap", "exact run"} <= claims(punctual)
-    (note,) = table.notes([punctual])
+    (note,) = suite.notes([punctual])
     assert note.startswith("explicit breaks at head-on hits: ")
     assert {outcome.law for outcome in with_record(own_law=True).run} == {"coulomb"}
     monkeypatch.setattr(suite, "MOST_PAIRS", 100)
@@ -306,7 +306,6 @@ OTHERWISE = {  # a text that has a solver's name in it, and why it may
     # the library
     ("cli/__init__.py", "2D billiards in pymunk, by the report's time slices, and exactly."),
     *(("cli/opt.py", name) for name in SOLVERS),  # for --help, which imports no solver
-    ("cli/gallery.py", "pymunk-discrete"),  # the README's picture of plain handlers
     ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate
     ("safety/interrupts.py", "pymunk"),  # the library, as a module
     ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down

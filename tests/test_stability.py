@@ -31,9 +31,9 @@ from pool_pymunk.studies.stability import (
     check_all,
     claims,
     columns,
-    table,
+    suite,
 )
-from pool_pymunk.studies.stability.suite import PROCESSES, CaseResult
+from pool_pymunk.studies.stability.suite import CaseResult
 from pool_pymunk.studies.stability.trial import reference_of, wrong
 
 SOLVERS = [solver.name for solver in columns()]
@@ -72,7 +72,7 @@ def test_every_row(key: Key, monkeypatch: pytest.MonkeyPatch) -> None:
     cell, listed = played(key), expected_breaks.table().get(key, Entry())
     assert all(outcome.measures or outcome.not_run for outcome in cell.outcomes)
     assert breaks(cell) - listed.undecided == listed.expected
-    assert cell.worst is None or table.reason(cell)
+    assert cell.worst is None or cell.reason
 
 
 def test_the_table_of_breaks_is_sound() -> None:
@@ -435,8 +435,8 @@ def test_a_cell_tells_what_breaks_and_from_where_on() -> None:
 def cells() -> list[Cell]:
     """Return two rows by three solvers, worked out in processes."""
     rows = (EXTREMES[1], EXTREMES[-1])
-    found = check_all(rows, ("event-driven", "pymunk", "pymunk-builtin"), True, PROCESSES)
-    return table.in_order(found)
+    found = check_all(rows, ("event-driven", "pymunk", "pymunk-builtin"), True, 2)
+    return suite.in_order(found)
 
 
 def test_cells_come_in_order_whoever_worked_them_out(cells: list[Cell]) -> None:
@@ -450,11 +450,11 @@ def test_cells_come_in_order_whoever_worked_them_out(cells: list[Cell]) -> None:
 def test_the_table_is_printed_and_its_breaks_are_explained(cells: list[Cell]) -> None:
     console = Console(width=400)
     with console.capture() as printed:
-        console.print(table.rich_table(cells))
+        console.print(suite.rich_table(cells))
     cell = next(cell for cell in cells if cell.extreme == "the report's law")
     for words in ("mass ratios", "event-driven", "holds", str(cell), "not run"):
         assert words in printed.get()
-    lines = table.notes(cells)
+    lines = suite.notes(cells)
     assert any(line.startswith("the report's law: line 132") for line in lines)
     assert any(line.startswith("pymunk-builtin: another contact law") for line in lines)
     assert not any("breaks at" in line for line in lines)
@@ -462,7 +462,7 @@ def test_the_table_is_printed_and_its_breaks_are_explained(cells: list[Cell]) ->
 
 def test_the_csv_has_every_measure(cells: list[Cell], tmp_path: Path) -> None:
     path = tmp_path / "stability.csv"
-    table.write_csv(cells, path)
+    suite.write_csv(cells, path)
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     measured = [m for cell in cells for outcome in cell.outcomes for m in outcome.measures]

@@ -7,9 +7,11 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from importlib import import_module
 from inspect import cleandoc
+from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
@@ -18,7 +20,7 @@ from typer.core import TyperCommand, TyperGroup
 from pool_pymunk import __version__
 from pool_pymunk.cli import lib
 from pool_pymunk.cli.read import InputError
-from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError
+from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, check_place
 from pool_pymunk.safety.interrupts import patient_interrupts
 
 # The commands, each with an example.
@@ -39,11 +41,6 @@ COMMANDS = {
 }
 
 
-def _paragraphs(text: str | None) -> str:
-    """Return the paragraphs of a docstring, each in one line, which the terminal breaks."""
-    return "\n\n".join(" ".join(part.split()) for part in cleandoc(text or "").split("\n\n"))
-
-
 class _WithoutTypes:
     """Its help shows no type for options that are switched on and off."""
 
@@ -57,7 +54,22 @@ class _WithoutTypes:
 
 
 class _Command(_WithoutTypes, TyperCommand):
-    """A command."""
+    """A command tries its places for files first; errors of the library name options as typed."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        for option in self.params:
+            if isinstance(path := ctx.params[option.name], Path):
+                check_place(path, is_folder=option.metavar == "DIR")
+        try:
+            return super().invoke(ctx)
+        except (lib.problems.SceneError, lib.problems.SettingError, RenderError) as error:
+            raise InputError(re.sub(r"^\w+(?= = )", self._typed, str(error), flags=re.M)) from None
+
+    def _typed(self, key: re.Match[str]) -> str:
+        """Return the option that gives this argument of the library, or one of a list of them."""
+        options = {option.name: option.opts[0] for option in self.params}
+        return options.get(key[0]) or options.get(f"{key[0]}s", key[0])
 
 
 class _Commands(_WithoutTypes, TyperGroup):
@@ -73,8 +85,9 @@ app = typer.Typer(
 )
 for command, example in COMMANDS.items():
     play = getattr(import_module(f"pool_pymunk.cli.{command}"), command)
-    epilog = f"Example: pool-pymunk {command} {example}"
-    app.command(cls=_Command, help=_paragraphs(play.__doc__), epilog=epilog)(play)
+    paragraphs = (" ".join(part.split()) for part in cleandoc(play.__doc__).split("\n\n"))
+    text, epilog = "\n\n".join(paragraphs), f"Example: pool-pymunk {command} {example}"
+    app.command(cls=_Command, help=text, epilog=epilog)(play)
 
 INTERRUPTED = 130
 # what an option wants, by the type of pydantic's error
@@ -128,7 +141,7 @@ def _named(error: Exception) -> str:
     option: Any = getattr(error, "param", None)
     if option is None:
         return str(error)
-    name = max(option.opts, key=len)
+    name = option.opts[0]
     if "Missing" in type(error).__name__:
         return f"{name}: is missing"
     found: Any = getattr(error.__cause__, "errors", list)()

@@ -12,16 +12,15 @@ import typer
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import say, write_json
 
+REST = ("0", "0")
+
 
 def collide(
     mass_a: Annotated[str, opt.option("The mass of ball A.", "MASS")],
     mass_b: Annotated[str, opt.option("The mass of ball B.", "MASS")],
     radius: Annotated[str, opt.option("The radius of both balls.", "LENGTH")],
     velocity_a: Annotated[tuple[str, str], opt.option("The velocity of ball A.", "VX VY")],
-    velocity_b: Annotated[tuple[str, str], opt.option("The velocity of ball B.", "VX VY")] = (
-        "0",
-        "0",
-    ),
+    velocity_b: Annotated[tuple[str, str], opt.option("The velocity of ball B.", "VX VY")] = REST,
     radius_b: Annotated[
         str | None, opt.option("The radius of ball B, if it is another.", "LENGTH")
     ] = None,
@@ -51,6 +50,7 @@ def collide(
         "angle": None if angle is None else read.degrees("--angle", angle),
         "restitution": restitution, "friction": friction, "law": law,
     }  # fmt: skip
+    read.names("--units", units)
     read.ending("--picture", picture, read.PICTURES, f"one of {', '.join(read.PICTURES)}")
     try:
         hit, unit = _collision(typed, units)

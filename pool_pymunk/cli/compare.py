@@ -73,9 +73,8 @@ def compare(
 def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) -> list[Setup]:
     """Return the reference, and the solvers to compare as typed or else all; ``dt`` is usual."""
     exact = lib.solvers.reference_solver().name
-    if text is not None and not text.strip():
-        raise read.InputError("--solvers = : name one solver or more")
-    names = read.names(text) if text else [name for name in lib.solvers.SOLVERS if name != exact]
+    names = [name for name in lib.solvers.SOLVERS if name != exact]
+    names = names if text is None else read.names("--solvers", text)
     settings = [read_setting(name, "--solvers", dt, laws=()) for name in names]
     options = how.options_of(scene, (one.solver for one in settings), named=text is not None)
     played = [one for one in settings if one.solver in options]

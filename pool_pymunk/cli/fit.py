@@ -46,7 +46,7 @@ def fit(
     """
     folder = _folder(out, scenario, force)
     scene = lib.scenario.load(scenario)
-    names = list(filter(None, read.names(free)))
+    names = list(filter(None, read.names("--free", free)))
     sigma = None
     if error is not None:
         sigma = lib.quantities.positive("--error", error, "length", scene.units)

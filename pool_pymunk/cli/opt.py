@@ -36,11 +36,6 @@ def solver_lists(incomplete: str) -> list[str]:
     return [before + comma + name for name in SOLVERS if name.startswith(last)]
 
 
-def scenario_names(incomplete: str) -> list[str]:
-    """Return the bundled scenarios that begin as typed; where none does, shells offer files."""
-    return among(bundled())(incomplete)
-
-
 def option(says: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
     """Declare an option: its help, what stands for its value, and names other than typer's."""
     return typer.Option(*names, metavar=metavar, help=says, **more)
@@ -51,7 +46,7 @@ Scenario = Annotated[
     typer.Argument(
         metavar="SCENARIO",
         help=f"A file, or a bundled name: {', '.join(bundled())}.",
-        autocompletion=scenario_names,
+        autocompletion=among(bundled()),  # Where none begins as typed, shells offer files.
     ),
 ]
 SolverName = Annotated[

@@ -68,8 +68,10 @@ def shot_names(scene: lib.Scene) -> str:
     return ", ".join(f"{k} ({shot.name})" for k, shot in enumerate(scene.shots, start=1))
 
 
-def names(text: str) -> list[str]:
-    """Return the names in a list with commas."""
+def names(key: str, text: str) -> list[str]:
+    """Return the names in a list with commas; there must be one."""
+    if not text.strip(" ,"):
+        raise InputError(f"{key} = {text}: give one name or more")
     return [name.strip() for name in text.split(",")]
 
 

@@ -67,7 +67,7 @@ def run(
         lib.tolerance.finest_step(solver)  # There must be a step to choose.
         limit = lib.quantities.positive("--tolerance", tolerance, "length", scene.units)
     written = scene.units
-    if "scene" in (named := read.names(units)) and len(named) > 1:
+    if "scene" in (named := read.names("--units", units)) and len(named) > 1:
         raise read.InputError(f"--units = {units}: scene must stand alone")
     if units != "scene":
         written = lib.quantities.read_units("--units", units)

@@ -22,32 +22,29 @@ def stability(
 
     Writes stability.csv and stability.png to renders/stability; after Ctrl-C, what is done.
     """
-    known = [solver.name for solver in lib.stability.columns()]
-    chosen, extremes = known if solvers is None else read.names(solvers), lib.stability.EXTREMES
+    known, extremes = [solver.name for solver in lib.suite.columns()], lib.extremes.EXTREMES
+    chosen = known if solvers is None else read.names("--solvers", solvers)
     for name in chosen:
-        if name not in known:
-            meant = lib.problems.suggestion(name, known)
-            message = f"there is no such solver ({', '.join(known)}){meant}"
-            raise read.InputError(f"--solvers = {name}: {message}")
+        lib.solvers.find_solver(name)
     if processes < 1:
         raise read.InputError(f"--processes = {processes}: must be 1 or more")
-    cells: list[lib.stability.Cell] = []
+    cells: list[lib.suite.Cell] = []
     try:
         with lib.terminal.progress("measuring", len(extremes) * len(chosen)) as bar:
-            for cell in lib.stability.check_all(extremes, chosen, quick, processes):
+            for cell in lib.suite.check_all(extremes, chosen, quick, processes):
                 cells.append(cell)
                 bar.step()
     finally:
         if cells:
-            _report(lib.table.in_order(cells), place(out, "stability"))
+            _report(lib.suite.in_order(cells), place(out, "stability"))
     return 0
 
 
-def _report(cells: list[lib.stability.Cell], folder: Path) -> None:
+def _report(cells: list[lib.suite.Cell], folder: Path) -> None:
     """Print the table and write the files."""
-    lib.terminal.show(lib.table.rich_table(cells))
-    say(lib.table.notes(cells))
+    lib.terminal.show(lib.suite.rich_table(cells))
+    say(lib.suite.notes(cells))
     with whole(folder / "stability.csv") as part:
-        lib.table.write_csv(cells, part)
+        lib.suite.write_csv(cells, part)
     lib.heatmap.draw(cells, folder / "stability.png")
     typer.echo(f"Data and picture: {folder}")

@@ -38,11 +38,9 @@ def tradeoff(
     """
     if not budget >= 0.0:
         raise read.InputError(f"--budget = {budget}: must be 0 or more")
-    if samples < 2:
-        raise read.InputError(f"--samples = {samples}: must be 2 or more")
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names(solvers))
+    ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names("--solvers", solvers))
     played = how.options_of(scene, ladders, named=solvers is not None)
     ladders = {name: ladders[name] for name in played}
     shots = read.shots(scene, shot)
@@ -61,16 +59,16 @@ def tradeoff(
                 bar.update(bar.task, completed=1 + len(result.settings))
 
             lib.tradeoff.tradeoff(
-                scene, ladders, shots=shots, budget=budget, spread=spread, seed=seed, on_done=note,
+                scene, ladders, shots=shots, budget=budget, spread=spread, on_done=note,
                 options=how.options,
             )  # fmt: skip
     finally:
         if so_far:
-            _report(so_far[-1], place(out, scenario))
+            _report(so_far[-1], seed, place(out, scenario))
     return 0
 
 
-def _report(result: lib.tradeoff.Tradeoff, folder: Path) -> None:
+def _report(result: lib.tradeoff.Tradeoff, seed: int, folder: Path) -> None:
     """Print the table and what it says, and write the files."""
     units, shown = result.scene.units, []
     for s in result.settings:
@@ -83,7 +81,7 @@ def _report(result: lib.tradeoff.Tradeoff, folder: Path) -> None:
     title = f"Errors at the end ({units.length}) and time for all shots"
     lib.terminal.show(lib.terminal.TextTable(HEADINGS, shown, left=("solver",), title=title))
     say(lib.tradeoff.sentences(result))
-    same = {"spread": result.spread, "seed": result.seed, **lib.tradeoff.machine()}
+    same = {"spread": result.spread, "seed": seed, **lib.tradeoff.machine()}
     rows = [{**asdict(setting), **same} for setting in result.settings]
     with whole(folder / "tradeoff.csv") as part:
         lib.run.write_rows(part, rows[0], (row.values() for row in rows))

@@ -15,8 +15,7 @@ from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.studies.stability.extremes import EXTREMES
-from pool_pymunk.studies.stability.suite import Cell, columns
-from pool_pymunk.studies.stability.table import notes
+from pool_pymunk.studies.stability.suite import Cell, columns, notes
 
 # Blue against yellow to brown can be distinguished by the colour-blind, and in grey by lightness.
 FAINT, EDGE = "#555555", "#bbbbbb"

@@ -16,9 +16,8 @@ import math
 import warnings
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import NoReturn
 
-from pool_pymunk.model import Point, Problem, SceneError
+from pool_pymunk.model import Point, Problem
 from pool_pymunk.model.plain import between, choice, problems_of, size
 from pool_pymunk.model.problems import raise_any
 from pool_pymunk.physics.contact import NT, Contact, Pair, split
@@ -81,12 +80,12 @@ class Collision:
     @property
     def approach(self) -> Point:
         """The velocity of A seen from B before the collision (m/s)."""
-        return _approach(self.a, self.b)
+        return self.a.velocity[0] - self.b.velocity[0], self.a.velocity[1] - self.b.velocity[1]
 
     @property
     def offset(self) -> float:
         """Return how far B's centre lies left of the line on which A comes, seen from B (m)."""
-        ux, uy = _unit(self.approach)
+        ux, uy = _direction(self.a, self.b)
         return self.contact_distance * (ux * self.normal[1] - uy * self.normal[0])
 
     @property
@@ -109,32 +108,32 @@ class Collision:
         return a, b
 
     @property
-    def _velocities(self) -> tuple[tuple[Point, Point], tuple[Point, Point]]:
-        return (self.a.velocity, self.b.velocity), (self.velocity_a, self.velocity_b)
-
-    @property
     def momentum(self) -> tuple[Point, Point]:
         """Momentum of both balls along x and y, before and after (kg m/s)."""
-        m_a, m_b = self.a.mass, self.b.mass
-        before, after = (
-            (m_a * v[0] + m_b * w[0], m_a * v[1] + m_b * w[1]) for v, w in self._velocities
-        )
-        return before, after
+
+        def total(v: Point, w: Point) -> Point:
+            return (
+                self.a.mass * v[0] + self.b.mass * w[0],
+                self.a.mass * v[1] + self.b.mass * w[1],
+            )
+
+        return total(self.a.velocity, self.b.velocity), total(self.velocity_a, self.velocity_b)
 
     @property
     def energy(self) -> tuple[float, float]:
         """Kinetic energy of both balls before and after (J)."""
-        before, after = (
-            kinetic_energy(self.a.mass, *v) + kinetic_energy(self.b.mass, *w)
-            for v, w in self._velocities
-        )
-        return before, after
+
+        def total(v: Point, w: Point) -> float:
+            return kinetic_energy(self.a.mass, *v) + kinetic_energy(self.b.mass, *w)
+
+        return total(self.a.velocity, self.b.velocity), total(self.velocity_a, self.velocity_b)
 
     def as_dict(self) -> dict[str, object]:
         """Return the collision as in the JSON of ``collide --json``, in SI and degrees."""
-        balls = zip((self.a, self.b), *self._velocities, self.before, self.after, self.impulses,
-                    strict=True)  # fmt: skip
-        times = ("before", "after")
+        ends, times = (self.velocity_a, self.velocity_b), ("before", "after")
+        balls = zip(
+            "AB", (self.a, self.b), ends, self.before, self.after, self.impulses, strict=True
+        )
         return {
             "material": asdict(self.material),
             "offset": self.offset,
@@ -144,11 +143,11 @@ class Collision:
                 name: {
                     "mass": ball.mass,
                     "radius": ball.radius,
-                    "before": {"xy": list(v), "nt": list(v_nt)},
-                    "after": {"xy": list(w), "nt": list(w_nt)},
+                    "before": {"xy": list(ball.velocity), "nt": list(before)},
+                    "after": {"xy": list(end), "nt": list(after)},
                     "impulse": list(impulse),
                 }
-                for name, (ball, v, w, v_nt, w_nt, impulse) in zip("AB", balls, strict=True)
+                for name, ball, end, before, after, impulse in balls
             },
             "momentum": dict(zip(times, map(list, self.momentum), strict=True)),
             "energy": dict(zip(times, self.energy, strict=True)),
@@ -159,9 +158,8 @@ class Collision:
 def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC) -> Collision:
     """Return the collision of two balls whose centres are ``offset`` (m) apart across the approach.
 
-    Raises :class:`~pool_pymunk.SceneError` for sizes and
-    coefficients that make no sense, for an offset as large as the sum of the radii, and for balls
-    that keep their distance.
+    Raises :class:`~pool_pymunk.SceneError` for sizes and coefficients that make no sense, for an
+    offset as large as the sum of the radii, and for balls that keep their distance.
 
     >>> hit = collide(Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03), offset=0.03)
     >>> round(math.degrees(hit.angle), 9), [round(v, 9) for v in hit.velocity_b]
@@ -174,10 +172,11 @@ def collide(a: Disc, b: Disc, offset: float = 0.0, material: Material = ELASTIC)
     raise_any(_problems(a, b, material, offset=offset))
     touching = a.radius + b.radius
     if abs(offset) >= touching:
-        _refuse("offset", offset, "the balls miss: the radii add up to less")
+        raise_any([Problem("offset", offset, "the balls miss: the radii add up to less")])
     if a.velocity == b.velocity:
-        _refuse("b.velocity", list(b.velocity), "is that of ball a: the balls never meet")
-    ux, uy = _unit(_approach(a, b))
+        message = "is that of ball a: the balls never meet"
+        raise_any([Problem("b.velocity", list(b.velocity), message)])
+    ux, uy = _direction(a, b)
     along = math.sqrt((touching - offset) * (touching + offset)) / touching
     across = offset / touching
     return _answered(a, b, material, (along * ux - across * uy, along * uy + across * ux))
@@ -196,12 +195,8 @@ def collide_at(a: Disc, b: Disc, angle: float, material: Material = ELASTIC) -> 
     hit = _answered(a, b, material, (math.cos(angle), math.sin(angle)))
     before_a, before_b = hit.before
     if before_a.n <= before_b.n:
-        _refuse("angle", angle, "the balls recede along this line of centres")
+        raise_any([Problem("angle", angle, "the balls recede along this line of centres")])
     return hit
-
-
-def _refuse(key: str, value: object, message: str) -> NoReturn:
-    raise SceneError([Problem(key, value, message)])
 
 
 def _answered(a: Disc, b: Disc, material: Material, normal: Point) -> Collision:
@@ -230,9 +225,7 @@ def _problems(a: Disc, b: Disc, material: Material, **place: float) -> Iterator[
         yield from problems_of(abs(value), between(0.0), key)
 
 
-def _approach(a: Disc, b: Disc) -> Point:
-    return a.velocity[0] - b.velocity[0], a.velocity[1] - b.velocity[1]
-
-
-def _unit(v: Point) -> Point:
-    return (v[0] / math.hypot(*v), v[1] / math.hypot(*v))
+def _direction(a: Disc, b: Disc) -> Point:
+    """Return the unit vector along which A comes, seen from B."""
+    x, y = a.velocity[0] - b.velocity[0], a.velocity[1] - b.velocity[1]
+    return x / math.hypot(x, y), y / math.hypot(x, y)

@@ -20,6 +20,16 @@ class RenderError(RuntimeError):
     """This error says in one line why a picture or film cannot be made."""
 
 
+def check_place(path: Path, is_folder: bool = False) -> None:
+    """Raise OSError if no file can be made at ``path``, or in it if it is to be a folder."""
+    places = (path, *path.absolute().parents) if is_folder else path.absolute().parents
+    there = next(place for place in places if place.exists())
+    if not there.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
+    if not os.access(there, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """Give a temporary name beside ``path``, which becomes ``path`` when the block succeeds.

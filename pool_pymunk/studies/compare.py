@@ -30,7 +30,6 @@ class Divergence:
     """A divergence is the first contact that two runs do not share, at the time ``t`` (s)."""
 
     t: float
-    event: Event
     kind: str  # missed | late | early | reordered | extra
     text: str
 
@@ -119,7 +118,7 @@ def first_divergence(reference: Run, run: Run) -> Divergence | None:
         return None
     text = f"{run.solver} alone has {describe(extra)} at {extra.t:.4f} s"
     text += f"; next {reference.solver} has {describe(missed)}" if missed else ""
-    return Divergence(extra.t, extra, "extra", text)
+    return Divergence(extra.t, "extra", text)
 
 
 def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence:
@@ -135,7 +134,7 @@ def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence
         text = f"{run.solver} has {what} at {came:.4f} s instead of {at}"
     if instead is not None and _contact(instead) != _contact(event):
         text += f"; it has {describe(instead)} at {instead.t:.4f} s"
-    return Divergence(event.t, event, kind, text)
+    return Divergence(event.t, kind, text)
 
 
 def describe(event: Event) -> str:

@@ -31,7 +31,9 @@ from pool_pymunk.solvers import SettingError, find_solver, simulate
 from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import contact_order, contacts
 
-SAFETY = 4.0  # The estimated error is this many times the largest change: see above.
+# The estimated error is this many times the largest change. Of 2,000 contacts that are answered at
+# the end of a step, half as much accepts 4 wrong ends, this none; twice as much costs 9 % more.
+SAFETY = 4.0
 BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # dt; these further steps must agree
 COARSEST = 1 / 60  # s, a frame of a screen, which is the step of most games
 NO_ORDER = 0.3  # The least order that methods have is 1/2; less than this is none.
@@ -70,7 +72,7 @@ class Level(NamedTuple):
 class Choice:
     """A choice is the step (s) that was chosen, and the work spent.
 
-    ``reached`` tells whether it reaches the ``tolerance`` (m), and ``reason`` why no step does.
+    ``reached`` tells whether its error is within the ``tolerance`` (m), and ``reason`` why not.
     ``error`` (m) is the estimate for ``dt``, safety factor included. ``order`` is the observed
     order of convergence, None if there are fewer than three changes.
     """

@@ -63,7 +63,6 @@ class Tradeoff:
     spread: float | None
     rounding: float
     left_out: tuple[str, ...]
-    seed: int
 
     @property
     def exact(self) -> list[str]:
@@ -86,22 +85,20 @@ def ladders_of(names: Iterable[str] | None = None) -> Ladders:
 
 def tradeoff(
     scene: Scene,
-    ladders: Ladders | None = None,
+    ladders: Ladders,
     *,
     shots: Sequence[Shot | None] | None = None,
     budget: float = 60.0,
     spread: float | None = None,
-    seed: int = 0,
     on_done: Callable[[Tradeoff], object] = lambda _so_far: None,
     options: Mapping[str, Any] | None = None,
 ) -> Tradeoff:
-    """Measure every solver of ``ladders`` (default: all solvers) at every step.
+    """Measure every solver of ``ladders`` at every step.
 
     ``budget`` (s) is about the time that repeated runs may take in all; each setting runs once at
     least. ``on_done`` is called after every setting, with all that is measured so far. Of the
     ``options``, such as ``friction``, each solver gets those that it has.
     """
-    ladders = ladders_of() if ladders is None else ladders
     sound, left_out = _references(scene, shots)
     each = budget / sum(len(steps) for steps in ladders.values())
     # Rounding moves the ends by what is known of it, and at least by a unit of their last digit.
@@ -109,7 +106,7 @@ def tradeoff(
         max(EPSILON * float(np.abs(run.end.position).max()), known(run.rounding) or 0.0)
         for run in sound
     )
-    result = Tradeoff(scene, (), spread, rounding, left_out, seed)
+    result = Tradeoff(scene, (), spread, rounding, left_out)
     for solver, dt in ((solver, dt) for solver, steps in ladders.items() for dt in steps):
         has = find_solver(solver).options
         taken = {name: value for name, value in (options or {}).items() if name in has}

@@ -6,9 +6,8 @@ what must hold, with a bound; the module says where the bounds come from
 """
 
 from pool_pymunk.studies.stability.extremes import EXTREMES
-from pool_pymunk.studies.stability.scenes import Extreme
 from pool_pymunk.studies.stability.suite import CaseResult, Cell, check, check_all, columns
-from pool_pymunk.studies.stability.trial import Case, Measure, Trial
+from pool_pymunk.studies.stability.trial import Case, Extreme, Measure, Trial
 
 __all__ = [
     "EXTREMES", "Case", "CaseResult", "Cell", "Extreme", "Measure", "Trial", "check", "check_all",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import random
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from pool_pymunk.model import (
     STANDARD_GRAVITY,
@@ -18,72 +20,141 @@ from pool_pymunk.model import (
     Scene,
     Table,
 )
+from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.studies.stability import claims as must
-from pool_pymunk.studies.stability.scenes import (
-    CHALK,
-    CLOTH,
-    DRAG,
-    ELASTIC,
-    EVERY_STEP,
-    GLIDE,
-    LISTING,
-    LIVELY,
-    MIXED,
-    PULL,
-    REST,
-    ROLLS,
-    SMOOTH,
-    TABLE,
-    TOUCHING,
-    M,
-    R,
-    alike,
-    crowd,
-    extreme,
-    far,
-    grip,
-    listed,
-    on_plane,
-    rectangle,
-    rolling,
-    scaled,
-    unit,
+from pool_pymunk.studies.stability.trial import Case, Extreme
+
+R = 2.0**-5  # m; sizes and places are short binary numbers, so that balls that should touch do
+M = 0.2  # kg
+REST = (0.0, 0.0)  # m/s
+LIVELY = Restitution(ball_ball=0.9, cushion=0.7)
+CLOTH = Friction(surface=0.1, cushion=0.2, ball_ball=0.05)
+SMOOTH = Friction()
+GLIDE = Friction(surface=0.01, cushion=0.2, ball_ball=0.05)
+CHALK = Friction(ball_ball=0.05)
+ROLLS = Friction(surface=0.2, rolling=0.1)
+PULL, DRAG = 0.2 * STANDARD_GRAVITY, 0.1 * STANDARD_GRAVITY  # m/s^2; of sliding, and of rolling
+
+Row = Sequence[float]  # x, y (m), vx, vy (m/s), and the roll of a ball that has one
+
+EXTREMES: list[Extreme] = []
+
+
+def extreme(name: str, about: str, *laws: str, **more: Any) -> Callable[[Any], Any]:
+    """Return a decorator that puts cases, under these laws (default: all), into the table."""
+
+    def put(cases: Callable[[], Iterator[Case]]) -> Callable[[], Iterator[Case]]:
+        EXTREMES.append(Extreme(name, about, cases, laws or tuple(LAWS), **more))
+        return cases
+
+    return put
+
+
+# -- what scenes are made of -----------------------------------------------------------------------
+
+
+def scaled(
+    rows: Iterable[Row], size: float = 1.0, faster: float = 1.0, shift: Point = (0.0, 0.0)
+) -> list[Row]:
+    """Return the rows with places scaled and then shifted (m), and with velocities scaled."""
+    dx, dy = shift
+    return [(size * x + dx, size * y + dy, faster * vx, faster * vy) for x, y, vx, vy in rows]
+
+
+def rectangle(length: float, width: float, corner: Point = (0.0, 0.0)) -> Table:
+    """Return a table of that size (m) with its lower left corner anywhere."""
+    x, y = corner
+    return Table(((x, y), (x + length, y), (x + length, y + width), (x, y + width)))
+
+
+def scene_of(
+    rows: Iterable[Row], table: Table | None = None, e: float | Restitution = 1.0,
+    friction: Friction = SMOOTH, time: float | None = None, *, r: float = R,
+    heavier: Mapping[int, float] | None = None, **parts: Any,
+) -> Scene:  # fmt: skip
+    """Return a scene with one restitution, or with those given, for a time (s; None: to rest).
+
+    Balls have one radius ``r`` (m), and one mass except those that are ``heavier`` by a factor.
+    """
+    factors = heavier or {}
+    balls = tuple(
+        Ball(str(k), (x, y), r, M * factors.get(k, 1.0), k == 0, (vx, vy), None, *roll)
+        for k, (x, y, vx, vy, *roll) in enumerate(rows)
+    )
+    restitution = Restitution(e, None, e) if isinstance(e, float) else e
+    return Scene(balls, table, restitution, friction, Physics(max_time=time), **parts)
+
+
+def unit(degrees: float) -> Point:
+    """Return the unit vector in that direction."""
+    return math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+
+
+def grip(speed: float, length: float) -> float:
+    """Return the coefficient of surface friction that stops a ball after ``length`` (m)."""
+    return speed * speed / (2.0 * length * STANDARD_GRAVITY)
+
+
+def far(v: float, w: float, time: float = math.inf, drag: float = DRAG) -> float:
+    """Return how far (m) a ball slides and rolls from v with a roll w (m/s), to rest or for a time.
+
+    It slides for 2 |v - w| / 7 mu_s g, until it rolls at 5/7 v + 2/7 w.
+    """
+    slides, last = 2.0 * abs(v - w) / (7.0 * PULL), (5.0 * v + 2.0 * w) / 7.0
+    rolls = min(abs(last) / drag if drag else math.inf, time - slides)
+    return (v + last) / 2.0 * slides + (last - math.copysign(drag, last) * rolls / 2.0) * rolls
+
+
+def crowd(count: int, box: float) -> list[Row]:
+    """Return balls on a grid in a square box (m), each in its own direction at 1 m/s."""
+    rng, side = random.Random(1), math.ceil(math.sqrt(count))
+    pitch = box / side
+    places = (((k % side + 0.5) * pitch, (k // side + 0.5) * pitch) for k in range(count))
+    return [(*place, *unit(rng.uniform(0.0, 360.0))) for place in places]
+
+
+# On a table of 2 m by 1 m, two balls move among others that rest; three of those touch.
+MIXED: tuple[Row, ...] = (
+    (0.5, 0.5, 3.0, 0.25), (1.0, 0.5, *REST), (1.25, 0.625, *REST), (1.5, 0.25, *REST),
+    (1.75, 0.5 + R, -1.0, 0.0),
 )  # fmt: skip
-from pool_pymunk.studies.stability.trial import Case
+RIGHT = 1.0 + 2.0 * R  # m
+TOUCHING = (*MIXED[:2], (RIGHT, 0.5, *REST), (RIGHT, 0.5 + 2.0 * R, *REST), *MIXED[3:])
+TABLE = rectangle(2.0, 1.0)
+EVERY_STEP = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1 / 240, 1 / 60, 0.1, 0.5)
+LISTING = "line 132 pushes B with the slip, not against it: momentum is not kept"
 
 # -- numbers large and small -----------------------------------------------------------------------
 
 
 @extreme("speeds", "1e-6 to 1e6 m/s on a 2 m table")
 def speeds() -> Iterator[Case]:
-    """Shoot a ball at another, near enough to be reached."""
+    """Shoot a ball at another, which is near enough for a slow one."""
     for speed in (1.0, 1e-6, 1e3, 1e6):
         (vx, vy), (ux, uy) = unit(20.0), unit(23.0)
         far = 2.0 * R + min(0.25, 0.01 * speed**2)
         target = (0.5 + far * ux, 0.375 + far * uy)
         rows = ((0.5, 0.375, speed * vx, speed * vy), (*target, *REST), (1.5, 0.75, *REST))
-        yield Case(f"{speed:g} m/s", Scene(alike(rows), TABLE, LIVELY, CLOTH))
+        yield Case(f"{speed:g} m/s", scene_of(rows, TABLE, LIVELY, CLOTH))
 
 
 @extreme("mass ratios", "up to 1e9 and 1e-9")
 def masses() -> Iterator[Case]:
     """Hit one ball of another mass from both sides."""
     rows = ((0.0, 0.0, 2.0, 0.0625), (0.375, R, *REST), (0.75, R, -1.0, 0.0), (0.5, -0.125, *REST))
-    cue, odd, *others = alike(rows)
     for ratio in (1.0, 1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9):
-        balls = (cue, replace(odd, mass=M * ratio), *others)
-        yield Case(f"1 : {ratio:g}", on_plane(balls, 0.9, 1.0))
+        yield Case(f"1 : {ratio:g}", scene_of(rows, None, 0.9, CHALK, 1.0, heavier={1: ratio}))
 
 
 @extreme("radius ratios", "up to 1000")
 def radii() -> Iterator[Case]:
     """Let small balls meet one that is half a metre in radius."""
+    big = Ball("big", (1.0, 1.25), 0.5, M, velocity=(0.5, 0.125))
     for ratio in (1.0, 10.0, 100.0, 1000.0):
-        big = Ball("big", (1.0, 1.25), 0.5, M, velocity=(0.5, 0.125))
-        (small,) = alike([(3.0, 1.25, -2.0, 0.03125)], 0.5 / ratio)
-        balls = (big, small, Ball("other", (0.5, 0.5), 0.125 / ratio, M))
-        yield Case(f"1 : {ratio:g}", Scene(balls, rectangle(4.0, 2.5), LIVELY, CLOTH))
+        row, other = (3.0, 1.25, -2.0, 0.03125), Ball("other", (0.5, 0.5), 0.125 / ratio, M)
+        small = scene_of([row], rectangle(4.0, 2.5), LIVELY, CLOTH, r=0.5 / ratio)
+        yield Case(f"1 : {ratio:g}", replace(small, balls=(big, *small.balls, other)))
 
 
 @extreme("restitution", "0 and 1, three balls touching")
@@ -93,8 +164,7 @@ def restitutions() -> Iterator[Case]:
         ("0.9, cushions 0.7", 0.9, 0.7), ("1", 1.0, 1.0), ("0, cushions 0.7", 0.0, 0.7),
         ("0.9, cushions 0", 0.9, 0.0), ("0", 0.0, 0.0),
     ):  # fmt: skip
-        scene = Scene(alike(TOUCHING), TABLE, Restitution(ball, None, cushion), CLOTH)
-        yield Case(label, scene)
+        yield Case(label, scene_of(TOUCHING, TABLE, Restitution(ball, None, cushion), CLOTH))
 
 
 @extreme("friction", "0 and 10, of balls, cushions and cloth")
@@ -105,52 +175,47 @@ def frictions() -> Iterator[Case]:
         ("cushions 10", Friction(0.1, 10.0, 0.05)), ("surface 10", Friction(10.0, 0.2, 0.05)),
         ("10", Friction(10.0, 10.0, 10.0)),
     ):  # fmt: skip
-        physics = Physics(max_time=None if friction.surface else 3.0)
-        # The ball is fast enough to meet something.
-        balls = alike(scaled(MIXED, faster=1.0 if friction.surface < 1.0 else 5.0))
-        yield Case(label, Scene(balls, TABLE, LIVELY, friction, physics))
+        rows = scaled(MIXED, faster=1.0 if friction.surface < 1.0 else 5.0)  # to meet something
+        time = None if friction.surface else 3.0
+        yield Case(label, scene_of(rows, TABLE, LIVELY, friction, time))
 
 
 @extreme("time steps", "1e-7 to 0.5 s", steps=EVERY_STEP)
 def time_steps() -> Iterator[Case]:
     """Play one small, fast scene at all steps: it lasts 0.1 s and has ten contacts or more."""
     size, friction = 2.0**-4, Friction(grip(3.0, 0.25), 0.2, 0.05)
-    balls = alike(scaled(MIXED, size), R * size)
-    yield Case("", Scene(balls, rectangle(2.0 * size, size), LIVELY, friction))
+    table = rectangle(2.0 * size, size)
+    yield Case("", scene_of(scaled(MIXED, size), table, LIVELY, friction, r=R * size))
 
 
 @extreme("table sizes", "1 mm to 10 km, to scale and with usual balls")
 def table_sizes() -> Iterator[Case]:
     """Play on the same table in every size, then with balls of usual size on the largest."""
     for length in (1.0, 1e-3, 100.0, 1e4):
-        claim = must.as_in(sized(1.0), scale=length)
-        yield Case(f"{length:g} m", sized(length), (claim,))
+        yield Case(f"{length:g} m", sized(length), (must.as_in(sized(1.0), scale=length),))
     yield Case("1e4 m, usual balls", sized(1e4, R / 1e4))
 
 
 def sized(length: float, radius: float = R) -> Scene:
-    """Return a scene whose table is crossed in about a second.
-
-    ``radius`` is in units of the table's ``length`` (m).
-    """
-    rows = (
+    """Return a scene whose table is crossed in about a second; ``radius`` is in ``length`` (m)."""
+    rows: list[Row] = [
         (0.25, 0.125, 1.5, 0.25), (0.75, 0.125 + 0.5 / 6.0 - radius, *REST), (0.5, 0.375, *REST),
         (0.375, 0.25, 0.25, -1.0),
-    )  # fmt: skip
+    ]  # fmt: skip
     friction = Friction(grip(1.5 * length, 2.0 * length), 0.2, 0.05)
-    balls = alike(scaled(rows, length, length), length * radius)
-    return Scene(balls, rectangle(length, length / 2.0), LIVELY, friction)
+    rows, table = scaled(rows, length, length), rectangle(length, length / 2.0)
+    return scene_of(rows, table, LIVELY, friction, r=length * radius)
 
 
 @extreme("far from the origin", "up to 1e7 m")
 def origins() -> Iterator[Case]:
     """Put the same table farther and farther from the origin; starts are exact up to 1e7 m."""
-    home = Scene(alike(MIXED), TABLE, LIVELY, CLOTH)
+    home = scene_of(MIXED, TABLE, LIVELY, CLOTH)
     for away in (0.0, 1e3, 1e5, 1e7):
         shift = (away, -away)
-        balls, claim = alike(scaled(MIXED, shift=shift)), must.as_in(home, shift=shift)
-        scene = replace(home, balls=balls, table=rectangle(2.0, 1.0, shift))
-        yield Case(f"{away:g} m", scene, (claim,))
+        rows, table = scaled(MIXED, shift=shift), rectangle(2.0, 1.0, shift)
+        claim = must.as_in(home, shift=shift)
+        yield Case(f"{away:g} m", scene_of(rows, table, LIVELY, CLOTH), (claim,))
 
 
 # -- contacts at one instant, or nearly ------------------------------------------------------------
@@ -165,8 +230,8 @@ def racks() -> Iterator[Case]:
             (1.25 + row * pitch * math.sqrt(0.75), (k - row / 2.0) * pitch, *REST)
             for row in range(5) for k in range(row + 1)
         )  # fmt: skip
-        balls, table = alike([(0.5, 0.0, 4.0, 0.0), *racked]), rectangle(2.0, 1.0, (0.0, -0.5))
-        scene = Scene(balls, table, Restitution(0.95, None, 0.7), CLOTH)
+        rows, table = [(0.5, 0.0, 4.0, 0.0), *racked], rectangle(2.0, 1.0, (0.0, -0.5))
+        scene = scene_of(rows, table, Restitution(0.95, None, 0.7), CLOTH)
         yield Case(f"gaps of {gap:g} m", scene, (must.mirrored,))
 
 
@@ -174,12 +239,10 @@ def racks() -> Iterator[Case]:
 def cradles() -> Iterator[Case]:
     """Hit a row of touching balls: as many balls leave it as hit it, at the same speed."""
     for strikers, count in ((1, 2), (1, 3), (1, 4), (1, 5), (1, 6), (1, 7), (2, 5), (3, 7)):
-        rows = [
-            (2.0 * R * k - (0.25 if k < strikers else 0.0), 0.0, float(k < strikers), 0.0)
-            for k in range(count)
-        ]
-        ends = {str(k): (float(k >= count - strikers), 0.0) for k in range(count)}
-        scene = on_plane(alike(rows), 1.0, 1.0)
+        speeds = [1.0] * strikers + [0.0] * (count - strikers)
+        rows = [(2.0 * R * k - 0.25 * v, 0.0, v, 0.0) for k, v in enumerate(speeds)]
+        ends = {str(k): (v, 0.0) for k, v in enumerate(reversed(speeds))}
+        scene = scene_of(rows, friction=CHALK, time=1.0)
         yield Case(f"{strikers} on {count - strikers}", scene, (must.leave_with(ends),))
 
 
@@ -190,42 +253,31 @@ def meetings() -> Iterator[Case]:
         for count in (2, 3, 4, 6):
             turned = (unit(360.0 * k / count) for k in range(count))
             around = [(0.5 * x, 0.5 * y, -x, -y) for x, y in turned]
-            for centre in ([], [(0.0, 0.0, *REST)]):
-                scene = on_plane(alike([*centre, *around]), e, 1.0)
-                where = "around one" if centre else "meet"
+            for where, centre in (("meet", []), ("around one", [(0.0, 0.0, *REST)])):
+                scene = scene_of([*centre, *around], None, e, CHALK, 1.0)
                 yield Case(f"{count} {where}, e = {e:g}", scene, (must.all_as_far,))
 
 
 @extreme("one after the other", "into two balls 1e-3 to 1e-12 s apart, and at once")
 def orders() -> Iterator[Case]:
-    """Run a ball into two others, one a moment after the other, or both at one instant.
+    """Run a ball into one at 30 degrees, and a moment later into another at -30, or into both.
 
     A moment apart, the hits have a closed form however short the moment is. At one instant the
     order is unknown, and the run must say how far the ends may lie elsewhere for it.
     """
     for e in (1.0, 0.5):
         for moment in (1e-3, 1e-6, 1e-9, 1e-12, 0.0):
-            balls, velocities = one_after_the_other(e, moment)
-            scene = on_plane(balls, e, 1.0, SMOOTH)
-            ends = {id_: (0.5 * x, 0.5 * y) for id_, (x, y) in velocities.items() if id_ == "0"}
-            claim = must.leave_with(velocities) if moment else must.know_of_ends(ends)
-            label = f"{moment:g} s apart" if moment else "at one instant"
-            yield Case(f"{label}, e = {e:g}", scene, (claim,))
-
-
-def one_after_the_other(e: float, moment: float) -> tuple[tuple[Ball, ...], dict[str, Point]]:
-    """Return a ball that hits one at 30 degrees, and another at -30 a moment (s) later.
-
-    It comes to the first at the origin, 0.5 s after the start. Return all velocities (m/s), too.
-    """
-    (vx, vy), (x, y), balls, ends = (1.0, 0.0), (0.0, 0.0), [(-0.5, 0.0, 1.0, 0.0)], {}
-    for id_, degrees in (("1", 30.0), ("2", -30.0)):
-        nx, ny = unit(degrees)
-        balls.append((x + 2.0 * R * nx, y + 2.0 * R * ny, *REST))
-        given = (1.0 + e) / 2.0 * (vx * nx + vy * ny)
-        vx, vy, ends[id_] = vx - given * nx, vy - given * ny, (given * nx, given * ny)
-        x, y = vx * moment, vy * moment
-    return alike(balls), {"0": (vx, vy), **ends}
+            # The ball comes to the first at the origin, 0.5 s after the start.
+            (vx, vy), (x, y), rows, ends = (1.0, 0.0), (0.0, 0.0), [(-0.5, 0.0, 1.0, 0.0)], {}
+            for id_, (nx, ny) in (("1", unit(30.0)), ("2", unit(-30.0))):
+                rows.append((x + 2.0 * R * nx, y + 2.0 * R * ny, *REST))
+                given = (1.0 + e) / 2.0 * (vx * nx + vy * ny)
+                vx, vy, ends[id_] = vx - given * nx, vy - given * ny, (given * nx, given * ny)
+                x, y = vx * moment, vy * moment
+            label, claim = "at one instant", must.know_of_ends({"0": (0.5 * vx, 0.5 * vy)})
+            if moment:
+                label, claim = f"{moment:g} s apart", must.leave_with({"0": (vx, vy), **ends})
+            yield Case(f"{label}, e = {e:g}", scene_of(rows, e=e, time=1.0), (claim,))
 
 
 @extreme("head-on hits", "zero slip, at five angles")
@@ -233,8 +285,8 @@ def head_ons() -> Iterator[Case]:
     """Hit without slip: the other ball leaves along the line of centres."""
     for angle in (0.0, 30.0, 45.0, 90.0, 165.0):
         x, y = unit(angle)
-        scene = on_plane(alike([(0.0, 0.0, x, y), (0.5 * x, 0.5 * y, *REST)]), 0.95, 1.0)
         ends = {"0": (0.025 * x, 0.025 * y), "1": (0.975 * x, 0.975 * y)}
+        scene = scene_of([(0.0, 0.0, x, y), (0.5 * x, 0.5 * y, *REST)], None, 0.95, CHALK, 1.0)
         yield Case(f"{angle:g} degrees", scene, (must.leave_with(ends),))
 
 
@@ -244,10 +296,9 @@ def grazing_hits() -> Iterator[Case]:
     for share in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12, 0.0):
         beside = 2.0 * R * (1.0 + share)
         inside = max(2.0 * R - beside, 0.0) * (2.0 * R + beside)
-        # This is the normal change of velocity for e = 0.9.
-        dv_n = 0.95 * math.sqrt(inside) / (2.0 * R)
+        dv_n = 0.95 * math.sqrt(inside) / (2.0 * R)  # m/s, for e = 0.9
         speed = dv_n * math.hypot(1.0, CHALK.ball_ball)
-        scene = on_plane(alike([(-0.5, beside, 1.0, 0.0), (0.0, 0.0, *REST)]), 0.9, 1.0)
+        scene = scene_of([(-0.5, beside, 1.0, 0.0), (0.0, 0.0, *REST)], None, 0.9, CHALK, 1.0)
         claims = (must.contacts_are(int(beside < 2.0 * R)), must.leaves_at("1", speed))
         yield Case(f"{share:+g}", scene, claims)
 
@@ -270,7 +321,7 @@ def corners() -> Iterator[Case]:
 
 def diagonal(label: str, table: Table, v: float, e: float, mu: float) -> Case:
     """Return a case of a ball that runs along the diagonal into a corner; v (m/s) is along x."""
-    scene = Scene(alike([(0.25, 0.25, v, v)]), table, Restitution(1.0, None, e), Friction(0.05, mu))
+    scene = scene_of([(0.25, 0.25, v, v)], table, e, Friction(0.05, mu))
     return Case(label, scene, (must.on_the_diagonal,))
 
 
@@ -283,44 +334,34 @@ def squeezes() -> Iterator[Case]:
     """
     for ratio in (1e2, 1e4, 1e6, 1e8):
         hits = math.ceil(math.pi / math.atan(math.sqrt(1.0 / ratio))) - 1
-        scene = Scene(squeezed(ratio), rectangle(16.0, 1.0), ELASTIC, SMOOTH, Physics(max_time=9.0))
+        rows, table = [(2.0, 0.5, -1.0, 0.0), (1.0, 0.5, *REST)], rectangle(16.0, 1.0)
+        scene = scene_of(rows, table, time=9.0, heavier={0: ratio})
         yield Case(f"1 : {ratio:g}", scene, (must.contacts_are(hits),), slow=ratio > 1e4)
     far = 2.0**20  # m from the origin, where numbers are 2.3e-10 m apart
     for e in (0.9, 0.5, 0.0):
         for label, beside, x in (("", 0.0, 0.0), (", aslant", R / 4.0, 0.0), (", far", 0.0, far)):
-            balls, table = squeezed(1e6, beside, x), rectangle(8.0, 1.0, (x, 0.0))
-            scene = Scene(balls, table, Restitution(e, None, e), GLIDE)
-            ends = {"light": (x + R, 0.5), "heavy": (x + 3.0 * R, 0.5)}
-            claims = () if beside else (must.end_at(ends),)
+            rows = [(x + 2.0, 0.5, -1.0, 0.0), (x + 1.0, 0.5 + beside, *REST)]
+            scene = scene_of(rows, rectangle(8.0, 1.0, (x, 0.0)), e, GLIDE, heavier={0: 1e6})
+            at_rest = must.end_at({"0": (x + 3.0 * R, 0.5), "1": (x + R, 0.5)})
             slow = e == 0.5 or (e == 0.9 and label != "")
-            yield Case(f"1 : 1e6, e = {e:g}{label}", scene, claims, slow=slow)
-
-
-def squeezed(ratio: float, beside: float = 0.0, far: float = 0.0) -> tuple[Ball, ...]:
-    """Return a heavy ball that runs to a light one, which is before a cushion.
-
-    ``beside`` (m) is how far the heavy ball's line is from the light ball.
-    """
-    heavy = Ball("heavy", (far + 2.0, 0.5), R, M * ratio, velocity=(-1.0, 0.0))
-    return heavy, Ball("light", (far + 1.0, 0.5 + beside), R, M)
+            yield Case(f"1 : 1e6, e = {e:g}{label}", scene, (at_rest,) * (not beside), slow=slow)
 
 
 @extreme("pockets", "rims grazed within 1e-12, and one reached at contact")
 def pockets() -> Iterator[Case]:
-    """Let a centre pass a rim, on this side or on that, or reach it as the ball meets others.
+    """Let a centre pass a rim, on either side, or come to it as the ball meets others.
 
     A ball that is at the rim leaves the table before it meets a ball and a cushion there.
     """
     hole = Pocket("hole", (0.0, 0.0), 2.0 * R)
     for share in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12):
-        balls = alike([(-0.5, hole.radius * (1.0 + share), 1.0, 0.0)])
-        scene = replace(on_plane(balls, 1.0, 1.0, SMOOTH), pockets=(hole,))
+        beside = hole.radius * (1.0 + share)
+        scene = scene_of([(-0.5, beside, 1.0, 0.0)], time=1.0, pockets=(hole,))
         yield Case(f"{share:+g}", scene, (must.pocket("0" * (share < 0.0)),))
     x, y = unit(80.0)
     rows = [(-2.0 * R - 0.5, 0.0625, 1.0, -0.125), (2.0 * R * (x - 1.0), 2.0 * R * y, *REST)]
     table = rectangle(4.0, 2.0, (-2.0, -R))
-    physics = Physics(max_time=1.0)
-    scene = Scene(alike(rows), table, LIVELY, SMOOTH, physics, pockets=(hole,))
+    scene = scene_of(rows, table, LIVELY, time=1.0, pockets=(hole,))
     stays = must.leave_with({"0": REST, "1": REST})
     yield Case("with a ball and a cushion", scene, (must.pocket("0"), stays))
 
@@ -334,12 +375,11 @@ def wedges() -> Iterator[Case]:
     for angle in (60.0, 10.0, 1.0, 0.1):
         half = math.radians(angle / 2.0)
         table = Table(((0.0, 0.0), (1.0, -math.tan(half)), (1.0, math.tan(half))))
-        balls = alike([(0.5, 0.0, *unit(180.0 - angle / 7.0))], math.sin(half) / 8.0)
+        rows, r = [(0.5, 0.0, *unit(180.0 - angle / 7.0))], math.sin(half) / 8.0
         hits = must.contacts_are(math.ceil(180.0 / angle - 1.0 / 7.0 - 0.5))
-        scene = Scene(balls, table, ELASTIC, SMOOTH, Physics(max_time=1.0))
-        yield Case(f"{angle:g} degrees", scene, (hits,))
+        yield Case(f"{angle:g} degrees", scene_of(rows, table, time=1.0, r=r), (hits,))
         for e in (0.7, 0.0):
-            lossy = Scene(balls, table, Restitution(e, None, e), CLOTH)
+            lossy = scene_of(rows, table, e, CLOTH, r=r)
             yield Case(f"{angle:g} degrees, e = {e:g}", lossy, slow=angle == 1.0)
 
 
@@ -349,40 +389,35 @@ def wedges() -> Iterator[Case]:
 @extreme("sliding, then rolling", "draw that cancels the motion, slips of 1e-12, no end", "coulomb")
 def slides_and_rolls() -> Iterator[Case]:
     """Let a ball slide, then roll: draw that cancels the motion, next to no slip, and no end."""
-    for label, speed, degrees, roll, drag in (
-        ("draw", 1.0, 20.0, -1.0, DRAG), ("slip of 1e-9", 1.0, 20.0, 1.0 + 1e-9, DRAG),
-        ("slip of 1e-12", 1.0, 20.0, 1.0 + 1e-12, DRAG), ("-1e-12", 1.0, 20.0, 1.0 - 1e-12, DRAG),
-        ("no slip", 1.0, 20.0, 1.0, DRAG), ("v = w = 0 at once", 1.0, 20.0, -2.5, DRAG),
-        ("at 1e-6 m/s", 1e-6, 20.0, -2.5, DRAG), ("at 1e3 m/s", 1e3, 20.0, -2.5, DRAG),
-        ("rolls for ever", 1.0, 20.0, 0.5, 0.0),
+    for label, speed, roll, drag in (
+        ("draw", 1.0, -1.0, DRAG), ("slip of 1e-9", 1.0, 1.0 + 1e-9, DRAG),
+        ("slip of 1e-12", 1.0, 1.0 + 1e-12, DRAG), ("-1e-12", 1.0, 1.0 - 1e-12, DRAG),
+        ("no slip", 1.0, 1.0, DRAG), ("v = w = 0 at once", 1.0, -2.5, DRAG),
+        ("at 1e-6 m/s", 1e-6, -2.5, DRAG), ("at 1e3 m/s", 1e3, -2.5, DRAG),
+        ("rolls for ever", 1.0, 0.5, 0.0),
     ):  # fmt: skip
         time = math.inf if drag else 3.0
-        (x, y), track = unit(degrees), far(speed, roll * speed, time, drag)
+        (x, y), track = unit(20.0), far(speed, roll * speed, time, drag)
         friction = replace(ROLLS, rolling=drag / STANDARD_GRAVITY)
-        physics = Physics(max_time=None if drag else time)
-        scene = rolling(
-            [(0.0, 0.0, speed * x, speed * y)], roll, friction=friction, physics=physics
-        )
-        rolls = roll not in (1.0, -2.5)
-        kinds = ["roll"] * rolls + ["stop"] * (drag > 0.0)
+        row = (0.0, 0.0, speed * x, speed * y, roll)
+        scene = scene_of([row], friction=friction, time=None if drag else time)
+        kinds = ["roll"] * (roll not in (1.0, -2.5)) + ["stop"] * (drag > 0.0)
         yield Case(label, scene, (must.end_at({"0": (track * x, track * y)}), must.happens(*kinds)))
 
 
 @extreme("follow after a full hit", "at once, and within 1e-15 m of where it rolls", "coulomb")
 def follows() -> Iterator[Case]:
-    """Stop a ball by a full hit: it only rotates then, and sets off at 2/7 of its roll.
-
-    It hits at the start, or within 1e-12 m of where it begins to roll.
-    """
+    """Stop a ball by a full hit: it only rotates then, and sets off at 2/7 of its roll."""
     for roll in (1.0, 1e-6, -1.0):
         ends = {"0": (far(0.0, roll), 0.0), "1": (2.0 * R + far(1.0, 0.0), 0.0)}
-        scene = rolling([(0.0, 0.0, 1.0, 0.0), (2.0 * R, 0.0, *REST)], roll)
+        scene = scene_of([(0.0, 0.0, 1.0, 0.0, roll), (2.0 * R, 0.0, *REST)], friction=ROLLS)
         yield Case(f"at once, roll {roll:g}", scene, (must.end_at(ends), must.contacts_are(1)))
     slides, last = 12.0 / (49.0 * PULL), 5.0 / 7.0  # m, m/s
     for off in (1e-3, 1e-9, 1e-12, 1e-15, 0.0, -1e-15, -1e-12):
         x, v = slides + max(off, 0.0), math.sqrt(last * last - 2.0 * DRAG * max(off, 0.0))
         ends = {"0": (x + far(0.0, v), 0.0), "1": (x + 2.0 * R + far(v, 0.0), 0.0)}
-        scene = rolling([(0.0, 0.0, 1.0, 0.0), (slides + off + 2.0 * R, 0.0, *REST)])
+        rows = [(0.0, 0.0, 1.0, 0.0), (slides + off + 2.0 * R, 0.0, *REST)]
+        scene = scene_of(rows, friction=ROLLS)
         # A hit before the end of sliding takes the ball by less than this.
         claims = (must.end_at(ends, 1e-11 * (off < 0.0)), must.contacts_are(1))
         yield Case(f"rolls {off:+g} m before", scene, claims)
@@ -397,28 +432,27 @@ def turns_back() -> Iterator[Case]:
         met = int(deep > 0.0)
         # A full hit leaves (0, -0.5) of (0.25, -0.5) m/s, and the roll of (-1, 2) m/s.
         y = 0.05 * math.hypot(1.0, 2.5) / PULL - deep
-        rows = [(0.0, y, 0.25, -0.5), (2.0 * R, y, *REST)]
-        face = rolling(rows, -4.0, table=rectangle(8.0, 4.0, (-4.0, -R)))
+        rows = [(0.0, y, 0.25, -0.5, -4.0), (2.0 * R, y, *REST)]
+        face = scene_of(rows, rectangle(8.0, 4.0, (-4.0, -R)), friction=ROLLS)
         yield Case(f"face {deep:+g} m", face, (must.contacts_are(1 + met),))
         y = 0.125 / PULL - deep
-        corner = rolling([(0.0, y, 0.0, -0.5)], -4.0, table=ell)
+        corner = scene_of([(0.0, y, 0.0, -0.5, -4.0)], ell, friction=ROLLS)
         yield Case(f"corner {deep:+g} m", corner, (must.contacts_are(met),))
-        rim = rolling([(0.0, y + hole.radius, 0.0, -0.5)], -4.0, pockets=(hole,))
+        rim = scene_of([(0.0, y + hole.radius, 0.0, -0.5, -4.0)], friction=ROLLS, pockets=(hole,))
         yield Case(f"rim {deep:+g} m", rim, (must.pocket("0" * met),))
 
 
 @extreme("pressed by a roll", "to a cushion, or to a ball that lies there", "coulomb")
 def pressed_by_rolls() -> Iterator[Case]:
     """Let a roll press a ball to a cushion, or to a ball that lies there: there they rest."""
-    alone, other = (2.0 - R - 2.0**-9, 0.5, 0.125, 0.0), (2.0 - R, 0.5, *REST)
-    follower = (2.0 - 3.0 * R - 2.0**-9, 0.5, 0.125, 0.0)
+    alone, other = (2.0 - R - 2.0**-9, 0.5, 0.125, 0.0, 1.0), (2.0 - R, 0.5, *REST)
+    follower = (2.0 - 3.0 * R - 2.0**-9, 0.5, 0.125, 0.0, 1.0)
     for label, e, rows in (
         ("e = 0", 0.0, [alone]), ("e = 0.2", 0.2, [alone]),
         ("follows a frozen ball, e = 0", 0.0, [follower, other]),
     ):  # fmt: skip
-        ends = {"0": (2.0 - (2 * len(rows) - 1) * R, 0.5)}
-        scene = rolling(rows, 1.0, table=TABLE, restitution=Restitution(e, None, e))
-        yield Case(label, scene, (must.know_of_ends(ends),), slow=len(rows) > 1)
+        claim = must.know_of_ends({"0": (2.0 - (2 * len(rows) - 1) * R, 0.5)})
+        yield Case(label, scene_of(rows, TABLE, e, ROLLS), (claim,), slow=len(rows) > 1)
 
 
 # -- round cushions and posts ----------------------------------------------------------------------
@@ -437,17 +471,14 @@ def circles() -> Iterator[Case]:
         # Each hit turns the ball by a few roundings, which all later hits add again.
         turned = must.CARE * EPSILON * hits * hits * inner
         claims = (must.contacts_are(hits), must.end_at(ends, turned))
-        physics = Physics(max_time=time)
-        scene = Scene(alike([row]), Table.circle(0.5), ELASTIC, SMOOTH, physics)
+        scene = scene_of([row], Table.circle(0.5), time=time)
         yield Case(f"{hits} contacts", scene, claims, slow=hits > 300)
 
 
 @extreme("tangent to something round", "an arc, a post or a pin, within 1e-12 of a miss", "coulomb")
 def tangents() -> Iterator[Case]:
     """Let a ball pass an arc that bulges inwards, a post or a pin: it hits, or it misses."""
-    outline = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
-    nose = Table(outline, (-0.25, 0.0, 0.0, 0.0))  # It is 0.25 m high, and its radius is 2.125 m.
-    dull, physics = Restitution(0.9, None, 0.9), Physics(max_time=1.0)
+    nose = Table(TABLE.outline, (-0.25, 0.0, 0.0, 0.0))  # 0.25 m high, with a radius of 2.125 m
     for what, table, posts, radius in (
         ("arc", nose, (), 2.125), ("post", None, (Post((1.0, 0.0), 0.25),), 0.25),
         ("pin", None, (Post((1.0, 0.25), 0.0),), 0.0),
@@ -459,8 +490,8 @@ def tangents() -> Iterator[Case]:
             # The ball meets something round a few roundings deep, which turns the normal.
             slack = must.CARE * EPSILON / (apart * sine) if sine else 0.0
             claims = (must.contacts_are(int(sine > 0.0)), must.leave_with({"0": leaves}, slack))
-            balls = alike([(0.25, 0.25 + R * (1.0 + share), 1.0, 0.0)])
-            scene = Scene(balls, table, dull, SMOOTH, physics, posts=posts)
+            row = (0.25, 0.25 + R * (1.0 + share), 1.0, 0.0)
+            scene = scene_of([row], table, 0.9, time=1.0, posts=posts)
             yield Case(f"{what} {share:+g}", scene, claims)
 
 
@@ -472,14 +503,14 @@ def joints() -> Iterator[Case]:
     for off in (-1e-9, 1e-9, -1e-10, 1e-10, -1e-12, 1e-12, -1e-15, 1e-15, 0.0):
         # The arc's normal is turned by off / 1 m there, and the ball's path back by twice as much.
         at_rest = must.end_at({"0": (3.0 + off, R + back)}, 2.0 * max(off, 0.0))
-        scene = Scene(alike([(3.0 + off, 1.0, 0.0, -2.0)]), Table.stadium(4.0, 2.0), LIVELY, CLOTH)
+        scene = scene_of([(3.0 + off, 1.0, 0.0, -2.0)], Table.stadium(4.0, 2.0), LIVELY, CLOTH)
         yield Case(f"{off:+g} m", scene, (must.contacts_are(1), at_rest))
 
 
 @extreme("corners of two arcs", "ran into, and sticking out", "coulomb")
 def corners_of_arcs() -> Iterator[Case]:
     """Run a ball along the diagonal into a corner of two arcs, or onto one that sticks out."""
-    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    square = rectangle(1.0, 1.0).outline
     for label, bulge, e, mu in (
         ("inwards, e = 0.7", -0.125, 0.7, 0.0), ("inwards, rough", -0.125, 0.7, 0.2),
         ("inwards, e = 0", -0.125, 0.0, 0.2), ("reflex, e = 0.7", 0.625, 0.7, 0.2),
@@ -509,8 +540,7 @@ def held_to_arcs() -> Iterator[Case]:
         at = turned + along - math.pi / 2.0
         ends = {"0": (0.5 + inner * math.cos(at), 0.5 + inner * math.sin(at))}
         row = (0.5, R, speed * math.cos(angle), speed * math.sin(angle))
-        scene = Scene(alike([row]), Table.circle(0.5), Restitution(1.0, None, e),
-                      Friction(0.0, mu), Physics(max_time=time))  # fmt: skip
+        scene = scene_of([row], Table.circle(0.5), e, Friction(0.0, mu), time)
         yield Case(label, scene, (must.know_of_ends(ends),), slow=angle == 0.0)
 
 
@@ -520,9 +550,8 @@ def held_to_arcs() -> Iterator[Case]:
 @extreme("many contacts", "up to 100,000 without losses", "coulomb")
 def many_contacts() -> Iterator[Case]:
     """Play ten balls in a box, without losses, for this many contacts."""
-    physics = Physics(max_time=1e6)
+    scene = scene_of(crowd(10, 0.5), rectangle(0.5, 0.5), time=1e6)
     for count in (1_000, 10_000, 100_000):
-        scene = Scene(crowd(10, 0.5), rectangle(0.5, 0.5), ELASTIC, SMOOTH, physics)
         yield Case(f"{count}", scene, max_events=count, ends="max_events", slow=count > 1_000)
 
 
@@ -531,24 +560,19 @@ def many_balls() -> Iterator[Case]:
     """Play a box full of balls, for half a second."""
     for count in (10, 100, 1_000):
         box = 0.125 * math.ceil(math.sqrt(count))
-        physics = Physics(max_time=0.5)
-        scene = Scene(crowd(count, box), rectangle(box, box), LIVELY, CLOTH, physics)
+        scene = scene_of(crowd(count, box), rectangle(box, box), LIVELY, CLOTH, 0.5)
         yield Case(f"{count}", scene, slow=count > 100)
 
 
 @extreme("dense piles", "9 and 25 moving balls, e from 0.9 to 0", "coulomb")
 def piles() -> Iterator[Case]:
-    """Pack balls with gaps of a tenth of a radius, all moving, until they have come to rest.
-
-    In one case every third ball is a hundred times as heavy as the others.
-    """
+    """Pack balls with gaps of a tenth of a radius, all moving, until they have come to rest."""
     for count, e, heavy in (
         (9, 0.9, 1.0), (9, 0.5, 1.0), (25, 0.5, 1.0), (9, 0.5, 100.0), (9, 0.0, 1.0),
     ):  # fmt: skip
         box = 2.1 * R * math.ceil(math.sqrt(count))
-        balls = [*crowd(count, box)]
-        balls[::3] = (replace(ball, mass=heavy * ball.mass) for ball in balls[::3])
-        scene = Scene(tuple(balls), rectangle(box, box), Restitution(e, None, e), CLOTH)
+        heavier = dict.fromkeys(range(0, count, 3), heavy)
+        scene = scene_of(crowd(count, box), rectangle(box, box), e, CLOTH, heavier=heavier)
         masses = f", 1 : {heavy:g}" if heavy > 1.0 else ""
         slow = count > 9 or heavy > 1.0 or e == 0.0
         yield Case(f"{count}, e = {e:g}{masses}", scene, slow=slow)
@@ -557,14 +581,13 @@ def piles() -> Iterator[Case]:
 @extreme("never at rest", "no friction, max_time = pi s")
 def never_at_rest() -> Iterator[Case]:
     """Let nothing brake: the run ends at its ``max_time``, to the last bit, and not before."""
-    physics = Physics(max_time=math.pi)
     one = (0.5, 0.5, 1.0, 0.25)
     for label, rows, where in (
         ("one ball", [one], TABLE), ("along a cushion", [(0.5, R, 1.0, 0.0)], TABLE),
         ("no table", [one], None),
         ("three balls", [one, (1.0, 0.5, *REST), (1.5, 0.5, 0.0, 0.5)], TABLE),
     ):  # fmt: skip
-        yield Case(label, Scene(alike(rows), where, ELASTIC, SMOOTH, physics))
+        yield Case(label, scene_of(rows, where, time=math.pi))
 
 
 @extreme("the report's law", "Listing 3 in an oblique hit", "published", because=LISTING)
@@ -573,8 +596,5 @@ def the_listing() -> Iterator[Case]:
     for degrees in (0.0, 30.0, 60.0):
         x, y = unit(degrees)
         rows = ((-0.25 - 2.0 * R * x, -0.125 - 2.0 * R * y, 1.0, 0.5), (0.0, 0.0, *REST))
-        scene = on_plane(alike(rows), 1.0, 1.0, Friction(ball_ball=0.2))
+        scene = scene_of(rows, friction=Friction(ball_ball=0.2), time=1.0)
         yield Case(f"{degrees:g} degrees", scene, (must.momentum_kept, must.energy_kept))
-
-
-EXTREMES = tuple(listed)

@@ -1,29 +1,37 @@
-"""This module tries every extreme with every solver, in several processes, a cell for each."""
+"""This module tries every extreme with every solver, and writes the table that comes of it."""
 
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import resource_tracker
 from multiprocessing.pool import IMapIterator
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+from pool_pymunk.results.run import write_rows
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
 from pool_pymunk.studies.stability.claims import NEAR, measures
 from pool_pymunk.studies.stability.extremes import EXTREMES
-from pool_pymunk.studies.stability.scenes import Extreme
-from pool_pymunk.studies.stability.trial import GRID, Measure, Trial, wrong
+from pool_pymunk.studies.stability.trial import GRID, Extreme, Measure, Trial, wrong
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 # These limit one run, its steps and the pairs looked at one by one; chosen. One that needs more is
 # left out.
 MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000
 MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000
-PROCESSES = 2
 NOT_OFFERED = "not offered"  # Balls roll, and the solver has no rolling.
+FIELDS = (
+    "extreme", "case", "law", "solver", "dt", "status", "contacts", "wall_time", "compared",
+    "claim", "value", "bound", "unit", "holds", "note",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -89,6 +97,11 @@ class Cell:
             return NOT_OFFERED
         share = f"{len(reasons)} of {len(self.outcomes)} " if self.run else ""
         return f"{share}not run: {reasons[-1]}" if reasons else ""
+
+    @property
+    def reason(self) -> str:
+        """Tell in words why the cell breaks; empty where it must not break."""
+        return self.because or find_solver(self.solver).limits
 
     def distance(self, dt: float) -> float | None:
         """Return how far (m) it came from the reference run at that step, over cases and laws."""
@@ -162,18 +175,14 @@ def _outcome(trial: Trial, quick: bool) -> CaseResult:
 
 
 def check_all(
-    extremes: Sequence[Extreme] = EXTREMES,
-    solvers: Sequence[str] | None = None,
-    quick: bool = False,
-    processes: int = PROCESSES,
+    extremes: Sequence[Extreme], solvers: Sequence[str], quick: bool, processes: int
 ) -> Iterator[Cell]:
-    """Check every extreme with every solver (default: all), and yield each row once it is done.
+    """Check these extremes with these solvers, and yield each row once it is done.
 
     One process works out a whole row, so it needs the row's reference runs only once. The last
     rows, which take longest, come first. If the iterator is closed, as by Ctrl-C, processes end.
     """
-    names = [solver.name for solver in columns()] if solvers is None else solvers
-    rows_of = partial(_check_row, solvers=names, quick=quick)
+    rows_of = partial(_check_row, solvers=solvers, quick=quick)
     resource_tracker.ensure_running()  # This must not start later: it would then unblock SIGINT.
     with block_sigint():
         pool = multiprocessing.get_context("spawn").Pool(processes)
@@ -193,3 +202,63 @@ def _next(rows: IMapIterator[list[Cell]]) -> list[Cell]:
         with suppress(multiprocessing.TimeoutError):
             return rows.next(timeout=0.1)
         raise_pending()
+
+
+# -- the table -------------------------------------------------------------------------------------
+
+
+def in_order(cells: Iterable[Cell]) -> list[Cell]:
+    """Return the cells row by row, as the table has them."""
+    rows = {extreme.name: k for k, extreme in enumerate(EXTREMES)}
+    places = {solver.name: k for k, solver in enumerate(columns())}
+    return sorted(cells, key=lambda cell: (rows[cell.extreme], places[cell.solver]))
+
+
+def rich_table(cells: Sequence[Cell]) -> Table:
+    """Return the verdicts as a table: a row for an extreme, a column for a solver."""
+    from rich.table import Table
+
+    used = {cell.solver for cell in cells}
+    solvers = [solver.name for solver in columns() if solver.name in used]
+    table = Table(title="Stability at the extremes", show_lines=True)
+    table.add_column("extreme", ratio=3)
+    for solver in solvers:
+        table.add_column(solver, ratio=4)
+    found = {(cell.extreme, cell.solver): _styled(cell) for cell in cells}
+    for extreme in EXTREMES:
+        row = [found.get((extreme.name, solver), "") for solver in solvers]
+        if any(row):
+            table.add_row(f"{extreme.name}\n[dim]{extreme.about}[/dim]", *row)
+    return table
+
+
+def _styled(cell: Cell) -> str:
+    from rich.markup import escape
+
+    style = "" if cell.worst is None else "yellow" if cell.reason else "bold red"
+    return f"[{style}]{escape(str(cell))}[/]" if style else str(cell)
+
+
+def notes(cells: Iterable[Cell]) -> list[str]:
+    """Return the reasons of all that breaks, each once."""
+    lines = (
+        f"{cell.extreme if cell.because else cell.solver}: {cell.reason}" if cell.reason
+        else f"{cell.solver} breaks at {cell.extreme}: {cell}"
+        for cell in cells if cell.worst is not None
+    )  # fmt: skip
+    return list(dict.fromkeys(lines))
+
+
+def write_csv(cells: Iterable[Cell], path: Path) -> None:
+    """Write one row a measure (SI, all digits), and one for every case that was not run."""
+    rows: list[tuple[object, ...]] = []
+    for cell in cells:
+        for o in cell.outcomes:
+            about = (cell.extreme, o.case, o.law, cell.solver, o.dt)
+            if o.not_run:
+                rows.append((*about, *[""] * 9, f"not run: {o.not_run}"))
+            for m in o.measures:
+                note = "" if m.holds else f"{m} ({cell.reason})" if cell.reason else str(m)
+                rows.append((*about, o.status, o.contacts, o.wall_time, o.compared, m.claim,
+                             m.value, m.bound, m.unit, m.holds, note))  # fmt: skip
+    write_rows(path, FIELDS, rows)

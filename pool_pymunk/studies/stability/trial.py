@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pool_pymunk.model import Scene
+from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, reference_solver, simulate
@@ -61,8 +62,9 @@ def wrong(claim: str, words: str, is_so: bool = True) -> Measure:
 class Case:
     """A case is one scene of an extreme, and what must hold of it.
 
-    ``ends`` is the status that it must end with. ``claims`` are those that hold for this case
-    beyond those that always hold. ``slow`` cases are left out of the quick form.
+    ``ends`` is the status that it must end with ("": ``max_time`` where the scene has one, else
+    ``settled``). ``claims`` are those that hold for this case beyond those that always hold.
+    ``slow`` cases are left out of the quick form.
     """
 
     label: str
@@ -72,10 +74,20 @@ class Case:
     ends: str = ""
     slow: bool = False
 
-    @property
-    def status(self) -> str:
-        """Return the status that the run must end with."""
-        return self.ends or ("max_time" if self.scene.physics.max_time else "settled")
+
+@dataclass(frozen=True)
+class Extreme:
+    """An extreme is a row of the table: its cases run from mild to extreme.
+
+    ``steps`` (s) replace the solvers' usual ones. ``because`` says why all with its law must fail.
+    """
+
+    name: str
+    about: str
+    cases: Callable[[], Iterator[Case]]
+    laws: tuple[str, ...] = tuple(LAWS)
+    steps: tuple[float, ...] = ()
+    because: str = ""
 
 
 @dataclass(frozen=True)

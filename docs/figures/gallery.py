@@ -1,6 +1,6 @@
 """This program draws the pictures and films that the README shows; ``make gallery`` runs it.
 
-``python -m pool_pymunk.cli.gallery [FOLDER]`` draws them all again, into renders/gallery.
+``python docs/figures/gallery.py [FOLDER]`` draws them all again, into renders/gallery.
 """
 
 from __future__ import annotations
