@@ -243,8 +243,18 @@ def test_another_sweep_is_refused(tmp_path: Path, change: dict[str, Any], word: 
     how: dict[str, Any] = {"shot": 1, "vary": VARY, "samples": 200, "chunk": 50}
     scene = load("report")
     sweep(scene, **how, out=tmp_path)
-    with pytest.raises(SettingError, match=f"has a sweep with {word}.*: begin anew with --restart"):
+    with pytest.raises(SettingError, match=f"has a sweep with {word}.*: begin anew with resume=F"):
         sweep(scene, **(how | change), out=tmp_path)
+
+
+def test_the_command_names_its_own_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = f"sweep report --shot 1 --vary angle=-5:5 --samples 5 --out {tmp_path}"
+    assert exit_code(*line.split()) == 0
+    capsys.readouterr()
+    said = refusal(capsys, *line.split(), "--seed", 1)
+    assert said.rstrip().endswith("another seed (0): begin anew with --restart")
 
 
 def test_another_version_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

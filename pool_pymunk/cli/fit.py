@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import chain, count
+from itertools import count
 from pathlib import Path
 from typing import Annotated
 
@@ -74,11 +74,8 @@ def fit(
 def _folder(out: Path | None, scenario: str, force: bool) -> Path:
     """Return a numbered folder without a fit, or ``out``; refuse that if it has a fit."""
     if out is None:
-        numbered = (place(None, scenario, f"fit-{k}") for k in count(2))
-        return next(
-            folder for folder in chain([place(None, scenario, "fit")], numbered)
-            if force or not (folder / FITTED).exists()
-        )  # fmt: skip
+        folders = (place(None, scenario, f"fit-{k}" if k > 1 else "fit") for k in count(1))
+        return next(each for each in folders if force or not (each / FITTED).exists())
     if (out / FITTED).exists() and not force:
         raise read.InputError(f"--out = {out}: has a fit already; replace it with --force")
     return out
@@ -94,12 +91,12 @@ def _rows(found: lib.fit.Fit) -> Iterator[tuple[str, ...]]:
 
 def sentences(found: lib.fit.Fit) -> list[str]:
     """Say in words how good a fit is."""
-    units = found.scene.units
+    units, lengths = found.scene.units, (found.sigma, found.rms, found.rms_before)
     sigma, now, before = (
-        f"{units.from_si(length, 'length'):.3g} {units.length}"
-        if math.isfinite(length)
+        f"{units.from_si(each, 'length'):.3g} {units.length}"
+        if math.isfinite(each)
         else "not known"
-        for length in (found.sigma, found.rms, found.rms_before)
+        for each in lengths
     )
     return [
         f"Fitted to {lib.words.counted(int(found.used.sum()), 'place')}: they lie {now} off, root "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -62,20 +62,14 @@ def sensitivity(
         cloud = line = None
         alone: Alone = {}
         if samples:
-            causes = len(uncertainty.causes(scene))
-            plays = samples * (1 + causes if causes > 1 else 1)
-            with lib.terminal.progress("playing", plays) as bar:
-                how = (samples, seed, threads)
-                cloud = lib.sensitivity.sensitivity(scene, one, uncertainty, *how, on_done=bar.step)
-                alone = lib.sensitivity.by_causes(cloud, threads, on_done=bar.step)
-            if not found:
-                what = uncertainty.described(scene)
-                typer.echo(f"{samples:,} samples a shot with {what}; seed {seed}\n{HALF}")
+            cloud, alone = _played(scene, one, uncertainty, (samples, seed, threads))
             found.append(cloud)
         if by_derivatives:
             line = lib.sensitivity.linear(scene, one, uncertainty, seed=seed)
-        if line is not None and not samples and not records:
-            typer.echo(f"By derivatives, with {uncertainty.described(scene)}\n{HALF}")
+        if not records:
+            what = uncertainty.described(scene)
+            played = f"{samples:,} samples a shot with {what}; seed {seed}"
+            typer.echo(f"{played if samples else f'By derivatives, with {what}'}\n{HALF}")
         records.append(_print(cloud, line, alone))
         _save(found, line, folder, pictures)
         write_json(json, {"shots": records}, scenario, scene.title)
@@ -90,19 +84,31 @@ def _uncertainty(
 ) -> lib.uncertainty.Uncertainty:
     """Return the errors as typed; those of positions as the scenario writes them, if not typed."""
     faster = lib.quantities.quantity("--speed-error", speed, "speed", scene.units)
+    turned = math.radians(read.degrees("--angle-error", angle))
+    typed = {"--speed-error": (speed, faster), "--angle-error": (angle, turned)}
     width: float | Mapping[str, lib.Point]
     if position is not None:
         width = lib.quantities.quantity("--position-error", position, "length", scene.units)
+        typed["--position-error"] = (position, width)
     else:
         width = lib.uncertainty.written_uncertainty(scenario).position
         if not isinstance(width, dict) or width.keys() != scene.index.keys():
             raise read.InputError("--position-error: is missing, the scenario cannot be read twice")
-    turned = math.radians(read.degrees("--angle-error", angle))
-    typed = {"--position-error": (position, width), "--speed-error": (speed, faster)}
-    for key, (text, value) in {**typed, "--angle-error": (angle, turned)}.items():
-        if isinstance(value, float) and value < 0.0:
+    for key, (text, value) in typed.items():
+        if value < 0.0:
             raise read.InputError(f"{key} = {text}: must be 0 or more")
     return lib.uncertainty.Uncertainty(width, faster, turned)
+
+
+def _played(
+    scene: lib.Scene, shot: lib.Shot | None, uncertainty: lib.uncertainty.Uncertainty, how: Any
+) -> tuple[lib.Sensitivity, Alone]:
+    """Play a shot's samples (``how``: their number, seed and threads), and each cause alone."""
+    samples, _, threads = how
+    causes = len(uncertainty.causes(scene))
+    with lib.terminal.progress("playing", samples * (1 + causes if causes > 1 else 1)) as bar:
+        cloud = lib.sensitivity.sensitivity(scene, shot, uncertainty, *how, on_done=bar.step)
+        return cloud, lib.sensitivity.by_causes(cloud, threads, on_done=bar.step)
 
 
 def _print(
@@ -124,9 +130,9 @@ def _print(
         said += linear_sentences(line)
     tables = [] if found is None else [_ends(found)]
     if found is not None and line is not None and len(alone) > 1:  # Both do not fit in one.
-        tables += [_spreads(run, found, None, alone), _spreads(run, None, line, alone)]
-    else:
-        tables.append(_spreads(run, found, line, alone))
+        tables.append(_spreads(run, found, None, alone))
+        found = None
+    tables.append(_spreads(run, found, line, alone))
     lib.terminal.show(f"\n[bold]{run.name}[/bold]", *tables, *said)
     return record
 
@@ -134,7 +140,8 @@ def _print(
 def _ends(found: lib.Sensitivity) -> lib.terminal.TextTable:
     """Return a table of the ends: which digits hold, and where the samples end."""
     scene, units = found.reference.scene, found.reference.scene.units
-    headings = ["ball", f"end ({units.length})", "holds", "95 % off x", "95 % off y", "pocketed"]
+    headings = ["ball", f"end ({units.length})", "holds", "95 % off x", "95 % off y"]
+    headings += ["pocketed"] * bool(scene.pockets)
     rows = []
     for ball in found.balls:
         sides = (
@@ -143,11 +150,9 @@ def _ends(found: lib.Sensitivity) -> lib.terminal.TextTable:
         )
         pockets = sorted(ball.pocketed.items(), key=lambda item: -item[1])
         chances = ", ".join(f"{id_} {share:.1%}" for id_, share in pockets) or "never"
-        end = _pair(units, ball.end, ".2f")
-        rows.append([ball.ball, end, ", ".join(ball.digits(scene)), *sides, chances])
-    shown = len(headings) - (not scene.pockets)
-    cells = [row[:shown] for row in rows]
-    return lib.terminal.TextTable(headings[:shown], cells, left=("pocketed",))
+        cells = ball.ball, _pair(units, ball.end, ".2f"), ", ".join(ball.digits(scene))
+        rows.append([*cells, *sides, chances][: len(headings)])
+    return lib.terminal.TextTable(headings, rows, left=("pocketed",))
 
 
 def _spreads(
@@ -172,17 +177,20 @@ def _spreads(
         causes = {} if found or len(line.by_causes()) < 2 else line.by_causes()
         spreads |= {f"by {cause}": std.max(axis=1, keepdims=True) for cause, std in causes.items()}
         for heading, stds in spreads.items():
-            columns[heading] = [
-                _pair(units, std, ".2g") if all(map(math.isfinite, std)) else "not known"
-                for std in stds
-            ]
+            columns[heading] = [_pair(units, std, ".2g") for std in stds]
     rows = zip(run.final, *columns.values(), strict=True)
     return lib.terminal.TextTable(["ball", *columns], list(rows))
 
 
 def _pair(units: lib.Units, point: Iterable[float], form: str) -> str:
-    """Return lengths along x and y in the scene's unit."""
+    """Return lengths along x and y in the scene's unit, or that they are not known (nan)."""
+    if not all(map(math.isfinite, point)):
+        return "not known"
     return ", ".join(f"{units.from_si(float(v), 'length'):{form}}" for v in point)
+
+
+def _length(units: lib.Units, value: float) -> str:
+    return f"{units.from_si(value, 'length'):.2g} {units.length}"
 
 
 def linear_sentences(line: lib.Linear) -> list[str]:
@@ -192,8 +200,7 @@ def linear_sentences(line: lib.Linear) -> list[str]:
         return warnings
     holds = f"within {line.holds:g} times these errors"
     if line.radius > 0.0:
-        units = line.reference.scene.units
-        holds += f" (starts within {units.from_si(line.radius, 'length'):.2g} {units.length})"
+        holds += f" (starts within {_length(line.reference.scene.units, line.radius)})"
     return [f"The derivatives hold to a tenth {holds}.", *warnings]
 
 
@@ -201,7 +208,7 @@ def sentences(found: lib.Sensitivity, alone: Alone) -> list[str]:
     """Say in words what the spread of one shot tells, and what each cause makes of it."""
     units = found.reference.scene.units
     kept, printed = found.kept_digits
-    off = f"{units.from_si(found.agree, 'length'):.2g} {units.length}"
+    off = _length(units, found.agree)
     parted = f"Half of the runs stay within {off} of the reference run."
     if math.isfinite(found.horizon):
         first = min(found.balls, key=lambda ball: ball.horizon).ball
@@ -228,24 +235,20 @@ def sentences(found: lib.Sensitivity, alone: Alone) -> list[str]:
 def _worst_sentences(found: lib.Sensitivity, alone: Alone) -> Iterator[str]:
     """Say which ball spreads most, what each cause alone makes of it, and what is amplified."""
     worst, units = found.worst, found.reference.scene.units
-
-    def length(value: float) -> str:
-        return f"{units.from_si(value, 'length'):.2g} {units.length}"
-
     x0, y0, x1, y1 = (units.from_si(v, "length") for v in (*worst.low, *worst.high))
     ratio = f", {_times(worst.amplification)} that of the starts" if worst.amplification else ""
     yield (
         f"Ball {worst.ball} spreads most: its end has a standard deviation of "
-        f"{length(worst.deviation)}{ratio}; 95 % of its ends lie between {x0:.2f} and {x1:.2f} "
-        f"{units.length} along x and between {y0:.2f} and {y1:.2f} {units.length} along y."
+        f"{_length(units, worst.deviation)}{ratio}; 95 % of its ends lie between {x0:.2f} and "
+        f"{x1:.2f} {units.length} along x and between {y0:.2f} and {y1:.2f} {units.length} along y."
     )
     if len(alone) > 1:
-        its = {name: next(ball for ball in each.balls if ball.ball == worst.ball)
-               for name, each in alone.items()}  # fmt: skip
-        said = ", ".join(f"{name} {length(ball.deviation)}" for name, ball in its.items())
+        its = found.balls.index(worst)
+        deviations = {name: each.balls[its].deviation for name, each in alone.items()}
+        said = ", ".join(f"{name} {_length(units, std)}" for name, std in deviations.items())
         yield f"The standard deviation that each cause alone makes of it: {said}."
     if "starts" in alone:
-        starts = length(found.deviation_of_starts)
+        starts = _length(units, found.deviation_of_starts)
         yield f"Amplified: the deviation that the starts alone make, over theirs ({starts})."
 
 

@@ -59,10 +59,13 @@ def sweep(
     varied = read.inputs("--vary", vary, scene.units)
     steps = {key: _steps(key, text, scene.units) for key, text in read.pairs("--grid", grid)}
     with _executor(workers, cluster) as executor, lib.terminal.Counter() as counter:
-        done = lib.sweep.sweep(
-            scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
-            chunk=chunk, law=law, executor=executor, resume=not restart, on_done=counter.take,
-        )  # fmt: skip
+        try:
+            done = lib.sweep.sweep(
+                scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
+                chunk=chunk, law=law, executor=executor, resume=not restart, on_done=counter.take,
+            )  # fmt: skip
+        except lib.problems.SettingError as error:
+            raise read.InputError(str(error).replace("resume=False", "--restart")) from None
     share = 100.0 * done.by_reference / max(done.played, 1)
     typer.echo(
         f"{done.shots:,} shots in {out}: {done.played:,} played in {done.wall_time:.1f} s "

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,15 @@ from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
 from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.loop import HARD
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, tracks
-from pool_pymunk.fast.shots import Source, is_gone, read_names, read_source
+from pool_pymunk.fast.shots import Source, is_gone, read_source
 from pool_pymunk.fast.tables import can_compile, table_of, walls_differ
-from pool_pymunk.model import Scene, SceneError
+from pool_pymunk.model import Scene, SceneError, inputs
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 Done = Callable[[int], object]  # It gets the number of shots that are done, too.
 CHUNK = 4_096  # A thread plays this many shots at most before it takes the next ones.
 FEW = 512  # One thread plays this many shots at least.
@@ -59,14 +61,12 @@ def simulate_many(
     is off the table. ``vary`` has what else differs from shot to shot: arrays (S,) by the names of
     the table of inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``. ``speed``, ``angle``,
     ``turn`` and ``roll`` are those of the cue ball or, without one, of the first ball that moves.
-    ``mass`` (kg) is that of all balls, and may be (S, N) too. Where balls roll, ``roll`` has the
-    velocities at which they would (m/s), in an array as ``velocity`` is one; by default each ball
-    has its share of its velocity, and the ball of the scene's first shot has that of this shot.
-    ``law`` and ``max_time`` (s) are those of each shot (default: the scene's). ``threads``
-    (default: one a core) share the work; the results do not depend on them. ``on_done(n)`` is
-    called whenever ``n`` more shots are done. ``derivatives`` names inputs, or groups of them, as
-    :meth:`Run.derivatives` takes them; ``batch.derivatives`` (S, N, 2, P) then says how the ends
-    depend on them.
+    ``mass`` (kg) is that of all balls, and may be (S, N) too. ``roll`` has the velocities at which
+    balls would roll (m/s), in an array as ``velocity`` is one; by default each ball has its share
+    of its velocity, and the ball of the scene's first shot has that of this shot. ``law`` and
+    ``max_time`` (s) are by default the scene's. ``threads`` (default: one a core) share the work,
+    and change no result. ``on_done(n)`` is called whenever ``n`` more shots are done.
+    ``derivatives`` names the inputs of ``batch.derivatives``, as :meth:`Run.derivatives` does.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
     'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 64 balls,
@@ -84,28 +84,23 @@ def simulate_many(
     """
     began = time.perf_counter()
     source = read_source(scene, position, velocity, vary, law, max_time, roll)
-    out = empty(*source.position.shape[:2])
-    follower = None
+    out, derived, follower = empty(*source.position.shape[:2]), dict[str, Any](), None
     if derivatives is not None:
-        follower = Follower(source, read_names(source, derivatives), out)
+        begun = source.scene_of(0) if len(out.status) else source.scene
+        groups = inputs.derivable(begun, source.watched != NOTHING)
+        follower = Follower(source, inputs.chosen("derivatives", derivatives, groups), out)
     handed_back = play_all(source, out, threads, on_done or (lambda _: None), follower)
     if follower is not None:
         follower.complete()
+        derived = {"derivatives": follower.found, "by": follower.names}
+        derived["derived_in_python"] = follower.again
     hard = int((handed_back & (out.status != CANNOT_START)).sum())
     if hard > max(FEW_HARD, len(handed_back) / 10) and _is_known(source) and compiled.is_there():
         warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
-    return Batch(
-        scene=source.scene,
-        law=source.asked.law,
-        **{key: values for key, values in out._asdict().items() if key != "halt"},
-        by_reference=int(handed_back.sum()),
-        handed_back=handed_back,
-        wall_time=time.perf_counter() - began,
-        source=source,
-        derivatives=None if follower is None else follower.found,
-        by=() if follower is None else follower.names,
-        derived_in_python=None if follower is None else follower.again,
-    )
+    found = {key: values for key, values in out._asdict().items() if key != "halt"} | derived
+    found |= {"handed_back": handed_back, "by_reference": int(handed_back.sum())}
+    wall_time = time.perf_counter() - began
+    return Batch(source.scene, source.asked.law, source=source, wall_time=wall_time, **found)
 
 
 def play_all(
@@ -119,7 +114,10 @@ def play_all(
 
     A ``watcher`` may ``watch(part, tracks)`` those that are compiled, and ``see(k, run)`` others.
     """
-    cores, compiles = _threads(threads), _compiles(source)
+    cores, compiles = _threads(threads), _is_known(source)
+    if compiles and not compiled.is_there():
+        compiles = False
+        warnings.warn(SLOW, stacklevel=3)
     if compiles and len(out.status):
         play_compiled(source, out, cores, done, watcher)
     hard = np.asarray(out.status < 0)
@@ -154,13 +152,6 @@ def empty(count: int, balls: int) -> Out:
     )
 
 
-def _compiles(source: Source) -> bool:
-    """Tell whether ordinary shots are compiled; warn if they only lack numba."""
-    if _is_known(source) and not compiled.is_there():
-        warnings.warn(SLOW, stacklevel=4)
-    return _is_known(source) and compiled.is_there()
-
-
 def _is_known(source: Source) -> bool:
     """Tell whether numba can compile ordinary shots."""
     return can_compile(source.scene, source.law) and "radius" not in source.vary
@@ -174,7 +165,7 @@ def _threads(asked: int | None) -> int:
 
 
 def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: Any) -> None:
-    """Play all ordinary shots, chunk by chunk on some threads; what is hard keeps its mark."""
+    """Play all ordinary shots, chunk by chunk on some threads; hard ones keep their mark."""
     rolls, differ = source.scene.surface.rolls, walls_differ(source.scene)
     play, count = compiled.play_shots(rolls, differ), len(out.status)
     table = table_of(source.scene, differ)
@@ -190,20 +181,31 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
     if count == 1:  # A thread would take longer than the shot.
         done(work(slice(0, 1)))
         return
-    parts, running = iter(_chunks(count, threads)), set[Future[int]]()
     with ThreadPoolExecutor(threads) as pool:
-        try:
-            while True:
-                free = 2 * threads - len(running)  # Each thread has one part waiting.
-                running |= {pool.submit(work, part) for part in islice(parts, free)}
-                if not running:
-                    return
-                finished, running = wait(running, POLL, FIRST_COMPLETED)
-                for each in finished:
-                    done(each.result())
+        try:  # Each thread has one part waiting.
+            for played in results(pool, work, _chunks(count, threads), 2 * threads):
+                done(played)
         except BaseException:
             out.halt[0] = 1
             raise
+
+
+def results(
+    executor: Executor, work: Callable[[Item], Result], items: Iterable[Item], room: int
+) -> Iterator[Result]:
+    """Let an executor work on the items, ``room`` at most at once, and yield what comes first."""
+    waiting, running = iter(items), set[Future[Result]]()
+    try:
+        while True:
+            free = room - len(running)
+            running |= {executor.submit(work, item) for item in islice(waiting, free)}
+            if not running:
+                return
+            finished, running = wait(running, POLL, FIRST_COMPLETED)
+            yield from (each.result() for each in finished)
+    finally:
+        for each in running:
+            each.cancel()
 
 
 def _chunks(count: int, threads: int) -> list[slice]:
@@ -218,13 +220,14 @@ def play_chunk(
     """Play some shots by the compiled loop, and return how many."""
     work, shots, first = source.work(keeps=watcher is not None), source.shots(part), 0
     own = Out(*(each if each is out.halt else each[part] for each in out))
-    kept = tracks(len(own.status), ROOM if watcher is not None else 0)
-    while played := play(work, table, shots, own, kept, first, len(own.status)):
+    count = len(own.status)
+    kept = tracks(count, ROOM if watcher is not None else 0)
+    while played := play(work, table, shots, own, kept, first, count):
         if watcher is not None:
             now = slice(part.start + first, part.start + first + played)
             watcher.watch(now, kept._replace(ends=kept.ends[first : first + played]))
         first += played
-        if first == len(own.status):
+        if first == count:
             break
     if watcher is not None and watcher.replays:
         work.scene.keeps = 0
@@ -247,6 +250,6 @@ def _write(source: Source, out: Out, k: int, run: Run) -> None:
     others = [each.pop() for each in met if len(each) == 1]
     out.first_hit[k] = others[0] if others else NOTHING
     out.met[k, others] = True
-    pockets = {hole.id: number for number, hole in enumerate(scene.pockets)}
+    pockets = [hole.id for hole in scene.pockets]
     for id_, hole in run.pocketed.items():
-        out.pocketed[k, scene.index[id_]] = pockets[hole]
+        out.pocketed[k, scene.index[id_]] = pockets.index(hole)

@@ -11,19 +11,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.fast.records import NOTHING, WORKS, Shots
 from pool_pymunk.fast.tables import cue_of, law_number, together_number, walls_differ
-from pool_pymunk.model import Point, Scene, State
-from pool_pymunk.model.inputs import (
-    TABLE,
-    Names,
-    chosen,
-    column_of,
-    derivable,
-    parts,
-    rolled,
-    row_of,
-    struck,
-    with_inputs,
-)
+from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.laws import Law
@@ -35,7 +23,7 @@ Floats = NDArray[np.float64]
 
 SIZES = ("mass", "radius")  # what balls have besides their states
 OF_SURFACE = ("friction.surface", "friction.rolling")
-COLUMNS = column_of("coefficients")  # of the coefficients of the compiled shots
+COLUMNS = inputs.column_of("coefficients")  # of the coefficients of the compiled shots
 
 
 class Source(NamedTuple):
@@ -75,13 +63,7 @@ class Source(NamedTuple):
             for i in np.flatnonzero(there).tolist():
                 places = zip("xy", self.position[k, i].tolist(), strict=True)
                 values |= {f"{axis}.{scene.balls[i].id}": place for axis, place in places}
-        return with_inputs(scene, values)
-
-    def _places(self, part: int | slice, is_off: Any) -> Floats:
-        """Return positions (..., N, 2); those of balls off the table are the scene's."""
-        places, own = _own(self.position[part]), [ball.position for ball in self.scene.balls]
-        places[is_off] = np.array(own)[np.nonzero(is_off)[-1]]
-        return places
+        return inputs.with_inputs(scene, values)
 
     def run(self, k: int, measures_policies: bool = True) -> Run:
         """Play shot ``k`` by the exact solver; raises SceneError if it cannot start."""
@@ -98,20 +80,24 @@ class Source(NamedTuple):
             for each in (self.velocity, self.roll)
         )
         off = {scene.balls[i].id for i in np.flatnonzero(is_off)}
-        start = scene.state((self._places(k, is_off).tolist(), velocity, off, roll))
+        start = scene.state((self.places(k, is_off).tolist(), velocity, off, roll))
         return self.asked._replace(scene=scene, settings=settings), start
+
+    def places(self, part: int | slice, is_off: Any) -> Floats:
+        """Return positions (..., N, 2) of shots; those of balls off the table are the scene's."""
+        places, own = _own(self.position[part]), [ball.position for ball in self.scene.balls]
+        places[is_off] = np.array(own)[np.nonzero(is_off)[-1]]
+        return places
 
     def work(self, keeps: bool) -> Any:
         """Return a record in which shots can be played; if it ``keeps`` tracks, these, too."""
-        work = np.zeros(1, dtype=WORKS[self.scene.surface.rolls, walls_differ(self.scene)]).view(
-            np.recarray
-        )[0]
+        kind = WORKS[self.scene.surface.rolls, walls_differ(self.scene)]
+        work = np.zeros(1, dtype=kind).view(np.recarray)[0]
         own, latest = work.scene, self.asked.settings.max_time
-        own.kind, own.watched, own.keeps = law_number(self.law), self.watched, keeps
-        own.together = together_number(self.law)
-        own.balls, own.cue = len(self.scene.balls), cue_of(self.scene)
-        own.walls = len(self.scene.cushions)
-        own.latest = np.inf if latest is None else latest
+        own.kind, own.together = law_number(self.law), together_number(self.law)
+        own.watched, own.keeps = self.watched, keeps
+        own.balls, own.walls = len(self.scene.balls), len(self.scene.cushions)
+        own.cue, own.latest = cue_of(self.scene), np.inf if latest is None else latest
         return work
 
     def shots(self, part: slice) -> Shots:
@@ -131,7 +117,7 @@ class Source(NamedTuple):
         if "restitution.cue_ball" not in self.vary and r.cue_ball is None:
             coefficients[:, 1] = coefficients[:, 0]  # The cue ball is as any other.
         radius = np.array([ball.radius for ball in balls])
-        places, velocity = self._places(part, is_off), _own(self.velocity[part])
+        places, velocity = self.places(part, is_off), _own(self.velocity[part])
         roll = _own(self.velocity[:0] if self.roll is None else self.roll[part])
         return Shots(places, velocity, roll, is_off.astype(np.int64), mass, radius, coefficients)
 
@@ -155,6 +141,62 @@ def _watched(scene: Scene, velocity: Floats) -> int:
     return int(moves[0]) if len(moves) else NOTHING
 
 
+# -- how shots begin -------------------------------------------------------------------------------
+
+
+def opening(
+    scene: Scene,
+    position: Floats,
+    velocity: Floats,
+    values: Mapping[str, Any],
+    ball: int | None = None,
+    carried: Any = None,
+    shot: Shot | None = None,
+) -> tuple[Floats, Floats, dict[str, Floats], Floats | None]:
+    """Return the positions, velocities, other inputs and rolls with which shots begin.
+
+    Inputs have ``values`` (S,) by their names. Positions and velocities (S, N, 2) that own their
+    numbers are changed in place. ``ball`` is the number of the struck ball, by default that of the
+    watched one. The other balls have ``carried`` rolls (S, N, 2) or their own shares, and that of
+    a ``shot`` has the share of this shot.
+    """
+    begun, struck = {"position": position, "velocity": velocity}, dict[str, Any]()
+    vary: dict[str, Floats] = {}
+    for name, its in values.items():
+        kind, whose = inputs.parts(name)
+        array, axis = inputs.TABLE[kind].column or ("", 0)
+        if array in begun:
+            begun[array] = np.require(begun[array], requirements=["O", "W"])  # a copy, once
+            begun[array][:, scene.index[whose], axis] = its
+        elif array == "struck":
+            struck[kind] = its
+        else:
+            vary[name] = its
+    position, velocity = begun.values()
+    if struck and ball is None:
+        ball = _struck_ball(scene, velocity, struck)
+    if struck.keys() - {"roll"}:
+        velocity = np.require(velocity, requirements=["O", "W"])
+        velocity[:, ball] = inputs.struck(velocity[:, ball], struck)
+    if carried is None and shot is not None:
+        carried = inputs.rolled(scene, velocity, scene.index[shot.ball], shot.roll)
+    share = struck.get("roll")
+    roll = inputs.rolled(scene, velocity, None if share is None else ball, share, carried)
+    return position, velocity, vary, roll
+
+
+def _struck_ball(scene: Scene, velocity: Floats, values: Mapping[str, Any]) -> int:
+    """Return the number of the watched ball, whose speed, direction or roll is another one."""
+    ball, first = _watched(scene, velocity), next(iter(values))
+    if ball == NOTHING:
+        message = "no ball is struck: there is no cue ball, and none moves"
+        raise setting_error("vary", first, message)
+    if "speed" not in values and not np.nan_to_num(velocity[:, ball]).any():
+        message = f"ball {scene.balls[ball].id} rests: vary its speed, too"
+        raise setting_error("vary", first, message)
+    return ball
+
+
 # -- what is asked for -----------------------------------------------------------------------------
 
 
@@ -172,21 +214,22 @@ def read_source(
     Raises SettingError, in one line that names the argument.
     """
     asked = request(scene, reference_solver().name, law=law, max_time=max_time)
+    own = [ball.velocity for ball in scene.balls]
     given = {
         "position": _points("position", position, [ball.position for ball in scene.balls]),
-        "velocity": _points("velocity", velocity, [ball.velocity for ball in scene.balls]),
+        "velocity": _points("velocity", velocity, own),
     }
     if roll is not None:
         if not scene.surface.rolls:
             raise setting_error("roll", f"shape {np.shape(roll)}", NO_ROLLING)
-        given["roll"] = _points("roll", roll, [ball.velocity for ball in scene.balls])
+        given["roll"] = _points("roll", roll, own)
     varied = {key: _values(key, values, scene) for key, values in (vary or {}).items()}
     counts = {key: len(values) for key, values in given.items()}
     counts |= {f"vary[{key!r}]": len(values) for key, values in varied.items()}
     count = max(counts.values()) if all(counts.values()) else 0
-    for key, own in counts.items():
-        if own not in (1, count):
-            raise setting_error(key, f"{own} shots", f"must be for 1 shot or for {count}")
+    for key, its in counts.items():
+        if its not in (1, count):
+            raise setting_error(key, f"{its} shots", f"must be for 1 shot or for {count}")
     for key in given.keys() - {"position"}:
         lost = is_gone(given[key]) & ~is_gone(given["position"])
         _refuse(key, lost, "no number", "must be two finite numbers")
@@ -194,62 +237,28 @@ def read_source(
         {key: np.broadcast_to(each, (count, *each.shape[1:])) for key, each in some.items()}
         for some in (given, varied)
     )
-    source = Source(asked.scene, asked, *_begun(asked.scene, given, varied))
+    first = scene.shots[0] if scene.shots else None
+    places, velocities, others, rolls = opening(
+        scene, given["position"], given["velocity"], varied, None, given.get("roll"), first
+    )
+    source = Source(asked.scene, asked, places, velocities, _of_balls(scene, others), rolls)
     _check_that_it_ends(source)
     return source
 
 
-def read_names(source: Source, asked: object) -> Names:
-    """Return the names of the inputs by which shots are derived; raises SettingError for others."""
-    scene = source.scene_of(0) if len(source.position) else source.scene
-    return chosen("derivatives", asked, derivable(scene, source.watched != NOTHING))
-
-
-def _begun(
-    scene: Scene, begun: dict[str, Floats], varied: Mapping[str, Floats]
-) -> tuple[Floats, Floats, dict[str, Floats], Floats | None]:
-    """Return positions, velocities, what else differs, and rolls, all as the shots begin."""
-    rest, shot = dict[str, Floats](), dict[str, Floats]()
-    for key, values in varied.items():
-        kind, whose = parts(key)
-        array, place = TABLE[kind].column or (kind, 0)
-        if array in begun:
-            begun[array] = np.require(begun[array], requirements=["O", "W"])  # a copy, once
-            begun[array][:, scene.index[whose], place] = values
-        elif array == "struck":
-            shot[kind] = values
-        elif kind in SIZES:
-            own = np.array([getattr(ball, kind) for ball in scene.balls])
-            of_balls = rest.setdefault(kind, np.tile(own, (len(values), 1)))
+def _of_balls(scene: Scene, vary: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return what differs, masses and radii for all balls (S, N)."""
+    found: dict[str, Floats] = {}
+    for name, values in vary.items():
+        kind, whose = inputs.parts(name)
+        if kind in SIZES:
+            own = [getattr(ball, kind) for ball in scene.balls]
+            of_balls = found.setdefault(kind, np.tile(np.array(own), (len(values), 1)))
             ball = scene.index[whose] if whose else slice(None)
             of_balls[:, ball] = values if values.ndim == 2 or whose else values[:, np.newaxis]
         else:
-            rest[key] = values
-    if shot:
-        watched = _struck_ball(scene, begun["velocity"], shot)
-    if shot.keys() - {"roll"}:
-        velocity = begun["velocity"] = begun["velocity"].copy()
-        velocity[:, watched] = struck(velocity[:, watched], shot)
-    roll = begun.get("roll")
-    if roll is None:
-        first = scene.shots[0] if scene.shots else None
-        its = (None, 0.0) if first is None else (scene.index[first.ball], first.roll)
-        roll = rolled(scene, begun["velocity"], *its)
-    if "roll" in shot:
-        roll = rolled(scene, begun["velocity"], watched, shot["roll"], roll)
-    return begun["position"], begun["velocity"], rest, roll
-
-
-def _struck_ball(scene: Scene, velocity: Floats, shot: Mapping[str, Floats]) -> int:
-    """Return the number of the watched ball, whose speed, direction or roll is another one."""
-    ball, first = _watched(scene, velocity), next(iter(shot))
-    if ball == NOTHING:
-        message = "no ball is struck: there is no cue ball, and none moves"
-        raise setting_error("vary", first, message)
-    if "speed" not in shot and not np.nan_to_num(velocity[:, ball]).any():
-        message = f"ball {scene.balls[ball].id} rests: vary its speed, too"
-        raise setting_error("vary", first, message)
-    return ball
+            found[name] = values
+    return found
 
 
 def _points(key: str, value: Any, own: Sequence[Point]) -> Floats:
@@ -263,11 +272,11 @@ def _points(key: str, value: Any, own: Sequence[Point]) -> Floats:
 def _values(key: str, value: Any, scene: Scene) -> Floats:
     """Read what differs from shot to shot: (S,), or for the masses of all balls (S, N) as well."""
     name, balls = f"vary[{key!r}]", len(scene.balls)
-    row = TABLE["mass"] if key == "mass" else row_of("vary", key, scene, ["mass"])[0]
     if key == "mass":
-        found = _array(name, value, [(), (balls,)], f"(S,) or (S, {balls})")
+        row, shapes, wanted = inputs.TABLE[key], [(), (balls,)], f"(S,) or (S, {balls})"
     else:
-        found = _array(name, value, [()], "(S,)")
+        row, shapes, wanted = inputs.row_of("vary", key, scene, ["mass"])[0], [()], "(S,)"
+    found = _array(name, value, shapes, wanted)
     bad = row.bad(found)
     _refuse(name, bad, next(iter(found[bad].tolist()), None), row.limits)
     return found

@@ -11,8 +11,9 @@ import numpy as np
 
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.fast.places import may_lie
+from pool_pymunk.fast.shots import opening
 from pool_pymunk.model import Point, Scene, Shot
-from pool_pymunk.model.inputs import SHOT, input_value, rolled, row_of, struck
+from pool_pymunk.model.inputs import SHOT, input_value, row_of
 from pool_pymunk.model.plain import argument, read_pair, size, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
@@ -131,6 +132,7 @@ class _ShotSearch:
     """A search knows the scene, what is asked for, and the player.
 
     A spot (5,) is a shot: angle (degrees), speed (m/s), roll, and the x and y (m) of its ball.
+    A try (5 + P,) is a spot, and the errors of P other inputs if there are any.
     """
 
     def __init__(
@@ -193,40 +195,30 @@ class _ShotSearch:
             spot[0] = low + (spot[0] - low) % 360.0
         return np.clip(spot, self.low, self.high)
 
-    def places(self, tries: Array) -> tuple[Array, Mask]:
-        """Return the places of the balls (S, N, 2) for spots (S, 5), and where there is room."""
-        position, has_room = np.tile(self.position, (len(tries), 1, 1)), np.ones(len(tries), bool)
-        if "x" in self.varied:
-            position[:, self.ball] = tries[:, 3:]
-            has_room = np.asarray(may_lie(self.scene, position).all(axis=1))
-            position[~has_room] = self.position
-        return position, has_room
-
-    def play(self, tries: Array, others: Array | None = None) -> tuple[Batch, Mask]:
-        """Play spots (S, 5) with errors (S, P) of other inputs; tell where the ball has room."""
-        (angle, speed, share, _, _), vary = tries.T, dict[str, Array]()
-        for name, errors in zip(self.others, () if others is None else others.T, strict=False):
+    def play(self, tries: Array) -> tuple[Batch, Mask]:
+        """Play tries (S, 5 + P), and tell in which the ball has room."""
+        angle, speed, roll, x, y, *others = tries.T
+        values = {"angle": angle, "speed": np.maximum(speed, 0.0), "roll": roll}
+        for name, errors in zip(self.others, others, strict=False):
             if name == "roll":
-                share = share + errors
+                values[name] = roll + errors
             else:
                 row, _ = row_of("errors", name, self.scene)
-                vary[name] = row.clipped(input_value(self.scene, name) + errors)
+                values[name] = row.clipped(input_value(self.scene, name) + errors)
+        starts, has_room = np.tile(self.position, (len(tries), 1, 1)), np.ones(len(tries), bool)
+        if "x" in self.varied:
+            starts[:, self.ball] = np.stack((x, y), axis=-1)
+            has_room = np.asarray(may_lie(self.scene, starts).all(axis=1))
+            starts[~has_room] = self.position
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(tries), 1, 1))
-        for name in [name for name in vary if name[:3] in ("vx.", "vy.")]:
-            velocity[:, self.scene.index[name[3:]], "xy".index(name[1])] = vary.pop(name)
-        its = {"speed": np.maximum(speed, 0.0), "angle": angle}
-        velocity[:, self.ball] = struck(velocity[:, self.ball], its)
-        roll = rolled(self.scene, velocity, self.ball, share)
-        (position, has_room), law = self.places(tries), self.law
-        batch = simulate_many(self.scene, position, velocity, roll=roll, law=law, vary=vary)
-        return batch, has_room
+        *begun, vary, rolls = opening(self.scene, starts, velocity, values, self.ball)
+        return simulate_many(self.scene, *begun, vary=vary, roll=rolls, law=self.law), has_room
 
-    def does(self, tries: Array, others: Array | None = None) -> Mask:
-        """Tell which of these spots (S, 5) do what is asked; a part at once is in memory."""
+    def does(self, tries: Array) -> Mask:
+        """Tell which of these tries (S, 5 + P) do what is asked; a part at once is in memory."""
         found = []
         for k in range(0, len(tries), AT_ONCE):
-            errors = None if others is None else others[k : k + AT_ONCE]
-            batch, has_room = self.play(tries[k : k + AT_ONCE], errors)
+            batch, has_room = self.play(tries[k : k + AT_ONCE])
             answer = np.asarray(self.wanted(batch))
             if answer.shape != (len(batch),) or answer.dtype != np.bool_:
                 message = f"must return a Boolean array of shape ({len(batch)},)"
@@ -236,7 +228,7 @@ class _ShotSearch:
         return np.concatenate(found)
 
     def look(self, tries: int) -> list[Array]:
-        """Look at a grid, and return the spots at which most around does it."""
+        """Look at a grid, and return the spots around which most tries do what is asked."""
         deep = [count if key in self.varied else 1 for key, count in FURTHER.items()]
         wide = max(tries // (TALL * math.prod(deep)), 2)
         axes = [*map(np.linspace, self.low, self.high, (wide, TALL, *deep))]
@@ -257,26 +249,29 @@ class _ShotSearch:
     def closely(self, spot: Array, samples: int) -> Found | None:
         """Move a spot to where most tries around it do what is asked, and measure their share."""
         numbers = uniforms(self.seed, range(samples), 4)
-        errors = np.zeros((samples, len(spot)))
-        errors[:, :2] = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
         more = uniforms(self.seed + APART, range(samples), 2 * len(self.others))
-        each = [s * normal(more[:, 2 * k :]) for k, s in enumerate(self.others.values())]
-        others, width = np.array(each).reshape(-1, samples).T, 1.0
-        for _ in range(STEPS):
-            tries = spot + width * errors
-            does = self.does(tries, width * others)
+        errors = np.zeros((samples, len(spot) + len(self.others)))
+        errors[:, :2] = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
+        for k, error in enumerate(self.others.values()):
+            errors[:, len(spot) + k] = error * normal(more[:, 2 * k :])
+        for k in range(STEPS):
+            tries = self.around(spot, errors * NARROWER**k)
+            does = self.does(tries)
             if does.any():
-                middle = self.within(tries[does].mean(axis=0))
+                middle = self.within(tries[does].mean(axis=0)[: len(spot)])
                 spot = middle if self.does(middle[np.newaxis])[0] else spot
-            width *= NARROWER
         run = self.played(spot)
         if run is None:
             return None
         if self.balls:
             spot, run = self.improved(spot, run)
-        share, (angle, speed, *_) = float(self.does(spot + errors, others).mean()), spot.tolist()
+        share, (angle, speed, *_) = self.does(self.around(spot, errors)).mean(), spot.tolist()
         assert run.shot is not None
-        return Found(run.shot, angle, speed, share, run, self.off(run))
+        return Found(run.shot, angle, speed, float(share), run, self.off(run))
+
+    def around(self, spot: Array, errors: Array) -> Array:
+        """Return tries of a spot with these errors, (S, 5 + P)."""
+        return errors + np.pad(spot, (0, len(self.others)))
 
     def played(self, spot: Array) -> Run | None:
         """Play a shot exactly; return None if it does not do what is asked for."""

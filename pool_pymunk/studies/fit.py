@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import write_rows
 from pool_pymunk.studies import Mask, known
-from pool_pymunk.studies.fit_doubts import CAUCHY, SAME, Optimum, doubts, loss
+from pool_pymunk.studies.fit_doubts import CAUCHY, SAME, Optimum, doubts, loss, scipy
 from pool_pymunk.studies.measured import Forecast, Measurement, read_measured
 
 # These are efforts, chosen so that the fits of tests/test_fit.py find their minima.
@@ -122,14 +121,14 @@ def _with_error(value: float, error: float) -> str:
 def write_csv(found: Fit, path: Path) -> None:
     """Write one row a place: measured, fitted, and how far off it is, in the scenario's unit."""
     unit = found.scene.units.from_si(1.0, "length")
-    shots, rows = [shot.name for shot in found.scene.shots] or [""], []
-    for m, one in enumerate(found.measured):
-        (dx, dy), before = (found.residuals[m] * unit).tolist(), found.residuals_before[m] * unit
-        x, y, off_before = one.x * unit, one.y * unit, float(np.hypot(*before))
-        numbers = (x, y, x - dx, y - dy, math.hypot(dx, dy), off_before)
-        written = (f"{number:.10g}" for number in numbers)
-        rows.append([shots[one.shot - 1], one.ball, one.t, *written, int(found.used[m])])
-    write_rows(path, COLUMNS, rows)
+    shots = [shot.name for shot in found.scene.shots] or [""]
+    places = np.array([(one.x, one.y) for one in found.measured])
+    off = (np.hypot(*each.T) for each in (found.residuals, found.residuals_before))
+    numbers = unit * np.column_stack((places, places - found.residuals, *off))
+    write_rows(path, COLUMNS, (
+        [shots[one.shot - 1], one.ball, one.t, *(f"{each:.10g}" for each in its), int(used)]
+        for one, its, used in zip(found.measured, numbers, found.used, strict=True)
+    ))  # fmt: skip
 
 
 def _rms(residuals: Array) -> float:
@@ -234,8 +233,8 @@ class _Minimizer:
         self, forecast: Forecast, error: float | None, seed: int,
         on_done: Callable[[int, int], object] | None = None,
     ) -> None:  # fmt: skip
-        self.forecast, self.error, self.seed, self.on_done = forecast, error, seed, on_done
-        self.done = self.planned = 0
+        self.forecast, self.error, self.seed = forecast, error, seed
+        self.on_done, self.done, self.planned = on_done or (lambda *_: None), 0, 0
         self.names, self.own, self.sizes = forecast.names, forecast.own, forecast.sizes
         self.low, self.high = forecast.low, forecast.high
         self.used: Mask = np.ones(len(forecast.measured), dtype=bool)
@@ -286,8 +285,7 @@ class _Minimizer:
     def _tell(self, done: int) -> None:
         """Count these tries as done, and say how far the fit has come."""
         self.done += done
-        if self.on_done is not None:
-            self.on_done(self.done, self.planned)
+        self.on_done(self.done, self.planned)
 
     def _sound(self, values: Array) -> Mask:
         """Tell which places have derivatives here."""
@@ -307,7 +305,7 @@ class _Minimizer:
         if best is not None and k % 2 == 1:
             close = CLOSE * (high - low) * 0.5 ** (k // 2)
             low, high = best.values - close, best.values + close
-        halton = _scipy("stats").qmc.Halton(len(self.names), scramble=False)
+        halton = scipy("stats").qmc.Halton(len(self.names), scramble=False)
         shift = np.random.default_rng(self.seed).random(len(self.names))
         looks = min(LOOKS * len(self.names), MOST_LOOKS)
         halton.fast_forward(k * looks)
@@ -344,7 +342,7 @@ class _Minimizer:
     def _down(self, values: Array, scale: float) -> Array:
         """Minimize Cauchy's loss for errors of this scale (m)."""
         used, forecast = self.used, self.forecast
-        found = _scipy("optimize").least_squares(
+        found = scipy("optimize").least_squares(
             lambda at: forecast.residuals(at)[used].ravel() / scale, values,
             lambda at: -forecast.jacobian(at, used) / scale, bounds=(self.low, self.high),
             x_scale=self.sizes, loss="cauchy", f_scale=CAUCHY, max_nfev=STEPS,
@@ -366,19 +364,10 @@ class _Minimizer:
         return other if self._is_as_good(best, other.values) else best
 
     def _is_as_good(self, best: Optimum, values: Array) -> bool:
-        costs = (self.forecast.residuals(at)[self.used] for at in (values, best.values))
-        now, before = (loss(each, best.sigma) for each in costs)
-        return now <= before + SETTLED
+        now = loss(self.forecast.residuals(values)[self.used], best.sigma)
+        return now <= loss(best.residuals[self.used], best.sigma) + SETTLED
 
     def _judged(self, best: Optimum) -> Optimum:
         """Return where a search has come to as its doubts take it; a stated error is the scale."""
         sigma = self.error or best.sigma
         return Optimum(self.forecast, best.values, best.used, sigma, self.error is not None)
-
-
-def _scipy(part: str) -> Any:
-    """Return a part of SciPy, or say how to get it."""
-    try:
-        return import_module(f"scipy.{part}")
-    except ImportError:
-        raise ImportError("fit needs SciPy: pip install 'pool-pymunk[fit]'") from None

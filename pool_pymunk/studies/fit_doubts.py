@@ -1,7 +1,7 @@
 """This module doubts a fit: it says what the data cannot tell, and which errors mean little.
 
-It has the statistics of data that may have blunders. The loss is Cauchy's. It makes of an error r
-psi(r) = r / (1 + (r / (CAUCHY scale))^2), so an error that is far beyond the scale hardly counts.
+It has the statistics of data that may have blunders. The loss is Cauchy's: an error r counts as
+psi(r) = r / (1 + (r / (CAUCHY scale))^2), which is small for an error far beyond the scale.
 """
 
 from __future__ import annotations
@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cached_property
+from importlib import import_module
 from itertools import compress
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +29,9 @@ CAUCHY = 2.385
 PSI_SQUARED, PSI_SLOPE, WEIGHT = 0.51195288, 0.69739269, 0.87739713
 MEDIAN = 0.6744898  # the median size of a standard normal number
 ROUNDS, SETTLED = 200, 1e-6  # tries of a scale in its own equation, until it changes by this share
-RARE = 3.0902  # standard deviations, which a normal number passes once in a thousand times
+RARE = 1e-3  # Normal errors leave more than the largest excess once in a thousand times.
 EXACT = 1e-12  # m; errors are never taken for smaller: some thousand units of rounding of a table
-NOTHING = 1e-13  # of the largest derivative; some hundred units of rounding are smaller
+NOTHING = 1e-13  # of the largest derivative; what is smaller is rounding, some hundred units
 SAME = 1e-7  # of the strongest direction; the root of rounding, as in squares of derivatives
 
 # These limits decide only what is said of a fit. They were chosen.
@@ -43,6 +45,14 @@ COARSE = 0.1
 ROUNDING = 1e-9  # m; nobody measures places better, so what is smaller is rounding
 
 
+def scipy(part: str) -> Any:
+    """Return a part of SciPy, or say how to get it."""
+    try:
+        return import_module(f"scipy.{part}")
+    except ImportError:
+        raise ImportError("fit needs SciPy: pip install 'pool-pymunk[fit]'") from None
+
+
 def weights(residuals: Array, scale: float) -> Array:
     """Return psi(r) / r: 1 for what is near, and almost 0 for a blunder."""
     return np.asarray(1.0 / (1.0 + (residuals / (CAUCHY * scale)) ** 2))
@@ -51,15 +61,6 @@ def weights(residuals: Array, scale: float) -> Array:
 def loss(residuals: Array, scale: float) -> float:
     """Return Cauchy's loss for errors of this scale (m)."""
     return float(np.log1p((residuals / (CAUCHY * scale)) ** 2).sum())
-
-
-def first_scale(residuals: Array, free: int) -> float:
-    """Return a first guess of the errors' standard deviation (m): it is that of the median."""
-    count, spare = len(residuals), len(residuals) - free
-    if spare <= 0:
-        return max(math.sqrt(float((residuals**2).mean())) if count else 0.0, EXACT)
-    typical = float(np.median(np.abs(residuals))) / MEDIAN
-    return max(typical * math.sqrt(count / spare), EXACT)
 
 
 def robust_scale(residuals: Array, scale: float, free: int) -> float | None:
@@ -99,15 +100,8 @@ def excess(residuals: Array, sigma: float, free: int) -> float:
 
 
 def largest_excess(spare: int) -> float:
-    """Return the excess that normal errors pass once in a thousand times.
-
-    It is the quantile of chi-squared by E. B. Wilson and M. M. Hilferty, PNAS 17, 1931, 684.
-
-    >>> round(largest_excess(10), 3), round(largest_excess(1000), 3)
-    (1.725, 1.07)
-    """
-    share = 2.0 / (9.0 * spare)
-    return math.sqrt((1.0 - share + RARE * math.sqrt(share)) ** 3)
+    """Return the excess that normal errors pass once in a thousand times: a quantile of chi."""
+    return float(math.sqrt(scipy("special").chdtri(spare, RARE) / spare))
 
 
 def blind_part(jacobian: Array) -> Array:
@@ -139,8 +133,8 @@ class Optimum:
     ``residuals`` (M, 2) are measured less fitted places (m), and ``off`` (2 U,) those that are
     used. ``jacobian`` (2 U, P) are their derivatives, 0 where there is none, and ``scaled`` those
     by the numbers in units of their scales. Of a change of these ``blind`` (P, P) keeps what
-    nothing measured notices. ``depends`` (2 U,) says which data depend on something that is free by
-    more than rounding, ``rank`` counts the numbers that these tell, and ``spare`` the data beyond.
+    nothing measured notices. ``depends`` (2 U,) says which data depend on a free number by more
+    than rounding; they determine ``rank`` numbers, and ``spare`` of them are left over.
     ``knows_sigma`` says whether the error is stated or can be estimated.
     """
 
@@ -163,7 +157,12 @@ class Optimum:
     def scale(self, last: float | None) -> float:
         """Estimate the errors' standard deviation (m), by what depends on what is free, if any."""
         off = self.off[self.depends] if len(self.values) else self.off
-        return (last and robust_scale(off, last, self.rank)) or first_scale(off, self.rank)
+        if last and (robust := robust_scale(off, last, self.rank)):
+            return robust
+        count, spare = len(off), len(off) - self.rank
+        if spare > 0:  # It is that of the median.
+            return max(float(np.median(np.abs(off))) / MEDIAN * math.sqrt(count / spare), EXACT)
+        return max(math.sqrt(float((off**2).mean())) if count else 0.0, EXACT)
 
     @property
     def excess(self) -> float:
@@ -270,15 +269,14 @@ def _why(found: Optimum, name: str) -> str:
 
 def _loose(found: Optimum) -> Iterator[str]:
     """Doubt numbers that are hardly distinguished, that end at a bound, or that end at a jump."""
-    for i, j in zip(*np.tril_indices(len(found.forecast.names), -1), strict=True):
+    names = found.forecast.names
+    for i, j in zip(*np.tril_indices(len(names), -1), strict=True):
         if abs(share := found.correlations[i, j]) > ALIKE:
-            both = f"{found.forecast.names[j]} and {found.forecast.names[i]}"
+            both = f"{names[j]} and {names[i]}"
             yield f"{both} are hardly distinguished (their correlation is {share:.4f})"
     for bounds in (found.forecast.low, found.forecast.high):
-        near = np.abs(found.values - bounds) < 1e-3 * found.forecast.sizes
-        for k in np.flatnonzero(near):
-            name = found.forecast.names[k]
-            yield f"{name} ends at its bound, {bounds[k]:g}: its error means nothing"
+        for k in np.flatnonzero(np.abs(found.values - bounds) < 1e-3 * found.forecast.sizes):
+            yield f"{names[k]} ends at its bound, {bounds[k]:g}: its error means nothing"
     known = np.isfinite(found.errors)
     weight = np.sqrt(weights(found.off, found.sigma))
     by_errors = found.jacobian[:, known] * found.errors[known] * weight[:, np.newaxis]
@@ -292,18 +290,18 @@ def _loose(found: Optimum) -> Iterator[str]:
 
 def _bent(found: Optimum) -> Iterator[str]:
     """Doubt errors within which places do not go where the derivatives say."""
-    weight = np.sqrt(weights(found.off, found.sigma))
+    forecast, weight = found.forecast, np.sqrt(weights(found.off, found.sigma))
     for k in np.flatnonzero(found.errors > 0.0):
-        for step in (-2.0 * found.errors[k], 2.0 * found.errors[k]):
+        for side in (-2.0, 2.0):
             values = found.values.copy()
-            low, high = found.forecast.low[k], found.forecast.high[k]
-            values[k] = np.clip(values[k] + step, low, high)
+            moved = values[k] + side * found.errors[k]
+            values[k] = np.clip(moved, forecast.low[k], forecast.high[k])
             said = (values[k] - found.values[k]) * found.jacobian[:, k]
-            came = found.off - found.forecast.residuals(values)[found.used].ravel()
-            off, moved = (math.sqrt(((weight * v) ** 2).sum()) for v in (came - said, said))
-            if not off <= BENT * moved + EXACT:
+            came = found.off - forecast.residuals(values)[found.used].ravel()
+            off, most = (np.linalg.norm(weight * each) for each in (came - said, said))
+            if not off <= BENT * most + EXACT:
                 yield (
-                    f"{found.forecast.names[k]}: within two standard errors places do not move in "
+                    f"{forecast.names[k]}: within two standard errors places do not move in "
                     "proportion to it, so its error is only a guide"
                 )
                 break

@@ -1,4 +1,4 @@
-"""This module reads where balls were measured, and predicts that by the numbers of the scene.
+"""This module reads where balls were measured, and predicts it from the numbers of a scene.
 
 Measured places are in a CSV file, in rows, or they are a scenario's published ends.
 """

@@ -3,8 +3,8 @@
 The exact solver plays every draw, so the spread comes from the scene alone. For small errors
 derivatives say the same at once: for errors drawn uniformly within +-h the covariance of the ends
 is D diag(h^2 / 3) D^T. Larger errors put contacts in another order; a few samples find out where
-that begins. A shot that aims at a ball aims at where that ball is in each sample, and a shot that
-goes on from the one before starts where that one ends, played from the same sample.
+that begins. A shot aims at where its ball is in each sample, and one that goes on from another
+starts where that one ends, played from the same sample.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.fast.batch import STATUSES
 from pool_pymunk.fast.many import empty, play_all
-from pool_pymunk.fast.shots import read_source
+from pool_pymunk.fast.shots import opening, read_source
 from pool_pymunk.model import Point, Scene, Shot, inputs
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law, find_law
@@ -36,7 +36,7 @@ from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.changes import law_of
 from pool_pymunk.studies.compare import Beside, Reference, reference_of
 from pool_pymunk.studies.derivatives import follow
-from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, launched
+from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of, launched
 
 MAX_TIME = STATUSES.index("max_time")
 PRINTED_DECIMALS = 2  # the decimals of a printed end, in the scenario's unit of length
@@ -216,135 +216,126 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Study:
-    """A study plays samples of a ``chain`` of shots, and compares them with the reference run."""
+    """A study plays samples of a ``chain`` of shots, and compares them with the reference run.
+
+    ``widths`` are half those of the ranges of uncertain inputs, by names such as "turn.2", and
+    ``places`` those of the balls as the first shot of the chain begins (m).
+    """
 
     chain: tuple[Shot | None, ...]
     reference: Run
     beside: Reference
     law: Law
-    uncertainty: Uncertainty
+    widths: Mapping[str, float]
+    places: Array
 
-    def errors(self) -> dict[str, float]:
-        """Return half the width of the range of every input, by its name, angles in degrees."""
-        scene, own = self.reference.scene, self.uncertainty
-        widths = own.widths(scene).ravel().tolist()
-        found = dict(zip(inputs.names_in(scene)["position"], widths, strict=True))
-        for k in range(1, len(self.chain) + 1):
-            found |= {f"speed.{k}": own.speed, f"turn.{k}": math.degrees(own.angle)}
-        return found | self.further
-
-    @property
-    def places(self) -> tuple[Point, ...]:
-        """The places of the balls as the first shot of the chain begins (m)."""
-        return self.reference.scene.start(self.chain[0]).position
-
-    @property
-    def further(self) -> dict[str, float]:
-        """The half widths of further inputs by their names; each shot has a roll of its own."""
-        own, shots = self.uncertainty.inputs, range(1, len(self.chain) + 1)
-        rolls = {f"roll.{k}": own["roll"] for k in shots if "roll" in own}
-        return {name: width for name, width in own.items() if name != "roll"} | rolls
-
-    def draw(
-        self, samples: int, seed: int, scale: float = 1.0
-    ) -> tuple[Array, dict[str, Array], int]:
-        """Draw starts (S, N, 2) in m, and errors (S,) such as "turn.2"; count balls moved apart."""
-        scene, own = self.reference.scene, self.uncertainty.scaled(scale)
+    def draw(self, samples: int, seed: int, scale: float = 1.0) -> tuple[dict[str, Array], int]:
+        """Draw errors (S,) of the inputs by their names, and count balls that were moved apart."""
+        scene, names = self.reference.scene, inputs.names_in(self.reference.scene)["position"]
         rng = np.random.default_rng(seed)
-        shots = rng.uniform(-1.0, 1.0, (samples, len(self.chain), 2)) * (own.speed, own.angle)
-        sampler = StartSampler(scene, own.widths(scene), self.places)
-        starts, errors = sampler.starts(samples, rng), dict[str, Array]()
-        for k, (speed, turn) in enumerate(shots.transpose(1, 2, 0), start=1):
-            errors |= {f"speed.{k}": speed, f"turn.{k}": np.degrees(turn)}
-        for name, width in self.further.items():
-            row = inputs.TABLE[inputs.parts(name)[0]]
-            value = 0.0 if row.of == inputs.SHOT else inputs.input_value(scene, name)
-            drawn = value + scale * width * rng.uniform(-1.0, 1.0, samples)
-            errors[name] = row.clipped(drawn) - value
-        return starts, errors, sampler.overlapping
+        of_shots = rng.uniform(-1.0, 1.0, (samples, len(self.chain), 2))
+        widths = np.array([scale * self.widths.get(name, 0.0) for name in names])
+        sampler = StartSampler(scene, widths.reshape(-1, 2), self.places)
+        off = sampler.starts(samples, rng) - self.places
+        errors = dict(zip(names, off.reshape(samples, -1).T, strict=True))
+        for name, width in self.widths.items():
+            kind, whose = inputs.parts(name)
+            row = inputs.TABLE[kind]
+            if kind in ("speed", "turn"):
+                errors[name] = scale * width * of_shots[:, int(whose) - 1, int(kind == "turn")]
+            elif name not in errors:
+                value = 0.0 if row.of == inputs.SHOT else inputs.input_value(scene, name)
+                drawn = value + scale * width * rng.uniform(-1.0, 1.0, samples)
+                errors[name] = row.clipped(drawn) - value
+        return errors, sampler.overlapping
 
     def play(
-        self, position: Array, errors: Mapping[str, Array], threads: int | None, done: Any = None
+        self, errors: Mapping[str, Array], threads: int | None, done: Any = None
     ) -> tuple[dict[str, NDArray[Any]], Mask]:
         """Play samples through all shots of the chain; return arrays, and which are finished."""
-        scene, count = self.reference.scene, len(position)
-        velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
-        pocketed, finished = np.full(position.shape[:2], -1), np.ones(count, dtype=bool)
-        carried = None
-        others = {
+        scene, names = self.reference.scene, inputs.names_in(self.reference.scene)["position"]
+        off = np.array([errors[name] for name in names]).T.reshape(-1, *self.places.shape)
+        starts = self.places + off
+        values = {
             name: inputs.input_value(scene, name) + errors[name]
-            for name in self.uncertainty.inputs if name != "roll"
-        }  # fmt: skip
-        for name in [name for name in others if name[:3] in ("vx.", "vy.")]:
-            velocity[:, scene.index[name[3:]], "xy".index(name[1])] = others.pop(name)
-        errors_of_places, position = position - self.places, position.copy()
+            for name in self.widths.keys() - set(names)
+            if inputs.TABLE[inputs.parts(name)[0]].of != inputs.SHOT
+        }
+        velocity = np.tile([ball.velocity for ball in scene.balls], (len(off), 1, 1))
+        position, velocity, values, _ = opening(scene, starts.copy(), velocity, values)
+        pocketed, finished = np.full(off.shape[:2], -1), np.ones(len(off), dtype=bool)
+        carried = None
         for k, shot in enumerate(self.chain, start=1):
+            is_last, ball, its = k == len(self.chain), None, dict[str, Any]()
             if shot is not None and shot.place is not None:
                 i = scene.index[shot.ball]
-                position[:, i], pocketed[:, i] = shot.place + errors_of_places[:, i], -1
+                position[:, i], pocketed[:, i] = shot.place + off[:, i], -1
             there = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
-            ball, share = None, None
             if shot is not None:
-                ball, share = scene.index[shot.ball], shot.roll + errors.get(f"roll.{k}", 0.0)
-                of_shot = errors[f"speed.{k}"], errors[f"turn.{k}"]
-                velocity, is_struck = _struck(scene, shot, there, velocity, of_shot)
-                finished &= is_struck
-            is_last = k == len(self.chain)
-            roll = inputs.rolled(scene, velocity, ball, share, carried)
-            source = read_source(scene, there, velocity, others, self.law, None, roll)
+                ball = scene.index[shot.ball]
+                velocity[:, ball], its, is_lost = self._struck(k, shot, there, errors)
+                finished &= ~is_lost
+            there, velocity, vary, rolls = opening(
+                scene, there, velocity, values | its, ball, carried
+            )
+            source = read_source(scene, there, velocity, vary, self.law, None, rolls)
             out = empty(*there.shape[:2])
             found = Beside(self.reference, self.beside, out)
             tell = done if is_last and done else lambda _: None
             play_all(source, out, threads, tell, found if is_last else None)
             # Balls still move where time was up.
-            velocity, carried = np.zeros(position.shape), np.zeros(position.shape)
+            velocity, carried = np.zeros(off.shape), np.zeros(off.shape)
             for s in () if is_last else np.flatnonzero(out.status == MAX_TIME).tolist():
                 end = source.run(s, measures_policies=False).end
                 velocity[s], carried[s] = end.velocity, end.roll or 0.0
             for s, i in np.argwhere(pocketed >= 0).tolist():  # They lie in their pockets.
-                off = self.beside.path[:, i : i + 1] - position[s, i]
-                found.departure[s, i] = found.first_off(off)[0]
+                gap = self.beside.path[:, i : i + 1] - position[s, i]
+                found.departure[s, i] = found.first_off(gap)[0]
             finished &= out.status <= MAX_TIME
             pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
             position = np.where(np.isnan(out.final), position, out.final)
-        arrays = {"ends": position, "left": found.departure, "same_contacts": found.same}
-        return arrays | {"pocketed": pocketed}, finished
+        arrays = {"starts": starts, "ends": position, "left": found.departure}
+        return arrays | {"same_contacts": found.same, "pocketed": pocketed}, finished
+
+    def _struck(
+        self, k: int, shot: Shot, there: Array, errors: Mapping[str, Array]
+    ) -> tuple[Array, dict[str, Any], Mask]:
+        """Return the ball's velocities (S, 2), its other inputs, and where its aim is gone."""
+        own = launched(self.reference.scene, shot, there)
+        is_off = np.isnan(there[:, self.reference.scene.index[shot.ball]]).any(axis=-1)
+        is_lost = np.isnan(own).any(axis=-1) & ~is_off
+        own[is_off | is_lost] = 0.0
+        faster, turn, roll = (errors.get(f"{n}.{k}", 0.0) for n in ("speed", "turn", "roll"))
+        its: dict[str, Any] = {"roll": shot.roll + roll}
+        if np.any(faster) or np.any(turn):
+            speed = np.maximum(np.hypot(*own.T) + faster, 0.0)
+            its |= {"speed": np.where(is_off, 0.0, speed), "turn": turn}
+        return own, its, np.asarray(is_lost)
 
 
 def read_study(
     scene: Scene, shot: Shot | None, uncertainty: Uncertainty, law: str | Law | None = None
 ) -> Study:
     """Play the reference run; raise SettingError where the shot cannot be studied."""
-    uncertainty = uncertainty.everywhere(scene)
-    chain = [shot]
+    chain, widths = [shot], dict[str, float]()
     while (first := chain[0]) and (before := shot_before(scene, first)):
         chain.insert(0, before)
-    if shot is None and (uncertainty.speed or uncertainty.angle or "roll" in uncertainty.inputs):
-        said = "there is no shot whose speed or angle (or roll) could be uncertain"
-        raise SettingError(f"shot = none: {said}")
-    for name in uncertainty.inputs:
-        inputs.row_of("inputs", name, scene, (), first)
+    for name, width in uncertainty.by_name(scene).items():
+        row, _ = inputs.row_of("inputs", name, scene, (), first)
+        if row.of == inputs.SHOT and shot is None:
+            said = "there is no shot whose speed or angle (or roll) could be uncertain"
+            raise SettingError(f"shot = none: {said}")
+        shots = range(1, len(chain) + 1)
+        its = [f"{name}.{k}" for k in shots] if row.of == inputs.SHOT else [name]
+        widths |= dict.fromkeys(its, width)
     reference = simulate(scene, shot, solver=reference_solver().name, law=law)
     if not reference.success:
         raise SettingError(f"shot = {reference.name}: {ENDS[reference.status]}")
     digit = 2.0 * float(uncertainty.widths(scene).max())
     agree = digit or scene.units.to_si(10.0**-PRINTED_DECIMALS, "length")
     law, beside = find_law(law or reference.scene.physics.law), reference_of(reference, agree)
-    return Study(tuple(chain), reference, beside, law, uncertainty)
-
-
-def _struck(
-    scene: Scene, shot: Shot, there: Array, velocity: Array, change: tuple[Array, Array]
-) -> tuple[Array, Mask]:
-    """Return velocities (S, N, 2) as a shot begins, and where it can: its aim may be gone."""
-    ball, own, (faster, turn) = scene.index[shot.ball], launched(scene, shot, there), change
-    if faster.any() or turn.any():
-        speed = np.maximum(np.hypot(*own.T) + faster, 0.0)
-        own = inputs.struck(own, {"speed": speed, "turn": turn})
-    is_there, is_struck = (np.isfinite(each).all(axis=-1) for each in (there[:, ball], own))
-    both, velocity = is_there & is_struck, velocity.copy()
-    velocity[both, ball] = own[both]
-    return velocity, np.asarray(is_struck | ~is_there)
+    places = np.array(reference.scene.start(first).position)
+    return Study(tuple(chain), reference, beside, law, widths, places)
 
 
 def sensitivity(
@@ -380,11 +371,11 @@ def sensitivity(
     began = time.perf_counter()
     samples, seed = argument("samples", samples, whole(2)), argument("seed", seed, whole(0))
     study = read_study(scene, find_shot(scene, shot), uncertainty, law)
-    starts, errors, rejected = study.draw(samples, seed)
-    arrays, finished = study.play(starts, errors, threads, on_done)
+    errors, rejected = study.draw(samples, seed)
+    arrays, finished = study.play(errors, threads, on_done)
     if not finished.any():
         raise SettingError(f"shot = {study.reference.name}: none of the samples could be finished")
-    arrays = {key: each[finished] for key, each in (arrays | {"starts": starts}).items()}
+    arrays = {key: each[finished] for key, each in arrays.items()}
     return Sensitivity(
         study.reference, uncertainty, seed, study.beside.agree, **arrays, rejected=rejected,
         unfinished=int((~finished).sum()), wall_time=time.perf_counter() - began,
@@ -492,12 +483,13 @@ def linear(
     (0.0034, True)
     """
     study = read_study(scene, find_shot(scene, shot), uncertainty, law)
-    errors = {name: width for name, width in study.errors().items() if width > 0.0}
     exact = reference_solver().name
     runs = simulate_all(study.reference.scene, study.chain, solver=exact, law=study.law)
-    *_, last = chain = [found for _, found in follow(dict(enumerate(runs, start=1)), tuple(errors))]
+    *_, last = chain = [
+        found for _, found in follow(dict(enumerate(runs, start=1)), tuple(study.widths))
+    ]
     warned = dict.fromkeys(warning for found in chain for warning in found.warnings)
-    by_errors = last.final * np.array(list(errors.values()))
+    by_errors = last.final * np.array(list(study.widths.values()))
     low, high = least, _ = math.log2(NARROWEST), math.log2(WIDEST)
     sound = np.isfinite(by_errors).all() and bool(np.any(by_errors))
     while sound and high - low > 0.1:
@@ -506,22 +498,17 @@ def linear(
         low, high = (middle, high) if holds_here else (low, middle)
     width = 2.0**low if low > least else 0.0
     holds = float(f"{width:.2g}") if sound else math.nan
-    alone = {
-        cause: replace(study, uncertainty=one.everywhere(scene)).errors()
-        for cause, one in uncertainty.causes(scene).items()
-    }
-    causes = {cause: [own.get(n, 0.0) > 0.0 for n in errors] for cause, own in alone.items()}
+    of = [cause_of(name) for name in study.widths]
+    causes = {cause: [each == cause for each in of] for cause in of}
     return Linear(study.reference, uncertainty, by_errors, holds, tuple(warned), causes)
 
 
 def _holds(study: Study, scale: float, by_errors: Array, seed: int) -> bool:
     """Tell whether most samples end within a tenth of what the derivatives say."""
-    starts, errors, _ = study.draw(TRIED, seed, scale)
-    played, finished = study.play(starts, errors, 1)
-    drawn = np.column_stack(((starts - study.places).reshape(TRIED, -1), *errors.values()))
-    widths = np.array(list(study.errors().values()))
-    shares = drawn[:, widths > 0.0] / widths[widths > 0.0]
-    said = np.einsum("nck,sk->snc", by_errors, shares)[finished]
+    errors, _ = study.draw(TRIED, seed, scale)
+    played, finished = study.play(errors, 1)
+    shares = np.array([errors[name] / width for name, width in study.widths.items()])
+    said = np.einsum("nck,ks->snc", by_errors, shares)[finished]
     came = (played["ends"] - study.reference.end.position)[finished]
     off, size = (np.sqrt((each**2).sum(axis=(1, 2))) for each in (came - said, said))
     return bool((off <= OFF * size).mean() >= MOST)

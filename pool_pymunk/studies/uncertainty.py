@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -18,7 +18,8 @@ import numpy as np
 
 from pool_pymunk.fast.places import may_lie
 from pool_pymunk.model import NEAREST, Point, Scene, Shot, Units
-from pool_pymunk.model.inputs import SHOT, in_units, input_value, names_in, row_of, unit_of
+from pool_pymunk.model import inputs as table
+from pool_pymunk.model.inputs import SHOT, TABLE, input_value, names_in, parts, row_of
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
@@ -55,11 +56,11 @@ class Uncertainty:
     def __post_init__(self) -> None:
         given: dict[str, float] = {"speed": self.speed, "angle": self.angle}
         given |= {f"inputs[{name!r}]": width for name, width in self.inputs.items()}
-        places = self.position if isinstance(self.position, Mapping) else {}
-        for id_, place in places.items():
-            axes = zip("xy", place, strict=True)
-            given |= {f"position of ball {id_} along {axis}": each for axis, each in axes}
-        if not isinstance(self.position, Mapping):
+        if isinstance(self.position, Mapping):
+            for id_, (x, y) in self.position.items():
+                where = f"position of ball {id_} along"
+                given |= {f"{where} x": x, f"{where} y": y}
+        else:
             given["position"] = self.position
         for key, value in given.items():
             if not (value >= 0.0 and math.isfinite(value)):
@@ -92,21 +93,20 @@ class Uncertainty:
             place = factor * place
         return Uncertainty(place, factor * self.speed, factor * self.angle, inputs)
 
-    def everywhere(self, scene: Scene) -> Uncertainty:
-        """Return the same uncertainty with its places, speed and angle apart from other inputs.
+    def by_name(self, scene: Scene) -> dict[str, float]:
+        """Return all half widths that are not 0 by the inputs' names, in SI, angles in degrees.
 
         Raises SettingError for an input that is not there, is given twice, or goes too far.
         """
-        shot, rest = {"speed": self.speed, "angle": self.angle}, dict[str, float]()
-        for name, width in self.inputs.items():
+        places = zip(names_in(scene)["position"], self.widths(scene).ravel().tolist(), strict=True)
+        found = dict(places) | {"speed": self.speed, "turn": math.degrees(self.angle)}
+        # The random numbers of a roll are drawn after all others.
+        for name, width in sorted(self.inputs.items(), key=lambda one: one[0] == "roll"):
             row, _ = row_of("inputs", name, scene)
-            kind = row.quantity
-            if row.of == SHOT and shot.get(kind):
-                raise setting_error("inputs", name, "is uncertain already")
-            if name == "roll":
-                rest[name] = width
-            elif row.of == SHOT:
-                shot[kind] = math.radians(width) if kind == "angle" else width
+            key = "turn" if name == "angle" else name
+            if row.of == SHOT:
+                if found.get(key):
+                    raise setting_error("inputs", name, "is uncertain already")
             elif row.group != "position":
                 if not any(name in names for names in names_in(scene).values()):
                     raise setting_error("inputs", name, "the scene leaves it out")
@@ -114,9 +114,8 @@ class Uncertainty:
                 if row.bad(ends).any():
                     said = f"the range {ends[0]:g} to {ends[1]:g} goes too far: it {row.limits}"
                     raise setting_error("inputs", name, said)
-                rest[name] = width
-        widths = dict(zip(scene.index, points(self.widths(scene)), strict=True))
-        return Uncertainty(widths, inputs=rest, **shot)
+            found[key] = width
+        return {name: width for name, width in found.items() if width}
 
     def causes(self, scene: Scene) -> dict[str, Uncertainty]:
         """Return what is uncertain, each on its own: "starts", "speed", "angle", and inputs.
@@ -125,15 +124,13 @@ class Uncertainty:
         >>> list(Uncertainty(1e-4, angle=0.01, inputs={"mass.8": 1e-3}).causes(load("report")))
         ['starts', 'angle', 'mass.8']
         """
-        own = self.everywhere(scene)
-        starts, further = own.widths(scene).max(), own.inputs.items()
-        alone = {
-            "starts": (starts, Uncertainty(own.position)),
-            "speed": (own.speed, Uncertainty(speed=own.speed)),
-            "angle": (own.angle, Uncertainty(angle=own.angle)),
-            **{name: (width, Uncertainty(inputs={name: width})) for name, width in further},
-        }
-        return {name: one for name, (width, one) in alone.items() if width > 0.0}
+        own = self.by_name(scene)
+        places = dict(zip(scene.index, points(self.widths(scene)), strict=True))
+        turn = math.radians(own.get("turn", 0.0))
+        alone = {"starts": Uncertainty(places), "angle": Uncertainty(angle=turn)}
+        alone["speed"] = Uncertainty(speed=own.get("speed", 0.0))
+        causes = dict.fromkeys(cause_of(name) for name in own)
+        return {one: alone.get(one) or Uncertainty(inputs={one: own[one]}) for one in causes}
 
     def described(self, scene: Scene) -> str:
         """Return the uncertainty in words, in the scenario's units.
@@ -142,19 +139,25 @@ class Uncertainty:
         >>> Uncertainty(0.000127, speed=0.01, angle=0.001).described(load("report"))
         'starts within ±0.005 in, speed ±0.01 m/s, angle ±0.0573°'
         """
-        units, said = scene.units, list[str]()
-        widths = [units.from_si(h, "length") for h in np.unique(self.widths(scene)).tolist()]
-        if widths[-1] > 0.0:
-            both = " to ".join(dict.fromkeys(f"±{h:.3g}" for h in (widths[0], widths[-1])))
-            said = [f"starts within {both} {units.length}"]
+        units, said, widths = scene.units, list[str](), self.widths(scene)
+        if widths.any():
+            ends = (units.from_si(float(h), "length") for h in (widths.min(), widths.max()))
+            both = " to ".join(dict.fromkeys(f"±{h:.3g}" for h in ends))
+            said.append(f"starts within {both} {units.length}")
         if self.speed:
             said.append(f"speed ±{units.from_si(self.speed, 'speed'):.3g} {units.speed}")
         if self.angle:
             said.append(f"angle ±{math.degrees(self.angle):.3g}°")
         for name, width in self.inputs.items():
-            value = f"{name} ±{in_units(units, name, width):.3g}"
-            said.append(f"{value} {unit_of(units, name)}".strip())
+            value = f"{name} ±{table.in_units(units, name, width):.3g}"
+            said.append(f"{value} {table.unit_of(units, name)}".strip())
         return ", ".join(said) or "no uncertainty"
+
+
+def cause_of(name: str) -> str:
+    """Return the cause of an error: "starts" for "x.C", "angle" for "turn.1"."""
+    causes = {"position": "starts", "speed": "speed", "turn": "angle", "roll": "roll"}
+    return causes.get(TABLE[parts(name)[0]].group, name)
 
 
 def written_uncertainty(scenario: str | Path) -> Uncertainty:
@@ -222,8 +225,7 @@ def uniforms(seed: int, shots: range, count: int) -> Array:
     blocks = -(-count // A_BLOCK)
     source = np.random.Philox(key=seed)
     source.advance(shots.start * blocks)
-    raw = source.random_raw(len(shots) * blocks * A_BLOCK).reshape(len(shots), -1)
-    return np.asarray((raw[:, :count] >> np.uint64(11)) * 2.0**-53)
+    return np.random.Generator(source).random((len(shots), blocks * A_BLOCK))[:, :count]
 
 
 def normal(numbers: Array) -> Array:
@@ -238,9 +240,10 @@ class StartSampler:
     ``overlapping`` counts balls that it had to move apart.
     """
 
-    def __init__(self, scene: Scene, widths: Array, places: Sequence[Point] | None = None) -> None:
+    def __init__(self, scene: Scene, widths: Array, places: Any = None) -> None:
         self.scene, self.widths, self.overlapping = scene, widths, 0
-        self.base = np.array(places or [ball.position for ball in scene.balls])
+        own = [ball.position for ball in scene.balls]
+        self.base = np.array(own if places is None else places)
         self.radius = np.array([ball.radius for ball in scene.balls])
         far = NEIGHBORS * np.hypot(*widths.max(axis=0))
         apart = np.hypot(*(self.base[:, None] - self.base[None]).transpose(2, 0, 1))

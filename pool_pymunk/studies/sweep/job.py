@@ -11,7 +11,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.fast import Batch
+from pool_pymunk.fast.many import results
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
@@ -29,14 +30,13 @@ from pool_pymunk.studies.sweep.plan import UNITS, Drawn, Plan, make_plan
 if TYPE_CHECKING:
     import pyarrow
 
-MANIFEST = "_manifest.parquet"
+MANIFEST, PART = "_manifest.parquet", "part-{:08d}.parquet"
 HASH = b"pool_pymunk"  # A file's metadata has the plan's hash under this key,
 PLAN = b"pool_pymunk.sweep"  # and the manifest's has all of it under this one, as JSON.
-ANEW = "begin anew with --restart (resume=False)"
+ANEW = "begin anew with resume=False"
 FAST = 1  # the level of zstd's compression
 CHUNK = 50_000
 WINDOW = 1_000  # This many parts wait for an executor at most.
-POLL = 0.5  # s between looks for an interrupt
 
 
 class Done(NamedTuple):
@@ -101,8 +101,11 @@ def sweep(
     todo = begin(folder, plan, resume)
     tell(Done(plan.samples - sum(len(plan.shots_of(part)) for part in todo), 0, plan.samples))
     played = by_reference = 0
-    plays = _play_here if executor is None else partial(_play_there, executor=executor)
-    for done in plays(plan, folder, todo):
+    if executor is None:
+        finished = _play_here(plan, folder, todo)
+    else:
+        finished = results(executor, partial(play_part, plan, folder.resolve()), todo, WINDOW)
+    for done in finished:
         played, by_reference = played + done.shots, by_reference + done.by_reference
         tell(done)
     return Sweep(folder, plan.samples, played, by_reference, time.perf_counter() - began)
@@ -128,21 +131,6 @@ def _play_here(plan: Plan, folder: Path, todo: list[int]) -> Iterator[Done]:
         yield from (each.result() for each in before)
 
 
-def _play_there(plan: Plan, folder: Path, todo: list[int], executor: Executor) -> Iterator[Done]:
-    """Let an executor play the parts, and yield what is done in whichever order it comes."""
-    play = partial(play_part, plan, folder.resolve())
-    waiting, running = todo[::-1], set[Future[Done]]()
-    try:
-        while waiting or running:
-            while waiting and len(running) < WINDOW:
-                running.add(executor.submit(play, waiting.pop()))
-            finished, running = wait(running, timeout=POLL, return_when=FIRST_COMPLETED)
-            yield from (each.result() for each in finished)
-    finally:
-        for each in running:
-            each.cancel()
-
-
 def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
     """Make the folder ready, without ``resume`` anew, and return the parts that are missing."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -150,7 +138,7 @@ def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
     if not resume:
         for path in [manifest, *folder.glob("part-*.parquet")]:
             path.unlink(missing_ok=True)
-    for path in folder.glob(".part-*.parquet"):  # They were cut.
+    for path in folder.glob(".part-*.parquet"):  # They were not finished.
         path.unlink(missing_ok=True)
     if manifest.exists():
         there = read_manifest(folder)
@@ -165,11 +153,6 @@ def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
     else:
         _write_manifest(manifest, plan)
     return [part for part in range(plan.parts) if not _is_whole(folder, plan, part)]
-
-
-def part_path(folder: Path, part: int) -> Path:
-    """Return where a part lies."""
-    return folder / f"part-{part:08d}.parquet"
 
 
 def _write_manifest(path: Path, plan: Plan) -> None:
@@ -201,7 +184,7 @@ def _is_whole(folder: Path, plan: Plan, part: int) -> bool:
     from pyarrow import ArrowException, parquet
 
     try:
-        found = parquet.read_metadata(part_path(folder, part))
+        found = parquet.read_metadata(folder / PART.format(part))
     except (OSError, ArrowException):
         return False
     said = (found.metadata or {}).get(HASH, b"").decode()
@@ -213,9 +196,9 @@ def _write(plan: Plan, folder: Path, part: int, drawn: Drawn, batch: Batch) -> D
     from pyarrow import parquet
 
     table = _table(plan, plan.shots_of(part), drawn, batch)
-    floats = [name for name in table.column_names if str(table.field(name).type) == "double"]
+    floats = [field.name for field in table.schema if str(field.type) == "double"]
     others = [name for name in table.column_names if name not in floats]
-    with whole(part_path(folder, part)) as path:
+    with whole(folder / PART.format(part)) as path:
         parquet.write_table(
             table, path, compression="zstd", compression_level=FAST, use_dictionary=others,
             use_byte_stream_split=floats, write_statistics=True,

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.fast import Batch, simulate_many
+from pool_pymunk.fast.shots import opening
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.plain import argument, between, whole
 from pool_pymunk.model.problems import setting_error
@@ -38,7 +39,7 @@ SLOT = {"speed": 0, "angle": 1, "turn": 1, "mass": 2} | {
 }
 NOISE_SLOT = {"noise.speed": 10, "noise.angle": 12}  # A normal number takes two uniform ones.
 START_SLOT = 16
-OF_SHOT = {"speed", "angle", "turn", *NOISE_SLOT}  # These change the struck ball's velocity.
+OF_SHOT = {"speed", "angle", "turn", "roll", *NOISE_SLOT}  # These change the struck ball.
 
 
 class Drawn(NamedTuple):
@@ -58,10 +59,10 @@ class Plan:
     ``vary`` has a range (low, high) for each key that is drawn, or one width: ``start`` moves every
     ball's start by up to this (m) along x and along y; ``noise.speed`` (m/s) and ``noise.angle``
     (degrees) are the standard deviations of the player's errors. ``grid`` has (low, high, count)
-    for each key that takes values at equal distances, ends included; all are combined, the last
-    key's values come first. Keys are names of inputs (:mod:`pool_pymunk.model.inputs`); ``angle``
-    (degrees) is relative to the shot's, and ``mass`` (kg) that of the struck ball. The manifest
-    knows the ``law`` of every contact by its name alone.
+    for each key that takes values at equal distances, ends included; all are combined, and those
+    of the last key change fastest. Keys are names of inputs (:mod:`pool_pymunk.model.inputs`);
+    ``angle`` (degrees) is relative to the shot's, and ``mass`` (kg) that of the struck ball. The
+    manifest knows the ``law`` of every contact by its name alone.
     """
 
     scene: Scene
@@ -87,14 +88,15 @@ class Plan:
         """The manifest says what makes the dataset what it is; ``hash`` is that of all the rest."""
         from pool_pymunk import __version__
 
-        shot = self.shot
-        further = [shot.roll] * self.scene.surface.rolls if shot else []
-        further += (shot and shot.place) or ()
+        shot, its = self.shot, None
+        if shot is not None:
+            its = [shot.name, shot.ball, *self._struck_velocity, shot.aim]
+            its += [shot.roll] * self.scene.surface.rolls + list(shot.place or ())
         said = {
             "format": 1,
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
-            "shot": shot and [shot.name, shot.ball, *self._struck_velocity, shot.aim, *further],
+            "shot": its,
             "law": self.law.name,
             "vary": {key: list(values) for key, values in sorted(self.vary.items())},
             "grid": {key: list(values) for key, values in self.grid.items()},
@@ -128,39 +130,29 @@ class Plan:
     def draw(self, shots: range) -> Drawn:
         """Return the inputs of these shots."""
         numbers = uniforms(self.seed, shots, START_SLOT + 2 * len(self.scene.balls))
-        columns, vary = self._columns(shots, numbers), dict[str, Array]()
+        columns, state = self._columns(shots, numbers), self._state
         position, velocity = (
-            np.tile(np.array(each), (len(shots), 1, 1))
-            for each in (self._state.position, self._state.velocity)
+            np.tile(np.array(each), (len(shots), 1, 1)) for each in (state.position, state.velocity)
         )
-        position[:, [self.scene.index[id_] for id_ in self._state.off]] = np.nan
+        position[:, [self.scene.index[id_] for id_ in state.off]] = np.nan
         if "start" in self.vary:
             (width,) = self.vary["start"]
             position += width * (2.0 * numbers[:, START_SLOT:].reshape(position.shape) - 1.0)
-            if not self._state.off:  # Overlapping balls are moved apart.
+            if not state.off:  # Overlapping balls are moved apart.
                 widths = np.full(position.shape[1:], width)
-                position = StartSampler(self.scene, widths, self._state.position).apart(position)
-        for key, values in columns.items():
-            name = self.meaning(key)
-            kind, whose = inputs.parts(name)
-            row = inputs.TABLE.get(kind)
-            array, axis = (row and row.column) or ("", 0)
-            if array in ("position", "velocity"):
-                there = position if array == "position" else velocity
-                there[:, self.scene.index[whose], axis] = values
-            elif row is not None and array != "struck":
-                vary[name] = values
-        velocity[:, self.ball] = self._struck(columns, position, velocity[:, self.ball])
-        share = columns.get("roll", self._share)
-        carried = self._state.roll if self.shot is not None and self.shot.from_previous else None
-        roll = inputs.rolled(self.scene, velocity, self.ball, share, carried)
+                position = StartSampler(self.scene, widths, state.position).apart(position)
+        of_balls = {self.meaning(key): each for key, each in columns.items() if key not in OF_SHOT}
+        position, velocity, vary, _ = opening(self.scene, position, velocity, of_balls)
+        carried = state.roll if self.shot is not None and self.shot.from_previous else None
+        its = self._of_shot(columns, position, velocity)
+        _, velocity, _, roll = opening(self.scene, position, velocity, its, self.ball, carried)
         return Drawn(self._named(columns, position), position, velocity, vary, roll)
 
     def play(self, drawn: Drawn, **how: Any) -> Batch:
         """Play the shots that were drawn; ``how`` has other arguments of ``simulate_many``."""
-        said = drawn._asdict() | {"law": self.law} | how
-        del said["columns"]
-        return simulate_many(self.scene, **said)
+        _, position, velocity, vary, roll = drawn
+        how = {"law": self.law, **how}
+        return simulate_many(self.scene, position, velocity, vary=vary, roll=roll, **how)
 
     def _columns(self, shots: range, numbers: Array) -> dict[str, Array]:
         """Return what is varied, by its keys; the values of the grid's last key change fastest."""
@@ -174,7 +166,11 @@ class Plan:
             if key in NOISE_SLOT:
                 columns[key] = low * normal(numbers[:, NOISE_SLOT[key] :])
             for high in others:
-                drawn = numbers[:, SLOT[key]] if key in SLOT else self._own(key, shots)
+                if key in SLOT:
+                    drawn = numbers[:, SLOT[key]]
+                else:  # Other inputs have no part in its random numbers.
+                    own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) << 64
+                    drawn = uniforms(self.seed + own, shots, 1)[:, 0]
                 columns[key] = low + (high - low) * drawn
         return columns
 
@@ -188,29 +184,27 @@ class Plan:
         """Return the value of a key that was not varied."""
         kind, whose = inputs.parts(self.meaning(key))
         array, axis = inputs.TABLE[kind].column or ("", 0)
-        state = self._state._asdict()
-        if array in state:
-            return float(state[array][self.scene.index[whose]][axis])
+        if array in ("position", "velocity"):
+            return float(getattr(self._state, array)[self.scene.index[whose]][axis])
         if array == "struck":
-            vx, vy = self._struck_velocity
-            return {"speed": math.hypot(vx, vy), "roll": self._share}.get(kind, 0.0)
+            speed = math.hypot(*self._struck_velocity)
+            return {"speed": speed, "roll": self._share}.get(kind, 0.0)
         return inputs.input_value(self.scene, self.meaning(key))
 
-    def _own(self, key: str, shots: range) -> Array:
-        """Return the random numbers of an input, which others have no part in."""
-        own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) << 64
-        return uniforms(self.seed + own, shots, 1)[:, 0]
-
-    def _struck(self, columns: Mapping[str, Array], position: Array, velocity: Array) -> Array:
-        """Return the velocities (S, 2) of the struck ball as it was varied."""
+    def _of_shot(
+        self, columns: Mapping[str, Array], position: Array, velocity: Array
+    ) -> dict[str, Any]:
+        """Return the speed, turn and roll of the struck ball; a shot that aims follows its aim."""
         moves = "start" in self.vary or any(key[:2] in ("x.", "y.") for key in columns)
         if self.shot is not None and self.shot.aim is not None and moves:
-            velocity = launched(self.scene, self.shot, position)
-        if OF_SHOT.isdisjoint(columns):
-            return velocity
-        speed = columns.get("speed", np.hypot(*velocity.T)) + columns.get("noise.speed", 0.0)
-        turn = sum(columns.get(key, 0.0) for key in ("angle", "turn", "noise.angle"))
-        return inputs.struck(velocity, {"speed": np.maximum(speed, 0.0), "turn": turn})
+            velocity[:, self.ball] = launched(self.scene, self.shot, position)
+        its: dict[str, Any] = {"roll": columns.get("roll", self._share)}
+        if columns.keys() & (OF_SHOT - {"roll"}):
+            own = np.hypot(*velocity[:, self.ball].T)
+            speed = columns.get("speed", own) + columns.get("noise.speed", 0.0)
+            turn = sum(columns.get(key, 0.0) for key in ("angle", "turn", "noise.angle"))
+            its |= {"speed": np.maximum(speed, 0.0), "turn": turn}
+        return its
 
     def _named(self, columns: Mapping[str, Array], position: Array) -> dict[str, Array]:
         """Return what was varied by the names of its columns; places are ``start_x_1``."""
@@ -254,7 +248,7 @@ def make_plan(
         other = seen.setdefault(plan.meaning(key), key)
         if other != key:
             raise setting_error("vary", key, f"means the same as {other}")
-    moving = (OF_SHOT | {"roll"}) & {*seen, *seen.values()}
+    moving = OF_SHOT & {*seen, *seen.values()}
     if moving and plan._struck_velocity == (0.0, 0.0):
         raise setting_error("shot", None, f"there is no shot whose {min(moving)} could be varied")
     return plan
