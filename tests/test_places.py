@@ -30,7 +30,7 @@ from pool_pymunk import (
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.fast.places import FEW, may_lie
 from pool_pymunk.model.places import SUNK, TOUCHING, overlap, room_beside
-from pool_pymunk.model.units import Units
+from pool_pymunk.model.quantities import Units
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.physics.sides import RoundSide
 

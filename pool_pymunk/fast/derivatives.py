@@ -41,7 +41,7 @@ from pool_pymunk.fast.records import NOTHING, Moving, Out, Tracks
 from pool_pymunk.fast.shots import COLUMNS, OF_SURFACE, Floats, Source, is_gone
 from pool_pymunk.fast.tables import table_of, walls_differ
 from pool_pymunk.fast.walls import coefficients, owns
-from pool_pymunk.model.inputs import Names, parts, roll_start_of, share_of, start_of
+from pool_pymunk.model.inputs import Names, parts, share_of, start_of
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.physics import saltation
 from pool_pymunk.physics.contact import NT, Pair, split
@@ -144,10 +144,7 @@ def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
         if roll is not None:
             share = share_of(its.T, roll[:, i], None if is_struck else ball.roll)
         for p, name in enumerate(names):
-            start = start_of(name, ball, is_struck, its) or (0.0, 0.0, 0.0, 0.0)
-            if roll is not None:
-                start = *start, *roll_start_of(name, start, is_struck, its, share)
-            for row, each in enumerate(start):
+            for row, each in enumerate(start_of(name, ball, is_struck, its, share)):
                 starts[:, i, row, p] = each
     if scene.restitution.cue_ball is None and "restitution.cue_ball" not in source.vary:
         coefficients[1] = coefficients[0]  # The cue ball is as any other.

@@ -17,9 +17,9 @@ from pool_pymunk.model.parts import (
 )
 from pool_pymunk.model.places import TOUCHING
 from pool_pymunk.model.problems import Point, Problem, SceneError, SettingError
+from pool_pymunk.model.quantities import UNITS, Units
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import State
-from pool_pymunk.model.units import UNITS, Units
 
 __all__ = [
     "NEAREST",

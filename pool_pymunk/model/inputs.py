@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.model.parts import Ball, Shot
-from pool_pymunk.model.problems import listed, no_such_ball, setting_error, suggestion
+from pool_pymunk.model.problems import Point, listed, no_such_ball, setting_error, suggestion
+from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import NO_ROLLING
-from pool_pymunk.model.units import Units
 from pool_pymunk.physics.path import NOISE
 
 Names = tuple[str, ...]
@@ -26,7 +26,6 @@ Floats = NDArray[np.float64]
 
 BALL, SHOT, SCENE = "ball", "shot", "scene"
 SI = {"length": "m", "mass": "kg", "speed": "m/s", "angle": "degrees", "": ""}
-START = (("position", 0), ("position", 1), ("velocity", 0), ("velocity", 1))  # of a ball
 
 
 @dataclass(frozen=True)
@@ -35,11 +34,11 @@ class Input:
 
     ``name`` is the name, or its first part. ``quantity`` is what it measures: a length, mass,
     speed or angle (degrees), or nothing. ``read`` takes it from a Ball or Shot, or from the
-    restitution or friction of a scene. ``put`` returns that Ball or Shot with another value; it is
-    None for a coefficient. The value lies between ``low`` and ``high``, and above ``low`` if it is
-    a ``size``. ``start`` returns the derivatives of its ball's position and velocity (4,) at the
-    start by it, from the velocity (vx, vy): numbers or arrays. It is None if they do not depend on
-    it. ``column`` is the array of a batch, and the place in it.
+    restitution or friction of a scene, ``put`` returns that part with another value. The value lies
+    between ``low`` and ``high``, and above ``low`` if it is a ``size``. ``start`` returns the
+    derivatives of its ball's position and velocity (4,) at the start by it, from the velocity
+    (vx, vy): numbers or arrays. It is None if they do not depend on it. ``column`` is the array of
+    a batch, and the place in it.
     """
 
     name: str
@@ -48,7 +47,7 @@ class Input:
     quantity: str
     about: str
     read: Callable[[Any], float]
-    put: Callable[[Any, float], Any] | None
+    put: Callable[[Any, float], Any]
     low: float = -math.inf
     high: float = math.inf
     size: bool = False
@@ -75,8 +74,8 @@ class Input:
         return np.clip(values, low, self.high)
 
 
-def _along(axis: int, name: str, field: str, quantity: str, about: str) -> Input:
-    unit = tuple(float(key == (field, axis)) for key in START)
+def _along(row: int, name: str, field: str, quantity: str, about: str) -> Input:
+    axis, start = row % 2, tuple(np.eye(4)[row].tolist())
 
     def put(ball: Ball, value: float) -> Ball:
         x, y = getattr(ball, field)
@@ -85,38 +84,32 @@ def _along(axis: int, name: str, field: str, quantity: str, about: str) -> Input
 
     return Input(
         name, field, BALL, quantity, about, lambda ball: float(getattr(ball, field)[axis]), put,
-        start=lambda vx, vy: unit, column=(field, axis),
+        start=lambda vx, vy: start, column=(field, axis),
     )  # fmt: skip
 
 
-def _size(name: str, quantity: str, column: tuple[str, int] | None) -> Input:
+def _number(
+    name: str, about: str, column: tuple[str, int] | None = None, *,
+    of: str = SCENE, quantity: str = "", low: float = 0.0, **more: Any,
+) -> Input:  # fmt: skip
+    *group, key = name.split(".")
     return Input(
-        name, name, BALL, quantity, f"a ball's {name}", lambda ball: float(getattr(ball, name)),
-        lambda ball, value: replace(ball, **{name: value}), 0.0, size=True, column=column,
+        name, (group or [key])[0], of, quantity, about, lambda part: float(getattr(part, key)),
+        lambda part, value: replace(part, **{key: value}), low, column=column, **more,
     )  # fmt: skip
 
 
-def _coefficient(group: str, key: str, column: int | None, about: str) -> Input:
-    return Input(
-        f"{group}.{key}", group, SCENE, "", about, lambda part: float(getattr(part, key)), None,
-        0.0, 1.0 if group == "restitution" else math.inf,
-        column=None if column is None else ("coefficients", column),
-    )  # fmt: skip
-
-
-def _speed_of(shot: Shot) -> float:
-    return math.hypot(*shot.velocity or (0.0, 0.0)) if shot.speed is None else shot.speed
-
-
-def _angle_of(shot: Shot) -> float:
+def _polar(shot: Shot) -> Point:
+    """Return the speed (m/s) and the angle (degrees) of a shot."""
     vx, vy = shot.velocity or (0.0, 0.0)
-    return math.degrees(math.atan2(vy, vx)) if shot.angle is None else shot.angle
+    speed = math.hypot(vx, vy) if shot.speed is None else shot.speed
+    return speed, math.degrees(math.atan2(vy, vx)) if shot.angle is None else shot.angle
 
 
 def _with_speed(shot: Shot, value: float) -> Shot:
     if shot.velocity is None:
         return replace(shot, speed=value)
-    (vx, vy), speed = shot.velocity, _speed_of(shot)
+    (vx, vy), speed = shot.velocity, _polar(shot)[0]
     velocity = (value / speed * vx, value / speed * vy) if speed else (value, 0.0)
     return replace(shot, velocity=velocity)
 
@@ -124,7 +117,7 @@ def _with_speed(shot: Shot, value: float) -> Shot:
 def _with_angle(shot: Shot, value: float) -> Shot:
     if shot.velocity is None:
         return replace(shot, angle=value)
-    angle, speed = math.radians(value), _speed_of(shot)
+    angle, speed = math.radians(value), _polar(shot)[0]
     return replace(shot, velocity=(math.cos(angle) * speed, math.sin(angle) * speed))
 
 
@@ -141,27 +134,26 @@ def _turned(vx: Any, vy: Any) -> tuple[Any, ...]:
 ROWS = (
     _along(0, "x", "position", "length", "x of a ball's start"),
     _along(1, "y", "position", "length", "y of a ball's start"),
-    _along(0, "vx", "velocity", "speed", "its velocity along x"),
-    _along(1, "vy", "velocity", "speed", "its velocity along y"),
-    _size("mass", "mass", ("mass", 0)),
-    _size("radius", "length", None),
-    _coefficient("restitution", "ball_ball", 0, "of hits of two balls"),
-    _coefficient("restitution", "cue_ball", 1, "of hits of the cue ball"),
-    _coefficient("restitution", "cushion", 2, "of hits on cushions"),
-    _coefficient("friction", "surface", 3, "of balls on the table"),
-    _coefficient("friction", "rolling", 6, "of balls that roll"),
-    _coefficient("friction", "ball_ball", 5, "of hits of two balls"),
-    _coefficient("friction", "cushion", 4, "of hits on cushions"),
-    Input("speed", "speed", SHOT, "speed", "the shot's speed", _speed_of, _with_speed, 0.0,
-          start=_faster, column=("struck", 0)),
-    Input("angle", "angle", SHOT, "angle", "its direction, from +x to +y", _angle_of, _with_angle,
-          start=_turned, column=("struck", 1)),
+    _along(2, "vx", "velocity", "speed", "its velocity along x"),
+    _along(3, "vy", "velocity", "speed", "its velocity along y"),
+    _number("mass", "a ball's mass", ("mass", 0), of=BALL, quantity="mass", size=True),
+    _number("radius", "a ball's radius", of=BALL, quantity="length", size=True),
+    _number("restitution.ball_ball", "of hits of two balls", ("coefficients", 0), high=1.0),
+    _number("restitution.cue_ball", "of hits of the cue ball", ("coefficients", 1), high=1.0),
+    _number("restitution.cushion", "of hits on cushions", ("coefficients", 2), high=1.0),
+    _number("friction.surface", "of balls on the table", ("coefficients", 3)),
+    _number("friction.rolling", "of balls that roll", ("coefficients", 6)),
+    _number("friction.ball_ball", "of hits of two balls", ("coefficients", 5)),
+    _number("friction.cushion", "of hits on cushions", ("coefficients", 4)),
+    Input("speed", "speed", SHOT, "speed", "the shot's speed", lambda shot: _polar(shot)[0],
+          _with_speed, 0.0, start=_faster, column=("struck", 0)),
+    Input("angle", "angle", SHOT, "angle", "its direction, from +x to +y",
+          lambda shot: _polar(shot)[1], _with_angle, start=_turned, column=("struck", 1)),
     Input("turn", "turn", SHOT, "angle", "its direction, relative to the shot's",
-          lambda shot: 0.0, lambda shot, value: _with_angle(shot, _angle_of(shot) + value),
+          lambda shot: 0.0, lambda shot, value: _with_angle(shot, _polar(shot)[1] + value),
           start=_turned, column=("struck", 2)),
-    Input("roll", "roll", SHOT, "", "its roll, as a share of its velocity",
-          lambda shot: float(shot.roll), lambda shot, value: replace(shot, roll=value),
-          start=lambda vx, vy: (0.0,) * 4, column=("struck", 3)),
+    _number("roll", "its roll, as a share of its velocity", ("struck", 3), of=SHOT, low=-math.inf,
+            start=lambda vx, vy: (0.0,) * 4),
 )  # fmt: skip
 TABLE = {row.name: row for row in ROWS}
 
@@ -309,7 +301,7 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     for name in sorted(values, key=lambda name: list(TABLE).index(parts(name)[0])):
         kind, whose = parts(name)
         row = TABLE[kind]
-        if row.put is None:  # They are put together, because one may bound another one.
+        if row.of == SCENE:  # They are put together, because one may bound another one.
             coefficients[row.group][kind.split(".")[1]] = values[name]
         else:
             part = new.get((row.of, whose)) or _part(scene, row, whose)
@@ -330,10 +322,13 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     )
 
 
-def start_of(name: str, ball: Ball, struck: bool, velocity: Any) -> tuple[Any, ...] | None:
-    """Return the derivatives of a ball's start (4,) by an input; None if there are none.
+def start_of(
+    name: str, ball: Ball, struck: bool, velocity: Any, share: Any = None
+) -> tuple[Any, ...]:
+    """Return the derivatives of a ball's start (4,) by an input, and those of its roll (2,).
 
-    ``velocity`` has vx and vy: numbers, or arrays for many shots.
+    ``velocity`` has vx and vy: numbers, or arrays for many shots. The roll is a ``share`` of it;
+    without one the answer ends before the roll.
 
     >>> start_of("vy.C", Ball("C", (0.0, 0.0), 0.03, 0.2), True, (1.0, 0.0))
     (0.0, 0.0, 0.0, 1.0)
@@ -341,7 +336,11 @@ def start_of(name: str, ball: Ball, struck: bool, velocity: Any) -> tuple[Any, .
     kind, whose = parts(name)
     row = TABLE[kind]
     is_its = struck if row.of == SHOT else row.of == BALL and whose == ball.id
-    return row.start(*velocity) if is_its and row.start is not None else None
+    moved = row.start(*velocity) if is_its and row.start is not None else (0.0,) * 4
+    if share is None:
+        return moved
+    roll = velocity if kind == "roll" and struck else (share * moved[2], share * moved[3])
+    return *moved, *roll
 
 
 def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
@@ -358,16 +357,6 @@ def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
     usual = np.expand_dims(own, -1) * velocity
     most = NOISE * np.abs(usual).sum(axis=-1, keepdims=True)
     return np.where((np.abs(roll - usual) <= most).all(axis=-1), own, 0.0)
-
-
-def roll_start_of(name: str, moved: Any, struck: bool, velocity: Any, share: Any) -> Any:
-    """Return the derivatives of a ball's roll at the start (2,) by an input.
-
-    Those of its start are ``moved`` (4,); its roll is a ``share`` of its velocity.
-    """
-    if parts(name)[0] == "roll" and struck:
-        return velocity
-    return share * moved[2], share * moved[3]
 
 
 def in_units(units: Units, name: str, value: float) -> float:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from pool_pymunk.model.keys import Bulges, Color, Corners, Part
-from pool_pymunk.model.plain import problems_of, size
+from pool_pymunk.model.plain import Bulges, Color, Corners, Part, problems_of, size
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
 from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
 
@@ -176,16 +175,15 @@ class Table(Part):
 
     def _problems(self) -> Iterator[Problem]:
         """Return the first thing that is wrong with the bulges, or else with the outline."""
-        count = len(self.outline)
-        if self.bulge and len(self.bulge) != count:
-            message = f"must have {count} numbers, one for each side"
-            return iter([Problem("bulge", list(self.bulge), message)])
-        for k, bulge in enumerate(self.bulge):
-            if bulge != 0.0 and not FLATTEST <= abs(bulge) <= ROUNDEST:
-                message = f"must be 0, or between {FLATTEST:g} and {ROUNDEST:g} in size"
-                return iter([Problem(("bulge", k), bulge, message)])
-        message, shown = self._misdrawn(), [list(corner) for corner in self.outline]
-        return iter([Problem("outline", shown, message)] if message else [])
+        sound = [bulge == 0.0 or FLATTEST <= abs(bulge) <= ROUNDEST for bulge in self.bulge]
+        if self.bulge and len(self.bulge) != len(self.outline):
+            message = f"must have {len(self.outline)} numbers, one for each side"
+            yield Problem("bulge", list(self.bulge), message)
+        elif not all(sound):
+            message = f"must be 0, or between {FLATTEST:g} and {ROUNDEST:g} in size"
+            yield Problem(("bulge", k := sound.index(False)), self.bulge[k], message)
+        elif message := self._misdrawn():
+            yield Problem("outline", [list(corner) for corner in self.outline], message)
 
     def _misdrawn(self) -> str:
         """Say what is wrong with the outline; nothing if nothing is."""
@@ -315,16 +313,19 @@ def _area(outline: Sequence[Point]) -> float:
 
 
 def _crossing(edges: Sequence[Edge], slack: float) -> tuple[int, int] | None:
-    """Return two sides of a closed polygon that meet where they should not, by a sweep along x."""
-    spans = [sorted((edge.start[0], edge.end[0])) for edge in edges]
+    """Return two sides of a closed polygon that meet where they should not."""
+    along_x = (sorted((edge.start[0], edge.end[0])) for edge in edges)
+    pairs = sweep({k: (low, high + slack) for k, (low, high) in enumerate(along_x)})
+    return next((pair for pair in pairs if _sides_meet(edges, *pair, slack)), None)
+
+
+def sweep(spans: Mapping[int, tuple[float, float]]) -> Iterator[tuple[int, int]]:
+    """Yield all pairs of numbers, the lower one first, whose spans (low, high) overlap."""
     active: list[int] = []
-    for i in sorted(range(len(edges)), key=lambda k: spans[k][0]):
-        active = [j for j in active if spans[j][1] >= spans[i][0] - slack]
-        for j in active:
-            if _sides_meet(edges, min(i, j), max(i, j), slack):
-                return min(i, j), max(i, j)
+    for i in sorted(spans, key=lambda k: spans[k][0]):
+        active = [j for j in active if spans[j][1] >= spans[i][0]]
+        yield from ((min(i, j), max(i, j)) for j in active)
         active.append(i)
-    return None
 
 
 def _sides_meet(edges: Sequence[Edge], i: int, j: int, slack: float) -> bool:

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from pool_pymunk.model import keys
-from pool_pymunk.model.keys import Key, Part
-from pool_pymunk.model.plain import Unfit, choice, name, text
+from pool_pymunk.model import plain
+from pool_pymunk.model.plain import Key, Part, Unfit, choice, name, text
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem
 from pool_pymunk.physics.laws import LAWS
 
@@ -39,13 +38,13 @@ class Ball(Part):
     """
 
     id: Annotated[str, Key(_ball_id)]
-    position: keys.Place
-    radius: keys.Length
-    mass: keys.Mass
-    cue: keys.Flag = False
-    velocity: keys.Velocity = (0.0, 0.0)
-    color: keys.Color | None = None
-    roll: keys.Factor = 0.0
+    position: plain.Place
+    radius: plain.Length
+    mass: plain.Mass
+    cue: plain.Flag = False
+    velocity: plain.Velocity = (0.0, 0.0)
+    color: plain.Color | None = None
+    roll: plain.Factor = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +55,9 @@ class Pocket(Part):
     rests at the pocket's position, and meets nothing any more.
     """
 
-    id: keys.Name
-    position: keys.Place
-    radius: keys.Length
+    id: plain.Name
+    position: plain.Place
+    radius: plain.Length
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,19 +70,19 @@ class Post(Part):
     True
     """
 
-    position: keys.Place
-    radius: keys.Gap
-    restitution: keys.Share | None = None
-    friction: keys.Number | None = None
+    position: plain.Place
+    radius: plain.Gap
+    restitution: plain.Share | None = None
+    friction: plain.Number | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Restitution(Part):
     """These are coefficients of restitution, each in [0, 1]; None where none is needed."""
 
-    ball_ball: keys.Share | None = None
-    cue_ball: keys.Share | None = None
-    cushion: keys.Share | None = None
+    ball_ball: plain.Share | None = None
+    cue_ball: plain.Share | None = None
+    cushion: plain.Share | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,10 +92,10 @@ class Friction(Part):
     With ``rolling`` balls slide, then roll; ``surface`` is that of sliding: ``rolling`` or more.
     """
 
-    surface: keys.Number = 0.0
-    cushion: keys.Number = 0.0
-    ball_ball: keys.Number = 0.0
-    rolling: keys.Number | None = None
+    surface: plain.Number = 0.0
+    cushion: plain.Number = 0.0
+    ball_ball: plain.Number = 0.0
+    rolling: plain.Number | None = None
 
     def _problems(self) -> Iterator[Problem]:
         """Find friction of rolling that is above that of sliding."""
@@ -110,8 +109,16 @@ class Physics(Part):
     """These are the contact law's name, gravity (m/s^2), and a run's latest end (s)."""
 
     law: Annotated[str, Key(choice(LAWS))] = "coulomb"
-    gravity: keys.Number = STANDARD_GRAVITY
-    max_time: keys.Time | None = None
+    gravity: plain.Number = STANDARD_GRAVITY
+    max_time: plain.Time | None = None
+
+
+# These parts are sections of a scenario file.
+SECTIONS: dict[str, type[Part]] = {
+    "physics": Physics,
+    "restitution": Restitution,
+    "friction": Friction,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,16 +135,16 @@ class Shot(Part):
     (2.0, 0.0)
     """
 
-    name: keys.Name
-    ball: keys.Text
-    velocity: keys.Velocity | None = None
-    speed: keys.Speed | None = None
+    name: plain.Name
+    ball: plain.Text
+    velocity: plain.Velocity | None = None
+    speed: plain.Speed | None = None
     aim: Annotated[str, Key(_target)] | None = None
-    from_previous: keys.Flag = False
-    published: keys.Ends = field(default_factory=dict, hash=False)
-    angle: keys.Angle | None = None
-    roll: keys.Factor = 0.0
-    place: keys.Place | None = None
+    from_previous: plain.Flag = False
+    published: plain.Ends = field(default_factory=dict, hash=False)
+    angle: plain.Angle | None = None
+    roll: plain.Factor = 0.0
+    place: plain.Place | None = None
 
     def __repr__(self) -> str:
         usual = {"roll": 0.0, "from_previous": False}  # Others are usually None.

@@ -12,11 +12,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import NamedTuple
 
-from pool_pymunk.model.outline import Table
+from pool_pymunk.model.outline import Table, sweep
 from pool_pymunk.model.parts import Ball, Pocket, Post
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, listed, shown
+from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import State
-from pool_pymunk.model.units import Units
 from pool_pymunk.physics.sides import RoundSide, Side, Wall, core_of, pocket
 
 # A ball touches what it sinks into by this share of its radius (of the smaller radius of two balls,
@@ -27,7 +27,6 @@ TOUCHING = 1e-6
 SUNK = 1e-2
 MOST_OVERLAPS = 100  # of one scene are reported: more lines than a screen has
 METRES = Units()
-Things = list[tuple[str, Wall]]  # posts and pockets, each with what it is called
 
 room_at_round = RoundSide.gap
 
@@ -38,6 +37,9 @@ class Placed(NamedTuple):
     id: str
     position: Point
     radius: float
+
+
+Lying = Mapping[int, Ball | Placed]  # balls by their numbers
 
 
 def placed(balls: Sequence[Ball], state: State) -> dict[int, Placed]:
@@ -104,95 +106,76 @@ def post_wall(post: Post, k: int, restitution: float = 0.0, friction: float = 0.
 # -- what is wrong, in words -----------------------------------------------------------------------
 
 
-def place_problems(
-    balls: Mapping[int, Ball | Placed],
-    table: Table | None,
-    pockets: Sequence[Pocket] = (),
-    share: float = TOUCHING,
-    units: Units = METRES,
-    posts: Sequence[Post] = (),
-) -> Iterator[Problem]:
-    """Find balls off the table, or in cushions, posts, pockets, balls; lengths in ``units``."""
-    things: Things = [
-        *((f"post {k}", post_wall(post, k)) for k, post in enumerate(posts)),
-        *(
-            (f"pocket {shown(p.id)}", pocket(p.position, p.radius, k))
-            for k, p in enumerate(pockets)
-        ),
-    ]
-    for k, ball in balls.items():
-        for message in _ground_problems(ball, table, things, share, units):
-            yield Problem(("balls", k, "position"), list(ball.position), message)
-    for i, j in sorted(islice(_overlaps(balls, share), MOST_OVERLAPS)):
-        a, b = balls[i], balls[j]
-        room = room_beside_ball(*b.position, b.radius, *a.position, a.radius)
-        what, smaller = f"ball {shown(a.id)}", min(a.radius, b.radius)
-        message = said(f"ball {shown(b.id)}", what, room, smaller, units)
-        yield Problem(("balls", j, "position"), list(b.position), message)
+class Ground(NamedTuple):
+    """Balls lie on the ground: a table or a plane, with pockets and posts; depths in ``units``."""
 
+    table: Table | None
+    pockets: Sequence[Pocket] = ()
+    posts: Sequence[Post] = ()
+    units: Units = METRES
 
-def no_room(
-    ball: Placed,
-    others: Iterable[Ball | Placed],
-    table: Table | None,
-    pockets: Sequence[Pocket] = (),
-    posts: Sequence[Post] = (),
-    units: Units = METRES,
-) -> Iterator[str]:
-    """Say why a ball cannot lie where it is placed: off the table, or in what."""
-    balls = {k: other for k, other in enumerate(others) if other.id != ball.id}
-    last = len(balls) + 1  # Overlaps are problems of the later ball.
-    for problem in place_problems({**balls, last: ball}, table, pockets, units=units, posts=posts):
-        if problem.steps[1] == last:
-            yield problem.message
+    def problems(self, balls: Lying, share: float = TOUCHING) -> Iterator[Problem]:
+        """Find balls off the table, or in cushions, posts, pockets, balls."""
+        posts = [(f"post {k}", post_wall(post, k)) for k, post in enumerate(self.posts)]
+        pockets = [
+            (f"pocket {shown(hole.id)}", pocket(hole.position, hole.radius, k))
+            for k, hole in enumerate(self.pockets)
+        ]
+        for k, ball in balls.items():
+            for message in self._problems_below(ball, (*posts, *pockets), share):
+                yield Problem(("balls", k, "position"), list(ball.position), message)
+        for i, j in sorted(islice(_overlaps(balls, share), MOST_OVERLAPS)):
+            a, b = balls[i], balls[j]
+            room = room_beside_ball(*b.position, b.radius, *a.position, a.radius)
+            what, smaller = f"ball {shown(a.id)}", min(a.radius, b.radius)
+            message = said(f"ball {shown(b.id)}", what, room, smaller, self.units)
+            yield Problem(("balls", j, "position"), list(b.position), message)
 
+    def _problems_below(
+        self, ball: Ball | Placed, things: Iterable[tuple[str, Wall]], share: float
+    ) -> Iterator[str]:
+        """Say that a ball is off the table, or in which cushions, posts and pockets it lies."""
+        (x, y), r, name = ball.position, ball.radius, f"ball {shown(ball.id)}"
+        is_off = self.table is not None and not self.table.contains(x, y)
+        if is_off:
+            yield f"{name} is off the table"
+        cushions = () if self.table is None or is_off else self.table.walls
+        rooms = [room_beside(wall.sides, x, y, r) for wall in cushions]
+        touched = [str(k) for k, room in enumerate(rooms) if sinks(room, r, x, y, share)]
+        if touched:
+            what = f"cushion{'s' * (len(touched) > 1)} {listed(touched)}"
+            yield said(name, what, min(rooms), r, self.units)
+        for what, thing in things:
+            room = room_beside(thing.sides, x, y, r)
+            if lies_in(thing, room, x, y, r, share):
+                how = "is within" if thing.is_pocket else "overlaps"
+                yield said(name, what, room, r, self.units, how)
 
-def post_problems(
-    post: Post, table: Table | None, pockets: Sequence[Pocket], units: Units = METRES
-) -> Iterator[str]:
-    """Say that a post is off the table, in which cushion it lies, or over which pockets.
+    def no_room(self, ball: Placed, others: Iterable[Ball | Placed]) -> Iterator[str]:
+        """Say why a ball cannot lie where it is placed: off the table, or in what."""
+        balls = {k: other for k, other in enumerate(others) if other.id != ball.id}
+        last = len(balls) + 1  # Overlaps are problems of the later ball.
+        for problem in self.problems({**balls, last: ball}):
+            if problem.steps[1] == last:
+                yield problem.message
 
-    It may stand at a pocket's rim, but not where balls lie that the pocket took in.
-    """
-    (x, y), r = post.position, post.radius
-    for hole in pockets:
-        if math.dist(post.position, hole.position) < r:
-            yield f"the post lies over the middle of pocket {shown(hole.id)}"
-    if table is not None and not table.contains(x, y):
-        yield "the post is off the table"
-    elif table is not None:
-        room, cushion = min((edge.distance(x, y) - r, k) for k, edge in enumerate(table.edges))
-        if sinks(room, r, x, y, TOUCHING):
-            depth = units.from_si(-room, "length")
-            yield f"the post lies in cushion {cushion} by {depth:.2g} {units.length}"
+    def post_problems(self, post: Post) -> Iterator[str]:
+        """Say that a post is off the table, in which cushion it lies, or over which pockets.
 
-
-def _ground_problems(
-    ball: Ball | Placed,
-    table: Table | None,
-    things: Iterable[tuple[str, Wall]],
-    share: float,
-    units: Units,
-) -> Iterator[str]:
-    """Say that a ball is off the table, or in which cushions, posts and pockets it lies."""
-    (x, y), r, name = ball.position, ball.radius, f"ball {shown(ball.id)}"
-    cushions = [] if table is None else table.walls
-    if table is not None and not table.contains(x, y):
-        yield f"{name} is off the table"
-        cushions = []
-    rooms = [room_beside(wall.sides, x, y, r) for wall in cushions]
-    touched = [str(k) for k, room in enumerate(rooms) if sinks(room, r, x, y, share)]
-    if touched:
-        yield said(
-            name, f"cushion{'s' * (len(touched) > 1)} {listed(touched)}", min(rooms), r, units
-        )
-    for what, thing in things:
-        room, how = (
-            room_beside(thing.sides, x, y, r),
-            "is within" if thing.is_pocket else "overlaps",
-        )
-        if lies_in(thing, room, x, y, r, share):
-            yield said(name, what, room, r, units, how)
+        It may stand at a pocket's rim, but not where balls lie that the pocket took in.
+        """
+        (x, y), r = post.position, post.radius
+        for hole in self.pockets:
+            if math.dist(post.position, hole.position) < r:
+                yield f"the post lies over the middle of pocket {shown(hole.id)}"
+        if self.table is not None and not self.table.contains(x, y):
+            yield "the post is off the table"
+        elif self.table is not None:
+            edges = enumerate(self.table.edges)
+            room, cushion = min((edge.distance(x, y) - r, k) for k, edge in edges)
+            if sinks(room, r, x, y, TOUCHING):
+                depth = self.units.from_si(-room, "length")
+                yield f"the post lies in cushion {cushion} by {depth:.2g} {self.units.length}"
 
 
 def said(
@@ -207,19 +190,15 @@ def said(
     return f"{ball} {how} {what} by {depth:.2g} {units.length} ({-room / radius:.2g} radii)"
 
 
-def _overlaps(balls: Mapping[int, Ball | Placed], share: float) -> Iterator[tuple[int, int]]:
+def _overlaps(balls: Lying, share: float) -> Iterator[tuple[int, int]]:
     """Find overlapping balls by a sweep along the longer side of what the balls cover."""
     if not balls:
         return
     spread = [max(s) - min(s) for s in zip(*(b.position for b in balls.values()), strict=True)]
     axis = spread.index(max(spread))
-    active: list[int] = []
-    for i in sorted(balls, key=lambda k: balls[k].position[axis] - balls[k].radius):
-        p, r = balls[i].position, balls[i].radius
-        active = [j for j in active if balls[j].position[axis] + balls[j].radius > p[axis] - r]
-        for j in active:
-            other, q = balls[j].position, balls[j].radius
-            is_near = abs(other[1 - axis] - p[1 - axis]) < r + q
-            if is_near and overlap(*p, r, *other, q, share):
-                yield min(i, j), max(i, j)
-        active.append(i)
+    sides = {k: (b.position[axis], b.radius) for k, b in balls.items()}
+    for i, j in sweep({k: (middle - r, middle + r) for k, (middle, r) in sides.items()}):
+        (p, r), (q, other) = ((balls[k].position, balls[k].radius) for k in (i, j))
+        is_near = abs(p[1 - axis] - q[1 - axis]) < r + other
+        if is_near and overlap(*p, r, *q, other, share):
+            yield i, j

@@ -3,6 +3,9 @@
 A reader takes one value and returns it as a plain one, or raises :class:`Unfit`. So solvers, laws
 and files never see a number of NumPy. Readers of numbers also take the size (SI) of the ``unit``
 that a file has them in; bounds are in SI.
+
+The type of a part's field has its key: how the value is read and checked, and in which unit a file
+has it. By these keys parts check themselves, and files are read and written.
 """
 
 from __future__ import annotations
@@ -12,7 +15,7 @@ import re
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from numbers import Integral, Real
-from typing import Any, TypeVar
+from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
@@ -24,6 +27,7 @@ from pool_pymunk.model.problems import (
     Location,
     Point,
     Problem,
+    raise_any,
     setting_error,
     shown,
     suggestion,
@@ -132,17 +136,11 @@ def whole(low: int, high: float = LARGEST) -> Reader[int]:
     return read
 
 
-def pair(value: Any, unit: float = 1.0) -> tuple[float, float]:
-    """Read two numbers in a tuple, a list or an array."""
+def point(value: Any, unit: float = 1.0) -> Point:
+    """Read two finite numbers in a tuple, a list or an array."""
     if not is_row(value) or len(value) != 2:
         raise Unfit("must be two numbers, [x, y]")
     x, y = each(number, enumerate(value), unit)
-    return x, y
-
-
-def point(value: Any, unit: float = 1.0) -> Point:
-    """Read two numbers that are finite."""
-    x, y = pair(value, unit)
     if not (math.isfinite(x) and math.isfinite(y)):
         raise Unfit("must be two finite numbers")
     if max(abs(x), abs(y)) > LARGEST:
@@ -223,6 +221,102 @@ def made(kind: type[Any], in_row: bool = False) -> Reader[Any]:
     return read
 
 
+# -- keys ------------------------------------------------------------------------------------------
+
+
+class Key(NamedTuple):
+    """A key says how a value is read, and of which kind its unit is (length, mass, speed)."""
+
+    read: Reader[Any]
+    unit: str = ""
+    may_be_none: bool = False
+
+    def __repr__(self) -> str:
+        return "Key()"
+
+
+Flag = Annotated[bool, Key(flag)]
+Text = Annotated[str, Key(text)]
+Ids = Annotated[Sequence[str], Key(many(text, 'ids, ["1", "2", ...]'))]
+Name = Annotated[str, Key(name)]
+Color = Annotated[str, Key(color)]  # "#rrggbb"
+Colors = Annotated[str | Sequence[str], Key(colors)]  # one of all, or one each
+Length = Annotated[float, Key(size, "length")]  # m, greater than 0
+Gap = Annotated[float, Key(between(0.0), "length")]  # m
+Mass = Annotated[float, Key(size, "mass")]  # kg
+Time = Annotated[float, Key(size)]  # s
+Speed = Annotated[float, Key(between(0.0), "speed")]  # m/s
+Angle = Annotated[float, Key(finite)]  # degrees
+Factor = Annotated[float, Key(finite)]  # any finite number
+Share = Annotated[float, Key(between(0.0, 1.0))]
+Number = Annotated[float, Key(between(0.0))]  # from 0 on
+Place = Annotated[Point, Key(point, "length")]  # m
+Velocity = Annotated[Point, Key(point, "speed")]  # m/s
+Corners = Annotated[tuple[Point, ...], Key(many(point, "corners, [[x, y], ...]"), "length")]  # m
+Bulges = Annotated[tuple[float, ...], Key(many(finite, "numbers, [0.0, 1.0, ...]"))]
+Ends = Annotated[Mapping[str, Point], Key(ends, "length")]  # m
+
+
+Keys = dict[str, Key]
+
+
+def keys_of(whose: Any) -> Keys:
+    """Return the keys of a class by its fields, of a function by its arguments."""
+    hints = get_type_hints(whose, include_extras=True)
+    return {name: _key(hints[name]) for name in whose.__annotations__ if name != "return"}
+
+
+def _key(hint: Any) -> Key:
+    """Return the key in an annotation, which may be None, a class, or a tuple of objects of one."""
+    if isinstance(hint, type):
+        return Key(made(hint))
+    if hasattr(hint, "__metadata__"):
+        key: Key = hint.__metadata__[0]
+        return key
+    first, second = get_args(hint)
+    if second is ...:
+        return Key(made(first, in_row=True))
+    return _key(first)._replace(may_be_none=True)
+
+
+def read_all(keys: Keys, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Read values by their keys; raises SceneError with every one that does not fit."""
+    found: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for name, key in keys.items():
+        value = values[name]
+        try:
+            found[name] = None if value is None and key.may_be_none else key.read(value)
+        except Unfit as unfit:
+            problems += unfit.problems((name,), value)
+    raise_any(problems)
+    return found
+
+
+class Part:
+    """A part of a scene is a dataclass that reads its fields by their keys when it is made.
+
+    Raises :class:`~pool_pymunk.SceneError` with all fields that do not fit, or else with all that
+    is wrong between them.
+    """
+
+    __slots__ = ()
+    KEYS: ClassVar[Keys]
+
+    def __init_subclass__(cls) -> None:
+        cls.KEYS = getattr(cls, "KEYS", {}) | keys_of(cls)
+
+    def __post_init__(self) -> None:
+        given = {name: getattr(self, name) for name in self.KEYS}
+        for name, value in read_all(self.KEYS, given).items():
+            object.__setattr__(self, name, value)
+        raise_any(self._problems())
+
+    def _problems(self) -> Iterable[Problem]:
+        """Return what is wrong between the fields."""
+        return ()
+
+
 # -- arguments -------------------------------------------------------------------------------------
 
 
@@ -245,6 +339,7 @@ def problems_of(value: Any, read: Reader[object], *where: str) -> Iterator[Probl
 def read_pair(key: str, value: Any) -> tuple[float, float]:
     """Read two numbers; raises SettingError, which names ``key``, for anything else."""
     try:
-        return pair(value)
-    except Unfit:
+        x, y = each(number, enumerate(value if is_row(value) else ()))
+        return x, y
+    except ValueError:  # Unfit, or another number of them
         raise setting_error(key, shown(value), "must be two numbers") from None

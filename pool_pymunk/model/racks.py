@@ -6,10 +6,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-from pool_pymunk.model import keys
-from pool_pymunk.model.keys import Key, keys_of, read_all
+from pool_pymunk.model import plain
 from pool_pymunk.model.parts import Ball
-from pool_pymunk.model.plain import choice, whole
+from pool_pymunk.model.plain import Key, choice, keys_of, read_all, whole
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem, raise_any
 
 HEXAGON = "hexagon"
@@ -35,17 +34,17 @@ Shape = Annotated[str, Key(choice(SHAPES))]
 
 
 def rack(
-    apex: keys.Place | None = None,
+    apex: plain.Place | None = None,
     *,
-    radius: keys.Length,
-    mass: keys.Mass,
+    radius: plain.Length,
+    mass: plain.Mass,
     rows: Rows | None = None,
     shape: Shape = "triangle",
-    angle: keys.Angle = 0.0,
-    gap: keys.Gap = 0.0,
-    ids: keys.Ids | None = None,
-    color: keys.Colors | None = None,
-    center: keys.Place | None = None,
+    angle: plain.Angle = 0.0,
+    gap: plain.Gap = 0.0,
+    ids: plain.Ids | None = None,
+    color: plain.Colors | None = None,
+    center: plain.Place | None = None,
     rings: Rows | None = None,
 ) -> tuple[Ball, ...]:
     """Return balls in a triangle of ``rows`` (default: 5), a "diamond" of nine, or a "hexagon".

@@ -1,6 +1,6 @@
 """This module reads scenario files, TOML in units of their own, as Scenes in SI.
 
-The parts of a scene say which keys there are, and what each may be (``model/keys.py``). All
+The parts of a scene say which keys there are, and what each may be (``model/plain.py``). All
 problems of a file are reported at once, each in one line with the file, the key and its value.
 """
 
@@ -15,20 +15,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pool_pymunk.model.keys import Key, Part
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import (
-    LAUNCH,
-    Ball,
-    Friction,
-    Physics,
-    Pocket,
-    Post,
-    Restitution,
-    Shot,
-    beside,
-)
-from pool_pymunk.model.plain import Unfit, choice, text
+from pool_pymunk.model.parts import LAUNCH, SECTIONS, Ball, Pocket, Post, Shot, beside
+from pool_pymunk.model.plain import Key, Part, Unfit, choice, text
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     Location,
@@ -38,10 +27,10 @@ from pool_pymunk.model.problems import (
     suggestion,
     written,
 )
+from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.racks import HEXAGON, rack
 from pool_pymunk.model.racks import KEYS as RACK
 from pool_pymunk.model.scene import Located, Scene, Sketch
-from pool_pymunk.model.units import Units
 from pool_pymunk.safety.files import bundled as bundled
 
 Made = TypeVar("Made")
@@ -52,11 +41,6 @@ Entry = tuple[Location, Values]
 DEFAULTS = ("radius", "mass", "color")  # [ball] has them for
 INHERIT = ("balls", "racks")  # that leave them out
 
-PARTS: dict[str, type[Part]] = {
-    "physics": Physics,
-    "restitution": Restitution,
-    "friction": Friction,
-}
 FROM = Key(choice(("start", "previous")))
 # A file has lists of sections, and sections, each with its keys.
 LISTS: Mapping[str, Mapping[str, Key]] = {
@@ -72,7 +56,7 @@ LISTS: Mapping[str, Mapping[str, Key]] = {
 KEYS: Mapping[str, Mapping[str, Key]] = {
     "units": Units.KEYS | {"numbers": Key(choice(("units", "SI")))},
     "table": dict.fromkeys(("length", "width"), Pocket.KEYS["radius"]) | Table.KEYS,
-    **{name: part.KEYS for name, part in PARTS.items()},
+    **{name: part.KEYS for name, part in SECTIONS.items()},
     "ball": {key: Ball.KEYS[key] for key in DEFAULTS},
     **LISTS,
 }
@@ -97,18 +81,18 @@ def load(scenario: str | Path) -> Scene:
     known = bundled()
     path = known.get(str(scenario), Path(scenario))
     try:
-        return loads(path.read_bytes().decode("utf-8"), source)
+        content = path.read_bytes().decode("utf-8")
     except UnicodeDecodeError as error:
         byte = f"0x{error.object[error.start]:02x}"
         problem = Problem(f"byte {error.start + 1}", byte, "is not UTF-8 text")
         raise SceneError([problem], source) from None
-    except SceneError:
-        raise
     except (FileNotFoundError, ValueError):  # ValueError: a path that no file can have
         meant = suggestion(path.stem, known)
         message = f"there is no such file (bundled: {', '.join(known)}){meant}"
     except OSError as error:
         message = f"cannot be read: {error.strerror or error}"
+    else:
+        return loads(content, source)
     raise SceneError([Problem("scenario", source, message)])
 
 
@@ -139,10 +123,8 @@ def _toml_problem(text: str, source: str, error: Exception) -> Problem:
         number = int(place[1])
         message = f"is not TOML: {str(error)[: place.start()]} (column {place[2]})"
     elif digits and not isinstance(error, tomllib.TOMLDecodeError):  # Python reads no such integers
-        number, message = (
-            text.count("\n", 0, digits.start()) + 1,
-            "has a number with too many digits",
-        )
+        number = text.count("\n", 0, digits.start()) + 1
+        message = "has a number with too many digits"
     else:
         return Problem("file", source, f"is not TOML: {error}")
     line = [*text.split("\n"), ""][number - 1].strip()
@@ -175,7 +157,7 @@ class _File:
     def scene(self) -> Scene | None:
         """Return the Scene, or None where there are problems."""
         sections: Values = {"table": self._table()}
-        for name, part in PARTS.items():
+        for name, part in SECTIONS.items():
             sections[name] = self._part(name, part, self._section(name))
         balls = [*self._balls(), *self._racked()]
         lists: Values = {"balls": balls}

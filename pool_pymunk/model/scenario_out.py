@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.problems import SMALLEST, key_of
-from pool_pymunk.model.units import Units
+from pool_pymunk.model.quantities import Units
 
 if TYPE_CHECKING:
     from pool_pymunk.model.scene import Scene

@@ -13,7 +13,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
-from pool_pymunk.model.keys import Part, Text
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import (
     NEAREST,
@@ -25,16 +24,8 @@ from pool_pymunk.model.parts import (
     Restitution,
     Shot,
 )
-from pool_pymunk.model.places import (
-    METRES,
-    SUNK,
-    Placed,
-    no_room,
-    place_problems,
-    placed,
-    post_problems,
-    post_wall,
-)
+from pool_pymunk.model.places import METRES, SUNK, Ground, Placed, placed, post_wall
+from pool_pymunk.model.plain import Part, Text
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     Location,
@@ -45,8 +36,8 @@ from pool_pymunk.model.problems import (
     raise_any,
     written,
 )
+from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import NO_ROLLING, State, read_state
-from pool_pymunk.model.units import Units
 from pool_pymunk.physics import sides
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.physics.surface import Rolling, Sliding
@@ -193,10 +184,9 @@ class Scene(Part):
 
     def _with_ball_at(self, i: int, place: Point, state: State) -> State:
         """Return the state with ball ``i`` on the table, at another place (m)."""
-        ball = self.balls[i]
-        others = placed(self.balls, state).values()
+        ball, ground = self.balls[i], Ground(self.table, self.pockets, self.posts)
         here = Placed(ball.id, place, ball.radius)
-        room = no_room(here, others, self.table, self.pockets, self.posts)
+        room = ground.no_room(here, placed(self.balls, state).values())
         raise_any(Problem("shot.place", list(place), message) for message in room)
         position = _with(state.position, i, place)
         return state._replace(position=position, off=state.off - {ball.id})
@@ -245,10 +235,10 @@ class Scene(Part):
         where runs end that find contacts late. Raises SceneError for what cannot be, with the ball.
         """
         state = read_state(value, self.index, self.surface.rolls)
-        there = placed(self.balls, state)
+        there, ground = placed(self.balls, state), Ground(self.table, self.pockets, self.posts)
         raise_any(
             Problem(("start", "position", problem.steps[1]), problem.value, problem.message)
-            for problem in place_problems(there, self.table, self.pockets, SUNK, posts=self.posts)
+            for problem in ground.problems(there, SUNK)
         )
         return state
 
@@ -335,8 +325,8 @@ class Sketch:
         """Find balls, posts, arcs and shots' places that have no room."""
         there = {k: ball for k, (where, ball) in enumerate(self.balls) if where not in self.nowhere}
         holes, posts = [hole for _, hole in self.pockets], [post for _, post in self.posts]
-        around: dict[str, Any] = {"table": self.table, "pockets": holes, "units": self.units}
-        for problem in place_problems(there, posts=posts, **around):
+        ground = Ground(self.table, holes, posts, self.units)
+        for problem in ground.problems(there):
             where = self.balls[int(problem.steps[1])][0]
             yield Problem((*where, "position"), problem.value, problem.message)
         largest = max([ball.radius for _, ball in self.balls], default=0.0)
@@ -345,14 +335,14 @@ class Sketch:
                 message = f"cushion {k} is no wider than the largest ball"
                 yield Problem(("table", "bulge", k), edge.bulge, message)
         for where, post in self.posts:
-            for message in post_problems(post, **around):
+            for message in ground.post_problems(post):
                 yield Problem((*where, "position"), list(post.position), message)
         radii = {ball.id: ball.radius for ball in there.values()}
         for where, shot in self.shots:
             if shot.place is not None and shot.ball in radii:
                 here = Placed(shot.ball, shot.place, radii[shot.ball])
                 others = () if shot.from_previous else there.values()
-                for message in no_room(here, others, posts=posts, **around):
+                for message in ground.no_room(here, others):
                     yield Problem((*where, "place"), list(shot.place), message)
 
     def _of_shot(self, where: Location, shot: Shot, ids: Collection[str]) -> Iterator[Problem]:

@@ -12,7 +12,7 @@ from typing import Any
 
 from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.model.units import UNITS
+from pool_pymunk.model.quantities import UNITS
 from pool_pymunk.page.differences import labels, other_part
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN

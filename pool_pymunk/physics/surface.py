@@ -252,12 +252,12 @@ def roll_rate(breakpoint_: Sequence[float]) -> Vector:
 
 
 def rolls_of(breakpoints: Array, times: Array) -> Array:
-    """Return the rolls (T, 2) in m/s at ``times`` (T,) after these breakpoints (T, 9).
+    """Return the rolls (..., 2) in m/s at ``times`` (...) after these breakpoints (..., 9).
 
     A ball whose velocity is its roll rolls on; the roll of another one grows against its slip.
     """
-    time = (times - breakpoints[:, 0])[:, np.newaxis]
-    return breakpoints[:, 7:9] + time * roll_rates(breakpoints)
+    time = (times - breakpoints[..., 0])[..., np.newaxis]
+    return breakpoints[..., 7:9] + time * roll_rates(breakpoints)
 
 
 def roll_rates(breakpoints: Array) -> Array:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pool_pymunk.engine.policies import Variant
 from pool_pymunk.model import Point, Scene, Shot, State, Units
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from pool_pymunk.physics.laws import Law
     from pool_pymunk.render import Figure
     from pool_pymunk.studies.derivatives import Derivatives
+
+Times = Array | Sequence[float] | float
 
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
@@ -67,14 +69,6 @@ class Event:
         return {key: value for key, value in said.items() if value is not None}
 
 
-def extent(scene: Scene, breakpoints: Sequence[ArrayLike]) -> float:
-    """Return the diagonal (m) of the box around the table and all places where balls were."""
-    places = [np.asarray(each)[:, 1:3] for each in breakpoints]
-    if scene.table is not None:
-        places.append(np.array(scene.table.polyline))
-    return float(np.linalg.norm(np.ptp(np.concatenate(places), axis=0)))
-
-
 @dataclass(frozen=True, eq=False)
 class Run:
     """A run is a simulated shot: what happened, where every ball was at any time, and what it cost.
@@ -95,21 +89,21 @@ class Run:
     solver: str
     law: str
     dt: float | None
-    knots: tuple[Array, ...]
+    knots: tuple[Array, ...] = field(compare=False)  # __eq__ compares them as arrays.
     events: tuple[Event, ...]
     status: str
     duration: float
     steps: int
     warnings: tuple[str, ...]
-    wall_time: float
+    wall_time: float = field(compare=False)
     sample_times: tuple[float, ...] | None = None
     off: frozenset[str] = frozenset()
     policies: frozenset[str] = frozenset()
-    known_shift: float | None = field(default=None, repr=False)
-    again: Callable[..., Run] | None = field(default=None, repr=False)
-    variants: tuple[Variant, ...] = field(default=(), repr=False)
-    law_used: Law | None = field(default=None, repr=False)
-    watched: str | None = field(default=None, repr=False)
+    known_shift: float | None = None
+    again: Callable[..., Run] | None = field(default=None, compare=False)
+    variants: tuple[Variant, ...] = field(default=(), compare=False)
+    law_used: Law | None = field(default=None, compare=False)
+    watched: str | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         step = "" if self.dt is None else f" at {step_text(self.dt)}"
@@ -123,8 +117,7 @@ class Run:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Run):
             return NotImplemented
-        apart = {"knots", "wall_time", "again", "variants", "law_used", "watched"}
-        names = {each.name for each in fields(self)} - apart
+        names = [each.name for each in fields(self) if each.compare]
         same = all(getattr(self, name) == getattr(other, name) for name in names)
         both = zip(self.knots, other.knots, strict=True)
         return same and all(np.array_equal(mine, its, equal_nan=True) for mine, its in both)
@@ -184,18 +177,14 @@ class Run:
         """Return velocities (T, N, 2) at the times ``t``, in m/s."""
         return self._samples[1]
 
-    def at(self, times: Array | Sequence[float] | float) -> tuple[Array, Array]:
+    def at(self, times: Times) -> tuple[Array, Array]:
         """Return positions (m) and velocities (m/s) at any ``times`` (s); after the end, the last.
 
         For a sequence of times (T,) both are of shape (T, N, 2), for a single time (N, 2).
         """
-        t = read_times(times)
-        at = np.clip(np.atleast_1d(t), 0.0, self.duration)
-        motions = [free_motions(last, at) for last in self._last_knots(at)]
-        position, velocity = (np.stack(each, axis=1) for each in zip(*motions, strict=True))
-        return (position, velocity) if t.ndim else (position[0], velocity[0])
+        return free_motions(*self._breakpoints_before(times))
 
-    def roll_at(self, times: Array | Sequence[float] | float) -> Array:
+    def roll_at(self, times: Times) -> Array:
         """Return the velocities (m/s) at which the balls would roll, at any ``times`` (s).
 
         For a sequence of times (T,) the answer is of shape (T, N, 2), for a single time (N, 2).
@@ -203,17 +192,15 @@ class Run:
         """
         if not self.scene.surface.rolls:
             raise setting_error("scene", self.scene.title, NO_ROLLING)
-        t = read_times(times)
-        at = np.clip(np.atleast_1d(t), 0.0, self.duration)
-        rolls = np.stack([rolls_of(last, at) for last in self._last_knots(at)], axis=1)
-        return rolls if t.ndim else rolls[0]
+        return rolls_of(*self._breakpoints_before(times))
 
-    def _last_knots(self, t: Array) -> Iterator[Array]:
-        """Yield the last breakpoints (T, 7 or 9) of each ball at these times (s)."""
-        for breakpoints in self.knots:
-            yield breakpoints[np.searchsorted(breakpoints[:, 0], t, side="right") - 1]
+    def _breakpoints_before(self, times: object) -> tuple[Array, Array]:
+        """Return the last breakpoints (..., N, 7 or 9) of the balls, and the times (..., 1) (s)."""
+        t = np.clip(read_times(times), 0.0, self.duration)
+        last = [rows[np.searchsorted(rows[:, 0], t, side="right") - 1] for rows in self.knots]
+        return np.stack(last, axis=-2), t[..., np.newaxis]
 
-    def energy_at(self, times: Array | Sequence[float] | float) -> Array:
+    def energy_at(self, times: Times) -> Array:
         """Return the kinetic energy (J) of all balls at any ``times`` (s): (T,), or one number.
 
         >>> from pool_pymunk import load, simulate
@@ -221,17 +208,17 @@ class Run:
         >>> run.energy_at(run.duration), run.energy_at([0.0]) == run.energy["initial"]
         (array(0.), array([ True]))
         """
-        return np.asarray(self._energies(read_times(times)).sum(axis=-1))
+        return np.asarray(self._energies(times).sum(axis=-1))
 
-    def _energies(self, t: Array) -> Array:
+    def _energies(self, times: Times) -> Array:
         """Return the kinetic energy (J) of each ball at times (s): (T, N), or (N,) for one time."""
         mass = np.array([ball.mass for ball in self.scene.balls])
-        energy: Array = 0.5 * ((self.at(t)[1] ** 2).sum(axis=-1) * mass)
+        energy: Array = 0.5 * ((self.at(times)[1] ** 2).sum(axis=-1) * mass)
         if self.scene.surface.rolls:
-            energy += 0.5 * GYRATION * ((self.roll_at(t) ** 2).sum(axis=-1) * mass)
+            energy += 0.5 * GYRATION * ((self.roll_at(times) ** 2).sum(axis=-1) * mass)
         return energy
 
-    def on_table(self, times: Array | Sequence[float] | float) -> NDArray[np.bool_]:
+    def on_table(self, times: Times) -> NDArray[np.bool_]:
         """Tell which balls are on the table at any ``times`` (s).
 
         For a sequence of times (T,) the answer is of shape (T, N), for a single time (N,).
@@ -280,18 +267,16 @@ class Run:
 
         found = rounding(self)
         if math.isnan(found):
-            found = self._moved_by_errors(EARLY)
+            variants = [Variant(seed=seed) for seed in range(ROUNDED_RUNS)]
+            found = self._moved(variants, EARLY)
             if found > min(ball.radius for ball in self.scene.balls):
                 found = math.inf
             elif len(self.events) > EARLY:
-                found = self._moved_by_errors(None)
-        return min(found, extent(self.scene, self.knots))
-
-    def _moved_by_errors(self, most: int | None) -> float:
-        """Return how far (m) random rounding errors move the ends of runs of this many events."""
-        assert self.again is not None
-        runs = [self.again(Variant(seed=seed), most) for seed in range(ROUNDED_RUNS)]
-        return SURE * max(map(self._farthest, runs))
+                found = self._moved(variants)
+        places = [rows[:, 1:3] for rows in self.knots]
+        if self.scene.table is not None:
+            places.append(np.array(self.scene.table.polyline))
+        return min(found, float(np.linalg.norm(np.ptp(np.concatenate(places), axis=0))))
 
     def derivatives(self, wrt: str | Sequence[str] = ("position", "velocity")) -> Derivatives:
         """Differentiate the ends and the event times of an exact run by its inputs.
@@ -328,14 +313,17 @@ class Run:
             return 0.0
         if self.known_shift is not None or self.again is None:
             return math.nan if self.known_shift is None else self.known_shift
-        farthest = max(self._farthest(self.again(variant)) for variant in self.variants)
-        return min(SURE * farthest, self.scene.diagonal)
+        return min(self._moved(self.variants), self.scene.diagonal)
 
-    def _farthest(self, other: Run) -> float:
-        """Return the largest distance (m) of a ball's ends in two runs, or where one is cut off."""
-        last = min if other.status == "max_events" else max
-        t = last(self.duration, other.duration)
-        return max(map(math.dist, self.at(t)[0], other.at(t)[0]))
+    def _moved(self, variants: Iterable[Variant], most: int | None = None) -> float:
+        """Return SURE times how far (m) variants of the run, of ``most`` events, move the ends."""
+        assert self.again is not None
+        apart = []
+        for other in (self.again(variant, most) for variant in variants):
+            last = min if other.status == "max_events" else max
+            t = last(self.duration, other.duration)
+            apart.append(max(map(math.dist, self.at(t)[0], other.at(t)[0])))
+        return SURE * max(apart)
 
     @cached_property
     def energy(self) -> dict[str, float]:

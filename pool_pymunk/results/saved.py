@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import astuple
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -25,9 +26,7 @@ def save(run: Run, path: str | Path) -> None:
         "format": FORMAT,
         "scene": run.scene.to_toml(),
         "shot": None if run.shot is None else run.scene.shots.index(run.shot),
-        "events": [
-            [event.t, event.kind, event.balls, event.cushion, event.pocket] for event in run.events
-        ],
+        "events": [astuple(event) for event in run.events],
         "warnings": run.warnings,
         "sample_times": run.sample_times,
         "off": sorted(run.off),
@@ -40,7 +39,7 @@ def save(run: Run, path: str | Path) -> None:
             file,
             about=np.array(json.dumps(about)),
             knots=np.concatenate(run.knots),
-            counts=np.array([len(breakpoints) for breakpoints in run.knots]),
+            counts=np.array([len(rows) for rows in run.knots]),
         )
 
 
@@ -56,18 +55,14 @@ def load(path: str | Path) -> Run:
         raise setting_error("path", str(path), "the file is no run that Run.save wrote")
     scene = loads(about["scene"])
     if about["format"] == BEFORE:
-        breakpoints = [
-            np.array(completed(rows.tolist(), scene.surface, about["duration"]))
-            for rows in breakpoints
-        ]
-    times = about["sample_times"]
+        slides, end = scene.surface, about["duration"]
+        breakpoints = [np.array(completed(rows.tolist(), slides, end)) for rows in breakpoints]
+    events, times = about["events"], about["sample_times"]
     return Run(
         scene=scene,
         shot=None if about["shot"] is None else scene.shots[about["shot"]],
         knots=tuple(breakpoints),
-        events=tuple(
-            Event(t, kind, tuple(balls), *where) for t, kind, balls, *where in about["events"]
-        ),
+        events=tuple(Event(t, kind, tuple(balls), *where) for t, kind, balls, *where in events),
         warnings=tuple(about["warnings"]),
         sample_times=None if times is None else tuple(times),
         off=frozenset(about["off"]),

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.model.inputs import Names, roll_start_of, share_of, start_of
+from pool_pymunk.model.inputs import Names, share_of, start_of
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import NT, split
 from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
@@ -71,16 +71,13 @@ class VariedInputs:
         rolls = self.run.scene.surface.rolls
         change = np.zeros((6 if rolls else 4, self.count))
         ball, shot, begun = self.run.scene.balls[i], self.run.shot, self.run.knots[i][0]
-        struck, velocity, share = self.run.struck == ball.id, tuple(begun[3:5].tolist()), 0.0
-        if shot and struck:
+        struck, velocity, share = self.run.struck == ball.id, tuple(begun[3:5].tolist()), None
+        if rolls and shot and struck:
             share = shot.roll
         elif rolls:  # Of a shot of a batch, the roll alone is known.
             share = float(share_of(begun[3:5], begun[7:9], None if struck else ball.roll))
         for name in names:
-            moved = start_of(name, ball, struck, velocity) or (0.0, 0.0, 0.0, 0.0)
-            if rolls:
-                moved = *moved, *roll_start_of(name, moved, struck, velocity, share)
-            change[:, self.column[name]] = moved
+            change[:, self.column[name]] = start_of(name, ball, struck, velocity, share)
         return change
 
     def unit(self, name: str) -> Array | None:
