@@ -19,6 +19,7 @@ from pool_pymunk.fast.doubts import (
     CAREFUL,
     NO_ONE,
     UNCLEAR,
+    around,
     is_doubtful,
     largest,
     may_be_at_corner,
@@ -41,14 +42,13 @@ from pool_pymunk.fast.records import NOTHING, Moving, Out, Tracks
 from pool_pymunk.fast.shots import COLUMNS, OF_SURFACE, Floats, Source, is_gone
 from pool_pymunk.fast.tables import table_of, walls_differ
 from pool_pymunk.fast.walls import coefficients, owns
-from pool_pymunk.model.inputs import Names, parts, share_of, start_of
+from pool_pymunk.model.inputs import Names, parts, starts_of
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.physics import saltation
 from pool_pymunk.physics.contact import NT, Pair, split
 from pool_pymunk.physics.dual import BESIDE, STRAIGHT, WIDE
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.saltation import AGREE, GRAZE, MOST, Geometry, is_now
-from pool_pymunk.physics.sides import Arc
 from pool_pymunk.physics.surface import (
     longer,
     roll_at,
@@ -62,10 +62,8 @@ from pool_pymunk.physics.surface import (
 from pool_pymunk.results.run import Run
 
 # A follow has a record for shots and the tracks of some, and arrays of three kinds. What balls may
-# touch: the sides of walls, and the `first` side of each wall; discs at rest (D, 5): x, y, radius,
-# how often a ball's radius counts (0 at a rim, -1 within an arc), wall; faces (F, 8): start,
-# tangent, normal, length, wall; and (C, 6) where faces begin or end at a corner: it, tangent,
-# normal. What P inputs change: the starts (S, N, K, P), masses (N, P), radii (N, P), coefficients
+# touch: the sides of walls, the `first` side of each wall, and discs, faces and corners as `around`
+# has them. What P inputs change: the starts (S, N, K, P), masses (N, P), radii (N, P), coefficients
 # (7, P). And how shots stand: the changes of the balls' states (N, K, P) at their last breakpoints,
 # what each has met there, how many breakpoints each has had, whether it is off the table; and of
 # the balls of a contact (2): their numbers, motions (6) and changes of the velocities' parts (4,
@@ -129,7 +127,6 @@ def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
         for each in (source.velocity, source.roll)
     )
     assert velocity is not None
-    starts = np.zeros((*velocity.shape[:2], 4 if roll is None else 6, count))
     sizes = {key: np.zeros((len(scene.balls), count)) for key in ("mass", "radius")}
     coefficients = np.zeros((len(COLUMNS), count))
     for p, name in enumerate(names):
@@ -139,13 +136,8 @@ def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
         elif kind in COLUMNS:
             unit = scene.physics.gravity if kind in OF_SURFACE else 1.0
             coefficients[COLUMNS[kind], p] = unit
-    for i, ball in enumerate(scene.balls):
-        is_struck, its, share = i == source.watched, velocity[:, i].T, None
-        if roll is not None:
-            share = share_of(its.T, roll[:, i], None if is_struck else ball.roll)
-        for p, name in enumerate(names):
-            for row, each in enumerate(start_of(name, ball, is_struck, its, share)):
-                starts[:, i, row, p] = each
+    struck = source.watched if source.watched >= 0 else None
+    starts = starts_of(scene, names, struck, velocity, roll)
     if scene.restitution.cue_ball is None and "restitution.cue_ball" not in source.vary:
         coefficients[1] = coefficients[0]  # The cue ball is as any other.
     return starts, *sizes.values(), coefficients
@@ -153,29 +145,10 @@ def _inputs(source: Source, names: Names, part: slice) -> tuple[Floats, ...]:
 
 def _around(scene: Scene) -> tuple[Any, ...]:
     """Return what balls may touch in a scene, in the arrays of a follow."""
-    sides, table = table_of(scene, walls_differ(scene)).sides, scene.table
-    first = np.unique(sides.first)
-    discs, faces, corners = list[Any](), list[Any](), list[Any]()
-    for k, post in enumerate(scene.posts, start=scene.first_post):
-        discs.append((*post.position, post.radius, 1.0, k))
-    for k, edge in enumerate(() if table is None else table.edges):
-        assert table is not None
-        last, side = table.edges[k - 1], edge.side
-        if k in table.reflex_corners:
-            discs.append((*edge.start, 0.0, 1.0, k))
-        if k in table.reflex_corners or last.bulge or edge.bulge:
-            for tx, ty in (last.heading(True), edge.heading(False)):
-                corners.append((*edge.start, tx, ty, -ty, tx))
-        if isinstance(side, Arc):
-            discs.append((*side.center, side.radius, side.facing, k))
-        else:
-            faces.append((*edge.start, *edge.tangent, *edge.normal, edge.length, k))
-    before = len(first) - len(scene.pockets)
-    for k, hole in enumerate(scene.pockets):
-        discs.append((*hole.position, hole.radius, 0.0, before + k))
-    grids = (np.array(rows, float).reshape(-1, size)
-             for rows, size in ((discs, 5), (faces, 8), (corners, 6)))  # fmt: skip
-    return sides, first, *grids
+    sides = table_of(scene, walls_differ(scene)).sides
+    found = zip(around(scene), (5, 8, 6), strict=True)
+    grids = (np.array(rows, float).reshape(-1, size) for rows, size in found)
+    return sides, np.unique(sides.first), *grids
 
 
 # -- what numba compiles ---------------------------------------------------------------------------
@@ -372,7 +345,7 @@ def meets(g: Follow, breakpoints: Any, k: int, t: float, met: int) -> bool:
     if met >= 0:
         geometry = saltation.hit(a, b)
     else:
-        if may_be_at_corner(g, a[0], a[1], g.w.ball[i].radius):
+        if may_be_at_corner(g.corners, a[0], a[1], g.w.ball[i].radius):
             return False
         side = g.sides[g.first[-1 - met]]
         side = nearest(g.sides, side, a[0], a[1], g.w.ball[i].radius)

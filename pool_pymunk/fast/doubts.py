@@ -1,16 +1,19 @@
-"""This module finds what in a compiled shot may have no derivative: touches, and corners."""
+"""This module finds what in a run may have no derivative: paths that touch, and corners.
+
+numba compiles its functions of numbers, and :mod:`pool_pymunk.studies.touches` calls them, too.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from pool_pymunk.fast.due import path_of, slows
-from pool_pymunk.fast.records import Moving
-from pool_pymunk.physics import saltation
+from pool_pymunk.fast.due import path_of
+from pool_pymunk.model.scene import Scene
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.path import motion_at
+from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.saltation import BLUR, GRAZE, is_now
+from pool_pymunk.physics.sides import Arc
 
 if TYPE_CHECKING:
     from pool_pymunk.fast.derivatives import Follow
@@ -23,19 +26,41 @@ UNCLEAR = CAREFUL * BLUR
 # After 20 this square would be 1e-12, more than `UNCLEAR`; after 52 nothing changes any more.
 HALVINGS = 40
 NO_ONE = -(1 << 30)  # stands for neither a ball nor a wall
+NEVER = -1.0  # s; no touch has this time
+# An interval's last velocity is looked at this share of it before its end: there it may be zero.
+LAST = 1e-9
+NO_TOUCH = (False, NEVER)
+EDGE = 1e-9  # of a radius; a ball that meets a cushion this near to its end may meet the corner
 
 
-class Passing(NamedTuple):
-    """Two discs pass each other for a ``time`` (s), and touch at the distance ``apart`` (m)."""
+def around(scene: Scene) -> tuple[list[Any], list[Any], list[Any]]:
+    """Return what balls may touch in a scene: discs at rest, faces, and where corners begin.
 
-    offset: Vector
-    velocity: Vector
-    pull: Vector
-    time: float
-    apart: float
-    size: float  # m; how large the numbers of the places are
-    fastest: float  # m/s
-    sign: float  # 1, or -1 if one disc is within the other
+    A disc has x, y, radius, how often a ball's radius counts (0 at a rim, -1 within an arc), and
+    the number of its wall; pockets come after the walls. A face has its start, tangent, normal,
+    length and wall. A face begins or ends at a corner: that has its place, tangent and normal.
+    """
+    table, discs, faces, corners = scene.table, list[Any](), list[Any](), list[Any]()
+    for k, post in enumerate(scene.posts, start=scene.first_post):
+        discs.append((*post.position, post.radius, 1.0, k))
+    for k, edge in enumerate(() if table is None else table.edges):
+        assert table is not None
+        last, side = table.edges[k - 1], edge.side
+        if k in table.reflex_corners:
+            discs.append((*edge.start, 0.0, 1.0, k))
+        if k in table.reflex_corners or last.bulge or edge.bulge:
+            for tx, ty in (last.heading(True), edge.heading(False)):
+                corners.append((*edge.start, tx, ty, -ty, tx))
+        if isinstance(side, Arc):
+            discs.append((*side.center, side.radius, side.facing, k))
+        else:
+            faces.append((*edge.start, *edge.tangent, *edge.normal, edge.length, k))
+    for k, hole in enumerate(scene.pockets, start=len(scene.cushions)):
+        discs.append((*hole.position, hole.radius, 0.0, k))
+    return discs, faces, corners
+
+
+# -- in a compiled shot ----------------------------------------------------------------------------
 
 
 def largest(g: Follow, i: int) -> float:
@@ -70,93 +95,91 @@ def may_coincide(g: Follow, i: int, other: int, t: float) -> bool:
     return is_new or rests or is_first or is_now(t, g.w.scene.latest, fastest, size, UNCLEAR)
 
 
-def may_be_at_corner(g: Follow, x: float, y: float, radius: float) -> bool:
-    """Tell whether a ball may touch the table where a side and a corner join."""
-    for k in range(len(g.corners)):
-        c = g.corners[k]
-        tangent, across = (c[2], c[3]), (c[4], c[5])
-        if saltation.is_at_corner(x - c[0], y - c[1], radius, tangent, across):
-            return True
-    return False
-
-
 def may_touch(g: Follow, i: int, t: float, met: int, done: int) -> bool:
     """Tell whether the path of ball ``i`` up to ``t`` (s) may touch what it does not hit.
 
     It ends where the ball has ``met`` something; ball ``done`` was looked at before.
     """
-    ball = g.w.ball[i]
+    ball, path = g.w.ball[i], path_of(g.w.ball[i])
     if g.gone[i]:
         return False
-    is_still = not moves_on(ball)
-    if not is_still and ball.t < t and may_touch_table(g, i, t, met):
+    is_still = not sets_off(path)
+    if not is_still and may_touch_table(g, i, t, met):
         return True
     for j in range(g.w.scene.balls):
         other = g.w.ball[j]
-        since = max(ball.t, other.t)
-        both_rest = is_still and not moves_on(other)
-        if j in (i, done) or both_rest or g.gone[j] or since >= t:
+        if j in (i, done) or g.gone[j] or (is_still and not sets_off(path_of(other))):
             continue
         have_met = g.met[i] == j and g.met[j] == i and ball.t == other.t
-        x, y, vx, vy = motion_at(path_of(ball), since)
-        dx, dy, ux, uy = motion_at(path_of(other), since)
-        fastest = max(abs(vx), abs(vy), max(abs(ux), abs(uy)))
-        size = abs(x) + abs(y) + abs(dx) + abs(dy) + (t - since) * 4.0 * fastest
-        offset, velocity, pull = (
-            (dx - x, dy - y),
-            (ux - vx, uy - vy),
-            (other.ax - ball.ax, other.ay - ball.ay),
-        )
-        apart = ball.radius + other.radius
-        passing = Passing(offset, velocity, pull, t - since, apart, size, fastest, 1.0)
-        if are_tangent(passing, not have_met, met != j):
+        apart, ends = ball.radius + other.radius, met != j
+        begins, other_path = not have_met, path_of(other)
+        found = touch_of_discs(path, other_path, t, apart, 1.0, begins, ends, CAREFUL)
+        if found != NO_TOUCH:
             return True
     return False
-
-
-def moves_on(ball: Moving) -> bool:
-    """Tell whether a ball moves on its path, or sets off."""
-    return bool(ball.vx != 0.0 or ball.vy != 0.0 or ball.ax != 0.0 or ball.ay != 0.0)
 
 
 def may_touch_table(g: Follow, i: int, t: float, met: int) -> bool:
     """Tell whether the path of a ball that moves may touch a corner, a rim or a face."""
-    b, begun = g.w.ball[i], g.met[i]
-    x, y, _, _ = motion_at(path_of(b), t)
-    fastest = max(abs(b.vx), abs(b.vy))
-    size = abs(b.x) + abs(b.y) + abs(x) + abs(y) + b.radius
+    path, radius, begun = path_of(g.w.ball[i]), g.w.ball[i].radius, g.met[i]
     for k in range(len(g.discs)):
         d = g.discs[k]
-        wall, apart = -1 - int(d[4]), d[2] + d[3] * b.radius
-        offset, velocity, pull = (d[0] - b.x, d[1] - b.y), (-b.vx, -b.vy), (-b.ax, -b.ay)
-        far, sign = size + abs(d[0]) + abs(d[1]), -1.0 if d[3] < 0.0 else 1.0
-        passing = Passing(offset, velocity, pull, t - b.t, apart, far, fastest, sign)
-        if are_tangent(passing, begun != wall, met != wall):
+        wall, still = -1 - int(d[4]), standing(0.0, d[0], d[1])
+        begins, ends, apart = begun != wall, met != wall, d[2] + d[3] * radius
+        if touch_of_discs(path, still, t, apart, d[3], begins, ends, CAREFUL) != NO_TOUCH:
             return True
-    blur = UNCLEAR * size
     for k in range(len(g.faces)):
-        f = g.faces[k]
-        wall, least = -1 - int(f[7]), CAREFUL * GRAZE * fastest
-        goes_along = begun != wall and abs(b.vx * f[4] + b.vy * f[5]) <= least
-        if goes_along and on_face(f, b.x, b.y, b.radius, blur):
-            return True
-        if met != wall and on_face(f, x, y, b.radius, blur):
-            return True
-        if not slows(b) and may_turn_at(f, b, t, blur):
+        wall = -1 - int(g.faces[k][7])
+        begins, ends = begun != wall, met != wall
+        if touch_of_face(path, g.faces[k], t, radius, begins, ends, CAREFUL) != NO_TOUCH:
             return True
     return False
 
 
-def may_turn_at(f: Any, b: Moving, t: float, blur: float) -> bool:
-    """Tell whether a path that bends may be tangent to a face before ``t`` (s)."""
-    rate, pull = b.vx * f[4] + b.vy * f[5], b.ax * f[4] + b.ay * f[5]
-    if rate >= 0.0 or pull <= 0.0 or b.t - rate / pull >= t:
-        return False
-    x, y, _, _ = motion_at(path_of(b), b.t - rate / pull)
-    return on_face(f, x, y, b.radius, blur)
+# -- of paths --------------------------------------------------------------------------------------
 
 
-def on_face(f: Any, x: float, y: float, radius: float, blur: float) -> bool:
+def may_be_at_corner(corners: Any, x: float, y: float, radius: float) -> bool:
+    """Tell whether a ball may touch the table where a side and a corner join."""
+    for k in range(len(corners)):
+        c = corners[k]
+        dx, dy = x - c[0], y - c[1]
+        along, height = dx * c[2] + dy * c[3], dx * c[4] + dy * c[5]
+        if abs(along) <= EDGE * radius and abs(height - radius) <= EDGE * radius:
+            return True
+    return False
+
+
+def touch_of_face(
+    path: Path, face: Any, until: float, radius: float, begins: bool, ends: bool, careful: float
+) -> tuple[bool, float]:
+    """Tell whether a ball goes along a face at first, and when (s) it turns back or ends there.
+
+    Its beginning, and its end, count if it ``begins``, and ``ends``, without a contact there. The
+    limits are ``careful`` times those of rounding.
+    """
+    if path.t >= until:
+        return NO_TOUCH
+    x, y, _, _ = motion_at(path, until)
+    blur = careful * BLUR * (abs(path.x) + abs(path.y) + abs(x) + abs(y) + radius)
+    rate, pull = path.vx * face[4] + path.vy * face[5], path.ax * face[4] + path.ay * face[5]
+    goes_along = abs(rate) <= careful * GRAZE * max(abs(path.vx), abs(path.vy))
+    goes_along &= begins and is_on_face(face, path.x, path.y, radius, blur)
+    if rate < 0.0 and pull > 0.0 and path.t - rate / pull < until and bends(path):
+        turns = path.t - rate / pull
+        turn_x, turn_y, _, _ = motion_at(path, turns)
+        if is_on_face(face, turn_x, turn_y, radius, blur):
+            return goes_along, turns
+    return goes_along, until if ends and is_on_face(face, x, y, radius, blur) else NEVER
+
+
+def bends(path: Path) -> bool:
+    """Tell whether a path is no straight line, as of a ball that slides before it rolls."""
+    left, right = path.vx * path.ay, path.vy * path.ax
+    return abs(left - right) > BLUR * (abs(left) + abs(right))
+
+
+def is_on_face(f: Any, x: float, y: float, radius: float, blur: float) -> bool:
     """Tell whether a ball at this place touches a face, or nearly so."""
     dx, dy = x - f[0], y - f[1]
     foot = dx * f[2] + dy * f[3]
@@ -164,46 +187,62 @@ def on_face(f: Any, x: float, y: float, radius: float, blur: float) -> bool:
     return bool(is_beside and abs(dx * f[4] + dy * f[5] - radius) <= blur)
 
 
-def are_tangent(p: Passing, begins: bool, ends: bool) -> bool:
-    """Tell whether discs may touch as they pass each other, and not hit each other.
+def touch_of_discs(
+    a: Path, b: Path, until: float, apart: float, facing: float, begins: bool, ends: bool,
+    careful: float,
+) -> tuple[bool, float]:  # fmt: skip
+    """Tell how discs touch at the distance ``apart`` (m), as :func:`touch_of_face` does.
 
-    Look at the beginning and at the end if they have not met there. In between, the relative path
+    If ``facing`` is negative, the one is within the other. Between its ends, the relative path
     deviates from its chord by |a| T^2 / 8 at most.
     """
-    (dx, dy), (vx, vy), (ax, ay), time = p.offset, p.velocity, p.pull, p.time
+    since = max(a.t, b.t)
+    if since >= until:
+        return NO_TOUCH
+    time, (own_x, own_y, own_u, own_v) = until - since, motion_at(a, since)
+    its_x, its_y, its_u, its_v = motion_at(b, since)
+    dx, dy, vx, vy, ax, ay = (
+        its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v, b.ax - a.ax, b.ay - a.ay
+    )  # fmt: skip
+    fastest = max(max(abs(own_u), abs(own_v)), max(abs(its_u), abs(its_v)))
+    size = abs(own_x) + abs(own_y) + abs(its_x) + abs(its_y) + 4.0 * time * fastest
+    blur = careful * BLUR * (size + apart)
     ux, uy = vx + time * ax, vy + time * ay
     x, y = dx + time * (vx + ux) / 2.0, dy + time * (vy + uy) / 2.0
-    blur = UNCLEAR * (p.size + p.apart)
-    far, bow, is_outside = p.apart + blur, time * time / 8.0, p.sign > 0.0
+    far, bow, sign = apart + blur, time * time / 8.0, -1.0 if facing < 0.0 else 1.0
     bow_x, bow_y = far + bow * abs(ax), far + bow * abs(ay)
     is_far = min(dx, x) > bow_x or max(dx, x) < -bow_x or min(dy, y) > bow_y or max(dy, y) < -bow_y
-    if is_outside and is_far:
-        return False
+    if sign > 0.0 and is_far:
+        return NO_TOUCH
     first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
-    rate, at_last = dx * vx + dy * vy, x * ux + y * uy
-    is_at_first = abs(first - p.apart) <= blur and abs(rate) <= CAREFUL * GRAZE * p.fastest * first
-    if (begins and is_at_first) or (ends and abs(last - p.apart) <= blur):
-        return True
-    slight = GRAZE * (abs(vx) + abs(vy) + abs(ux) + abs(uy))
-    if p.sign * rate > slight * first or p.sign * at_last < -slight * last:
-        return False
-    cx, cy = x - dx, y - dy
-    length = math.sqrt(cx * cx + cy * cy)
-    if is_outside and abs(dx * cy - dy * cx) > far * length + bow * abs(ax * cy - ay * cx):
-        return False
-    return abs(turning_distance(p) - p.apart) <= blur
+    late = (1.0 - LAST) * time
+    rate, at_last = dx * vx + dy * vy, x * (vx + late * ax) + y * (vy + late * ay)
+    goes_along = abs(rate) <= careful * GRAZE * fastest * first
+    goes_along &= begins and abs(first - apart) <= blur
+    slight = (careful - 1.0) * GRAZE * (abs(vx) + abs(vy) + abs(ux) + abs(uy))
+    if sign * rate < slight * first and sign * at_last > -slight * last:
+        cx, cy = x - dx, y - dy
+        length = math.sqrt(cx * cx + cy * cy)
+        bent = far * length + bow * abs(ax * cy - ay * cx)
+        if sign < 0.0 or abs(dx * cy - dy * cx) <= bent:
+            turns, distance = turning((dx, dy), (vx, vy), (ax, ay), time, sign)
+            if abs(distance - apart) <= blur:
+                return goes_along, since + turns
+    return goes_along, until if ends and abs(last - apart) <= blur else NEVER
 
 
-def turning_distance(p: Passing) -> float:
-    """Return the least distance (m) of two paths that near and part, or the largest within one."""
-    (dx, dy), (vx, vy), (ax, ay) = p.offset, p.velocity, p.pull
-    near, part = 0.0, p.time
+def turning(
+    offset: Vector, velocity: Vector, pull: Vector, time: float, sign: float
+) -> tuple[float, float]:
+    """Return when (s) paths stop to near, and their distance (m); within a disc, to part."""
+    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
+    near, part = 0.0, time
     for _ in range(HALVINGS):
         middle = 0.5 * (near + part)
         mx, my = dx + middle * (vx + middle * ax / 2.0), dy + middle * (vy + middle * ay / 2.0)
-        if p.sign * (mx * (vx + middle * ax) + my * (vy + middle * ay)) > 0.0:
+        if sign * (mx * (vx + middle * ax) + my * (vy + middle * ay)) > 0.0:
             part = middle
         else:
             near = middle
     mx, my = dx + part * (vx + part * ax / 2.0), dy + part * (vy + part * ay / 2.0)
-    return math.sqrt(mx * mx + my * my)
+    return part, math.sqrt(mx * mx + my * my)

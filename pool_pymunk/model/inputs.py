@@ -322,25 +322,39 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     )
 
 
-def start_of(
-    name: str, ball: Ball, struck: bool, velocity: Any, share: Any = None
-) -> tuple[Any, ...]:
-    """Return the derivatives of a ball's start (4,) by an input, and those of its roll (2,).
+def starts_of(
+    scene: Scene, names: Iterable[str], struck: int | None, velocity: Floats,
+    roll: Floats | None = None, share: float | None = None,
+) -> Floats:  # fmt: skip
+    """Return the derivatives (S, N, K, P) of the states of balls at the start by some inputs.
 
-    ``velocity`` has vx and vy: numbers, or arrays for many shots. The roll is a ``share`` of it;
-    without one the answer ends before the roll.
+    A state has place and velocity (K = 4), and where balls roll the roll (K = 6). ``velocity`` and
+    ``roll`` (S, N, 2) are those of many shots at the start. The roll of the ``struck`` ball is this
+    ``share`` of its velocity; if it is None, ``roll`` alone is known.
 
-    >>> start_of("vy.C", Ball("C", (0.0, 0.0), 0.03, 0.2), True, (1.0, 0.0))
-    (0.0, 0.0, 0.0, 1.0)
+    >>> from pool_pymunk import load
+    >>> starts_of(load("two-balls"), ["vy.B"], None, np.zeros((1, 2, 2)))[0, 1, :, 0].tolist()
+    [0.0, 0.0, 0.0, 1.0]
     """
-    kind, whose = parts(name)
-    row = TABLE[kind]
-    is_its = struck if row.of == SHOT else row.of == BALL and whose == ball.id
-    moved = row.start(*velocity) if is_its and row.start is not None else (0.0,) * 4
-    if share is None:
-        return moved
-    roll = velocity if kind == "roll" and struck else (share * moved[2], share * moved[3])
-    return *moved, *roll
+    names, size = list(names), 4 if roll is None else 6
+    found = np.zeros((*velocity.shape[:2], size, len(names)))
+    if roll is not None:
+        shares = share_of(velocity, roll, np.array([ball.roll for ball in scene.balls], float))
+        if struck is not None:
+            own = share_of(velocity[:, struck], roll[:, struck]) if share is None else share
+            shares[:, struck] = own
+    for p, name in enumerate(names):
+        kind, whose = parts(name)
+        row = TABLE[kind]
+        i = scene.index[whose] if row.of == BALL else struck
+        if row.start is None or i is None:
+            continue
+        for k, part in enumerate(row.start(*velocity[:, i].T)):
+            found[:, i, k, p] = part
+        if roll is not None:
+            turns = velocity[:, i] if kind == "roll" else shares[:, i, None] * found[:, i, 2:4, p]
+            found[:, i, 4:, p] = turns
+    return found
 
 
 def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import chain
 from typing import Any, NoReturn
 
 import numpy as np
@@ -131,72 +132,60 @@ def _value(number: Dual | float) -> float:
     return number.value if isinstance(number, Dual) else number
 
 
-def hit_jacobian(
-    law: Law, a: NT, b: NT, pair: Pair, moves: Sequence[bool], fastest: float = 0.0
+def law_jacobian(
+    law: Law,
+    before: Sequence[NT],
+    numbers: Pair | tuple[float, float],
+    moves: Sequence[bool],
+    fastest: float = 0.0,
 ) -> Array | None:
-    """Return the derivatives (S, 4, 8) of the velocities after a hit of two balls, on S sides.
+    """Return the derivatives (S, 2 C, K) of the velocities after a contact of C balls, on S sides.
 
-    The rows are a_n, a_t, b_n and b_t after it, and the columns the same before it, then m_a, m_b,
-    the restitution and the friction. The sides lie within rounding of the hit. They differ where
-    the law has a kink there, such as that between sticking and slipping. ``moves`` tells whether
-    inputs change a_t, and b_t: a law may jump where a tangential velocity is zero, as that of a
-    resting ball is. ``fastest`` (m/s) is the largest speed in the hit.
-    Return None where the law jumps.
+    The rows are a_n, a_t, b_n and b_t after a hit, or v_n and v_t after a bounce. The columns are
+    the same before it, then its ``numbers``: a pair, or the restitution and the friction of a
+    cushion. The sides lie within rounding of the contact. They differ where the law has a kink
+    there, such as that between sticking and slipping. ``moves`` tells whether inputs change a_t,
+    and b_t: a law may jump where a tangential velocity is zero, as that of a resting ball is.
+    ``fastest`` (m/s) is the largest speed in the contact. Return None where the law jumps.
 
     >>> from pool_pymunk.physics.laws import Coulomb
-    >>> a, b, pair = NT(1.0, 0.0), NT(0.0, 0.0), Pair(0.2, 0.2, 0.5, 0.1)
-    >>> found = hit_jacobian(Coulomb(), a, b, pair, (True, True))
+    >>> hit, pair = (NT(1.0, 0.0), NT(0.0, 0.0)), Pair(0.2, 0.2, 0.5, 0.1)
+    >>> found = law_jacobian(Coulomb(), hit, pair, (True, True))
     >>> (found[0, :, :4].round(3) + 0.0).tolist()
     [[0.25, 0.0, 0.75, 0.0], [0.0, 0.5, 0.0, 0.5], [0.75, 0.0, 0.25, 0.0], [0.0, 0.5, 0.0, 0.5]]
-    """
-
-    def answer(inputs: Sequence[Any]) -> tuple[Any, ...]:
-        after_a, after_b = law.ball_ball(NT(*inputs[:2]), NT(*inputs[2:4]), Pair(*inputs[4:]))
-        return (*after_a, *after_b)
-
-    def slopes(inputs: Sequence[float], rows: Array) -> None:
-        known(NT(*inputs[:2]), NT(*inputs[2:4]), Pair(*inputs[4:]), rows)
-
-    known = slopes_of(law.ball_ball)
-    if law.jumps(a, b, pair):
-        return None
-    step = BESIDE * max(fastest, *map(abs, (*a, *b)))
-    slip = a.t - b.t
-    less = [math.copysign(step, -slip), math.copysign(step, slip)]  # what makes the slip smaller
-    free = [k for k in (0, 1) if moves[k]]
-    tangential = [less[k] if free[:1] == [k] else 0.0 for k in (0, 1)]
-    directions = [(step, tangential[0], 0.0, tangential[1])]
-    if free == [0, 1] and abs(b.t) <= step < abs(slip):
-        directions.append((0.0, 0.0, 0.0, step))
-    turns = any(min(abs(slip), abs((a.t, b.t)[k])) <= WIDE * step for k in free)
-    return _sides(answer, slopes if known else None, (*a, *b, *pair), directions, turns)
-
-
-def cushion_jacobian(
-    law: Law, v: NT, restitution: float, friction: float, moves: bool, fastest: float = 0.0
-) -> Array | None:
-    """Return the derivatives (S, 2, 4) of the velocity after a hit on a cushion, on S sides.
-
-    The rows are v_n and v_t after it; the columns are v_n and v_t before it, the restitution and
-    the friction. The sides, ``moves``, ``fastest`` and None are as in :func:`hit_jacobian`.
-
-    >>> from pool_pymunk.physics.laws import Coulomb
-    >>> cushion_jacobian(Coulomb(), NT(-2.0, 1.0), 0.5, 0.1, True)[0, 1].round(3).tolist()
+    >>> law_jacobian(Coulomb(), [NT(-2.0, 1.0)], (0.5, 0.1), [True])[0, 1].round(3).tolist()
     [0.15, 1.0, -0.2, -3.0]
     """
+    a, *others = before
+    asked: Any = law.ball_ball if others else law.cushion
+
+    def arguments(inputs: Sequence[Any]) -> tuple[Any, ...]:
+        if others:
+            return NT(*inputs[:2]), NT(*inputs[2:4]), Pair(*inputs[4:])
+        return NT(*inputs[:2]), *inputs[2:]
 
     def answer(inputs: Sequence[Any]) -> tuple[Any, ...]:
-        return tuple(law.cushion(NT(*inputs[:2]), *inputs[2:]))
+        found = asked(*arguments(inputs))
+        return (*found[0], *found[1]) if others else tuple(found)
 
     def slopes(inputs: Sequence[float], rows: Array) -> None:
-        known(NT(*inputs[:2]), inputs[2], inputs[3], rows)
+        known(*arguments(inputs), rows)
 
-    known = slopes_of(law.cushion)
-    step = BESIDE * max(fastest, *map(abs, v))
-    slower = math.copysign(step, -v.t) if moves else 0.0
-    turns = moves and abs(v.t) <= WIDE * step
-    inputs = (*v, restitution, friction)
-    return _sides(answer, slopes if known else None, inputs, [(-step, slower)], turns)
+    known, inputs = slopes_of(asked), [*chain.from_iterable(before), *numbers]
+    if others and law.jumps(a, others[0], Pair(*numbers)):
+        return None
+    step = BESIDE * max(fastest, *map(abs, inputs[: 2 * len(before)]))
+    tangential = [each.t for each in before]
+    slip = a.t - sum(tangential[1:])
+    less = [math.copysign(step, -slip), math.copysign(step, slip)]  # what makes the slip smaller
+    free = [k for k, is_moved in enumerate(moves) if is_moved]
+    aside = [less[k] if free[:1] == [k] else 0.0 for k in (0, 1)]
+    first = (step, aside[0], 0.0, aside[1]) if others else (-step, aside[0])
+    directions: list[Steps] = [first]
+    if free == [0, 1] and abs(tangential[1]) <= step < abs(slip):
+        directions.append((0.0, 0.0, 0.0, step))
+    turns = any(min(abs(slip), abs(tangential[k])) <= WIDE * step for k in free)
+    return _sides(answer, slopes if known else None, inputs, directions, turns)
 
 
 def _sides(
@@ -255,7 +244,7 @@ def _jacobian(answer: Answer, slopes: Any, inputs: Sequence[float]) -> tuple[Arr
 def coulomb_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
     """Write the derivatives (4, 8) of :func:`~pool_pymunk.physics.laws.coulomb` into ``rows``.
 
-    Rows and columns are those of :func:`hit_jacobian`; numba can compile this. With the shares
+    Rows and columns are those of :func:`law_jacobian`; numba can compile this. With the shares
     s_a = m_b / (m_a + m_b) and s_b = 1 - s_a, the balls' velocities change by -s_a j and s_b j.
     """
     m_a, m_b, e, mu = pair

@@ -33,7 +33,6 @@ BLUR = 256.0 * EPSILON
 GRAZE = 1e-6
 # of the speeds; a velocity farther off what the law answers is a policy's: the root of rounding
 AGREE = 1e-8
-EDGE = 1e-9  # of a radius; a ball that meets a cushion this near to its end may meet the corner
 # A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
 # largest number, so a square of it, or its product with what one contact does, does not overflow.
 MOST = 1e150
@@ -159,9 +158,3 @@ def is_now(t: float, now: float, fastest: float, size: float, blur: float = BLUR
     ``fastest`` (m/s) is the largest part of a velocity, and ``size`` (m) that of a place.
     """
     return t == now or abs(t - now) * fastest < blur * (size * (fastest > 0.0) + now * fastest)
-
-
-def is_at_corner(x: float, y: float, radius: float, tangent: Vector, normal: Vector) -> bool:
-    """Tell whether a ball at (x, y) from a corner touches its side just where the corner begins."""
-    along, height = x * tangent[0] + y * tangent[1], x * normal[0] + y * normal[1]
-    return abs(along) <= EDGE * radius and abs(height - radius) <= EDGE * radius

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
-from functools import cached_property
-from itertools import chain
-from typing import Any
+from collections.abc import Collection, Sequence
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.model.inputs import Names, share_of, start_of
-from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.contact import NT, split
-from pool_pymunk.physics.dual import SAME, cushion_jacobian, hit_jacobian
-from pool_pymunk.physics.laws import LAWS, Law
+from pool_pymunk.fast.doubts import around, may_be_at_corner
+from pool_pymunk.model.inputs import Names, starts_of
+from pool_pymunk.physics.contact import split
+from pool_pymunk.physics.dual import SAME
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import NOISE, from_breakpoint, motion_at
 from pool_pymunk.physics.saltation import (
@@ -25,22 +23,15 @@ from pool_pymunk.physics.saltation import (
     MOST,
     Geometry,
     Motion6,
-    after,
-    at_contact,
     begins_to_roll,
-    bounce,
-    hit,
-    is_at_corner,
     is_now,
     lateness,
     most_of_roll,
-    parts_before,
     slowed_roll,
-    turning,
 )
 from pool_pymunk.physics.surface import roll_rate
 from pool_pymunk.results.run import Event, Run
-from pool_pymunk.solvers.exact import walls
+from pool_pymunk.studies.contacts import Contacts, offset, through
 from pool_pymunk.studies.touches import Touch, touches
 
 ByInputs = list[Array | None]
@@ -53,32 +44,30 @@ class Lost(Exception):
 class VariedInputs:
     """The inputs are what is varied: each of the P has a column in every change; None is no change.
 
-    ``start(i)`` is the change (K, P) of a ball's state at the start: of its place, velocity, and
-    where balls roll its roll. ``unit(name)`` and ``of_ball(kind, i)`` are the changes (P,) of what
-    contacts are given.
+    ``starts()`` are the changes (N, K, P) of the balls' states at the start: of place, velocity,
+    and where balls roll the roll. ``unit(name)`` and ``of_ball(kind, i)`` are the changes (P,) of
+    what contacts are given.
     """
 
     def __init__(self, run: Run, names: Names) -> None:
         self.run, self.count = run, len(names)
         self.column = {name: k for k, name in enumerate(names)}
 
-    def start(self, i: int) -> Array:
-        """Return the change of a ball's state at the start."""
-        return self.by_names(i, self.column)
+    def starts(self) -> Array:
+        """Return the changes of the balls' states at the start."""
+        return self.by_names(self.column)
 
-    def by_names(self, i: int, names: Iterable[str]) -> Array:
-        """Return the same change by some of the inputs."""
-        rolls = self.run.scene.surface.rolls
-        change = np.zeros((6 if rolls else 4, self.count))
-        ball, shot, begun = self.run.scene.balls[i], self.run.shot, self.run.knots[i][0]
-        struck, velocity, share = self.run.struck == ball.id, tuple(begun[3:5].tolist()), None
-        if rolls and shot and struck:
-            share = shot.roll
-        elif rolls:  # Of a shot of a batch, the roll alone is known.
-            share = float(share_of(begun[3:5], begun[7:9], None if struck else ball.roll))
-        for name in names:
-            change[:, self.column[name]] = start_of(name, ball, struck, velocity, share)
-        return change
+    def by_names(self, names: Collection[str]) -> Array:
+        """Return the same changes by some of the inputs."""
+        scene, shot, struck = self.run.scene, self.run.shot, self.run.struck
+        number = None if struck is None else scene.index[struck]
+        begun = np.array([breakpoints[0] for breakpoints in self.run.knots])[np.newaxis]
+        share = shot.roll if shot and shot.ball == struck else None
+        roll = begun[..., 7:9] if scene.surface.rolls else None
+        found = starts_of(scene, names, number, begun[..., 3:5], roll, share)[0]
+        changes = np.zeros((*found.shape[:2], self.count))
+        changes[..., [self.column[name] for name in names]] = found
+        return changes
 
     def unit(self, name: str) -> Array | None:
         """Return the change of one input itself; None if it is not varied."""
@@ -95,6 +84,17 @@ class VariedInputs:
         return self.unit(f"{kind}.{self.run.scene.balls[i].id}")
 
 
+class Hit(NamedTuple):
+    """A hit of balls with each other, or of one with a wall, at ``t`` (s)."""
+
+    balls: Sequence[int]
+    wall: int
+    t: float
+    geometry: Geometry
+    states: Sequence[Motion6]
+    fastest: float
+
+
 class Changes:
     """Changes say how the balls' states depend on the inputs.
 
@@ -103,14 +103,14 @@ class Changes:
     the changes. ``times`` are the changes (P,) of the times of the events.
     """
 
-    def __init__(self, run: Run, law: Law, inputs: VariedInputs) -> None:
-        self.run, self.law, self.inputs, self.scene = run, law, inputs, run.scene
+    def __init__(self, run: Run, inputs: VariedInputs) -> None:
+        self.run, self.inputs, self.scene, self.contacts = run, inputs, run.scene, Contacts(run)
         self.surface = self.scene.surface
         rubs = [inputs.unit(f"friction.{key}") for key in ("surface", "rolling")]
         gravity = self.scene.physics.gravity * np.eye(2)[: 1 + self.surface.rolls]
         # the changes of the surface's own numbers
         self.rubs = gravity @ [np.zeros(inputs.count) if each is None else each for each in rubs]
-        self.walls = walls(self.scene)
+        _, _, self.corners = around(self.scene)
         self.breakpoints = [breakpoints.tolist() for breakpoints in run.knots]
         self.until = [np.append(breakpoints[1:, 0], run.duration) for breakpoints in run.knots]
         self.jacobians = [
@@ -118,7 +118,7 @@ class Changes:
             for breakpoints, until in zip(run.knots, self.until, strict=True)
         ]
         self.at = [0] * len(self.breakpoints)  # the number of each ball's last breakpoint
-        self.change = [inputs.start(i) for i in range(len(self.breakpoints))]
+        self.change = list(inputs.starts())
         self.kept = [[(0.0, 0, change)] for change in self.change]
         self.times: list[Array] = []
         self.warnings: dict[str, None] = {}
@@ -129,16 +129,10 @@ class Changes:
     def follow(self) -> None:
         """Go through the events of the run; raise SettingError for a law without derivatives."""
         waiting = touches(self.run)[::-1]
-        try:
-            for k, event in enumerate(self.run.events):
-                while waiting and waiting[-1][:2] <= (event.t, False):
-                    self._touch(waiting.pop())
-                self._pass(k, event)
-        except (TypeError, AttributeError) as error:
-            if "dual" not in str(error).lower():
-                raise
-            message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
-            raise setting_error("law", self.law.name, message) from None
+        for k, event in enumerate(self.run.events):
+            while waiting and waiting[-1][:2] <= (event.t, False):
+                self._touch(waiting.pop())
+            self._pass(k, event)
         while waiting:
             self._touch(waiting.pop())
 
@@ -264,133 +258,91 @@ class Changes:
         """Follow the changes through a hit."""
         if not all(self._is_next(i, event.t) for i in balls):
             raise Lost("a contact is persistent, or answered by a policy")
-        before = [self._moved(i, event.t) for i in balls]
-        states = [state for state, _ in before]
-        rates = [self.breakpoints[i][self.at[i] + 1][3:7] for i in balls]
-        geometry = self._geometry(balls, states, event)
+        before, wall = [self._moved(i, event.t) for i in balls], event.cushion or 0
+        changes, states = [change for _, change in before], [state for state, _ in before]
+        x, y = states[0][:2]
+        radii = [self.scene.balls[i].radius for i in balls]
+        if len(balls) == 1 and may_be_at_corner(self.corners, x, y, radii[0]):
+            raise Lost("a ball meets a cushion just where a corner begins")
+        geometry = self.contacts.geometry(balls, states, wall)
         fastest = max(abs(part) for state in states for part in state[2:4])
-        size = sum(abs(x) + abs(y) + self.scene.balls[i].radius
-                   for i, (x, y, *_) in zip(balls, states, strict=True))  # fmt: skip
+        size = sum(radii) + sum(abs(x) + abs(y) for x, y, *_ in states)
         if geometry.closing <= GRAZE * fastest or geometry.depth <= BLUR * size:
             raise Lost("a contact is a graze")
-        late = lateness(geometry, *_offset([change for _, change in before]), self._gap(balls))
+        late = lateness(geometry, *offset(changes), self._gap(balls))
         if late.any() and self._is_now(event.t, 0.0, balls):
             self._warn("balls touch at the start", event.t)
             late = np.where(late != 0.0, math.nan, late)
-        moved = [at_contact(state, change[:4], late) for state, change in before]
-        turn = turning(geometry, *_offset(moved))
-        parts = np.array([
-            part
-            for state, (_, _, u, v) in zip(states, moved, strict=True)
-            for part in parts_before(geometry, state[2:4], u, v, turn)
-        ])  # fmt: skip
-        before_nt = [split(state[2:4], geometry.normal) for state in states]
-        moves = [bool(row.any()) for row in parts[1::2]]
-        law, answer, given = self._asked(balls, event.cushion, before_nt, moves, fastest)
-        if law is None:
-            raise Lost(f"law {self.law.name} jumps or has a kink")
-        found = (part for vx, vy, _, _ in rates for part in split((vx, vy), geometry.normal))
-        said = chain.from_iterable(answer)
-        if not all(abs(a - b) <= AGREE * fastest for a, b in zip(found, said, strict=True)):
-            raise Lost("a contact is answered by a policy")
-        answered = self._answered(law, parts, given, event.t)
+        rolls = [self._roll_rates(i) for i in balls]
+        hit = Hit(balls, wall, event.t, geometry, states, fastest)
+        new = through(
+            geometry,
+            [(*state, *roll) for state, (roll, _) in zip(states, rolls, strict=True)],
+            [(*self._next(i)[3:7], *roll) for i, (_, roll) in zip(balls, rolls, strict=True)],
+            changes, late, partial(self._answered, hit), partial(self._slowed, hit),
+        )  # fmt: skip
         self.times.append(late)
-        rolls = [
-            self._roll_at(i, 0, each[4:], late) for i, (_, each) in zip(balls, before, strict=True)
-        ]
-        if self.surface.rolls and len(balls) == 1:
-            pushed = answer[0].n - before_nt[0].n, (answered - parts)[0]
-            rolls = [self._slowed(balls[0], event, rolls[0], geometry, turn, *pushed)]
-        for n, i in enumerate(balls):
-            roll = self._roll_at(i, 1, rolls[n], -late)
+        for i, change in zip(balls, new, strict=True):
             self.at[i] += 1
-            own = moved[n][:2], answered[2 * n : 2 * n + 2]
-            new = after(geometry, rates[n], *own, turn, late)
-            self.change[i] = np.concatenate((new, roll))
+            self.change[i] = change
 
-    def _roll_at(self, i: int, later: int, change: Array, times: Array) -> Array:
-        """Return the change of a ball's roll at a later contact; ``later``: 1 after it, else 0."""
+    def _next(self, i: int) -> Any:
+        """Return a ball's next breakpoint."""
+        return self.breakpoints[i][self.at[i] + 1]
+
+    def _roll_rates(self, i: int) -> tuple[Sequence[float], Sequence[float]]:
+        """Return how fast a ball's roll changes before its next breakpoint, and after it."""
         if not self.surface.rolls:
-            return change
-        rate = np.array(roll_rate(self.breakpoints[i][self.at[i] + later]))
-        return np.asarray(change + rate[:, np.newaxis] * times)
+            return (), ()
+        return roll_rate(self.breakpoints[i][self.at[i]]), roll_rate(self._next(i))
 
-    def _slowed(
-        self, i: int, event: Event, change: Array, geometry: Geometry, turn: Array, push: float,
-        of_push: Array,
-    ) -> Array:  # fmt: skip
-        """Return the change of a ball's roll that a cushion slows down, with its normal turned.
-
-        ``push`` (m/s), with the change ``of_push`` (P,), is how much it changes the normal speed.
-        """
-        last, wall, (w, z) = self.breakpoints[i][self.at[i]], event.cushion or 0, change
-        rate, time = roll_rate(last), event.t - last[0]
+    def _slowed(self, hit: Hit, change: Array, turn: Array, of_push: Array) -> Array:
+        """Return the change of a ball's roll that a cushion slows down, with its normal turned."""
+        last = self.breakpoints[hit.balls[0]][self.at[hit.balls[0]]]
+        rate, time, (w, z) = roll_rate(last), hit.t - last[0], change
         roll = last[7] + time * rate[0], last[8] + time * rate[1]
-        of_mu = self.inputs.of_cushion("friction", wall)
-        mu, of_mu = self.walls[wall].friction, np.zeros(len(turn)) if of_mu is None else of_mu
-        most = most_of_roll(mu, push, of_mu, of_push)
-        return np.array(slowed_roll(geometry, roll, w, z, turn, *most))
+        of_mu = self.inputs.of_cushion("friction", hit.wall)
+        wall, of_mu = self.contacts.walls[hit.wall], 0.0 * turn if of_mu is None else of_mu
+        before = split(hit.states[0][2:4], hit.geometry.normal)
+        push = self.contacts.law.cushion(before, wall.restitution, wall.friction).n - before.n
+        most = most_of_roll(wall.friction, push, of_mu, of_push)
+        return np.array(slowed_roll(hit.geometry, roll, w, z, turn, *most))
 
-    def _geometry(self, balls: list[int], states: list[Motion6], event: Event) -> Geometry:
-        """Return the geometry of a contact."""
-        x, y = states[0][:2]
-        if len(states) == 2:
-            return hit(states[0], states[1])
-        assert event.cushion is not None
-        radius = self.scene.balls[balls[0]].radius
-        if self._may_meet_a_corner(x, y, radius):
-            raise Lost("a ball meets a cushion just where a corner begins")
-        side = self.walls[event.cushion].nearest(x, y, radius)
-        return bounce(states[0], side.normal(x, y), side.curvature(x, y))
+    def _given(self, balls: Sequence[int], wall: int) -> ByInputs:
+        """Return the changes of the numbers that the law is given."""
+        inputs, has_own = self.inputs, self.scene.restitution.cue_ball is not None
+        if len(balls) == 1:
+            return [inputs.of_cushion(kind, wall) for kind in ("restitution", "friction")]
+        of_cue = has_own and any(self.scene.balls[i].cue for i in balls)
+        masses = [inputs.of_ball("mass", i) for i in balls]
+        restitution = inputs.unit(f"restitution.{'cue_ball' if of_cue else 'ball_ball'}")
+        return [*masses, restitution, inputs.unit("friction.ball_ball")]
 
-    def _may_meet_a_corner(self, x: float, y: float, radius: float) -> bool:
-        """Tell whether a ball that touches the table touches it where a side and a corner join."""
-        if (table := self.scene.table) is None:
-            return False
-        for k, edge in enumerate(table.edges):
-            before, (cx, cy) = table.edges[k - 1], edge.start
-            if k in table.reflex_corners or before.bulge or edge.bulge:
-                for tx, ty in (before.heading(True), edge.heading(False)):
-                    if is_at_corner(x - cx, y - cy, radius, (tx, ty), (-ty, tx)):
-                        return True
-        return False
-
-    def _asked(
-        self, balls: list[int], wall: int | None, before: list[NT], moves: list[bool],
-        fastest: float,
-    ) -> tuple[Array | None, Sequence[NT], ByInputs]:  # fmt: skip
-        """Return the law's Jacobians within rounding of a hit, its answer, and what it is given."""
-        inputs, scene = self.inputs, self.scene
-        if len(balls) == 2:
-            (a, b), pair = before, scene.pair(*balls)
-            of_cue = scene.restitution.cue_ball is not None and any(
-                scene.balls[i].cue for i in balls
-            )
-            given = [inputs.of_ball("mass", i) for i in balls]
-            given += [inputs.unit(f"restitution.{'cue_ball' if of_cue else 'ball_ball'}"),
-                     inputs.unit("friction.ball_ball")]  # fmt: skip
-            law = hit_jacobian(self.law, a, b, pair, moves, fastest)
-            return law, self.law.ball_ball(a, b, pair), given
-        assert wall is not None
-        e, mu = self.walls[wall].restitution, self.walls[wall].friction
-        law = cushion_jacobian(self.law, before[0], e, mu, moves[0], fastest)
-        given = [inputs.of_cushion(kind, wall) for kind in ("restitution", "friction")]
-        return law, [self.law.cushion(before[0], e, mu)], given
-
-    def _answered(self, law: Array, parts: Array, given: ByInputs, t: float) -> Array:
+    def _answered(self, hit: Hit, parts: Array) -> Array:
         """Return the velocities' changes after a contact; nan where the law's sides (S) differ."""
+        before = [split(state[2:4], hit.geometry.normal) for state in hit.states]
+        moves = [bool(row.any()) for row in parts[1::2]]
+        law, answer = self.contacts.asked(hit.balls, hit.wall, before, moves, hit.fastest)
+        name = self.contacts.law.name
+        if law is None:
+            raise Lost(f"law {name} jumps or has a kink")
+        velocities = ((vx, vy) for vx, vy in (self._next(i)[3:5] for i in hit.balls))
+        found = [split(velocity, hit.geometry.normal) for velocity in velocities]
+        if np.abs(np.subtract(found, answer)).max() > AGREE * hit.fastest:
+            raise Lost("a contact is answered by a policy")
+        given = self._given(hit.balls, hit.wall)
         sides = [np.asarray(side[:, : len(parts)] @ parts) for side in law]
-        for found, side in zip(sides, law, strict=True):
+        for result, side in zip(sides, law, strict=True):
             for slopes, change in zip(side.T[len(parts) :], given, strict=True):
                 if change is not None:
-                    found += slopes[:, np.newaxis] * change
+                    result += slopes[:, np.newaxis] * change
         if len(sides) == 1:
             return sides[0]
         change = np.vstack([parts, *(row for row in given if row is not None)])
         size = np.abs(law).max() * np.abs(change).max(axis=0)
         bent = (np.abs(np.array(sides) - sides[0]) > SAME * size).any(axis=(0, 1))
         if bent.any():
-            self._warn(f"law {self.law.name} has a kink, as between sticking and slipping", t)
+            self._warn(f"law {name} has a kink, as between sticking and slipping", hit.t)
         return np.asarray(np.where(bent, math.nan, np.mean(sides, axis=0)))
 
     def _gap(self, balls: list[int]) -> Array | float:
@@ -483,18 +435,3 @@ class Changes:
     def _warn(self, why: str, t: float) -> None:
         text = f"{why} (at {t:.6g} s): what depends on it has no derivative, and is NaN"
         self.warnings[text] = None
-
-
-def _offset(changes: Sequence[Any]) -> tuple[Array, Array]:
-    """Return the change of a ball's place, or of the offset of two balls."""
-    (x, y, *_), (from_x, from_y, *_) = changes[-1], changes[0]
-    return (x, y) if len(changes) == 1 else (x - from_x, y - from_y)
-
-
-def law_of(run: Run) -> Law:
-    """Return the law of a run; raise SettingError for one that the run does not keep."""
-    law = run.law_used or LAWS.get(run.law)
-    if law is None:
-        message = "is a law of one's own, which a run that was loaded or copied does not keep"
-        raise setting_error("law", run.law, message)
-    return law

@@ -21,7 +21,7 @@ from pool_pymunk.model.problems import listed, setting_error, suggestion
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.solvers import SOLVERS, find_solver
-from pool_pymunk.studies.changes import Changes, VariedInputs, law_of
+from pool_pymunk.studies.changes import Changes, VariedInputs
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +111,7 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
 
 def differentiated(run: Run, names: Names, inputs: VariedInputs) -> Derivatives:
     """Differentiate the ends of an exact run by inputs that change its start as they say."""
-    changes = Changes(run, law_of(run), inputs)
+    changes = Changes(run, inputs)
     changes.follow()
     final, velocity = changes.ends[:, :2], changes.ends[:, 2:4]
     times = np.array(changes.times).reshape(len(run.events), len(names))
@@ -138,23 +138,25 @@ class _Chained(VariedInputs):
         ours = {"", str(number)}
         self.shots = [n for n in names if TABLE[parts(n)[0]].of == SHOT and parts(n)[1] in ours]
         others = [n for n in names if TABLE[parts(n)[0]].of != SHOT]
-        own = np.array([self.by_names(i, others) for i in range(len(run.knots))])
+        own = self.by_names(others)
         self.carried = own if before is None else before.changes.ends.copy()
         if run.shot is not None and run.shot.place is not None:
             placed = run.scene.index[run.shot.ball]
             self.carried[placed, :2] = own[placed, :2]
 
-    def start(self, i: int) -> Array:
-        """Return the change of a ball's state at the start; a shot gives its ball a velocity."""
-        shot, change = self.run.shot, self.carried[i].copy()
-        if shot is not None and shot.ball == self.run.scene.balls[i].id:
-            change[2:] = self.by_names(i, self.shots)[2:]
+    def starts(self) -> Array:
+        """Return the changes of the balls' states; a shot gives its ball a velocity."""
+        shot, changes = self.run.shot, self.carried.copy()
+        if shot is not None:
+            i = self.run.scene.index[shot.ball]
+            change = changes[i]
+            change[2:] = self.by_names(self.shots)[i, 2:]
             if shot.aim is not None and self.carried[:, :2].any():
                 vx, vy = self.run.knots[i][0, 3:5]
                 turned = np.outer((-vy, vx), turn(self.run, shot, self.carried[:, :2]))
                 change[2:4] += turned
                 change[4:] += shot.roll * turned[: len(change) - 4]
-        return np.asarray(change)
+        return np.asarray(changes)
 
 
 def turn(run: Run, shot: Shot, place: Array) -> Array:

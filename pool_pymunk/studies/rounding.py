@@ -9,24 +9,21 @@ matrices do not depend on the errors, so those of many events are worked out at 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from functools import cache
-from itertools import chain
-from typing import NamedTuple
+from collections.abc import Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
-from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import EPSILON, Array, free_motions
 from pool_pymunk.physics.saltation import AGREE, Geometry, most_of_roll, slowed_roll
 from pool_pymunk.physics.surface import roll_rates, rolls_of
 from pool_pymunk.results.run import SURE, Event, Run
 from pool_pymunk.solvers import find_solver
-from pool_pymunk.solvers.exact import walls
 from pool_pymunk.studies import Mask
-from pool_pymunk.studies.changes import law_of
+from pool_pymunk.studies.contacts import Contacts, through
 
 # A sum or a product errs by up to half a spacing; this is the root mean square, as a share.
 UNIT = EPSILON / 2.0 / math.sqrt(3.0)
@@ -38,9 +35,6 @@ ALIKE = 0.43
 CORNER = 4.0 * EPSILON
 PLACES = 16  # kinds of contacts, by ball and cushion or by balls; each kind errs alike; chosen
 CHUNK = 2048  # This many events are worked out at once: their matrices take some 10 MB.
-STEP = 2.0**-20  # of the speeds; laws are linear by pieces, so a difference errs by 2^-32
-JUMP = 1e3  # Only at a jump, velocities after a hit change this many times as much as those before.
-NOWHERE = (NT(math.nan, math.nan), NT(math.nan, math.nan))  # where a law jumps
 TURNED = 0.5  # rad; where a normal may have turned this far, the first order says nothing
 
 
@@ -88,7 +82,7 @@ def rounding(run: Run) -> float:
         return math.nan
     try:
         with np.errstate(all="ignore"):
-            return Errors(run, law_of(run)).at_the_end()
+            return Errors(run).at_the_end()
     except Unfollowed as size:
         return float(size.args[0])
     except SettingError:
@@ -103,9 +97,8 @@ class Errors:
     their paths end, and ``masses`` and ``radii`` are those of their balls.
     """
 
-    def __init__(self, run: Run, law: Law) -> None:
-        self.run, self.law, self.scene = run, law, run.scene
-        self.walls = walls(run.scene)
+    def __init__(self, run: Run) -> None:
+        self.run, self.scene, self.contacts = run, run.scene, Contacts(run)
         self.size = 6 if run.scene.surface.rolls else 4
         self.random = np.random.default_rng(0)
         counts = [len(each) for each in run.knots]
@@ -247,52 +240,64 @@ class Errors:
         return leaps
 
     def _contacts(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return the leaps of hits, or of bounces: the saltation matrices, and the errors made."""
+        """Return the leaps of hits, or of bounces: the saltation matrices, and the errors made.
+
+        Side by side, the columns of a change are those of the states at the last breakpoints, the
+        draws of misplaced balls, a delay of 1 s, and a normal that turns by 1 rad.
+        """
         rows = np.array([step.rows for step in steps])
         count, many = rows.shape
+        size = self.size * many
         places = np.array([sum(step.balls) + (step.event.cushion or 0) for step in steps]) % PLACES
         states, slid = self._slide(rows, self.until[rows])
-        rates = self._rates(rows + 1, self.breakpoints[rows + 1, 3:5])
-        signs, normal, curvature, offset = self._geometry(steps, states)
-        tangent = np.stack((-normal[:, 1], normal[:, 0]), axis=1)
-        axes = np.stack((normal, tangent), axis=1)  # (K, 2, 2)
+        before, rates = (
+            self._rates(rows, states[..., 2:]),
+            self._rates(rows + 1, self.breakpoints[rows + 1, 3:5]),
+        )
+        motions = np.concatenate((states[..., :2], before), axis=-1)
+        geometries = [
+            self.contacts.geometry(step.balls, each, step.event.cushion or 0)
+            for step, each in zip(steps, motions[..., :6].tolist(), strict=True)
+        ]
+        normal, curvature, closing, _ = map(np.array, zip(*geometries, strict=True))
+        axes = np.stack((normal, normal @ [[0.0, 1.0], [-1.0, 0.0]]), axis=1)  # (K, 2, 2)
         before_nt = np.einsum("kai,kci->kca", axes, states[..., 2:])
         after_nt = np.einsum("kai,kci->kca", axes, rates[..., :2])
-        closing = -before_nt[..., 0] @ signs
-        slip = np.abs(before_nt[..., 1] @ signs)
+        slip = np.abs(before_nt[:, -1, 1] - before_nt[:, : many - 1, 1].sum(axis=1))
         law, missed, known = self._laws(steps, before_nt, after_nt)
-
-        toward = np.zeros((count, 2, many, self.size))  # what moves the contact along n and along t
-        toward[..., :2] = axes[:, :, np.newaxis] * signs[:, np.newaxis]
-        guard, along = toward.reshape(count, 2, -1).swapaxes(0, 1)
-        spun = np.stack((before_nt[..., 1], -before_nt[..., 0]), axis=-1)
-        turned = np.einsum("kai,kcadb,kdb->kci", axes, law, spun)
-        turned += np.stack((-rates[..., 1], rates[..., 0]), axis=-1)
-        turning = curvature[:, np.newaxis] * along
-        jump = _jump(axes, law, turned, turning)
-        if self.size > 4 and many == 1:
-            self._slow_rolls(steps, jump, law[:, 0, 0, 0], states, axes, after_nt, turning)
-        before = self._rates(rows, states[..., 2:])
-        late = np.einsum("kij,kj->ki", jump, before.reshape(count, -1)) - rates.reshape(count, -1)
-        gap = self._gap_errors(rows, states, offset, normal, curvature)
+        gap = self._gap_errors(rows, steps, states, normal, curvature)
         bend = np.maximum(curvature, 0.0)
         closing = np.maximum(closing, slip * np.sqrt(bend * gap / 2.0))  # See _check.
 
-        def since(each: Array) -> Array:
-            """Turn derivatives by the states now into those by the states at the breakpoints."""
-            parts = each.reshape(*each.shape[:-1], many, self.size)
-            return np.asarray(np.einsum("k...cs,kcst->k...ct", parts, slid).reshape(each.shape))
-
-        guard, along = since(guard), since(along)
-        matrix = (
-            since(jump) + late[:, :, np.newaxis] * (guard / closing[:, np.newaxis])[:, np.newaxis]
+        changes = np.zeros((count, many, self.size, size + COLUMNS + 2))
+        for n in range(many):
+            changes[:, n, :, n * self.size : (n + 1) * self.size] = slid[:, n]
+        changes[..., size:-2] = self._misplaced(places, rows, states)
+        from_other = changes[:, 0, :2] if many == 2 else 0.0
+        guard, along = (axes @ (changes[:, -1, :2] - from_other))[..., :size].swapaxes(0, 1)
+        late, turned = np.zeros((2, count, size + COLUMNS + 2))
+        late[:, :size] = guard / closing[:, np.newaxis]
+        late[:, -2], turned[:, -1] = 1.0, 1.0
+        numbers: Any = normal.T[..., np.newaxis], curvature[:, np.newaxis], closing, closing
+        found = np.concatenate(
+            through(
+                Geometry(*numbers),
+                list(motions.transpose(1, 2, 0)[..., np.newaxis]),
+                list(rates.transpose(1, 2, 0)[..., np.newaxis]),
+                list(changes.swapaxes(0, 1)),
+                late,
+                partial(np.matmul, law),
+                partial(self._slowed, steps, geometries, after_nt - before_nt),
+                turned,
+            ),
+            axis=1,
         )
-
+        matrix, own, delayed, tilted = np.split(found, (size, size + COLUMNS, -1), axis=2)
+        tilts = tilted.reshape(count, many, self.size)[:, :, 2:4]
+        own = own + self._made(places, rows, axes, before_nt, after_nt, missed, tilts)
         delay = gap / closing + UNIT * self.until[rows[:, 0]]
-        own = jump @ self._misplaced(places, rows, states).reshape(count, -1, COLUMNS)
-        own += self._made(places, rows, axes, before_nt, after_nt, missed, turned)
-        own += (late * delay[:, np.newaxis])[:, :, np.newaxis] * self._signs(0, places, 1)
-        return list(map(Leap, matrix, own, known.tolist(), guard, along, late,
+        own += delayed * delay[:, np.newaxis, np.newaxis] * self._signs(0, places, 1)
+        return list(map(Leap, matrix, own, known.tolist(), guard, along, delayed[..., 0],
                         closing.tolist(), slip.tolist(), curvature.tolist()))  # fmt: skip
 
     def _rates(self, rows: Array, velocity: Array) -> Array:
@@ -302,90 +307,41 @@ class Errors:
             rates.append(roll_rates(self.breakpoints[rows]))
         return np.concatenate(rates, axis=-1)
 
-    def _slow_rolls(
-        self, steps: Sequence[Step], jump: Array, law: Array, states: Array, axes: Array,
-        after: Array, turning: Array,
-    ) -> None:  # fmt: skip
-        """Put into the jumps of bounces, ``jump`` (K, 6, 6), how cushions slow the rolls down.
-
-        ``law`` (K, 2) has the derivatives of the normal speeds after the bounces.
-        """
-        before = np.einsum("kai,ki->ka", axes, states[:, 0, 2:4])
-        for k, step in enumerate(steps):
-            row, mu = step.rows[0], self.walls[step.event.cushion or 0].friction
-            (roll,) = rolls_of(self.breakpoints[row : row + 1], np.array([step.event.t]))
-            (n, t), more = before[k], law[k] - (1.0, 0.0)
-            pushed = (more @ (t, -n)) * turning[k]
-            pushed[2:4] += more @ axes[k]
-            most = most_of_roll(mu, after[k, 0, 0] - n, 0.0, pushed)
-            (nx, ny), (wx, wy), unit = axes[k, 0].tolist(), roll.tolist(), np.eye(6)
-            geometry = Geometry((nx, ny), 0.0, 0.0, 0.0)
-            jump[k, 4:] = slowed_roll(geometry, (wx, wy), unit[4], unit[5], turning[k], *most)
-
-    def _geometry(self, steps: Sequence[Step], states: Array) -> tuple[Array, Array, Array, Array]:
-        """Return the signs of the balls' motions in a gap, normals, curvatures and offsets (m)."""
-        if states.shape[1] == 2:
-            offset = states[:, 1, :2] - states[:, 0, :2]
-            distance = np.sqrt((offset**2).sum(axis=1))
-            return np.array([-1.0, 1.0]), offset / distance[:, np.newaxis], 1.0 / distance, offset
-        normals, curvatures, corners = [], [], []
-        outline = () if self.scene.table is None else self.scene.table.outline
-        outline = (*outline, *(post.position for post in self.scene.posts))
-        for step, (x, y) in zip(steps, states[:, 0, :2].tolist(), strict=True):
-            number = step.event.cushion or 0
-            side = self.walls[number].nearest(x, y, self.scene.balls[step.balls[0]].radius)
-            normals.append(side.normal(x, y))
-            curvatures.append(side.curvature(x, y))
-            corners.append(outline[number])
-        offset = states[:, 0, :2] - np.array(corners)
-        return np.array([1.0]), np.array(normals), np.array(curvatures), offset
+    def _slowed(
+        self, steps: Sequence[Step], geometries: Sequence[Geometry], pushes: Array, rolls: Array,
+        turn: Array, of_push: Array,
+    ) -> Array:  # fmt: skip
+        """Return the changes (2, K, ...) of the rolls that cushions slow down."""
+        found = np.empty_like(rolls)
+        for k, (step, geometry) in enumerate(zip(steps, geometries, strict=True)):
+            row, mu = step.rows[0], self.contacts.walls[step.event.cushion or 0].friction
+            ((wx, wy),) = rolls_of(self.breakpoints[row : row + 1], np.array([step.event.t]))
+            most, of_most = most_of_roll(mu, pushes[k, 0, 0], 0.0, of_push[k])
+            w, z = rolls[:, k]
+            found[:, k] = slowed_roll(geometry, (wx, wy), w, z, turn[k], most, of_most)
+        return found
 
     def _laws(
         self, steps: Sequence[Step], before: Array, after: Array
     ) -> tuple[Array, Array, Mask]:
-        """Return a law's derivatives (K, C, 2, C, 2), how far the run is off, and which are known.
+        """Return a law's derivatives (K, 2 C, 2 C), how far the run is off, and which are known.
 
-        Those where the law jumps, or a policy answered, are unknown. Differences go to the side
-        where balls close and slip more, so that neither a graze nor a slip of zero is a kink.
+        Those where the law jumps, or a policy answered, are unknown.
         """
         count, many, _ = before.shape
-        slip = before[:, 0, 1] - before[:, 1:, 1].sum(axis=1)
-        signs = np.ones((count, many, 2))
-        signs[:, :, 1] = np.where(slip < 0.0, -1.0, 1.0)[:, np.newaxis]
-        signs[:, -1] *= -1.0  # towards ball a, or into the cushion
-        if many == 1:
-            signs[:, 0, 1] *= -1.0
         fastest = np.abs(before).max(axis=(1, 2))
-        steps_aside = (signs * STEP * fastest[:, np.newaxis, np.newaxis]).reshape(count, -1)
-        asked = np.repeat(before.reshape(count, 1, -1), 1 + 2 * many, axis=1)
-        for k in range(2 * many):
-            asked[:, 1 + k, k] += steps_aside[:, k]
-        answers = np.fromiter(self._answers(steps, asked.tolist()), float).reshape(asked.shape)
-        law = (answers[:, 1:] - answers[:, :1]) / steps_aside[:, :, np.newaxis]  # by input
-        jumps = ~(np.abs(law).max(axis=2) < JUMP)
-        rests = np.repeat(~before.any(axis=2), 2, axis=1)
-        law[jumps & rests] = 0.0  # Nothing changes the velocity of a ball that rests.
-        missed = np.abs(answers[:, 0] - after.reshape(count, -1))
-        known = (missed.max(axis=1) <= AGREE * fastest) & ~(jumps & ~rests).any(axis=1)
-        shape = (count, many, 2)
-        return law.transpose(0, 2, 1).reshape(*shape, many, 2), missed.reshape(shape), known
-
-    def _answers(self, steps: Sequence[Step], asked: list[list[list[float]]]) -> Iterator[float]:
-        """Return the law's answers to several velocities at each step; nan where it jumps."""
-        law, scene = self.law, self.scene
-        if len(steps[0].balls) == 1:
-            walls = [self.walls[step.event.cushion or 0] for step in steps]
-            bounces = (
-                law.cushion(NT(n, t), wall.restitution, wall.friction)
-                for wall, each in zip(walls, asked, strict=True) for n, t in each
-            )  # fmt: skip
-            return chain.from_iterable(bounces)
-        found, pair_of = list[tuple[NT, NT]](), cache(scene.pair)
-        for step, each in zip(steps, asked, strict=True):
-            hits, pair = [(NT(an, at), NT(bn, bt)) for an, at, bn, bt in each], pair_of(*step.balls)
-            jumps = law.jumps(*hits[0], pair)
-            found += [NOWHERE if jumps else law.ball_ball(a, b, pair) for a, b in hits]
-        return chain.from_iterable(chain.from_iterable(found))
+        laws, answers = np.full((count, 2 * many, 2 * many), math.nan), np.empty(before.shape)
+        for k, (step, each) in enumerate(zip(steps, before.tolist(), strict=True)):
+            velocities, wall = [NT(*parts) for parts in each], step.event.cushion or 0
+            moves = [any(parts) for parts in each]
+            law, answers[k] = self.contacts.asked(
+                step.balls, wall, velocities, moves, float(fastest[k])
+            )
+            if law is not None:
+                laws[k] = sum(law[..., : 2 * many]) / len(law)
+        missed = np.abs(answers - after)
+        known = (missed.max(axis=(1, 2)) <= AGREE * fastest) & ~np.isnan(laws).any(axis=(1, 2))
+        return laws, missed, known
 
     # -- errors ------------------------------------------------------------------------------------
 
@@ -416,20 +372,23 @@ class Errors:
         return np.asarray(time * (np.abs(start[..., 3:5]) + time / 2.0 * np.abs(start[..., 5:7])))
 
     def _gap_errors(
-        self, rows: Array, states: Array, offset: Array, normal: Array, curvature: Array
+        self, rows: Array, steps: Sequence[Step], states: Array, normal: Array, curvature: Array
     ) -> Array:
         """Return the errors (K,) of the gaps that are found closed.
 
         A gap between balls errs by a unit of their offset at the start of a path, or by four where
         the time is found by an iteration: both move, or one slips. If the ball that set off
         first still moved when the other one set off, its place was rounded then. At a straight side
-        the path along the normal counts, and the ``offset`` (m) from its start. A circle errs
+        the path along the normal counts, and the offset from the start of the side. A circle errs
         by some units of its radius and of the path. A circle that bulges into the table was shrunk
         by some spacings of the coordinates.
         """
         if states.shape[1] == 1:
             start = self.breakpoints[rows[:, 0], 1:3]
             radius = self.radii[rows[:, 0]]
+            outline = () if self.scene.table is None else self.scene.table.outline
+            corners = np.array([*outline, *(post.position for post in self.scene.posts)])
+            offset = states[:, 0, :2] - corners[[step.event.cushion or 0 for step in steps]]
             moved = self._moved(rows[:, 0], states[:, 0, :2]) + np.abs(offset)
             straight = UNIT * ((moved * np.abs(normal)).sum(axis=1) + 2.0 * radius)
             corner = CORNER * (np.abs(start).sum(axis=1) + radius) * (curvature > 0.0)
@@ -496,21 +455,6 @@ class Errors:
         start = self.breakpoints[rows]
         state = np.concatenate(free_motions(start, times), axis=-1)
         return state, self.scene.surface.jacobian(start, times - start[..., 0])[0]
-
-
-def _jump(axes: Array, law: Array, turned: Array, turning: Array) -> Array:
-    """Return what contacts do to the states (M, K C, K C) at their times, but not to the rolls.
-
-    The law answers along ``axes``. These turn by ``turning`` (M, K C) times the change of the
-    states, and velocities then change by ``turned`` (K, C, 2) a radian.
-    """
-    count, many = turned.shape[:2]
-    size = turning.shape[1] // many
-    found = np.tile(np.eye(size * many), (count, 1, 1)).reshape(count, many, size, many, size)
-    found[:, :, 2:4, :, 2:4] = np.einsum("kai,kcadb,kbj->kcidj", axes, law, axes)
-    turns = np.einsum("kci,kj->kcij", turned, turning)
-    found[:, :, 2:4] += turns.reshape(count, many, 2, many, size)
-    return found.reshape(count, size * many, size * many)
 
 
 def _size(errors: Array) -> float:
