@@ -22,6 +22,7 @@ from commands import refusal
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 from scenes import sliding, typed
@@ -43,7 +44,7 @@ from pool_pymunk.render import (
 from pool_pymunk.render.balls import DrawnBall, Labels, track_of, track_width, tracks
 from pool_pymunk.render.canvas import Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
-from pool_pymunk.render.sheet import picture_layout
+from pool_pymunk.render.sheet import film_layout, picture_layout
 from pool_pymunk.render.stage import TRACK_STRENGTH, Stage
 from pool_pymunk.render.style import LOOK, POOL, PRINT, ball_colors, halo_color, striped
 from pool_pymunk.render.table import woodwork
@@ -118,7 +119,13 @@ def filmed(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def stage_of(show: Show, settings: FilmSettings = SMALL) -> Stage:
     """Return what draws the frames of a film."""
-    return Stage(show, settings.size, settings.timing(show), settings.style)
+    return Stage(show, settings)
+
+
+def rows_of(box: Bbox | None) -> slice:
+    """Return the rows of a part of small films."""
+    assert box is not None
+    return slice(round(SMALL.size[1] - box.y1), round(SMALL.size[1] - box.y0))
 
 
 def has(frame: Frame, color: str) -> NDArray[np.bool_]:
@@ -399,12 +406,11 @@ def test_memory_does_not_grow_with_the_film(run: Run) -> None:
 
 def test_overlay_shows_both_runs_and_their_distance(run: Run) -> None:
     other = shoot(velocity="[0.5, -0.5]")
-    stage = stage_of(Show((run, other)))
-    frames = list(stage.frames())
+    show = Show((run, other))
+    frames = list(stage_of(show).frames())
     assert len(frames) == frame_count(run, SMALL)
-    plot = stage.curves
-    assert plot is not None
-    shown = [int((frame[plot.rows] != frames[0][plot.rows]).any(axis=-1).sum()) for frame in frames]
+    plot = rows_of(film_layout(show, SMALL.size).plot)
+    shown = [int((frame[plot] != frames[0][plot]).any(axis=-1).sum()) for frame in frames]
     assert shown[20] < shown[60] < shown[-1]
     gauge = Gauge(frames[0])
     x, y = gauge.place(np.array(other.end.position[0]))
@@ -415,11 +421,9 @@ def test_overlay_shows_both_runs_and_their_distance(run: Run) -> None:
 
 def test_side_by_side_shows_the_runs_apart(run: Run) -> None:
     show = Show((run, shoot(velocity="[0.5, -0.5]")), side_by_side=True)
-    stage = stage_of(show)
-    *_, last = stage.frames()
-    assert stage.curves is not None
+    *_, last = stage_of(show).frames()
     # These are the tables only, because the curves have the balls' colours.
-    last = last[: stage.curves.rows.start]
+    last = last[: rows_of(film_layout(show, SMALL.size).plot).start]
     for one, left, right in ((show.runs[0], 0, 320), (show.runs[1], 320, 640)):
         found, _ = centre(last, "#ff00ff", left, right)
         place = Gauge(last, left, right).place(np.array(one.end.position[0]))
@@ -494,7 +498,7 @@ def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
     assert frames[0][row - 1 : row + 2, column].max(axis=0).min() > 170  # It is white.
     (arrows,) = stage.arrows
     cloth = np.full_like(frames[0], 90)
-    arrows.appear(cloth, LOOK.shot)
+    arrows(cloth, LOOK.shot)
     assert (cloth == 90).all()
     later = replace(settings, start=0.1)
     assert not stage_of(Show((run,)), later).arrows
@@ -808,9 +812,9 @@ position = [0.4, 0.3]
 
 def test_a_ball_drops_into_a_pocket_and_is_listed_beside_the_table() -> None:
     run = simulate(loads(POCKETS), solver="event-driven")
-    timing = SMALL.timing(Show((run,)))
+    times = SMALL.times(Show((run,)))
     (falls,) = [event.t for event in run.events if event.pocket]
-    assert timing.end == pytest.approx(falls + LOOK.drop)
+    assert times[-1] == pytest.approx(falls + LOOK.drop)
     frames = list(stage_of(Show((run,))).frames())
     seen = [np.flatnonzero(has(frame, "#ff00ff").any(axis=1)) for frame in frames]
     last = round(falls * 60)
@@ -823,10 +827,9 @@ def test_a_ball_drops_into_a_pocket_and_is_listed_beside_the_table() -> None:
 
 def test_nothing_says_pocketed_before_a_ball_is() -> None:
     run = simulate(loads(POCKETS), solver="event-driven")
-    stage = stage_of(Show((run,)))
-    assert stage.tray is not None
-    first, *_, last = stage.frames()
-    words = np.s_[stage.tray.rows]
+    show = Show((run,))
+    first, *_, last = stage_of(show).frames()
+    words = rows_of(film_layout(show, SMALL.size).tray)
     page = np.array([int(SMALL.style.page[k : k + 2], 16) for k in (1, 3, 5)])
     assert first[words].size and (first[words] == page).all()
     assert not (last[words] == page).all()

@@ -266,8 +266,9 @@ def by_pages(scene: Scene, _: Path) -> None:
     (text,) = re.findall(r'<script type="application/json" id="content">(.*?)</script>', document)
     content = json.loads(text)
     assert len(content["table"]["outline"]) == len(scene.table.polyline)  # type: ignore[union-attr]
-    assert len(content["posts"]) == len(scene.posts)
-    assert all(radius > 0.0 for _, _, radius in content["posts"])  # A pin is seen, too.
+    posts = [radius for _, _, radius, color in content["discs"] if color == "rail"]
+    assert len(posts) == len(scene.posts)
+    assert all(radius > 0.0 for radius in posts)  # A pin is seen, too.
 
 
 def by_pictures(scene: Scene, out: Path) -> None:

@@ -46,7 +46,12 @@ def page(
             raise read.InputError(f"--overlay = {text}: there is no such file")
     others = [how.scene(text) for text in files]
     for text, other in zip(files, others, strict=True):
-        _compare(text, other, scenario, scene)
+        if part := lib.page.other_part(scene, other):
+            raise read.InputError(f"--overlay = {text}: must have the same {part} as {scenario}")
+        has, wanted = len(other.shots), len(scene.shots)
+        if has != wanted:
+            message = f"must have as many shots as {scenario} ({wanted}), and has {has}"
+            raise read.InputError(f"--overlay = {text}: {message}")
     ghosts = [read_setting(text) for text in overlay or () if text not in files]
     settings = [how.setting(scene, solver, dt), *ghosts]
     path = out or place(None, scenario) / "page.html"
@@ -58,14 +63,3 @@ def page(
     lib.page.write_page([sum(runs, ()) for runs in zip(*columns, strict=True)], path)
     typer.echo(path)
     return 0
-
-
-def _compare(text: str, other: lib.Scene, scenario: str, scene: lib.Scene) -> None:
-    """Raise InputError for a file whose shots one picture cannot show beside the scenario's."""
-    part = lib.page.other_part(scene, other)
-    if part:
-        raise read.InputError(f"--overlay = {text}: must have the same {part} as {scenario}")
-    has, wanted = len(other.shots), len(scene.shots)
-    if has != wanted:
-        message = f"must have as many shots as {scenario} ({wanted}), and has {has}"
-        raise read.InputError(f"--overlay = {text}: {message}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from numbers import Integral
@@ -213,10 +214,9 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         run, shot = batch.run(row), Shot(self.game.caption(self._now, k), cue, (0.0, 0.0))
         scene = replace(run.scene, title=self.game.name)
         show = Show((replace(run, scene=scene, shot=shot, solver=""),))
-        settings, is_film = FilmSettings(size=SIZE, fps=FPS), self.render_mode == "rgb_array_list"
-        timing = settings.timing(show)
-        timing = timing if is_film else replace(timing, start=timing.end)
-        frames = list(Stage(show, SIZE, timing, settings.style).frames())
+        is_film = self.render_mode == "rgb_array_list"  # Otherwise it is a film of the end alone.
+        settings = FilmSettings(size=SIZE, fps=FPS, start=0.0 if is_film else sys.float_info.max)
+        frames = list(Stage(show, settings).frames())
         return frames if is_film else frames[-1]
 
 

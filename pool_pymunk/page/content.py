@@ -12,12 +12,11 @@ from typing import Any
 
 from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.model.quantities import UNITS
 from pool_pymunk.page.differences import labels, other_part
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
-from pool_pymunk.render.table import plane, seen_posts, woodwork
+from pool_pymunk.render.table import plane, pockets_and_posts, seen_posts, woodwork
 from pool_pymunk.render.view import CUSHION, DOT, RAIL, contact_places, extent, settings
 from pool_pymunk.results.run import Run
 
@@ -35,28 +34,18 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
     scene, number = runs[0].scene, f"{len(runs)} runs"
     if any(other_part(scene, run.scene) for run in runs):
         raise setting_error("runs", number, "must be on one table, with the same balls")
-    seen = extent(scene, runs)
+    seen, units = extent(scene, runs), scene.units
     return {
         "title": scene.title or "Billiards",
-        "units": {
-            kind: [name, UNITS[kind][name]]
-            for kind, name in (("length", scene.units.length), ("speed", scene.units.speed))
-        },
+        "units": {k: [getattr(units, k), units.to_si(1.0, k)] for k in ("length", "speed")},
         "look": LOOK._asdict(),
-        "styles": {
-            name: asdict(style.on(scene.table))
-            for name, style in {"light": PRINT, "dark": SCREEN}.items()
-        },
+        "styles": {"light": asdict(PRINT.on(scene.table)), "dark": asdict(SCREEN.on(scene.table))},
         "ivory": IVORY,
         "seen": list(map(float, seen.extents)),
-        "plane": None if scene.table else plane(seen, scene.units)._asdict(),
+        "plane": None if scene.table else plane(seen, units)._asdict(),
         "table": scene.table and woodwork(scene.table, scene.pockets)._asdict(),
-        "pockets": [
-            {"id": hole.id, "x": hole.position[0], "y": hole.position[1], "radius": hole.radius}
-            for hole in scene.pockets
-        ],
+        "discs": list(pockets_and_posts(scene)),
         "numbers": list(_numbers(scene)),
-        "posts": seen_posts(scene),
         "balls": [
             {"id": b.id, "radius": b.radius, "color": c, "halo": halo_color(c), "striped": s}
             for b, c, s in zip(scene.balls, ball_colors(scene), striped(scene), strict=True)

@@ -56,6 +56,7 @@ def write_page(shots: Sequence[Sequence[Run]], path: str | Path) -> None:
 def document(shown: Mapping[str, Any], live: bool = False) -> str:
     """Return the page that shows a content; a live page has the controls of a shot, too."""
     codes = [source(name) for name in (*SCRIPTS, *["live.js"] * live)]
+    data = json.dumps(shown, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     css = source("page.css") + source("live.css") * live
     policy = (
         f"default-src 'none'; script-src {' '.join(map(_hash, codes))}; style-src {_hash(css)}; "
@@ -67,7 +68,7 @@ def document(shown: Mapping[str, Any], live: bool = False) -> str:
         title=html.escape(shown["title"]),
         css=css,
         controls=source("live.html") * live,
-        content=_json(shown),
+        content=data.replace("<", "\\u003c"),  # It stays JSON within HTML.
         scripts="\n".join(f"<script>{code}</script>" for code in codes),
     )
 
@@ -82,12 +83,6 @@ def _hash(text: str) -> str:
     """Return the name by which a policy knows a script or a style."""
     digest = hashlib.sha256(text.encode()).digest()
     return f"'sha256-{base64.b64encode(digest).decode()}'"
-
-
-def _json(value: object) -> str:
-    """Return JSON that stays JSON within HTML: it has no "<"."""
-    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c")
 
 
 def run_in_notebook(run: Run) -> str:

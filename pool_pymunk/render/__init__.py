@@ -6,9 +6,10 @@ matplotlib is imported here and nowhere else in the package.
 from matplotlib.figure import Figure
 
 from pool_pymunk.render.encode import join
-from pool_pymunk.render.films import FilmSettings, film, frame_count
+from pool_pymunk.render.films import film, frame_count
 from pool_pymunk.render.pictures import figure_of, picture, save_figure
 from pool_pymunk.render.plots import energy_figure
+from pool_pymunk.render.stage import FilmSettings
 from pool_pymunk.render.style import PRINT, SCREEN, Style
 from pool_pymunk.render.view import Show
 from pool_pymunk.safety.files import RenderError

@@ -7,7 +7,7 @@ Positions are in pixels from the lower left corner, as on the canvas (a point is
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -147,22 +147,6 @@ class Sprite:
             if strength < 1.0:
                 drawn = np.rint(under + strength * (drawn.astype(np.float32) - under))
             frame[r0:r1, c0:c1] = drawn
-
-
-def sprites(
-    count: int, extent: float, draw: Callable[[Axes, list[Point]], None]
-) -> tuple[Sprite, ...]:
-    """Return sprites that ``draw`` draws on axes, each ``extent`` pixels around its point."""
-    half = math.ceil(extent) + 1
-    columns = math.ceil(math.sqrt(count))
-    rows = math.ceil(count / columns)
-    figure, axes = canvas(2 * half * columns, 2 * half * rows)
-    cells = [divmod(k, columns) for k in range(count)]
-    draw(axes, [(half * (2.0 * c + 1.0), half * (2.0 * (rows - r) - 1.0)) for r, c in cells])
-    fine = pixels(figure, FINE)
-    fine[..., :3] = (fine[..., :3].astype(np.uint16) * fine[..., 3:] + 127) // 255
-    side = 2 * half * FINE
-    return tuple(Sprite(fine[r * side :, c * side :][:side, :side]) for r, c in cells)
 
 
 def window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | None:

@@ -97,9 +97,7 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
     if when == "end":
         if solid:
             starts = zip(discs(run.scene, before, view), run.knots, strict=True)
-            balls.draw_rings(
-                axes, [disc for disc, breakpoints in starts if breakpoints[:, 3:5].any()]
-            )
+            balls.draw_rings(axes, [disc for disc, rows in starts if rows[:, 3:5].any()])
         ground = style.plane if run.scene.table is None else style.cloth
         paths = []
         for i, disc in enumerate(shown):  # Paths end at the rim of a pocket that takes the ball.

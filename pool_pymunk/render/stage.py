@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import astuple, dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,14 +22,17 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render import balls
 from pool_pymunk.render.balls import DrawnBall, Labels, discs, half_size, track_of
-from pool_pymunk.render.canvas import Pixels, Sprite, canvas, glow, mixed, pixels, sprites
+from pool_pymunk.render.canvas import FINE, Pixels, Sprite, canvas, glow, mixed, pixels
 from pool_pymunk.render.sheet import Layout, draw_caption, draw_sheet, draw_tray, film_layout
-from pool_pymunk.render.style import LOOK, Style, halo_color
+from pool_pymunk.render.style import LOOK, SCREEN, Style, halo_color
 from pool_pymunk.render.tracks import LIFE, Ground, Track
 from pool_pymunk.render.view import Show, View, contact_places
 from pool_pymunk.results.run import Run
+from pool_pymunk.safety.files import RenderError
 
+Part = Callable[[Pixels, float], None]  # It puts a part of the picture of a time (s) on a frame.
 Draw = Callable[[Axes, Sequence[DrawnBall], Style], None]
+USUAL: Mapping[str, Mapping[str, Any]] = {".gif": {"size": (800, 450), "fps": 25.0}}  # else mp4's
 TRACK_STRENGTH = 0.9  # of a new track
 CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
 
@@ -105,86 +109,113 @@ class Cast:
                 glow(frame, (x, y), disc.radius, 0.16 * disc.radius, self.light, 0.5 * strength)
 
 
-class Arrows:
-    """These are the arrows of a shot, one at every ball that moves as it begins; they fade."""
+def _arrows(cast: Cast, size: tuple[int, int], style: Style, life: float) -> Part:
+    """Return the arrows of a shot, one at every ball that moves as it begins; they fade."""
+    figure, axes = canvas(*size)
+    balls.draw_arrows(axes, cast.discs, cast.run.at([0.0])[1][0], cast.view.scale, style)
+    cover = pixels(figure)[..., 3]
+    left, top, right, bottom = Image.fromarray(cover).getbbox() or (0, 0, 0, 0)
+    part = np.s_[top:bottom, left:right]
+    share, color = cover[part] / 255.0, _rgb(style.arrow)
 
-    def __init__(self, cast: Cast, size: tuple[int, int], style: Style, life: float) -> None:
-        figure, axes = canvas(*size)
-        balls.draw_arrows(axes, cast.discs, cast.run.at([0.0])[1][0], cast.view.scale, style)
-        cover = pixels(figure)[..., 3]
-        left, top, right, bottom = Image.fromarray(cover).getbbox() or (0, 0, 0, 0)
-        self.rows, self.columns = slice(top, bottom), slice(left, right)
-        self.cover, self.color = cover[self.rows, self.columns] / 255.0, _rgb(style.arrow)
-        self.life = life
+    def appear(frame: Pixels, t: float) -> None:
+        if t < life:
+            frame[part] = mixed(frame[part], color, (1.0 - t / life) * share)
 
-    def appear(self, frame: Pixels, t: float) -> None:
-        """Put the arrows on the frame, unless they have faded by the time ``t`` (s)."""
-        if t < self.life and self.cover.size:
-            part, share = frame[self.rows, self.columns], (1.0 - t / self.life) * self.cover
-            part[:] = mixed(part, self.color, share)
+    return appear
 
 
-class Strip:
-    """A strip is a tray or plot, uncovered from left to right up to ``columns`` at ``times``."""
+def _strip(full: Pixels, box: Bbox, times: Array, columns: Sequence[float], ink: str = "") -> Part:
+    """Return a tray or plot, uncovered from left to right up to ``columns`` at ``times`` (s)."""
+    rows = slice(max(round(len(full) - box.y1), 0), round(len(full) - box.y0))
+    left = round(box.x0)
 
-    def __init__(
-        self, full: Pixels, box: Bbox, times: Array, columns: Sequence[float], ink: str = ""
-    ) -> None:
-        self.rows = slice(max(round(len(full) - box.y1), 0), round(len(full) - box.y0))
-        self.full, self.left = full[self.rows], round(box.x0)
-        self.times, self.columns, self.ink = times, columns, _rgb(ink) if ink else None
+    def appear(frame: Pixels, t: float) -> None:
+        now = round(float(np.interp(t, times, columns)))
+        frame[rows, left:now] = full[rows, left:now]
+        if ink:
+            frame[rows, now : now + 2] = _rgb(ink)
 
-    def appear(self, frame: Pixels, t: float) -> None:
-        """Show the strip as far as it is uncovered at ``t`` (s)."""
-        now = round(float(np.interp(t, self.times, self.columns)))
-        frame[self.rows, self.left : now] = self.full[:, self.left : now]
-        if self.ink is not None:
-            frame[self.rows, now : now + 2] = self.ink
+    return appear
 
 
-def _tray(full: Pixels, show: Show, layout: Layout, slow: float) -> Strip:
+def _tray(full: Pixels, show: Show, layout: Layout, slow: float) -> Part:
     """Return the tray, which shows balls as they have fallen, and those that were off before."""
     assert layout.tray is not None
     at = {e.balls[0]: e.t + LOOK.drop / slow for e in show.runs[0].events if e.pocket}
     places = [x for x, _ in layout.places(len(show.tray))[1]]
     ends = [0.0, *((a + b) / 2 for a, b in pairwise(places)), layout.width]
     times = np.repeat([at.get(id_, 0.0) for id_ in show.tray], 2)
-    return Strip(full, layout.tray, times, np.repeat(ends, 2)[1:-1].tolist())
+    return _strip(full, layout.tray, times, np.repeat(ends, 2)[1:-1].tolist())
 
 
-class Clock:
-    """The clock shows the time at the right of the caption, in figures that stand still."""
+def _clock(layout: Layout, style: Style, decimals: int) -> Part:
+    """Return the time at the right of the caption, in figures that stand still."""
+    size, room = 1.15 * layout.letter, layout.caption
+    font = ImageFont.truetype(findfont(FontProperties("DejaVu Sans")), size)
+    foot = round(layout.height - room.y0)
+    rows = slice(foot - round(size), foot + round(0.3 * size))
+    columns = slice(round(room.x1 - 0.16 * room.width), round(room.x1))
 
-    def __init__(self, layout: Layout, style: Style, decimals: int) -> None:
-        size, room = 1.15 * layout.letter, layout.caption
-        self.font = ImageFont.truetype(findfont(FontProperties("DejaVu Sans")), size)
-        self.decimals, self.ink = decimals, style.ink
-        self.foot = round(layout.height - room.y0)
-        self.rows = slice(self.foot - round(size), self.foot + round(0.3 * size))
-        self.columns = slice(round(room.x1 - 0.16 * room.width), round(room.x1))
+    def appear(frame: Pixels, t: float) -> None:
+        image = Image.fromarray(frame[rows, columns])
+        at, text = (image.width, foot - rows.start), f"{t:.{decimals}f} s"
+        ImageDraw.Draw(image).text(at, text, style.ink, font, anchor="rs")
+        frame[rows, columns] = np.asarray(image)
 
-    def appear(self, frame: Pixels, t: float) -> None:
-        """Write ``t`` (s)."""
-        image = Image.fromarray(frame[self.rows, self.columns])
-        at = (image.width, self.foot - self.rows.start)
-        text = f"{t:.{self.decimals}f} s"
-        ImageDraw.Draw(image).text(at, text, self.ink, self.font, anchor="rs")
-        frame[self.rows, self.columns] = np.asarray(image)
+    return appear
 
 
 @dataclass(frozen=True)
-class Timing:
-    """A timing has the times (s) that a film shows: 1/(fps slow) apart, the last one exactly."""
+class FilmSettings:
+    """The settings say how a film is made; RenderError says what no film can have.
 
-    start: float
-    end: float
-    fps: float
-    slow: float
+    ``size`` (width, height) is in pixels, ``fps`` in frames a second. ``slow`` is how many times
+    slower than life it is. ``start`` and ``end`` are the times shown (s; by default it ends when
+    the last ball stops), and ``pause`` (s) is how long the last frame stays.
+    """
+
+    size: tuple[int, int] = (1600, 900)
+    fps: float = 60.0
+    slow: float = 1.0
+    start: float = 0.0
+    end: float | None = None
+    pause: float = 1.0
+    style: Style = SCREEN
+
+    def __post_init__(self) -> None:
+        for key in ("fps", "slow"):
+            if not 0.0 < getattr(self, key) < math.inf:
+                raise RenderError(f"{key} = {getattr(self, key):g}: must be greater than 0")
+        if any(side not in range(64, 8193, 2) for side in self.size):
+            size = "x".join(map(str, self.size))
+            raise RenderError(f"size = {size}: must be two even numbers from 64 to 8192")
+        if not 0.0 <= self.pause < math.inf:
+            raise RenderError(f"pause = {self.pause:g}: must be 0 or more")
+        if not 0.0 <= self.start < (math.inf if self.end is None else self.end):
+            raise RenderError(f"start = {self.start:g}: must be 0 or more, and before the end")
+
+    @classmethod
+    def of(cls, path: Path | str, **settings: Any) -> FilmSettings:
+        """Make settings; what is left out is as usual for the format of the file ``path``."""
+        return cls(**{**USUAL.get(Path(path).suffix.lower(), {}), **settings})
+
+    def times(self, show: Show) -> Array:
+        """Return the times (s) of a show's frames: 1/(fps slow) apart, the last one at the end.
+
+        The last ball may still have to fall after all others have stopped.
+        """
+        last = max((e.t for run in show.runs for e in run.events if e.pocket), default=-math.inf)
+        whole = max(show.duration, last + LOOK.drop / self.slow)
+        end = whole if self.end is None else min(self.end, whole)
+        start, pace = min(self.start, end), self.fps * self.slow
+        count = math.ceil((end - start) * self.fps * self.slow - 1e-6)
+        return np.append(start + np.arange(count) / pace, end)
 
     @property
-    def frames(self) -> int:
-        """The number of frames."""
-        return math.ceil((self.end - self.start) * self.fps * self.slow - 1e-6) + 1
+    def held(self) -> int:
+        """Return how many times more the last frame is shown."""
+        return round(self.pause * self.fps)
 
 
 class Stage:
@@ -192,11 +223,12 @@ class Stage:
 
     BLOCK = 64  # The positions of this many frames are asked for at once.
 
-    def __init__(self, show: Show, size: tuple[int, int], timing: Timing, style: Style) -> None:
-        self.timing = timing
-        layout, slow = film_layout(show, size), timing.slow
-        style = style.on(show.runs[0].scene.table)
-        sheet = draw_sheet(show, layout, style, (timing.start, timing.end))
+    def __init__(self, show: Show, settings: FilmSettings) -> None:
+        self.times = settings.times(show)
+        start, end = map(float, self.times[[0, -1]])
+        size, slow, style = settings.size, settings.slow, settings.style
+        layout, style = film_layout(show, size), style.on(show.runs[0].scene.table)
+        sheet = draw_sheet(show, layout, style, (start, end))
         pace = f"{slow:g} times slower" if slow > 1.0 else f"{1.0 / slow:g} times faster"
         caption = show.caption("" if slow == 1.0 else pace)
         draw_caption(sheet, layout, caption, style, share=0.84)
@@ -208,30 +240,28 @@ class Stage:
             draw_tray(sheet, show.runs[0], show.tray, layout, style)
         full = pixels(sheet.figure)[..., :3] if show.tray or sheet.plot else bare
         self.ground = Ground(bare, life=LIFE / slow)
-        self.clock = Clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(slow))))
-        self.tray = _tray(full, show, layout, slow) if show.tray else None
-        self.curves = None
+        self.above = [_clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(slow))))]
+        if show.tray:
+            self.above.append(_tray(full, show, layout, slow))
         if sheet.plot is not None and layout.plot is not None:
             box, times = layout.plot, np.array(sheet.plot.get_xlim())
-            self.curves = Strip(full, box, times, box.intervalx, style.ink)
+            self.above.append(_strip(full, box, times, box.intervalx, style.ink))
         self.casts = [
             Cast(run, view, style, slow, solid=run is runs[0])
             for runs, view in zip(show.panels, sheet.views, strict=True)
             for run in reversed(runs)
         ]
-        solid = [cast for cast in self.casts if cast.solid and timing.start == 0.0]
-        self.arrows = [Arrows(cast, size, style, LOOK.shot / slow) for cast in solid]
+        solid = [cast for cast in self.casts if cast.solid and start == 0.0]
+        self.arrows = [_arrows(cast, size, style, LOOK.shot / slow) for cast in solid]
 
     def frames(self) -> Iterator[Pixels]:
         """Yield the frames in order, (height, width, 3) of uint8 each; ask for them once only."""
-        start, end, fps, slow = astuple(self.timing)
-        times = np.minimum(start + np.arange(self.timing.frames) / (fps * slow), end)
-        for first in range(0, len(times), self.BLOCK):
-            yield from self._drawn(times[first : first + self.BLOCK])
+        for first in range(0, len(self.times), self.BLOCK):
+            yield from self._drawn(self.times[first : first + self.BLOCK])
 
     def samples(self) -> Iterator[Pixels]:
         """Yield a few frames that have the film's colours; ask for them once only."""
-        return self._drawn(np.linspace(self.timing.start, self.timing.end, 5))
+        return self._drawn(np.linspace(self.times[0], self.times[-1], 5))
 
     def _drawn(self, times: Array) -> Iterator[Pixels]:
         moves = [cast.run.at(times) for cast in self.casts]
@@ -241,12 +271,11 @@ class Stage:
                 cast.leave_tracks(self.ground, t, position[k])
             frame = self.ground.seen.copy()
             for arrows in self.arrows:
-                arrows.appear(frame, t)
+                arrows(frame, t)
             for cast, (position, velocity) in zip(self.casts, moves, strict=True):
                 cast.appear(frame, t, position[k], velocity[k])
-            for part in (self.curves, self.tray, self.clock):
-                if part is not None:
-                    part.appear(frame, t)
+            for part in self.above:
+                part(frame, t)
             yield frame
 
 
@@ -254,12 +283,19 @@ class Stage:
 def _sprites(
     shown: tuple[DrawnBall, ...], extent: float, draw: Draw, style: Style
 ) -> tuple[Sprite, ...]:
-    """Return the sprites of balls or of their labels."""
-
-    def draw_all(axes: Axes, middles: list[Point]) -> None:
-        draw(axes, [d._replace(x=x, y=y) for d, (x, y) in zip(shown, middles, strict=True)], style)
-
-    return sprites(len(shown), extent, draw_all) if shown else ()
+    """Return the sprites of balls or of labels, each ``extent`` pixels around its middle."""
+    if not shown:
+        return ()
+    half, side = math.ceil(extent) + 1, 2 * FINE * (math.ceil(extent) + 1)
+    columns = math.ceil(math.sqrt(len(shown)))
+    rows = math.ceil(len(shown) / columns)
+    figure, axes = canvas(2 * half * columns, 2 * half * rows)
+    cells = [divmod(k, columns) for k in range(len(shown))]
+    middles = [(half * (2.0 * c + 1.0), half * (2.0 * (rows - r) - 1.0)) for r, c in cells]
+    draw(axes, [b._replace(x=x, y=y) for b, (x, y) in zip(shown, middles, strict=True)], style)
+    fine = pixels(figure, FINE)
+    fine[..., :3] = (fine[..., :3].astype(np.uint16) * fine[..., 3:] + 127) // 255
+    return tuple(Sprite(fine[r * side :, c * side :][:side, :side]) for r, c in cells)
 
 
 def _at_origin(shown: list[DrawnBall]) -> tuple[DrawnBall, ...]:

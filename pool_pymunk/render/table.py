@@ -18,7 +18,7 @@ from pool_pymunk.render.view import CUSHION, RAIL, View
 
 SHARPEST_MITRE = math.radians(60.0)  # A sharper corner of the cushions is drawn round.
 PIN = 0.3  # of the smallest ball's radius; no post is drawn smaller
-PITCH = 0.16  # of the width; the lines of an open plane are at most so far apart
+PITCH = 0.16  # of the width; the lines of an open plane are at most this far apart
 
 
 class Woodwork(NamedTuple):
@@ -76,16 +76,18 @@ def draw_table(
 
 def draw_pockets_and_posts(axes: Axes, scene: Scene, view: View, style: Style) -> None:
     """Draw pockets, as the circles in which they take centres of balls, and posts, like rails."""
-    holes = [(*hole.position, hole.radius) for hole in scene.pockets]
-    posts = ((1.0, style.rail_edge), (0.85, style.rail))
-    for discs, colors in (
-        (holes, ((1.0, style.lip), (0.9, style.hole))),
-        (seen_posts(scene), posts),
-    ):
-        for x, y, radius in discs:
-            for size, color in colors:
-                shape = Circle(view.place((x, y)), size * radius * view.scale, color=color, lw=0)
-                axes.add_artist(shape).set_zorder(1.4)
+    for x, y, radius, color in pockets_and_posts(scene):
+        place, size = view.place((x, y)), radius * view.scale
+        axes.add_artist(Circle(place, size, color=getattr(style, color), lw=0, zorder=1.4))
+
+
+def pockets_and_posts(scene: Scene) -> Iterator[tuple[float, float, float, str]]:
+    """Yield place and radius (m) of the discs that make these, and their colours in the style."""
+    holes = (((*hole.position, hole.radius), "lip", "hole", 0.9) for hole in scene.pockets)
+    posts = ((post, "rail_edge", "rail", 0.85) for post in seen_posts(scene))
+    for (x, y, radius), rim, inner, share in (*holes, *posts):
+        yield x, y, radius, rim
+        yield x, y, share * radius, inner
 
 
 def seen_posts(scene: Scene) -> list[tuple[float, float, float]]:

@@ -53,7 +53,7 @@ def test_frames_are_drawn_faster_than_shown(benchmark: Any) -> None:
     show, settings = Show((RUNS[0],)), FilmSettings()
 
     def draw() -> int:
-        stage = Stage(show, settings.size, settings.timing(show), settings.style)
+        stage = Stage(show, settings)
         return sum(1 for _ in stage.frames())
 
     frames = benchmark(draw)

@@ -36,10 +36,10 @@ MOST_EVENTS = 5_000  # and after this many events.
 MOST_LINES = 20  # This many problems are named at most.
 SAMPLES = 1_000  # ends in a cloud
 SOME = 50  # ends; a cloud begins with this number and doubles,
-CLOUD_TIME = 1.5  # until it took so long (s).
+CLOUD_TIME = 1.5  # until it took this long (s).
 FINEST = 1e-6  # s; the page offers no finer step
 HARD_HIT = 2.5  # A full drag is up to this many times as fast as the fastest shot.
-FULL_DRAG = 4.0  # widths; without a shot, a full drag makes a ball go about so far
+FULL_DRAG = 4.0  # widths; without a shot, a full drag makes a ball go about this far
 
 
 class Reply(NamedTuple):

@@ -40,6 +40,7 @@ class LiveTable {
     const { table, content } = player;
     const { live, balls } = content;
     Object.assign(this, { player, table, content, balls, choices: live });
+    this.still = player.run; // In it nothing happens.
     this.start = endOf(player);
     this.before = []; // what undo goes back to: starts, each with the aim there
     this.aim = { ball: live.ball, speed: live.speed, angle: live.angle, roll: live.roll };
@@ -53,7 +54,7 @@ class LiveTable {
     table.under = () => this.drawBelow();
     table.over = () => this.drawAim();
     this.tip = byId("frame").appendChild(element("p"));
-    this.tip.id = "tip";
+    Object.assign(this.tip, { id: "tip", className: "note" });
     this.fillChoices();
     this.listen();
     this.goTo(this.first);
@@ -77,7 +78,11 @@ class LiveTable {
       return null;
     }
     if (reply.ok) return name === "save" ? text : JSON.parse(text);
-    say(problemsOf(text), place);
+    try {
+      say(JSON.parse(text).problems.join("\n"), place);
+    } catch {
+      say(text, place);
+    }
     return null;
   }
 
@@ -100,6 +105,7 @@ class LiveTable {
 
   /** Shoot as it is aimed. */
   shoot() {
+    this.typed();
     return this.playShot(this.question(), this.now());
   }
 
@@ -165,7 +171,10 @@ class LiveTable {
   rest() {
     this.last = null;
     byId("cost").textContent = "";
-    const shots = [{ name: "", runs: [resting(this.start, this.balls)] }];
+    const { position, velocity, off: ids } = this.start;
+    const breakpoints = position.map((place, i) => [[0, ...place, ...velocity[i], 0, 0]]);
+    const off = ids.map((id) => this.balls.findIndex((ball) => ball.id === id));
+    const shots = [{ name: "", runs: [{ ...this.still, off, knots: breakpoints }] }];
     this.player.load({ ...this.content, shots }, this.ghosts);
     this.tellState();
   }
@@ -240,16 +249,17 @@ class LiveTable {
   press(event) {
     if (event.button !== 0 || this.shooting) return;
     if (this.last) this.player.jump(this.player.duration);
-    const { position, off } = this.start;
-    const there = position.map((at, i) => (off.includes(this.balls[i].id) ? [Infinity, 0] : at));
-    const i = this.table.nearest(event, there, PICKED[event.pointerType] ?? PICKED.touch);
+    const { run, duration } = this.player;
+    const within = PICKED[event.pointerType] ?? PICKED.touch;
+    const i = this.table.nearest(event, run, duration, within);
     if (i === null) return;
     event.preventDefault();
     document.activeElement?.blur();
     byId("table").setPointerCapture(event.pointerId);
     const [x, y] = this.table.point(event);
     const moves = event.shiftKey || byId("move").ariaPressed === "true";
-    const grip = [position[i][0] - x, position[i][1] - y];
+    const [x0, y0] = this.start.position[i];
+    const grip = [x0 - x, y0 - y];
     this.drag = { i, moves, grip, pointer: event.pointerId, aim: null, end: null };
     if (moves) this.track = null;
     Object.assign(this.player, { held: true, picked: null });
@@ -351,9 +361,7 @@ class LiveTable {
     const [ux, uy] = [Math.cos(turn), Math.sin(turn)];
     const [x, y] = this.start.position[ball];
     const tip = radius + Math.max((speed / this.choices.top) * this.fullDrag(), 1.5 * radius);
-    this.table.pen.globalAlpha = 0.55;
-    this.table.drawArrow(x, y, ux, uy, radius, tip);
-    this.table.pen.globalAlpha = 1;
+    this.table.drawArrow(x, y, ux, uy, radius, tip, 0.55);
     const fast = +(speed / this.unit).toPrecision(6);
     this.tip.textContent = `${fast} ${this.content.units.speed[0]} at ${angle.toFixed(1)}\u00b0`;
   }
@@ -415,13 +423,13 @@ class LiveTable {
 
   fillChoices() {
     const { solvers, laws, law, roll } = this.choices;
-    const [names, named] = [solvers.map((one) => one.name), (name) => [name, name]];
+    const named = (names) => names.map((name) => [name, name]);
+    const names = solvers.map((one) => one.name);
     const ids = this.balls.map((ball, i) => [i, ball.id]);
-    fill("solver", names.map(named));
-    fill("law", laws.map(named), law);
+    fill("solver", named(names));
+    fill("law", named(laws), law);
     fill("aim-ball", ids);
     byId("roll").hidden = roll === null;
-    this.writeAim();
     byId("aim-unit").textContent = this.content.units.speed[0];
     this.fillSteps();
   }
@@ -485,8 +493,12 @@ class LiveTable {
   }
 
   key(event) {
-    const turn = (by) => this.changeAim({ angle: +(this.aim.angle + by).toFixed(6) });
-    const action = actionOf(event, {
+    if (event.target.closest("select")) return;
+    const turn = (by) => {
+      this.typed();
+      this.changeAim({ angle: +(this.aim.angle + by).toFixed(6) });
+    };
+    obey(event, {
       "[": () => turn(0.1),
       "]": () => turn(-0.1),
       "{": () => turn(1),
@@ -497,10 +509,6 @@ class LiveTable {
       Escape: () => this.letBe(),
       Enter: !event.target.closest("button, #errors") && (() => this.shoot()),
     });
-    if (!action || event.target.closest("select")) return;
-    if (event.target.matches("input[type=number]")) this.typed();
-    event.preventDefault();
-    action();
   }
 }
 
@@ -509,28 +517,11 @@ function endOf({ run, content }) {
   const balls = statesAt(run, run.duration);
   const rolls = run.knots[0][0].length > 7 ? balls.map(({ wx, wy }) => [wx, wy]) : null;
   return {
-    position: placesOf(balls),
+    position: balls.map(({ x, y }) => [x, y]),
     velocity: balls.map(({ vx, vy }) => [vx, vy]),
     off: content.balls.filter((_, i) => run.leaves[i] <= run.duration).map((ball) => ball.id),
     rolls,
   };
-}
-
-/** Return a run in which nothing happens. */
-function resting({ position, velocity, off: ids }, balls) {
-  const breakpoints = position.map((place, i) => [[0, ...place, ...velocity[i], 0, 0]]);
-  const off = ids.map((id) => balls.findIndex((ball) => ball.id === id));
-  const nothing = { solver: "", label: "", message: "", warnings: [], events: [] };
-  return { ...nothing, duration: 0, off, knots: breakpoints };
-}
-
-/** Return what a refusal says, one line a problem. */
-function problemsOf(text) {
-  try {
-    return JSON.parse(text).problems.join("\n");
-  } catch {
-    return text;
-  }
 }
 
 const live = new LiveTable(player);

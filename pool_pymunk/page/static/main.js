@@ -21,7 +21,7 @@ window.pool = {
   /** Where every ball of the shot is at the time t (s): {id: [x, y]}, in m. */
   positions(t) {
     finite("positions", t);
-    const places = placesOf(statesAt(player.run, t));
+    const places = statesAt(player.run, t).map(({ x, y }) => [x, y]);
     return Object.fromEntries(player.content.balls.map(({ id }, i) => [id, places[i]]));
   },
   seek(t) {

@@ -49,11 +49,6 @@ function statesAt(run, t) {
   return run.knots.map((_, i) => stateAt(run, i, t));
 }
 
-/** Return the places [x, y] of states. */
-function placesOf(states) {
-  return states.map(({ x, y }) => [x, y]);
-}
-
 /** Return how far (m) every ball is from itself in another run, at the time t. */
 function apart(run, other, t) {
   const there = statesAt(other, t);

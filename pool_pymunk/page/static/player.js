@@ -110,7 +110,7 @@ class Player {
     const unlisted = events.length - shown.length;
     const more = unlisted ? `${unlisted} more events are not listed. ` : "";
     shown.push({ t: duration, says: more + message });
-    const decimals = (this.run.decimals ?? 0) + 1;
+    const decimals = this.run.decimals + 1;
     const last = `${duration.toFixed(decimals)} s`;
     byId("events").style.setProperty("--letters", last.length);
     this.rows = shown.map((event) => {
@@ -197,7 +197,7 @@ class Player {
     const its = ghost ? ` (ghost: ${joules(ghost)})` : "";
     byId("energy").textContent = run.solver && joules(run) + its;
     byId("time").value = t;
-    const decimals = (run.decimals ?? 3) + (pace < 0.1 ? 1 : 0);
+    const decimals = run.decimals + (pace < 0.1 ? 1 : 0);
     byId("clock").textContent = `${t.toFixed(decimals)} s`;
     this.markEvents();
     this.tell();
@@ -270,9 +270,7 @@ class Player {
   /** Pick the ball under the pointer, or the nearest one within this distance (pixels). */
   pick(event, within) {
     if (this.held) return;
-    const { run, time } = this;
-    const place = ({ x, y }, i) => (time < run.leaves[i] ? [x, y] : [Infinity, 0]);
-    this.picked = this.table.nearest(event, statesAt(run, time).map(place), within);
+    this.picked = this.table.nearest(event, this.run, this.time, within);
     if (!this.playing) this.draw();
   }
 
@@ -310,7 +308,7 @@ class Player {
     const k = Number(event.key) - 1;
     const nudge = NUDGE * Math.min(this.duration, 1) * this.speed;
     const faster = (sign) => this.setSpeed(SPEEDS[SPEEDS.indexOf(this.speed) + sign]);
-    const action = actionOf(event, {
+    obey(event, {
       " ": !pressed && (() => byId("play").click()),
       ArrowLeft: () => this.step(-1),
       ArrowRight: () => this.step(1),
@@ -325,17 +323,16 @@ class Player {
       d: () => byId("theme").click(),
       [k >= 0 && k < this.content.shots.length && event.key]: () => this.choose(k),
     });
-    if (!action) return;
-    event.preventDefault();
-    action();
-    if (!this.playing) this.draw();
   }
 }
 
-/** Return what a key does, if anything. */
-function actionOf(event, actions) {
-  if (event.ctrlKey || event.metaKey || event.altKey) return null;
-  return actions[event.key] || actions[event.key.toLowerCase()];
+/** Do what a key does, if anything. */
+function obey(event, actions) {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const action = actions[event.key] || actions[event.key.toLowerCase()];
+  if (!action) return;
+  event.preventDefault();
+  action();
 }
 
 /** Tell whether an event is a contact, or the fall of a ball. */

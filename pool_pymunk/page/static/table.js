@@ -17,7 +17,7 @@ class TableView {
     this.under = this.over = null; // These draw what a live table adds, below and above the balls.
   }
 
-  /** Show another content, or the same in other colours; what looks the same is not drawn anew. */
+  /** Show another content, or the same in other colours; what looks the same is not drawn again. */
   show(content, style) {
     const looks = JSON.stringify({ ...content, shots: null, live: null, style });
     Object.assign(this, { content, style });
@@ -25,13 +25,13 @@ class TableView {
     this.looks = looks;
   }
 
-  /** Draw the ground and the balls anew when they are next shown. */
+  /** Draw the ground and the balls again when they are next shown. */
   forget() {
     this.ground = null;
     this.sprites.clear();
   }
 
-  /** Make the canvas so wide and at most so high (CSS pixels) as what there is to see fits. */
+  /** Make the canvas as large as a width and a height (CSS pixels) allow. */
   fit(width, height) {
     const [x0, y0, x1, y1] = this.content.seen;
     const scale = Math.min(width / (x1 - x0), height / (y1 - y0));
@@ -53,20 +53,22 @@ class TableView {
     return [(x - this.left) / this.scale, (this.bottom - y) / this.scale];
   }
 
-  /** Return the ball under the pointer, or the nearest within this distance; null for none. */
-  nearest(event, places, within) {
+  /** Return the ball of a run that is under the pointer at the time t, or the nearest one within
+   * this distance (pixels); null for none. */
+  nearest(event, run, t, within) {
     const [x, y] = this.point(event);
     const { balls } = this.content;
-    const gaps = places.map(([px, py], i) => Math.hypot(px - x, py - y) - balls[i].radius);
+    const gap = (at, i) => Math.hypot(at.x - x, at.y - y) - balls[i].radius;
+    const gaps = statesAt(run, t).map((at, i) => (t < run.leaves[i] ? gap(at, i) : Infinity));
     const least = Math.min(...gaps);
     return (least * this.scale) / this.ratio <= within ? gaps.indexOf(least) : null;
   }
 
-  /** Put a box with words below a point (m), to the right or left of it, within the frame. */
-  putBeside(box, x, y, left = false) {
+  /** Put a box with words below a point (m), to the right of it, within the frame. */
+  putBeside(box, x, y) {
     const [px, py] = this.place(x, y).map((pixel) => pixel / this.ratio);
     const { clientWidth, clientHeight } = box.parentElement;
-    const at = this.canvas.offsetLeft + (left ? px - 14 - box.offsetWidth : px + 14);
+    const at = this.canvas.offsetLeft + px + 14;
     const below = py + 20 + box.offsetHeight < clientHeight;
     box.style.left = `${Math.max(Math.min(at, clientWidth - box.offsetWidth), 0)}px`;
     box.style.top = `${below ? py + 18 : Math.max(py - 18 - box.offsetHeight, 0)}px`;
@@ -95,11 +97,8 @@ class TableView {
     const pen = ground.getContext("2d");
     if (this.content.table) this.drawTable(pen);
     else this.drawPlane(pen);
-    const holes = this.content.pockets.map((at) => [at.x, at.y, at.radius, "lip", "hole", 0.9]);
-    const posts = this.content.posts.map((post) => [...post, "rail_edge", "rail", 0.85]);
-    for (const [x, y, radius, rim, inner, share] of [...holes, ...posts]) {
-      this.disc(pen, x, y, radius, this.style[rim]);
-      this.disc(pen, x, y, share * radius, this.style[inner]);
+    for (const [x, y, radius, color] of this.content.discs) {
+      this.disc(pen, x, y, radius, this.style[color]);
     }
     for (const [x, y, text] of this.content.numbers) {
       writeOver(pen, text, ...this.place(x, y), 11 * this.ratio);
@@ -178,7 +177,8 @@ class TableView {
     return Array.from({ length: pieces }, (_, n) => {
       const [from, to] = [(n / pieces) * end, ((n + 1) / pieces) * end];
       const corners = bends.filter((time) => time > from && time < to);
-      return placesOf([from, ...corners, to].map((time) => freeMotion(breakpoints, time)));
+      const states = [from, ...corners, to].map((time) => freeMotion(breakpoints, time));
+      return states.map(({ x, y }) => [x, y]);
     });
   }
 
@@ -245,27 +245,26 @@ class TableView {
     if (strength <= 0) return;
     const [x0, y0, x1, y1] = this.content.seen;
     const longest = LONGEST * Math.max(x1 - x0, y1 - y0);
-    this.pen.globalAlpha = 0.9 * strength;
     run.knots.forEach(([[, x, y, vx, vy]], i) => {
       const speed = Math.hypot(vx, vy);
       const { radius } = this.content.balls[i];
       const length = Math.min(this.content.look.arrow * speed, longest);
       const tip = 1.25 * radius + Math.max(length, 1.2 * radius);
-      if (speed) this.drawArrow(x, y, vx / speed, vy / speed, radius, tip);
+      if (speed) this.drawArrow(x, y, vx / speed, vy / speed, radius, tip, 0.9 * strength);
     });
-    this.pen.globalAlpha = 1;
   }
 
-  /** Draw an arrow from the rim of a ball along a unit vector; its tip is so far from the centre. */
-  drawArrow(x, y, ux, uy, radius, tip) {
-    const { pen } = this;
+  /** Draw an arrow from the rim of a ball along a unit vector; `tip` is measured from the centre. */
+  drawArrow(x, y, ux, uy, radius, tip, globalAlpha) {
+    const [pen, color] = [this.pen, this.style.arrow];
     const at = (s, side) => [x + s * ux - side * uy, y + s * uy + side * ux];
     const size = Math.max(radius, (8 * this.ratio) / this.scale); // An arrow of a small ball shows.
     const [back, side] = [tip - 0.6 * size, 0.28 * size];
     Object.assign(pen, { lineWidth: 0.12 * size * this.scale, lineCap: "round" });
-    Object.assign(pen, { strokeStyle: this.style.arrow, fillStyle: this.style.arrow });
+    Object.assign(pen, { globalAlpha, strokeStyle: color, fillStyle: color });
     pen.stroke(this.path([[at(1.25 * radius, 0), at(tip - 0.5 * size, 0)]]));
     pen.fill(this.path([[at(tip, 0), at(back, side), at(back, -side)]]));
+    pen.globalAlpha = 1;
   }
 
   /** Light up where contacts have just happened. */
