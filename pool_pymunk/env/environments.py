@@ -112,7 +112,7 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
             rows = _rows(flags)
         self._seed(seed, np.arange(self.num_envs)[rows].tolist())
         self._begin(rows, infos, asked)
-        return _first_seen(self.game, self._now), infos
+        return self.game.observe(self._now), infos
 
     def _seed(self, seed: Any, rows: Sequence[int]) -> None:
         """Make new generators where a seed is given, and all of them if there are none yet."""
@@ -129,13 +129,17 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
             each[row], self._seeds[row] = np_random(seeds[row])
         self._rng = Generators(each) if new else self._rng
 
-    def _begin(self, rows: Rows, infos: Infos, options: dict[str, Any] | None = None) -> Tables:
-        """Begin new episodes on some tables, write down their info, and return the tables."""
+    def _begin(self, rows: Rows, infos: Infos, options: dict[str, Any] | None = None) -> Seen:
+        """Begin new episodes on some tables, write down their info, and return what is seen."""
         tables = self.game.start(self._rng.at(rows), options)
         self._tables = tables if rows is ALL else self._now.put(rows, tables)
         self._steps[rows], self._done[rows], self._played[rows] = 0, False, -1
         _tell(infos, rows, self.game.info_at_start(tables), self.num_envs)
-        return tables
+        seen, shape = self.game.observe(tables), self.game.observation_space.shape
+        if np.shape(seen) != (shape := (len(tables.off), *shape)):
+            found = f"shape {np.shape(seen)}"
+            raise setting_error(f"{self.game.name}.observe", found, f"must have the shape {shape}")
+        return seen
 
     def step(self, actions: Any) -> tuple[Seen, Floats, Flags, Flags, Infos]:
         """Play a shot on each table: return what is seen, rewards, who is done, and more.
@@ -164,7 +168,7 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
             rows, info = _rows(~over), {key: each[~over] for key, each in info.items()}
         _tell(infos, rows, info, self.num_envs)
         if over.any():
-            seen[_rows(over)] = self.game.observe(self._begin(_rows(over), infos))
+            seen[_rows(over)] = self._begin(_rows(over), infos)
         return seen, reward, terminated, truncated, infos
 
     def _final(self, over: Flags, seen: Seen, said: Info) -> Infos:
@@ -265,8 +269,7 @@ class BilliardsEnv(gymnasium.Env[Seen, Seen]):
         """Begin a new episode: return the observation and the info."""
         super().reset(seed=seed)
         infos, self._one._rng = Infos(), Generators([self.np_random])
-        self._one._begin(ALL, infos, options)
-        return _first_seen(self.game, self._one._now)[0], _only(infos)
+        return self._one._begin(ALL, infos, options)[0], _only(infos)
 
     def step(self, action: Any) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Play a shot: return what is seen, the reward, whether the episode is over, and more."""
@@ -299,15 +302,6 @@ def _game_of(game: Any, scenario: On, settings: dict[str, Any]) -> Game:
     raise setting_error("game", game, message)
 
 
-def _first_seen(game: Game, tables: Tables) -> Seen:
-    """Return what a learner sees at first; refuse what does not suit the observation space."""
-    seen, shape = game.observe(tables), (len(tables.off), *game.observation_space.shape)
-    if np.shape(seen) != shape:
-        found = f"shape {np.shape(seen)}"
-        raise setting_error(f"{game.name}.observe", found, f"must have the shape {shape}")
-    return seen
-
-
 def _only(infos: Infos) -> dict[str, Any]:
     """Return the info of the only table, in plain numbers."""
     own = {key: np.asarray(each[0]) for key, each in infos.items() if not key.startswith("_")}
@@ -317,9 +311,7 @@ def _only(infos: Infos) -> dict[str, Any]:
 def _tell(infos: Infos, rows: Rows, info: Info, count: int) -> None:
     """Write down the info of some tables, and of which, as Gymnasium has it."""
     for key, values in info.items():
-        if rows is ALL:
-            infos |= {key: values, f"_{key}": np.ones(count, np.bool_)}
-        elif len(values):
+        if len(values):
             mine = infos.setdefault(key, np.zeros((count, *values.shape[1:]), values.dtype))
             mask = infos.setdefault(f"_{key}", np.zeros(count, np.bool_))
             mine[rows], mask[rows] = values, True

@@ -15,7 +15,7 @@ from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Law
 from pool_pymunk.physics.sides import Arc, Wall, core_of
 from pool_pymunk.physics.surface import Rolling, Sliding
-from pool_pymunk.solvers.exact import pockets, walls
+from pool_pymunk.solvers.exact import pockets
 
 HITS = ("ball_ball", "cushion", "jumps")  # what a law answers of a contact that comes alone
 
@@ -43,7 +43,7 @@ def together_number(law: Law) -> int:
 
 def walls_differ(scene: Scene) -> bool:
     """Tell whether a scene has arcs, or posts with coefficients of their own."""
-    has_arcs = any(isinstance(side, Arc) for wall in walls(scene) for side in wall.sides)
+    has_arcs = any(isinstance(side, Arc) for wall in scene.cushions for side in wall.sides)
     return has_arcs or any(own >= 0.0 for wall in own_of_walls(scene) for own in wall)
 
 
@@ -57,7 +57,7 @@ def own_of_walls(scene: Scene) -> list[tuple[float, float]]:
 def table_of(scene: Scene, differ: bool = False) -> TableArrays:
     """Return the scene's walls and pockets in arrays; if they ``differ``, with what they own."""
     own = own_of_walls(scene) if differ else ()
-    return arrays_of([*walls(scene), *pockets(scene)], scene.table, own)
+    return arrays_of([*scene.cushions, *pockets(scene)], scene.table, own)
 
 
 def arrays_of(
@@ -83,10 +83,10 @@ def arrays_of(
 
 def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
-    sides = {type(side) for wall in walls(scene) for side in wall.sides}
+    sides = {type(side) for wall in scene.cushions for side in wall.sides}
     is_known = sides <= set(KINDS) and type(scene.surface) in (Sliding, Rolling)
     has_room = len(scene.balls) <= MOST_BALLS
-    has_room &= len(walls(scene)) <= MOST_WALLS or not walls_differ(scene)
+    has_room &= len(scene.cushions) <= MOST_WALLS or not walls_differ(scene)
     return is_known and has_room and law_number(law) != NOTHING
 
 

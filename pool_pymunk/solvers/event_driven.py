@@ -16,7 +16,7 @@ from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.path import sets_off
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import begin, cut_off, pockets, walls
+from pool_pymunk.solvers.exact import begin, cut_off, pockets
 from pool_pymunk.solvers.record import Settings, Solver
 
 
@@ -24,7 +24,16 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     """Simulate exactly; ``settings.dt`` has no meaning here, and events carry their true times."""
     law, pair = settings.law_of(scene), cache(scene.pair)
     engine = ContactEngine(law, pair, scene.surface, Recorder())
-    _set_up(engine, scene, start)
+    rolls = start.roll or (NO_ROLL,) * len(scene.balls)
+    starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
+    for ball, *motion in starts:
+        engine.add_ball(engine.surface.path(0.0, *motion), ball.radius, ball.mass)
+    engine.walls = [*scene.cushions, *pockets(scene)]
+    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
+    for id_ in start.off:
+        engine.remove(scene.index[id_])
+    if engine.is_finite:
+        engine.predict([i for i, path in enumerate(engine.paths) if sets_off(path)])
     trace = begin(scene, start, settings, engine)
     latest = math.inf if settings.max_time is None else settings.max_time
     engine.advance(latest)
@@ -35,22 +44,8 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     return trace
 
 
-def _set_up(engine: ContactEngine, scene: Scene, start: State) -> None:
-    """Put up the scene's walls, and set its balls in motion."""
-    rolls = start.roll or (NO_ROLL,) * len(scene.balls)
-    starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
-    for ball, *motion in starts:
-        engine.add_ball(engine.surface.path(0.0, *motion), ball.radius, ball.mass)
-    engine.walls = [*walls(scene), *pockets(scene)]
-    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
-    for id_ in start.off:
-        engine.remove(scene.index[id_])
-    if engine.is_finite:
-        engine.predict([i for i, path in enumerate(engine.paths) if sets_off(path)])
-
-
 def _status(engine: ContactEngine, latest: float) -> str:
-    """Tell why the engine went no further."""
+    """Tell why the run ended."""
     if not engine.is_finite:
         return "non_finite"
     if engine.upcoming() < math.inf:

@@ -1,4 +1,4 @@
-"""This module holds what both exact solvers need: a scene's walls, and a trace of the engine."""
+"""This module holds what both exact solvers need: a scene's pockets, and a trace of the engine."""
 
 from __future__ import annotations
 
@@ -17,11 +17,6 @@ from pool_pymunk.solvers.frozen import touching
 from pool_pymunk.solvers.record import NEVER_SETTLES, Settings
 
 
-def walls(scene: Scene) -> list[Wall]:
-    """Return the scene's cushions and posts as walls."""
-    return list(scene.cushions)
-
-
 def pockets(scene: Scene) -> list[Wall]:
     """Return the scene's pockets: walls that take balls in."""
     return [pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
@@ -31,7 +26,7 @@ def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine)
     """Return the trace of a run of this engine, which gets its variant and its bounds."""
     trace, variant = EngineTrace(scene, start, engine), settings.variant
     engine.recorder = trace
-    engine.tally = Tally(settings.most, NEVER_SETTLES)
+    engine.tally = Tally(settings.max_events, NEVER_SETTLES)
     touch = variant.opened is not None or len(touching(scene, start)) > 0
     engine.vary(variant, settings.measures_policies, touch)
     return trace
@@ -97,22 +92,23 @@ class EngineTrace(Trace, Recorder):
             self.warn(text, t)
         else:
             text += ". The rest is one plastic hit without friction, which changed velocities by "
-            self._warn(COLLAPSE, text + "up to {figure} " + self.scene.units.speed, t,
-                       collapse.forced)  # fmt: skip
+            self._warn(COLLAPSE, text + "up to {figure}", t, collapse.forced)
 
     def order_unknown(self, doubt: Doubt, t: float) -> None:
         self.orders.update(dict.fromkeys(doubt.orders))
         self.spread = max(self.spread, doubt.spread)
         text = (
             "contacts of one instant share a ball, and in a real rack their unknown order decides. "
-            "If they came one after the other, velocities would differ by up to {figure} "
+            "If they came one after the other, velocities would differ by up to {figure}"
         )
-        self._warn(ONE_INSTANT, text + self.scene.units.speed, t, doubt.spread)
+        self._warn(ONE_INSTANT, text, t, doubt.spread)
 
     def _warn(self, policy: str, text: str, t: float, speed: float = 0.0) -> None:
         """Warn with a speed (m/s), which is said in the scene's units."""
         self.policies.add(policy)
-        self.warn(text, t, self.scene.units.from_si(speed, "speed"))
+        units = self.scene.units
+        text = text.replace("{figure}", "{figure} " + units.speed)
+        self.warn(text, t, units.from_si(speed, "speed"))
 
     def _balls(self, contacts: Collection[Contact], between: str = ", ") -> str:
         numbers = sorted({i for contact in contacts for i in contact.balls})

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
-from pool_pymunk.model import Scene, State, Table
+from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.contact import Vector
 
 # m; gaps of the starts, in turn. A gap of 1e-6 m is invisible; some are four times as wide, because
@@ -25,7 +25,7 @@ WIDTHS = (1e-13, 4e-6, 1e-9, 1e-6)
 # rounding errors as much.
 DECIDED = 1e-6
 TRIED = (0, 4, 8)  # the first starts with the smallest gaps
-HAIR = 1e-9  # of a radius and of a place; balls and cushions that are farther apart do not touch
+HAIR = 1e-9  # of a radius and of a place; closed gaps are below 1.2e-13 of these (``is_closed``)
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 
 Rows = NDArray[np.float64]
@@ -57,8 +57,12 @@ def _touching(scene: Scene, start: State) -> Rows:
         distance = math.hypot(x - u, y - v)
         if is_closed((distance - r - scene.balls[j].radius) / NEARLY_CLOSED, x, y, r):
             found.append((i, j, ((x - u) / distance, (y - v) / distance)))
-    near = discs if scene.posts else _outer(scene.table, discs)
-    for _, i, x, y, r in near:
+    if scene.table is not None and scene.table.is_rectangle and not scene.posts:
+        # Most discs lie well within a rectangle, and touch no cushion.
+        (x0, y0, x1, y1), hair = scene.table.bounds, HAIR * sum(map(abs, scene.table.bounds))
+        gaps = [min(d[2] - x0, x1 - d[2], d[3] - y0, y1 - d[3]) - d[4] for d in discs]
+        discs = [disc for disc, gap in zip(discs, gaps, strict=True) if gap <= hair]
+    for _, i, x, y, r in discs:
         for k, wall in enumerate(scene.cushions):
             side = wall.nearest(x, y, r)
             gap = side.gap(x, y, r)
@@ -81,14 +85,6 @@ def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
                 break
             if -other - wide <= v - y <= other + wide:
                 yield (i, j) if i > j else (j, i)
-
-
-def _outer(table: Table | None, discs: Sequence[Disc]) -> Sequence[Disc]:
-    """Return the discs that may touch a cushion; most lie well within a rectangle."""
-    if table is None or not table.is_rectangle:
-        return discs
-    (x0, y0, x1, y1), hair = table.bounds, HAIR * sum(map(abs, table.bounds))
-    return [d for d in discs if min(d[2] - x0, x1 - d[2], d[3] - y0, y1 - d[3]) <= d[4] + hair]
 
 
 def opened(start: State, rows: Rows, number: int) -> State:

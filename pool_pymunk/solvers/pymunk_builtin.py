@@ -10,14 +10,12 @@ thousandth of a radius, because pymunk's default, 0.1, is more than a ball in me
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from itertools import pairwise
 
 import pymunk
 
 from pool_pymunk.model import Scene, State
 from pool_pymunk.model.scene import ball_ball_restitution
-from pool_pymunk.physics.sides import Wall
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
@@ -25,7 +23,7 @@ BALL, CUSHION = 1, 2
 CUE, OTHER = 0b01, 0b10  # These are categories: each kind of ball has its own cushions.
 # The balls are looked at this many times a second, because looking costs more than the steps.
 LOOKS = 240
-AT_REST = 1e-4  # radii a second; a slower ball counts as at rest
+AT_REST = 1e-4  # radii a second; a slower ball is at rest: one does not see it move in a minute
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
@@ -42,17 +40,14 @@ class Builtin(Stepping):
         super().__init__(scene, start, dt)
         self.space = pymunk.Space()
         self.space.collision_slop = 1e-3 * min(ball.radius for ball in scene.balls)
-        self.bodies: list[pymunk.Body] = []
+        self.bodies: dict[int, pymunk.Body] = {}  # of the balls on the table
         self.number: dict[pymunk.Shape, int] = {}
         for i in range(len(scene.balls)):
             self._add_ball(i, start)
-        self.gone = {scene.index[id_] for id_ in start.off}
-        for i in self.gone:
-            gone = self.bodies[i]
-            self.space.remove(gone, *gone.shapes, *gone.constraints)
+        for id_ in start.off:
+            self._take_out(scene.index[id_])
         for kind in (CUE, OTHER):
-            for shape, number in self._cushions():
-                self._add_cushion(shape, scene.cushions[number], kind)
+            self._add_cushions(kind)
         self.space.on_collision(BALL, BALL, post_solve=self._met)
         self.space.on_collision(BALL, CUSHION, post_solve=self._met)
         self.steps_a_look = max(1, round(1.0 / (LOOKS * self.dt)))
@@ -76,7 +71,7 @@ class Builtin(Stepping):
         circle.friction = math.sqrt(self.scene.friction.ball_ball)
         circle.filter = pymunk.ShapeFilter(categories=CUE if ball.cue else OTHER)
         self.space.add(body, circle)
-        self.bodies.append(body)
+        self.bodies[i] = body
         self.number[circle] = i
         if self.scene.deceleration > 0.0:
             brake = pymunk.PivotJoint(self.space.static_body, body, (0.0, 0.0), (0.0, 0.0))
@@ -84,25 +79,27 @@ class Builtin(Stepping):
             brake.max_force = ball.mass * self.scene.deceleration
             self.space.add(brake)
 
-    def _cushions(self) -> Iterator[tuple[pymunk.Shape, int]]:
-        """Yield the shapes of the cushions, with their numbers; arcs are strings of segments."""
-        ground, table = self.space.static_body, self.scene.table
-        for number, edge in enumerate(table.edges if table else ()):
-            points = [*edge.points(), edge.end]
-            for a, b in pairwise(points):
-                yield pymunk.Segment(ground, a, b, 0.0), number
-        for number, post in enumerate(self.scene.posts, start=self.scene.first_post):
-            yield pymunk.Circle(ground, post.radius, post.position), number
+    def _take_out(self, i: int) -> None:
+        body = self.bodies.pop(i)
+        self.space.remove(body, *body.shapes, *body.constraints)
 
-    def _add_cushion(self, cushion: pymunk.Shape, wall: Wall, kind: int) -> None:
-        cushion.collision_type = CUSHION
-        of_ball = self._elasticity(kind == CUE)
-        cushion.elasticity = wall.restitution / of_ball if of_ball > 0.0 else 0.0
-        of_ball = math.sqrt(self.scene.friction.ball_ball)
-        cushion.friction = wall.friction / of_ball if of_ball > 0.0 else 0.0
-        cushion.filter = pymunk.ShapeFilter(categories=0b100, mask=kind)
-        self.space.add(cushion)
-        self.number[cushion] = wall.number
+    def _add_cushions(self, kind: int) -> None:
+        """Add the cushions that one kind of ball meets; arcs are strings of segments."""
+        scene, ground, shapes = self.scene, self.space.static_body, list[tuple[pymunk.Shape, int]]()
+        for number, edge in enumerate(scene.table.edges if scene.table else ()):
+            for a, b in pairwise([*edge.points(), edge.end]):
+                shapes.append((pymunk.Segment(ground, a, b, 0.0), number))
+        for number, post in enumerate(scene.posts, start=scene.first_post):
+            shapes.append((pymunk.Circle(ground, post.radius, post.position), number))
+        elasticity, friction = self._elasticity(kind == CUE), math.sqrt(scene.friction.ball_ball)
+        for shape, number in shapes:
+            wall = scene.cushions[number]
+            shape.collision_type = CUSHION
+            shape.elasticity = wall.restitution / elasticity if elasticity > 0.0 else 0.0
+            shape.friction = wall.friction / friction if friction > 0.0 else 0.0
+            shape.filter = pymunk.ShapeFilter(categories=0b100, mask=kind)
+            self.space.add(shape)
+            self.number[shape] = number
 
     def _met(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         if not arbiter.is_first_contact:
@@ -121,16 +118,13 @@ class Builtin(Stepping):
         for i in sorted(self.moving) if self.scene.pockets else ():
             body = self.bodies[i]
             if self.pocketed(i, *body.position, *body.velocity) is not None:
-                self.space.remove(body, *body.shapes, *body.constraints)
-                self.gone.add(i)
+                self._take_out(i)
                 self.moving.discard(i)
         if self.trace.steps % self.steps_a_look == 0:
             self._look()
 
     def _look(self) -> None:
-        for i, body in enumerate(self.bodies):
-            if i in self.gone:
-                continue
+        for i, body in self.bodies.items():
             (x, y), (vx, vy) = body.position, body.velocity
             self.is_finite = self.is_finite and math.isfinite(x + y)
             moves = math.hypot(vx, vy) > AT_REST * self.scene.balls[i].radius

@@ -13,8 +13,8 @@ from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import Trace
 
-# After this many events a run is given up, unless the user says otherwise. After this many
-# instants of micro-collisions, which are no events, it is given up as well.
+# After this many events a run is given up, unless the user says otherwise, and after this many
+# instants of micro-collisions, which are no events: it plays for some minutes at most.
 NEVER_SETTLES = 1_000_000
 
 OnTime = Callable[[float], object]
@@ -32,7 +32,7 @@ class Settings(NamedTuple):
 
     dt: float | None
     max_time: float | None = None
-    max_events: int | None = None
+    max_events: int = NEVER_SETTLES
     law: Law | None = None
     on_time: OnTime | None = None
     variant: Variant = AS_IT_IS
@@ -41,11 +41,6 @@ class Settings(NamedTuple):
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""
         return self.law or LAWS[scene.physics.law]
-
-    @property
-    def most(self) -> int:
-        """Return the number of events after which the run is given up."""
-        return NEVER_SETTLES if self.max_events is None else self.max_events
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +129,7 @@ class Stepping(ABC):
         trace, longest = self.trace, settings.max_time
         last = math.inf if longest is None else math.ceil(longest / self.dt)
         while self.moving:
-            if trace.steps >= last or len(trace.events) >= settings.most:
+            if trace.steps >= last or len(trace.events) >= settings.max_events:
                 trace.status = "max_time" if trace.steps >= last else "max_events"
                 trace.duration = self.time
                 self.cut_off()

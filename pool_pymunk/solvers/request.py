@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import time
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import groupby, pairwise
+from itertools import pairwise
 from numbers import Integral
-from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +29,8 @@ from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
 from pool_pymunk.solvers.record import NEVER_SETTLES, OnTime, Settings, Solver
 from pool_pymunk.world.checks import check_choice, read_law
 
-GAINED = 1e-9  # A contact that gains a smaller share of the kinetic energy gained none.
+# A contact that gains less of the kinetic energy gained none: rounding gains 1e-15 of it.
+GAINED = 1e-9
 QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
 
 SOLVERS: dict[str, Solver] = {
@@ -108,17 +109,13 @@ class Request(NamedTuple):
         if variant != AS_IT_IS:
             settings = settings._replace(variant=variant, on_time=None)
         trace = self.solver.solve(self.scene, state, settings, **self.options)
-        trace.cut(settings.most)
+        trace.cut(settings.max_events)
         if not self.solver.engine:  # The engine's paths tell all accelerations.
             trace.complete(self.scene.surface)
         return trace
 
     def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
-        """Warn of how far (m) the ends would lie elsewhere if policies had answered otherwise.
-
-        The answer is None for a run that took long, and for one that only met zero slips, whose
-        warning says what they do: these are not played again.
-        """
+        """Warn of how far (m) other answers of policies would move the ends; return it if known."""
         if trace.touch and ONE_INSTANT not in trace.policies:
             tries = (self._solve(state, Variant(opened=k)) for k in TRIED)
             if any(farthest(trace, other) > DECIDED for other in tries):
@@ -129,7 +126,7 @@ class Request(NamedTuple):
             return 0.0
         is_measured = self.settings.measures_policies and wall_time <= QUICK
         if trace.policies == {ZERO_SLIP} or not is_measured:
-            return None
+            return None  # The warning of a zero slip says what it does.
         changed = 0.0
         for variant in trace.variants:
             if changed <= self.scene.diagonal:  # More is not said.
@@ -183,7 +180,8 @@ class Request(NamedTuple):
         self, shot: Shot | None, start: State, variant: Variant, most: int | None = None
     ) -> Run:
         """Play a variant of the run, of at most this many events."""
-        bounds = self.settings._replace(max_events=min(most or NEVER_SETTLES, self.settings.most))
+        listed = self.settings.max_events
+        bounds = self.settings._replace(max_events=min(most or listed, listed))
         trace = self._replace(settings=bounds)._solve(start, variant)
         return self._run(shot, start, trace, 0.0, None)
 
@@ -200,10 +198,7 @@ def request(
     on_time: OnTime | None = None,
     **options: Any,
 ) -> Request:
-    """Check what a run is asked for, as :func:`~pool_pymunk.simulate` takes it.
-
-    A solver with steps calls ``on_time`` now and then with the time (s) that it has come to.
-    """
+    """Check what a run is asked for, as :func:`~pool_pymunk.simulate_all` takes it."""
     _check_scene(scene)
     method = find_solver(solver)
     for key, value in options.items():
@@ -226,7 +221,7 @@ def request(
     settings = Settings(
         dt=None if method.dt is None else step or method.dt,
         max_time=latest or scene.physics.max_time,
-        max_events=_given("max_events", max_events, whole(1)),
+        max_events=_given("max_events", max_events, whole(1)) or NEVER_SETTLES,
         law=law if isinstance(law, Law) else None,
         on_time=on_time,
     )
@@ -279,26 +274,20 @@ def farthest(one: Trace, other: Trace) -> float:
 
 def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     """Warn if contacts gained kinetic energy: how much, how often, and which was the first."""
-    masses, rows = [ball.mass for ball in scene.balls], trace.knots
-    initial = sum([kinetic_energy(m, *k[0][3:5]) for m, k in zip(masses, rows, strict=True)])
-    steps = sorted([(new[0], i, old, new) for i, k in enumerate(rows) for old, new in pairwise(k)])
-    gains: list[tuple[float, float, list[int]]] = []
-    for t, changes in groupby(steps, key=itemgetter(0)):
-        before = after = 0.0
-        balls = []
-        for _, i, (began, _, _, vx, vy, ax, ay, *_), new in changes:
-            time = t - began
-            before += kinetic_energy(masses[i], vx + time * ax, vy + time * ay)
-            after += kinetic_energy(masses[i], new[3], new[4])
-            balls.append(i)
-        if after - before > GAINED * initial:
-            gains.append((after - before, t, balls))
+    initial, changes = 0.0, defaultdict[float, dict[str, float]](dict)  # J, by time and ball
+    for ball, rows in zip(scene.balls, trace.knots, strict=True):
+        initial += kinetic_energy(ball.mass, *rows[0][3:5])
+        for (began, _, _, vx, vy, ax, ay, *_), (t, _, _, ux, uy, *_) in pairwise(rows):
+            time, after = t - began, kinetic_energy(ball.mass, ux, uy)
+            gain = after - kinetic_energy(ball.mass, vx + time * ax, vy + time * ay)
+            changes[t][ball.id] = changes[t].get(ball.id, 0.0) + gain
+    gains = {t: sum(each.values()) for t, each in changes.items()}
+    gains = {t: gain for t, gain in gains.items() if gain > GAINED * initial}
     if gains:
-        gained, (_, t, balls) = sum(gain for gain, _, _ in gains), gains[0]
-        ids = ", ".join(scene.balls[i].id for i in balls)
+        first = min(gains)
         trace.warn(
             f"{counted(len(gains), 'contact')} gained energy, as the law may: in all "
-            f"{gained / initial:.3g} times the kinetic energy of the start. The first is that of "
-            f"{ids}",
-            t,
+            f"{sum(gains.values()) / initial:.3g} times the kinetic energy of the start. The first "
+            f"is that of {', '.join(changes[first])}",
+            first,
         )

@@ -15,7 +15,7 @@ rest stays where it is. A ball that travels more than its radius in a slice can 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import combinations
 from math import atan2, copysign, cos, hypot, pi, sin
 
@@ -131,7 +131,7 @@ class Slices(Stepping):
         for i in moved:
             if table is not None and table.is_rectangle:
                 self._rectangle(i, table)
-            self._overlaps(i, self.walls)
+            self._overlaps(i)
         active = set(self.present if self.first_look else moved)
         self.first_look = False
         for i, j in combinations(self.present, 2):
@@ -166,10 +166,10 @@ class Slices(Stepping):
                 self._rub(i, wall, (1.0 - axis, 0.0 + axis), motion[axis + 2] - approach)
                 self._note_cushion(i, wall.number, approach)
 
-    def _overlaps(self, i: int, walls: Sequence[Wall]) -> None:
+    def _overlaps(self, i: int) -> None:
         """Answer the sides of walls one by one by the listing's rule."""
         r = self.radius[i]
-        for wall in walls:
+        for wall in self.walls:
             for side in wall.sides:
                 x, y, _, _ = self.motion[i]
                 gap = side.gap(x, y, r)
@@ -202,14 +202,12 @@ class Slices(Stepping):
         self._note(i, lists=approach != 0.0)
 
     def _pair(self, i: int, j: int, active: set[int]) -> None:
-        """Answer an overlap once; the pair answers again only after it has separated.
-
-        Balls that roll answer again where they close again, because a roll may drive them together.
-        """
+        """Answer an overlap once; the pair answers again only after it has separated."""
         (x, y, _, _), (u, v, _, _) = self.motion[i], self.motion[j]
         if not hypot(x - u, y - v) < self.radius[i] + self.radius[j]:
             self.colliding.discard((i, j))
             return
+        # Balls that roll answer whenever they close, because a roll may drive them together.
         closing = self._closing(i, j) if self.rolls else 0.0
         if (i, j) not in self.colliding or closing > 0.0:
             self.colliding.add((i, j))
@@ -315,10 +313,7 @@ class Slices(Stepping):
 
 
 def slide(motion: Motion, loss: float, dt: float, slices: int) -> tuple[Motion, int]:
-    """Move one ball by this many slices of Eq. 10, as the listing computes them, or until it stops.
-
-    Returns its motion and the slices used.
-    """
+    """Move a ball by slices of Eq. 10, as in the listing, or until it stops; count those used."""
     x, y, vx, vy = motion
     for used in range(1, slices + 1):
         angle = atan2(vy, vx)
@@ -340,10 +335,7 @@ def slide(motion: Motion, loss: float, dt: float, slices: int) -> tuple[Motion, 
 def slip(
     motion: Motion, roll: Point, loss: float, dt: float, slices: int
 ) -> tuple[Motion, Point, int]:
-    """Move one ball that slips by this many slices, or until it rolls.
-
-    Returns its motion, its roll, and the slices used.
-    """
+    """Move a ball that slips by this many slices, or until it rolls; count those used."""
     (x, y, vx, vy), (wx, wy) = motion, roll
     for used in range(1, slices + 1):
         ux, uy = vx - wx, vy - wy

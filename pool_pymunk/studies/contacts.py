@@ -24,7 +24,6 @@ from pool_pymunk.physics.saltation import (
     turning,
 )
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers.exact import walls
 
 
 def law_of(run: Run) -> Law:
@@ -40,7 +39,7 @@ class Contacts:
     """These are what the contacts of a run depend on: its law, its walls and its balls."""
 
     def __init__(self, run: Run) -> None:
-        self.law, self.scene, self.walls = law_of(run), run.scene, walls(run.scene)
+        self.law, self.scene, self.walls = law_of(run), run.scene, run.scene.cushions
         self.pair = cache(run.scene.pair)
 
     def geometry(self, balls: Sequence[int], motions: Sequence[Motion6], wall: int) -> Geometry:

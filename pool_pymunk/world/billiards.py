@@ -42,7 +42,7 @@ FrictionBy = Literal["joint", "callback"]
 class Billiards:
     """Billiards is the report's physics for balls and walls of a pymunk space.
 
-    You step the space as ever, by ``space.step(dt)``, with any steps up to ``max_dt`` (s).
+    You step the space as always, by ``space.step(dt)``, with any steps up to ``max_dt`` (s).
     ``deceleration`` (m/s^2) is that of surface friction, mu_s g; 0 leaves friction out. With
     ``rolling`` (m/s^2), the deceleration of rolling, balls are spheres that slide until they roll
     (:class:`~pool_pymunk.physics.surface.Rolling`). ``pair`` returns the coefficients of a hit of
@@ -112,10 +112,8 @@ class Billiards:
         self.engine = ContactEngine(checks.read_law(law), self._pair, surface, Recorder())
         is_swept = contacts == "swept"
         self.near = self.engine.near = (BroadPhase if is_swept else EndOfStep)(space, self.engine)
-        self.state = (Steps if alone else SharedSteps)(
-            self.engine, self.near, self.max_dt, self,
-            alone=alone, has_joints=friction == "joint", is_swept=is_swept,
-        )  # fmt: skip
+        how = self.engine, self.near, self.max_dt, friction == "joint", self
+        self.state = Steps(*how) if alone else SharedSteps(*how)
         self.balls = self.state.balls  # all that were ever added, by their numbers
         self.moving = self.state.moving  # the balls that move, by their numbers
         self._walls = self.state.walls
@@ -220,18 +218,14 @@ class Billiards:
         if body in state.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
         place, number = argument("position", body.position, point), len(state.balls)
-        checks.check_place(place, circle.radius, state.discs(), self._obstacles, self._ids())
+        checks.check_place(place, circle.radius, state.discs(), self._obstacles)
         for other in self.on_table()[:1]:
             masses = (other.body.mass, body.mass)
             checks.check_pair(self._said_pair(other.number, number), masses, (other.number, number))
-        name = checks.check_id(id, self.on_table())
+        checks.check_id(id, self.on_table())
         ball = state.put_ball(circle, NO_ROLL)
-        ball.id = name
+        ball.id = id
         return ball
-
-    def _ids(self) -> dict[int, str]:
-        """Return the ids of the balls that have one, by their numbers."""
-        return {ball.number: ball.id for ball in self.on_table() if ball.id is not None}
 
     def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> TableBall:
         """Do what :meth:`add_ball` does, with a roll (m/s), and check nothing."""
@@ -283,17 +277,16 @@ class Billiards:
                 warnings.warn(text, DeprecationWarning, stacklevel=2)
         self._catch_up(changes_space=True)
         wall = Wall(sides or sides_of(shape), restitution, friction, self._walls.count)
-        return self._walls.put_if_free(shape, checks.Obstacle(None if sides else shape, wall))
+        return self._walls.put_if_free(checks.Obstacle(shape, wall, is_drawn=not sides))
 
     def put_wall(self, shape: pymunk.Shape, wall: Wall) -> int:
         """Put up a wall with sides of its own, and check nothing."""
-        return self._walls.put(shape, checks.Obstacle(None, wall))
+        return self._walls.put(checks.Obstacle(shape, wall))
 
     def remove_wall(self, wall: int) -> None:
         """Take the wall of this number out of the space; the other walls keep their numbers."""
         self._catch_up(changes_space=True)
-        if not self._walls.remove(wall):
-            raise setting_error("wall", shown(wall), "there is no wall of this number")
+        self._walls.remove(wall)
 
     def add_pocket(self, position: Vector, radius: float) -> int:
         """Make a pocket, which takes in balls whose centres come within ``radius`` (m).
@@ -305,7 +298,7 @@ class Billiards:
         hole = pocket(center, radius, len(self.pockets))
         shape = pymunk.Circle(self.space.static_body, radius, center)
         shape.sensor = True
-        return self._walls.put_if_free(shape, checks.Obstacle(None, hole))
+        return self._walls.put_if_free(checks.Obstacle(shape, hole))
 
     # -- moving balls ----------------------------------------------------------------------------
 
@@ -315,10 +308,9 @@ class Billiards:
         With 1 the ball rolls at once, with 0 it slides without rotation, below 0 it draws back.
         """
         self._check_ball(ball)
-        velocity = argument("velocity", velocity, point)
-        turns = checks.read_roll(roll, velocity, self.state.surface.rolls)
+        struck = checks.read_strike(velocity, roll, self.state.surface)
         checks.check_unchanged(ball, self.engine.masses[ball.number])
-        self.state.send(ball, None, velocity, turns)
+        self.state.send(ball, None, *struck)
 
     def place(self, ball: TableBall, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
@@ -328,9 +320,10 @@ class Billiards:
         """
         self._check_ball(ball, changes_space=True)
         position = argument("position", position, point)
-        discs = self.state.discs(without=ball)
-        checks.check_place(position, ball.radius, discs, self._obstacles, self._ids())
-        self._walls.refuse_off_table(self.state.discs()[ball.number][0], position)
+        discs = self.state.discs()
+        old, _ = discs.pop(ball)
+        checks.check_place(position, ball.radius, discs, self._obstacles)
+        self._walls.refuse_off_table(old, position)
         self.state.send(ball, position, (0.0, 0.0), NO_ROLL)
 
     def set_out(self, balls: Sequence[TableBall]) -> None:
@@ -361,24 +354,18 @@ class Billiards:
         strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
-        if self.state.is_swept:  # Walls and pockets may have come since.
+        if self.near.is_swept:  # Walls and pockets may have come since.
             for i, (x, y, _, _) in state.motions.items():
                 checks.check_place((x, y), self.balls[i].radius, {}, self._obstacles)
         self.state.restore(state)
 
-    def predict(
-        self, ball: TableBall, velocity: Vector, roll: float = 0.0
-    ) -> Prediction[TableBall]:
+    def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
 
         Nothing but the table's balls, walls and pockets is looked at.
         """
         self._check_ball(ball)
-        velocity = argument("velocity", velocity, point)
-        struck = velocity, checks.read_roll(roll, velocity, self.state.surface.rolls)
-        numbers = [each.number for each in self.on_table()]
-        found = sketch(self.engine, numbers, ball.number, struck, self.state.now)
-        return found._replace(met=None if found.met is None else self.balls[found.met])
+        return sketch(self.state, ball, checks.read_strike(velocity, roll, self.state.surface))
 
     def free_spot(
         self, near: Vector, radius: float | None = None, ball: TableBall | None = None
@@ -396,10 +383,7 @@ class Billiards:
         elif radius is None and not self.balls:
             raise setting_error("radius", None, "is missing where there is no ball")
         wide = self.balls[0].radius if radius is None else argument("radius", radius, size)
-        found = free_spot(near, wide, self.state.discs(without=ball).values(), self._obstacles)
-        if found is None:
-            raise setting_error("near", list(near), "there is no room for a ball near this place")
-        return found
+        return free_spot(near, wide, self.state.discs(without=ball).values(), self._obstacles)
 
     # -- stepping a space that holds nothing else ------------------------------------------------
 

@@ -9,6 +9,7 @@ import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.due import hit_of
+from pool_pymunk.engine.instant import velocities
 from pool_pymunk.engine.near import ManyBoxes, box
 from pool_pymunk.physics.contact import closing_speed
 from pool_pymunk.physics.path import Path, motion_at
@@ -23,6 +24,8 @@ FEW = 8
 class BroadPhase:
     """A broad phase knows the pairs that touched during a step, and what is near a ball."""
 
+    is_swept = True  # Contacts are answered at their times inside the step.
+
     def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
         self.space, self.engine = space, engine
         self.until = 0.0  # s; the end of the present step
@@ -35,7 +38,6 @@ class BroadPhase:
         self._around: dict[int, list[int]] = {}
         # around the rest of this step on the paths of the changed balls, if they are many
         self._boxes = ManyBoxes(0, 0)
-        self._unboxed: dict[int, None] = {}
 
     def touched(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         """Handle a collision: note that these two shapes may have met during this step."""
@@ -65,12 +67,13 @@ class BroadPhase:
 
     def begin(self, i: int, path: Path, radius: float, since: float, end: float) -> None:
         """Note that the body of ball ``i`` is to be put on a new path."""
-        self.changed[i] = self._unboxed[i] = None
+        self.changed[i] = None
+        if i < len(self._boxes.boxes):
+            self._boxes.begin(i, path, radius, since, max(self.until, path.t))
 
     def settle(self) -> None:
         """Note that all bodies are on their paths again."""
         self.changed.clear()
-        self._unboxed.clear()
         if len(self._boxes.boxes):
             self._boxes = ManyBoxes(0, 0)
 
@@ -86,9 +89,6 @@ class BroadPhase:
 
     def remove(self, i: int) -> None:
         self.changed.pop(i, None)
-        self._unboxed.pop(i, None)
-        if i < len(self._boxes.boxes):
-            self._boxes.remove(i)
         self.numbers.pop(self.sensors[i], None)
         self.leave_out(i)
         self.gone.append(i)
@@ -107,12 +107,11 @@ class BroadPhase:
         if len(self.changed) <= FEW:
             return self.changed
         paths, radii, now = self.engine.paths, self.engine.radii, self.engine.now
+        new = [i]
         if len(self._boxes.boxes) < len(paths):
-            self._boxes = ManyBoxes(2 * len(paths), 0)
-            self._unboxed = dict.fromkeys(self.changed)
-        for j in {**self._unboxed, i: None}:
+            self._boxes, new = ManyBoxes(2 * len(paths), 0), [*self.changed, i]
+        for j in new:
             self._boxes.begin(j, paths[j], radii[j], now, max(self.until, paths[j].t))
-        self._unboxed.clear()
         return [j for j in self._boxes.balls(i, now) if j in self.changed]
 
     def _look_around(self, i: int) -> list[int]:
@@ -130,6 +129,8 @@ class EndOfStep(BroadPhase):
 
     It never finds those where a ball only grazed or tunnelled.
     """
+
+    is_swept = False
 
     def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
         super().__init__(space, engine)
@@ -158,11 +159,9 @@ class EndOfStep(BroadPhase):
         for pair in pairs:
             hit = hit_of(*pair)
             motions = {i: motion_at(engine.paths[i], self.until) for i in hit.balls}
-            if engine.gap(hit, motions) < 0.0:
-                if hit.kind == "wall" and engine.walls[hit.j].is_pocket:
-                    engine.push(self.until, hit)
-                    continue
-                velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
-                closing = closing_speed(engine.contact(hit, motions), velocity)
-                if closing > engine.noise(motions):
-                    engine.push(self.until, hit)
+            if engine.gap(hit, motions) >= 0.0:
+                continue
+            takes_in = hit.kind == "wall" and engine.walls[hit.j].is_pocket
+            closing = closing_speed(engine.contact(hit, motions), velocities(motions))
+            if takes_in or closing > engine.noise(motions):
+                engine.push(self.until, hit)

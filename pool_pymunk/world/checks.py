@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from inspect import signature
-from types import FunctionType, MappingProxyType, MethodType
 from typing import Any, NamedTuple
 
 import pymunk
@@ -18,22 +17,21 @@ from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall
 from pool_pymunk.physics.surface import Rolling, Sliding, Surface
-from pool_pymunk.world.ball import FROM_ZERO, SHARE, TableBall
-
-LONGEST = 1.0 + 1e-9  # of the longest step; rounding may make a step longer by this
+from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, Disc, TableBall
 
 
 class Obstacle(NamedTuple):
-    """An obstacle is a wall or a pocket, with its ``shape`` if the sides are those of the shape."""
+    """An obstacle is a wall or a pocket, and a shape that holds it; if it ``is_drawn``, is it."""
 
-    shape: pymunk.Shape | None
+    shape: pymunk.Shape
     wall: Wall
+    is_drawn: bool = False
 
     def room(self, center: Vector, radius: float) -> float:
         """Return the gap (m) of a ball, or of its centre to a pocket's rim; negative inside."""
-        if self.shape is None:
-            return places.room_beside(self.wall.sides, *center, radius)
-        return self.shape.point_query(center).distance - radius
+        if self.is_drawn:
+            return self.shape.point_query(center).distance - radius
+        return places.room_beside(self.wall.sides, *center, radius)
 
     def holds(self, center: Vector, radius: float) -> bool:
         """Tell whether a ball lies in the obstacle."""
@@ -60,10 +58,6 @@ def check_settings(space: Any, pair: Any, contacts: Any, friction: Any) -> None:
 
 def _takes_two(function: Callable[..., object]) -> bool:
     """Tell whether a function takes two arguments, as far as it says what it takes."""
-    if isinstance(function, MethodType) and isinstance(function.__func__, FunctionType):
-        code = function.__code__
-        if (code.co_argcount, code.co_kwonlyargcount) == (3, 0):
-            return True  # A scene's method does, and ``signature`` takes 20 us.
     try:
         signature(function).bind(0, 1)
     except TypeError:
@@ -102,12 +96,12 @@ def read_surface(deceleration: Any, rolling: Any) -> Surface:
     return Rolling(pull, drag)
 
 
-def read_roll(roll: Any, velocity: Vector, rolls: bool) -> Vector:
-    """Return the roll (m/s) of which this share of a velocity was given."""
-    share = argument("roll", roll, finite)
-    if share and not rolls:
+def read_strike(velocity: Any, roll: Any, surface: Surface) -> tuple[Vector, Vector]:
+    """Return the velocity (m/s) of a strike, and the roll (m/s), given as a share of it."""
+    (vx, vy), share = argument("velocity", velocity, point), argument("roll", roll, finite)
+    if share and not surface.rolls:
         raise setting_error("roll", share, "balls do not roll on a table without rolling")
-    return argument("roll", (share * velocity[0], share * velocity[1]), point)
+    return (vx, vy), argument("roll", (share * vx, share * vy), point)
 
 
 def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]) -> Pair:
@@ -128,13 +122,16 @@ def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]
 
 def check_circle(circle: Any) -> None:
     """Refuse what cannot be a ball."""
+    body: Any = getattr(circle, "body", None)
+    message = ""
     if not isinstance(circle, pymunk.Circle):
-        raise setting_error("circle", _kind(circle), "a ball must be a pymunk.Circle")
-    body = circle.body
-    if body is None:
-        raise setting_error("circle", _kind(circle), "a ball's circle must have a body")
-    if body.body_type != pymunk.Body.DYNAMIC:
-        raise setting_error("circle", _kind(circle), "a ball's body must be dynamic")
+        message = "a ball must be a pymunk.Circle"
+    elif body is None:
+        message = "a ball's circle must have a body"
+    elif body.body_type != pymunk.Body.DYNAMIC:
+        message = "a ball's body must be dynamic"
+    if message:
+        raise setting_error("circle", type(circle).__name__, message)
     if tuple(circle.offset) != (0.0, 0.0):
         message = "a ball's circle must lie in the middle of its body"
         raise setting_error("circle.offset", list(circle.offset), message)
@@ -189,43 +186,36 @@ def _check_type(key: str, shape: pymunk.Shape) -> None:
 
 
 def check_place(
-    center: Vector,
-    radius: float,
-    discs: Mapping[int, tuple[Vector, float]],
-    obstacles: Iterable[Obstacle],
-    ids: Mapping[int, str] = MappingProxyType({}),
+    center: Vector, radius: float, discs: Mapping[TableBall, Disc], obstacles: Iterable[Obstacle]
 ) -> None:
-    """Refuse a ball that lies in another ball, a wall or a pocket; ``ids`` name balls."""
+    """Refuse a ball that lies in another ball, a wall or a pocket."""
     for obstacle in obstacles:
         if obstacle.holds(center, radius):
             wall, room = obstacle.wall, obstacle.room(center, radius)
             how, what = ("is within", "pocket") if wall.is_pocket else ("overlaps", "wall")
             message = places.said("the ball", f"{what} {wall.number}", room, radius, how=how)
             raise setting_error("position", list(center), message)
-    for number, (place, other) in discs.items():
+    for ball, (place, other) in discs.items():
         if places.overlap(*center, radius, *place, other, places.TOUCHING):
-            name = f'{number} (id "{ids[number]}")' if number in ids else number
+            name = ball.number if ball.id is None else f'{ball.number} (id "{ball.id}")'
             room = places.room_beside_ball(*center, radius, *place, other)
             message = places.said("the ball", f"ball {name}", room, min(radius, other))
             raise setting_error("position", list(center), message)
 
 
-def check_id(id_: Any, balls: Iterable[TableBall]) -> str | None:
-    """Return the id of a new ball; refuse what is no text, or that of a ball on the table."""
-    if id_ is None:
-        return None
-    if not isinstance(id_, str):
+def check_id(id_: Any, balls: Iterable[TableBall]) -> None:
+    """Refuse an id of a new ball that is no text, or is that of a ball on the table."""
+    if not isinstance(id_, str | None):
         raise setting_error("id", shown(id_), "must be a text")
-    if any(ball.id == id_ for ball in balls):
+    if id_ in [ball.id for ball in balls if ball.id is not None]:
         raise setting_error("id", id_, "another ball on the table has this id")
-    return id_
 
 
 def check_step(dt: float, longest: float) -> None:
     """Refuse a step (s) that is no time, or a longer one than was agreed."""
     if not dt > 0.0:
         raise setting_error("dt", dt, "a step must be greater than 0")
-    if dt > LONGEST * longest:
+    if dt > (1.0 + HAIR) * longest:
         raise setting_error("dt", dt, f"a step may be {longest:g} s long at most (max_dt)")
 
 

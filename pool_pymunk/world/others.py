@@ -17,15 +17,12 @@ from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.surface import SHARE
-from pool_pymunk.world.ball import TableBall
+from pool_pymunk.world.ball import HAIR, TableBall
 from pool_pymunk.world.checks import check_step
 from pool_pymunk.world.state import NOTHING, Moves, Phase, Snapshot, read_bodies
 from pool_pymunk.world.steps import Steps
 
-# A place or velocity set by hand differs from that of the path by more than this share. What
-# differs less is a push: it is added to what the path says.
-SET = 1e-9
-# A step of pymunk rounds velocity and place by less: by half an EPSILON in each of some operations.
+# A step of pymunk rounds velocity and place by half an EPSILON in each of some operations: by less.
 STEP_ROUNDING = 4.0 * EPSILON
 # In a step pymunk's solver goes over all joints ten times, and each time rounds the velocity.
 PUSH_ROUNDING = 64.0 * EPSILON
@@ -38,8 +35,10 @@ class SharedSteps(Steps):
     callbacks after a step.
     """
 
-    def __init__(self, *args: Any, **how: Any) -> None:
-        super().__init__(*args, **how)
+    alone = False
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
         # the bodies when all balls were last seen to be on their paths, and which of them are balls
         self._seen = Snapshot()
         self._rows: Sequence[Moves | None] = ()
@@ -96,7 +95,7 @@ class SharedSteps(Steps):
             return False
         if is_as_fast:  # Only its place is new.
             vx, vy = pvx, pvy
-        elif gain <= SET * (abs(vx) + abs(vy) + abs(ex) + abs(ey)):
+        elif gain <= HAIR * (abs(vx) + abs(vy) + abs(ex) + abs(ey)):  # It is a push.
             vx, vy = pvx + vx - ex, pvy + vy - ey
         place = (px, py) if is_there else self.beside(ball, x, y)
         self.begin_path(ball, place, (vx, vy))

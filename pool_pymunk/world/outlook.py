@@ -6,27 +6,27 @@ import math
 from collections import defaultdict
 from collections.abc import Collection
 from itertools import combinations
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import NamedTuple
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import boxes_around
 from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.places import TOUCHING, overlap
+from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Round, Straight
+from pool_pymunk.world.ball import HAIR, Disc, TableBall
 from pool_pymunk.world.checks import Obstacle
+from pool_pymunk.world.state import LiveState
 
-HAIR = 1e-9  # radii; a ball is put this far from what it would touch
-MOST = 2_000  # This many instants are played at most.
+MOST = 2_000  # This many instants are played at most; those of nine balls take 0.2 s.
 
-Who = TypeVar("Who")
 Locus = Round | Straight  # on which the centre of a touching ball lies
-Disc = tuple[Vector, float]  # a place and a radius (m)
 Going = tuple[Vector, Vector]  # a velocity and a roll (m/s)
 
 
-class Prediction(NamedTuple, Generic[Who]):
+class Prediction(NamedTuple):
     """A prediction says what a ball would meet first, and the lines that both balls follow (m).
 
     ``met`` is a ball, ``wall`` or ``pocket`` a number, each None if it meets none. That takes ``t``
@@ -36,7 +36,7 @@ class Prediction(NamedTuple, Generic[Who]):
     roll; until then the line may be curved. ``where`` is the ball's place when it meets that.
     """
 
-    met: Who | None
+    met: TableBall | None
     wall: int | None
     pocket: int | None
     t: float
@@ -54,48 +54,64 @@ class Witness(Recorder):
         self.wall: int | None = None
         self.pocket: int | None = None
         self.at = math.inf
-        self.turn = 0  # the number of the ball's turn at that time
-        self.turns: defaultdict[int, list[Vector]] = defaultdict(list)
-        self.rolled: defaultdict[int, int] = defaultdict(int)  # how many of them are no turns
+        self.where: Vector | None = None
+        # the first two turns of each ball, with the places where it began to roll before them
+        self.lines: defaultdict[int, list[Vector]] = defaultdict(list)
+        self.turns: defaultdict[int, int] = defaultdict(int)
 
     def contact(self, contact: Contact, t: float) -> None:
         if self.at == math.inf and self.ball in contact.balls:
-            self.wall, self.at, self.turn = contact.cushion, t, len(self.turns[self.ball])
+            self.wall, self.at = contact.cushion, t
             self.met = next((i for i in contact.balls if i != self.ball), None)
             if self.met is not None:  # Its line begins here.
-                self.turns[self.met], self.rolled[self.met] = [], 0
+                self.lines[self.met], self.turns[self.met] = [], 0
 
     def path(self, i: int, path: Path) -> None:
-        self.turns[i].append((path.x, path.y))
+        self._turn(i, (path.x, path.y))
 
     def roll(self, i: int, t: float) -> None:
-        self.rolled[i] += len(self.turns[i]) - self.rolled[i] < 2
+        self.turns[i] -= self.turns[i] < 2  # The path that comes now begins at no turn.
 
     def stop(self, i: int, t: float, position: Vector) -> None:
-        self.turns[i].append(position)
+        self._turn(i, position)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         if self.at == math.inf and i == self.ball:
-            self.pocket, self.at, self.turn = pocket, t, len(self.turns[i])
-        self.turns[i] += [motion[:2], center]
+            self.pocket, self.at = pocket, t
+        self._turn(i, motion[:2])
+        self._turn(i, center)
 
-    def turns_of(self, i: int) -> list[Vector]:
-        """Return the first two turns of ball ``i``, and where it began to roll before them."""
-        return self.turns[i][: 2 + self.rolled[i]]
+    def _turn(self, i: int, place: Vector) -> None:
+        if self.turns[i] < 2:
+            self.turns[i] += 1
+            self.lines[i].append(place)
+        if i == self.ball and self.at < math.inf:
+            self.where = self.where or place
 
     @property
     def has_seen_all(self) -> bool:
         """Tell whether the ball, and the one that it met, have turned once more each."""
-        both = {self.ball, self.ball if self.met is None else self.met}
-        return self.at < math.inf and all(len(self.turns[i]) - self.rolled[i] > 1 for i in both)
+        both = self.ball, self.ball if self.met is None else self.met
+        return self.at < math.inf and all(self.turns[i] == 2 for i in both)
 
 
-def sketch(
-    table: ContactEngine, numbers: list[int], ball: int, struck: Going, now: float
-) -> Prediction[Any]:
-    """Strike one of the balls of these ``numbers``; play until it and what it met have turned."""
-    witness = Witness(numbers.index(ball))
-    engine = _copy(table, numbers, witness, struck, now)
+def sketch(state: LiveState, ball: TableBall, struck: Going) -> Prediction:
+    """Strike a ball in a copy of the table; play until it and what it met have turned."""
+    balls, table, now = state.on_table(), state.engine, state.now
+
+    def pair(i: int, j: int) -> Pair:
+        return table.pair(balls[i].number, balls[j].number)
+
+    witness = Witness(balls.index(ball))
+    engine = ContactEngine(table.resolver.law, pair, table.surface, witness)
+    for each in balls:
+        place, velocity = table.paths[each.number].at(now)
+        goes = struck if each is ball else (velocity, state.roll_of(each.number))
+        path = table.surface.path(0.0, place, *goes)
+        engine.add_ball(path, each.radius, table.masses[each.number])
+    engine.walls = list(table.walls)
+    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
+    engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
     start = engine.paths[witness.ball]
     for _ in range(MOST):
         if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
@@ -103,40 +119,20 @@ def sketch(
         engine.next()
     met = witness.met
     return Prediction(
-        met=None if met is None else numbers[met],
+        met=None if met is None else balls[met],
         wall=witness.wall,
         pocket=witness.pocket,
         t=witness.at,
-        way=((start.x, start.y), *(witness.turns_of(witness.ball) or [start.rest])),
-        other_way=() if met is None else tuple(witness.turns_of(met)),
-        where=None if witness.at == math.inf else witness.turns[witness.ball][witness.turn],
+        way=((start.x, start.y), *(witness.lines[witness.ball] or [start.rest])),
+        other_way=() if met is None else tuple(witness.lines[met]),
+        where=witness.where,
     )
-
-
-def _copy(
-    table: ContactEngine, numbers: list[int], witness: Witness, struck: Going, now: float
-) -> ContactEngine:
-    """Return an engine with these balls in motion from now on, the struck one included."""
-
-    def pair(i: int, j: int) -> Pair:
-        return table.pair(numbers[i], numbers[j])
-
-    engine = ContactEngine(table.resolver.law, pair, table.surface, witness)
-    for k, number in enumerate(numbers):
-        place, velocity = table.paths[number].at(now)
-        goes = velocity, table.surface.roll(table.paths[number], now)
-        path = table.surface.path(0.0, place, *(struck if k == witness.ball else goes))
-        engine.add_ball(path, table.radii[number], table.masses[number])
-    engine.walls = list(table.walls)
-    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
-    engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
-    return engine
 
 
 def free_spot(
     near: Vector, radius: float, discs: Collection[Disc], obstacles: Collection[Obstacle]
-) -> Vector | None:
-    """Return the place nearest to ``near`` (m) at which a disc overlaps nothing, or None.
+) -> Vector:
+    """Return the place nearest to ``near`` (m) at which a disc overlaps nothing.
 
     The straight line there crosses no wall. The nearest place is ``near`` itself, or the nearest
     one at the edge of an obstacle, or one at which the edges of two obstacles cross.
@@ -162,7 +158,7 @@ def free_spot(
         for spot in sorted(spots, key=lambda spot: math.dist(near, spot)):
             if math.dist(near, spot) <= within and is_free(spot):
                 return spot
-    return None
+    raise setting_error("near", list(near), "there is no room for a ball near this place")
 
 
 def crossings(one: Locus, other: Locus) -> list[Vector]:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Mapping
 from enum import Enum, auto
 from struct import iter_unpack
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies
@@ -22,15 +22,12 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL
-from pool_pymunk.world.ball import TableBall, TableState
+from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_unchanged
 
 BALL, SENSOR = 0x42616C6C, 0x53656E73  # These are our own collision types.
 NOTHING = (0.0, 0.0)
-# radii; the sensor of a ball that moves is larger by this. With discrete contacts, that of a
-# resting ball is smaller: then balls that rest in touch do not call in every step.
-HAIR = 1e-9
 
 # This is how a body moves: its position (m), velocity (m/s) and force (N).
 Moves = tuple[float, float, float, float, float, float]
@@ -50,8 +47,7 @@ class Snapshot(NamedTuple):
 
     def rows(self) -> list[Moves]:
         """Return how the bodies move, in their order."""
-        rows: list[Any] = list(iter_unpack("6d", self.numbers))
-        return rows
+        return list(iter_unpack("6d", self.numbers))
 
     def moves(self) -> dict[int, Moves]:
         """Return how each body moves, by its id."""
@@ -77,15 +73,15 @@ class Phase(Enum):
 class LiveState:
     """The state of a table is changed by these methods alone (m, m/s, s)."""
 
+    alone = True  # Nothing else is in the space.
+
     def __init__(
-        self, engine: ContactEngine, near: BroadPhase, max_dt: float,
-        *, alone: bool, has_joints: bool, is_swept: bool,
-    ) -> None:  # fmt: skip
+        self, engine: ContactEngine, near: BroadPhase, max_dt: float, joints: bool
+    ) -> None:
         self.space, self.engine, self.near = near.space, engine, near
         self.surface = engine.surface
         self.max_dt = self.dt = max_dt
-        self.alone, self.is_swept = alone, is_swept
-        self.has_joints = has_joints  # friction by joints, not by callbacks
+        self.has_joints = joints  # friction by joints, not by callbacks
         self.phase = Phase.BETWEEN
         self.time = 0.0
         self.latest = math.inf  # the time to stop at, in the middle of a step if need be
@@ -163,7 +159,7 @@ class LiveState:
         self._enter(ball)
         if path.moves or self.phase is not Phase.BETWEEN:
             self.set_out([ball])
-        elif not self.is_swept:
+        elif not self.near.is_swept:
             sensor.unsafe_set_radius(radius * (1.0 - HAIR))
         return ball
 
@@ -184,6 +180,10 @@ class LiveState:
     def join(self, *things: pymunk.Body | pymunk.Shape) -> None:
         """Put what is not in the space into it."""
         self.space.add(*[thing for thing in things if thing.space is None])
+
+    def take_out(self, *things: pymunk.Body | pymunk.Shape) -> None:
+        """Take what is in the space out of it."""
+        self.space.remove(*[thing for thing in things if thing.space is not None])
 
     def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
@@ -213,16 +213,16 @@ class LiveState:
             ball.circle.collision_type = 0
             del self.ball_of[ball.body]
             there = [each for each in ball.body.shapes if each.space is not None]
-            self.space.remove(*there, *[each for each in (ball.body,) if each.space is not None])
+            self.take_out(ball.body, *there)
             if not self.alone and ball.sensor.space is None:
                 ball.sensor.body = None  # Its body may come back as another ball.
             ball.shapes = tuple([each for each in there if self.alone or each is not ball.sensor])
 
-    def discs(self, without: TableBall | None = None) -> dict[int, tuple[Vector, float]]:
-        """Return position and radius of each ball by its number, perhaps ``without`` one."""
+    def discs(self, without: TableBall | None = None) -> dict[TableBall, Disc]:
+        """Return position and radius of each ball, perhaps ``without`` one."""
         now, paths = self.now, self.engine.paths
         others = [ball for ball in self.ball_of.values() if ball is not without]
-        return {b.number: (motion_at(paths[b.number], now)[:2], b.radius) for b in others}
+        return {b: (motion_at(paths[b.number], now)[:2], b.radius) for b in others}
 
     # -- balls on new paths ----------------------------------------------------------------------
 
@@ -353,7 +353,7 @@ class LiveState:
         else:
             ball.body.velocity = goes = self.mean_of(path, path.end - self.time, vx, vy)
             fastest = math.sqrt(vx * vx + vy * vy) if path.slows else path.fastest
-            margin = fastest * self.max_dt if self.is_swept else 0.0
+            margin = fastest * self.max_dt if self.near.is_swept else 0.0
             rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
             ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
             is_damped = self.surface.pull > 0.0 and not (self.has_joints and path.slows)
@@ -425,7 +425,7 @@ class LiveState:
     def _rest(self, ball: TableBall) -> None:
         """Put a ball to rest; from now on it costs nothing."""
         ball.body.velocity = NOTHING
-        ball.sensor.unsafe_set_radius(ball.radius * (1.0 if self.is_swept else 1.0 - HAIR))
+        ball.sensor.unsafe_set_radius(ball.radius * (1.0 if self.near.is_swept else 1.0 - HAIR))
         if self.moving.pop(ball.number, None) is not None:
             self._let_go(ball)
 

@@ -11,13 +11,14 @@ from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path
-from pool_pymunk.world.ball import ContactEvent, TableBall
+from pool_pymunk.world.ball import HAIR, ContactEvent, TableBall
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_step
-from pool_pymunk.world.state import HAIR, LiveState, Phase, Snapshot, read_bodies
+from pool_pymunk.world.state import LiveState, Phase, Snapshot, read_bodies
 from pool_pymunk.world.walls import Walls
 
-MOST_QUIET = 1000.0  # Quiet steps come in rows of at most this many, between calls of ``on_time``.
+# Quiet steps come in rows of at most this many, between calls of ``on_time``: they take some ms.
+MOST_QUIET = 1000.0
 
 # a callback's name, its arguments, and the paths of balls before it
 PendingCall = tuple[str, tuple[object, ...], dict[TableBall, Path]]
@@ -98,9 +99,9 @@ class Steps(LiveState):
     """This makes the steps of a table that has its space alone, and keeps their state."""
 
     def __init__(
-        self, engine: ContactEngine, near: BroadPhase, max_dt: float, table: object, **how: bool
+        self, engine: ContactEngine, near: BroadPhase, max_dt: float, joints: bool, table: object
     ) -> None:
-        super().__init__(engine, near, max_dt, **how)
+        super().__init__(engine, near, max_dt, joints)
         self.walls = Walls(self)
         self.callbacks = engine.recorder = Callbacks(self, table)
         self._pymunk_step = self.space.step
@@ -120,8 +121,7 @@ class Steps(LiveState):
 
     def step(self, dt: float | None) -> None:
         """Make one step (s), by default as long as the last one."""
-        if self.phase is not Phase.BETWEEN:
-            self.refuse_in_step("step")
+        self.refuse_in_step("step")
         is_other = dt is not None and dt != self.dt
         if dt is not None and is_other:
             check_step(dt, self.max_dt)
@@ -130,8 +130,7 @@ class Steps(LiveState):
         self._make_steps(1)
         if is_other:
             self.carry_all()
-        if self.error is not None:
-            self.raise_noted()
+        self.raise_noted()
 
     def play(self, on_time: Callable[[float], object] | None, latest: float) -> None:
         """Step until everything rests, until ``latest``, or until nothing more may happen."""
