@@ -14,7 +14,7 @@ ELSEWHERE := not browser and not docs
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run check test played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
+.PHONY: run check without-extras test played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -22,6 +22,14 @@ run: $(VENV)/program-installed
 
 check: lint
 	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)"
+
+# Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
+# docstrings, run without them.
+WITHOUT := atlas cli cli_manners docs fast fit inputs interrupted law_everywhere manners own_laws \
+	own_sides place shapes sweep together
+without-extras: $(VENV)/installed
+	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)" \
+		pool_pymunk $(WITHOUT:%=tests/test_%.py)
 
 # What is checked and what is played have a core each at first.
 test: $(VENV)/installed
@@ -33,7 +41,7 @@ played:
 
 test-slow: export POOL_SEED ?= $(shell date +%s)
 test-slow: PROFILE ?= random
-test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.2,1)
+test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.1,1)
 # `make test` has played the fixed examples of hypothesis.
 test-slow: AGAIN := $(if $(filter fixed,$(PROFILE)),seeded,seeded or hypothesis)
 test-slow: $(VENV)/installed

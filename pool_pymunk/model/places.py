@@ -106,8 +106,8 @@ def post_wall(post: Post, k: int, restitution: float = 0.0, friction: float = 0.
 # -- what is wrong, in words -----------------------------------------------------------------------
 
 
-class Ground(NamedTuple):
-    """Balls lie on the ground: a table or a plane, with pockets and posts; depths in ``units``."""
+class Surroundings(NamedTuple):
+    """What surrounds balls: a table or a plane, pockets and posts; depths are said in ``units``."""
 
     table: Table | None
     pockets: Sequence[Pocket] = ()

@@ -24,7 +24,7 @@ from pool_pymunk.model.parts import (
     Restitution,
     Shot,
 )
-from pool_pymunk.model.places import METRES, SUNK, Ground, Placed, placed, post_wall
+from pool_pymunk.model.places import METRES, SUNK, Placed, Surroundings, placed, post_wall
 from pool_pymunk.model.plain import Part, Text
 from pool_pymunk.model.problems import (
     LEFT_OUT,
@@ -182,11 +182,15 @@ class Scene(Part):
             return state
         return state._replace(roll=_with(state.roll, i, _scaled(velocity, shot.roll)))
 
+    @property
+    def _around(self) -> Surroundings:
+        return Surroundings(self.table, self.pockets, self.posts)
+
     def _with_ball_at(self, i: int, place: Point, state: State) -> State:
         """Return the state with ball ``i`` on the table, at another place (m)."""
-        ball, ground = self.balls[i], Ground(self.table, self.pockets, self.posts)
+        ball = self.balls[i]
         here = Placed(ball.id, place, ball.radius)
-        room = ground.no_room(here, placed(self.balls, state).values())
+        room = self._around.no_room(here, placed(self.balls, state).values())
         raise_any(Problem("shot.place", list(place), message) for message in room)
         position = _with(state.position, i, place)
         return state._replace(position=position, off=state.off - {ball.id})
@@ -235,10 +239,10 @@ class Scene(Part):
         where runs end that find contacts late. Raises SceneError for what cannot be, with the ball.
         """
         state = read_state(value, self.index, self.surface.rolls)
-        there, ground = placed(self.balls, state), Ground(self.table, self.pockets, self.posts)
+        there = placed(self.balls, state)
         raise_any(
             Problem(("start", "position", problem.steps[1]), problem.value, problem.message)
-            for problem in ground.problems(there, SUNK)
+            for problem in self._around.problems(there, SUNK)
         )
         return state
 
@@ -325,8 +329,8 @@ class Sketch:
         """Find balls, posts, arcs and shots' places that have no room."""
         there = {k: ball for k, (where, ball) in enumerate(self.balls) if where not in self.nowhere}
         holes, posts = [hole for _, hole in self.pockets], [post for _, post in self.posts]
-        ground = Ground(self.table, holes, posts, self.units)
-        for problem in ground.problems(there):
+        around = Surroundings(self.table, holes, posts, self.units)
+        for problem in around.problems(there):
             where = self.balls[int(problem.steps[1])][0]
             yield Problem((*where, "position"), problem.value, problem.message)
         largest = max([ball.radius for _, ball in self.balls], default=0.0)
@@ -335,14 +339,14 @@ class Sketch:
                 message = f"cushion {k} is no wider than the largest ball"
                 yield Problem(("table", "bulge", k), edge.bulge, message)
         for where, post in self.posts:
-            for message in ground.post_problems(post):
+            for message in around.post_problems(post):
                 yield Problem((*where, "position"), list(post.position), message)
         radii = {ball.id: ball.radius for ball in there.values()}
         for where, shot in self.shots:
             if shot.place is not None and shot.ball in radii:
                 here = Placed(shot.ball, shot.place, radii[shot.ball])
                 others = () if shot.from_previous else there.values()
-                for message in ground.no_room(here, others):
+                for message in around.no_room(here, others):
                     yield Problem((*where, "place"), list(shot.place), message)
 
     def _of_shot(self, where: Location, shot: Shot, ids: Collection[str]) -> Iterator[Problem]:

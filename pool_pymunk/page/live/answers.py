@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pool_pymunk.fast import compiled, simulate_many
 from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
-from pool_pymunk.model.places import Ground, placed
+from pool_pymunk.model.places import Surroundings, placed
 from pool_pymunk.model.problems import Point, listed, setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING, read_state
 from pool_pymunk.page.content import content
@@ -142,9 +142,9 @@ class Answers:
             return refusal(400, f"ball = {shown(asked.ball)}: there is no such ball ({known})")
         scene, balls = self.scene, placed(self.scene.balls, state)
         others = {i: ball for i, ball in balls.items() if i != scene.index[asked.ball]}
-        ground = Ground(scene.table, scene.pockets, scene.posts, scene.units)
-        before = list(ground.problems(others))
-        new = [one.message for one in ground.problems(balls) if one not in before]
+        around = Surroundings(scene.table, scene.pockets, scene.posts, scene.units)
+        before = list(around.problems(others))
+        new = [one.message for one in around.problems(balls) if one not in before]
         return refusal(400, *new[:MOST_LINES]) if new else _json({})
 
     def scenario(self, asked: Ask) -> Reply:
