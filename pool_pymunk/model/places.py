@@ -107,7 +107,7 @@ def post_wall(post: Post, k: int, restitution: float = 0.0, friction: float = 0.
 
 
 class Surroundings(NamedTuple):
-    """What surrounds balls: a table or a plane, pockets and posts; depths are said in ``units``."""
+    """A table or a plane, pockets and posts surround balls; depths are said in ``units``."""
 
     table: Table | None
     pockets: Sequence[Pocket] = ()
