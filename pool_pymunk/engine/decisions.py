@@ -23,7 +23,7 @@ from pool_pymunk.physics.path import (
 # ``python -m tests.halved`` plays 54 hard runs with half and with twice such a number. Where no
 # comment says what that moves, no end moves by 3e-9 m (but figures of warnings may change).
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
-NEARLY_CLOSED = 16.0  # A gap is this many times wider than a closed one if it closes in a moment.
+NEARLY_CLOSED = 16.0  # A gap up to this many times as wide as a closed one closes in a moment.
 # After this many rounds of contacts at one instant, what touches is looked at once. With 1 or 6,
 # one end moves by up to 1e-6 m.
 FEW_ROUNDS = 3

@@ -24,7 +24,7 @@ FEW, AHEAD = 40, 1.5
 class Near(Protocol):
     """A Near tells the engine which balls and walls a ball may meet on its path.
 
-    It may name some more than the ball meets, but never fewer. The engine first calls ``walls``,
+    It may name more than the ball meets, but never fewer. The engine first calls ``walls``,
     then ``horizon``, which tells how far (s) to look at most, then ``begin``: it looks at the path
     from ``since`` until ``end`` (s; infinite if nothing ends it). ``touching`` names the balls, and
     as -1 - their number the walls, that the ball may touch now.

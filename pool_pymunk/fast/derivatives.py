@@ -1,8 +1,8 @@
 """This module follows small changes of the inputs through compiled shots, in a pass of its own.
 
 It goes through a shot's breakpoints and contacts, as :mod:`pool_pymunk.studies.changes` goes
-through the events of a run, with the same functions. A shot that has something for which there may
-be no derivative is left to that module, as is each that the exact solver has played in Python.
+through the events of a run, with the same functions. Two kinds of shots are left to that module:
+those that may have no derivative somewhere, and those that the exact solver has played in Python.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Follower:
     Those of some shots were worked out ``again`` (S,), in Python.
     """
 
-    replays = True  # Shots that have no track are played again, so that their ends are as ever.
+    replays = True  # Shots that have no track are played again, so that their ends stay the same.
 
     def __init__(self, source: Source, names: Names, out: Out) -> None:
         self.source, self.names, self.out = source, names, out

@@ -213,7 +213,7 @@ def find_law(law: str | Law) -> Law:
 def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False) -> bool:
     """Answer one contact by a law, and change ``velocity`` (m/s).
 
-    Where the law jumps, leave friction out, unless it shall ``jump``, and return True.
+    Where the law jumps, leave friction out and return True, unless ``jump`` is set.
     """
     i, j, normal, pair = contact[:4]
     a = split(velocity[i], normal)

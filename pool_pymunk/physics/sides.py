@@ -317,7 +317,7 @@ def is_tangent(path: Path, center: Vector, touching: float, rounding: float) -> 
 def after_setting_off(path: Path, center: Vector, touching: float, r: float, since: float) -> float:
     """Return from when on (s) a ball within a circle may meet it; infinite if its path ends before.
 
-    A ball at rest that sets off along the circle is on it until it is off it by rounding.
+    A ball at rest that sets off along the circle stays on it until it is off by more than rounding.
     """
     if path.vx != 0.0 or path.vy != 0.0:
         return since

@@ -267,11 +267,11 @@ def roll_rates(breakpoints: Array) -> Array:
 
 
 class Slowing(NamedTuple):
-    """These numbers say what motion that slows to rest makes of small changes.
+    """These numbers tell how small changes go on in motion that slows to rest.
 
-    It runs along (``ux``, ``uy``) for a ``time`` (s). A change of velocity moves the ball ``place``
-    (s) times as far, and the part along the motion ``along`` (s) times as far besides; ``kept`` and
-    ``lost`` are these shares for the velocity.
+    It runs along (``ux``, ``uy``) for a ``time`` (s). A change of velocity moves the ball by
+    ``place`` (s) times itself, and its part along the motion by ``along`` (s) times itself more.
+    ``kept`` and ``lost`` are these shares for the velocity.
     """
 
     ux: float
@@ -313,7 +313,7 @@ def slowed(s: Slowing, x: Any, y: Any, u: Any, v: Any, pull: Any) -> Any:
 
 
 class Slipping(NamedTuple):
-    """These numbers say what motion that slips, until it rolls, makes of small changes.
+    """These numbers tell how small changes go on in motion that slips until it rolls.
 
     The slip runs along (``ux``, ``uy``) for a ``time`` (s). A change of the slip across this turns
     the acceleration ``turn`` (1/s) times as fast.
