@@ -361,7 +361,9 @@ def test_undo_and_reset(sit_down: Any, report: Server) -> None:
         player.played()
         ends = player.lies()
     asked = player.question()
+    assert player.page.locator("#plots").is_visible()
     player.press("u")
+    assert not player.page.locator("#plots").is_visible()
     assert player.lies() == asked["position"] != first
     assert player.question()["angle"] == asked["angle"]
     player.press("Enter")
