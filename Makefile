@@ -14,7 +14,7 @@ ELSEWHERE := not browser and not docs
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run check without-extras test played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
+.PHONY: run check without-extras test compiled played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -31,9 +31,12 @@ without-extras: $(VENV)/installed
 	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)" \
 		pool_pymunk $(WITHOUT:%=tests/test_%.py)
 
-# What is checked and what is played have a core each at first.
+# Shots are compiled beside the first tests; tests of compiled shots come last (tests/conftest.py).
 test: $(VENV)/installed
-	$(MAKE) --jobs 2 --no-print-directory lint played
+	$(MAKE) --jobs 3 --no-print-directory lint compiled played
+
+compiled:
+	$(BIN)/python -c "import pool_pymunk as p; p.simulate_many(p.load('report'), derivatives='position')"
 
 # One worker more than there are cores: one of them waits while another one compiles the shots.
 played:

@@ -56,6 +56,14 @@ NEEDING = {
 }
 
 
+# These tests play compiled shots, which `make test` compiles beside the first tests.
+COMPILED = (
+    "atlas", "docs", "env", "fast", "figures", "find", "inputs", "linear", "many",
+    "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
+    "shapes", "sweep",
+)  # fmt: skip
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Look for no examples in modules that cannot be imported without an optional library."""
     home = Path(__file__).parent.parent / "pool_pymunk"
@@ -66,7 +74,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip examples in docstrings that need a library which is not installed."""
+    """Skip examples that need a library which is not installed; compiled shots come last."""
+    items.sort(key=lambda item: item.path.stem.removeprefix("test_") in COMPILED)
     for item in items:
         if isinstance(item, pytest.DoctestItem):
             for module, library in NEEDED.items():
