@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from hard_scenes import R, disc, exact, persistent, squeezed
 from scenes import largest_distance
+from shots import some_scene
 
 from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
-from pool_pymunk.engine import decisions, resolver
+from pool_pymunk.engine import decisions, orders, resolver
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.engine.recorder import Recorder
@@ -174,6 +176,26 @@ def test_a_persistent_contact_takes_hundreds_of_hits_not_millions(speed: float) 
     """They hit once in a contact time, 3/1000 of the stopping time: this is its purpose."""
     run = exact(persistent(0.0, speed))
     assert 100 < run.steps < 3000
+
+
+def test_contacts_that_press_on_and_on_are_measured_now_and_then(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In this scene the order of four contacts is measured; it was at 870 instants, in 20 s."""
+    asked: list[int] = []
+    outcomes = orders.Doubts._other_outcomes
+    monkeypatch.setattr(
+        orders.Doubts, "_other_outcomes", lambda *of: asked.append(len(of[2])) or outcomes(*of)
+    )
+    exact(some_scene("hard that rolls", 400))
+    assert 10 < len(asked) < 50
+
+
+def test_the_figure_of_policies_is_the_same_when_asked_later() -> None:
+    """The run ends at its 300th event: its variants are compared with it up to there."""
+    run = exact(some_scene("hard", 5023), max_events=300)
+    assert run.status == "max_events"
+    assert replace(run, known_shift=None).policy_shift == run.policy_shift > 0.0
 
 
 def test_micro_collisions_are_not_events_and_stops_between_them_are_none() -> None:

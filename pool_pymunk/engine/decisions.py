@@ -35,6 +35,7 @@ CONVERGED = 64.0 * EPSILON  # A collapse is over at closing speeds of this share
 # hits of a collapse are played: both bound the time that a run takes.
 PILE, MOST_IN_PILE = 20, 200
 DOUBTS = 10  # After this many instants whose order matters, variants of the run show what it does.
+OFTEN = 8  # The same contacts are measured this often, and then at instants 16, 32, 64 and so on.
 # This many hits of one instant come in the order of their gaps, and another order is left out if
 # it has more hits than this: both bound the time that a run takes.
 MOST_IN_ORDER, MOST_OTHER = 200, 1_000

@@ -9,6 +9,7 @@ while such gaps close, and normals do not turn, so only the ratios of the gaps m
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from random import Random
 from typing import NamedTuple
@@ -55,6 +56,7 @@ class Doubts:
         self.resolver = resolver
         self.spread = 0.0  # m/s; the largest spread of velocities so far
         self.count = 0  # instants whose order was found to matter
+        self.seen: Counter[frozenset[tuple[int, int, int | None]]] = Counter()
 
     def doubt(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Doubt | None:
         """Return what the order of the contacts of one instant decides.
@@ -67,6 +69,10 @@ class Doubts:
             return None
         if self.spread > 0.0 and 4.0 * max(closing) <= self.spread:
             return None  # These contacts cannot spread ends farther.
+        same = frozenset((hit.a, hit.b, hit.cushion) for hit in contacts)
+        self.seen[same] += 1
+        if self.seen[same] > decisions.OFTEN and self.seen[same].bit_count() > 1:
+            return None
         first = self._end(closed(contacts), before)
         take_turns = len(contacts) == 2 and min(closing) <= 0.0
         found = [] if take_turns else self._other_outcomes(first, contacts, before)

@@ -320,8 +320,8 @@ class Run:
         assert self.again is not None
         apart = []
         for other in (self.again(variant, most) for variant in variants):
-            last = min if other.status == "max_events" else max
-            t = last(self.duration, other.duration)
+            is_cut = "max_events" in (self.status, other.status)
+            t = (min if is_cut else max)(self.duration, other.duration)
             apart.append(max(map(math.dist, self.at(t)[0], other.at(t)[0])))
         return SURE * max(apart)
 
