@@ -629,7 +629,7 @@ def test_shots_are_played_where_the_cache_is_damaged(tmp_path: Path) -> None:
         cut_short(path)
     again, _, said = finished(script(tmp_path))
     assert again == total
-    assert said == "Compiling the shots for this machine: this takes some seconds, once.\n"
+    assert said == "Compiling the shots for this machine: this takes up to a minute, once.\n"
     assert finished(script(tmp_path))[2] == ""
 
 

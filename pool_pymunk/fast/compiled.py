@@ -37,9 +37,11 @@ CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
 
 # The loop allocates nothing. Counting no references to arrays made it 1.2 times as fast.
 UNCOUNTED = {"_nrt": False}
+# The root and all that it calls are compiled with these: numba compiles a function again for each
+# caller with other ones.
+OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "no_rewrites": True}
 # All calls are inlined, which made shots 1.3 times as fast and took no longer to compile, except
 # those of rare contacts and bent paths to arcs: with them compilation took minutes.
-CALLED: dict[str, Any] = {"no_cfunc_wrapper": True, "no_rewrites": True}
 APART = (
     "pool_pymunk.fast.instant",
     "pool_pymunk.fast.together",
@@ -66,7 +68,7 @@ def play_shots(rolls: bool, differ: bool) -> Any:
 
 @cache
 def _say_that_it_compiles() -> None:
-    print("Compiling the shots for this machine: this takes some seconds, once.", file=sys.stderr)
+    print("Compiling the shots for this machine: this takes up to a minute, once.", file=sys.stderr)
 
 
 @cache
@@ -92,7 +94,7 @@ def _compiled(
     config = numba.config
     before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder(function))
     try:
-        compiled = numba.njit(nogil=True, cache=True, error_model="numpy", **options)(function)
+        compiled = numba.njit(cache=True, **OPTIONS, **options)(function)
     finally:
         config.CACHE_DIR = before
     compiled._cache = SealedCache(compiled._cache, function.__name__, compiles)
@@ -125,7 +127,6 @@ def _named(function: FunctionType) -> Iterator[object]:
 @cache
 def _register(function: FunctionType) -> None:
     """Tell numba that compiled functions may call this one."""
-    inline = function.__module__ not in APART and function not in AT_ARCS
 
     def implementation(*args: Any, **_: Any) -> FunctionType:
         if not hasattr(function, "choice"):
@@ -133,8 +134,14 @@ def _register(function: FunctionType) -> None:
         has, one, other = function.choice
         return cast("FunctionType", one if args[0].typeof(has).shape[0] > 0 else other)
 
-    options = {"forceinline": inline, **CALLED}
+    linked = import_module("pool_pymunk.fast.linked").LinkedCompiler
+    options = {**OPTIONS, "pipeline_class": linked, "no_cpython_wrapper": False}
     import_module("numba.extending").overload(function, options, strict=False)(implementation)
+
+
+def is_inlined(function: FunctionType) -> bool:
+    """Tell whether calls of a function are inlined."""
+    return function.__module__ not in APART and function not in AT_ARCS
 
 
 def sources(root: Callable[..., int] = loop.play_shots) -> list[str]:
