@@ -39,7 +39,7 @@ SETTINGS: dict[str, Any] = {
 
 
 def prepare(_settings: dict[str, Any], example: str) -> None:
-    """Empty the folder for pictures, and have a player ready for a game."""
+    """Empty the folder for pictures, and make a player ready for a game."""
     shutil.rmtree(FOLDER, ignore_errors=True)
     FOLDER.mkdir()
     if "import pygame" in (EXAMPLES / Path(example).name).read_text(encoding="utf-8"):

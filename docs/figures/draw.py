@@ -40,7 +40,7 @@ def collision(out: Path) -> None:
 
 
 def residuals(out: Path) -> None:
-    """Draw what a fit to the report's printed ends makes of the 0.95 that the report states."""
+    """Draw how far the report's printed ends lie off before and after a fit from 0.95."""
     report = load("report")
     stated = replace(report, restitution=replace(report.restitution, cue_ball=0.95))
     residuals_picture(fit(stated, "published", "restitution.cue_ball"), out, dpi=DPI)

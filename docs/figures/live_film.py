@@ -19,7 +19,7 @@ from pool_pymunk.render.encode import write_gif
 WINDOW, SCALE = (1000, 650), 0.8  # the page's size, and pixels of the film for one of it
 FPS = 10
 AIM = (1.05, 0.62)  # m; where the drag ends
-LONG = 18  # frames; so long is something shown that is to be read
+LONG = 18  # frames; text is shown for this long
 TIMEOUT = 60_000  # ms; numba may have to compile first
 
 Frame = tuple[Pixels, int]  # a picture, and for how many frames it is shown
