@@ -13,7 +13,7 @@ from scenes import largest_distance
 from shots import some_scene
 
 from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
-from pool_pymunk.engine import decisions, orders, resolver
+from pool_pymunk.engine import decisions, orders, policies, resolver
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.engine.recorder import Recorder
@@ -182,13 +182,16 @@ def test_contacts_that_press_on_and_on_are_measured_now_and_then(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """In this scene the order of four contacts is measured; it was at 870 instants, in 20 s."""
-    asked: list[int] = []
-    outcomes = orders.Doubts._other_outcomes
-    monkeypatch.setattr(
-        orders.Doubts, "_other_outcomes", lambda *of: asked.append(len(of[2])) or outcomes(*of)
-    )
+    measured: list[int] = []
+
+    class Counted(orders.Doubts):
+        def _other_outcomes(self, first: Any, contacts: Any, before: Any) -> Any:
+            measured.append(len(contacts))
+            return super()._other_outcomes(first, contacts, before)
+
+    monkeypatch.setattr(policies, "Doubts", Counted)
     exact(some_scene("hard that rolls", 400))
-    assert 10 < len(asked) < 50
+    assert 10 < len(measured) < 50
 
 
 def test_the_figure_of_policies_is_the_same_when_asked_later() -> None:

@@ -21,7 +21,7 @@ from pool_pymunk.physics.path import (
 )
 
 # ``python -m tests.halved`` plays 54 hard runs with half and with twice such a number. Where no
-# comment says what that moves, no end moves by 3e-9 m (but figures of warnings may change).
+# comment says more, ends move by less than 3e-9 m (figures of warnings may change).
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
 NEARLY_CLOSED = 16.0  # A gap up to this many times as wide as a closed one closes in a moment.
 # After this many rounds of contacts at one instant, what touches is looked at once. With 1 or 6,
@@ -75,7 +75,7 @@ def is_closed(gap: float, x: float, y: float, touching: float) -> bool:
 
 
 def is_hit(closing: float, noise: float, least: float) -> bool:
-    """Tell whether two sides that touch hit each other, and do not get nearer until they do."""
+    """Tell whether two sides that touch hit each other now; slower ones get nearer first."""
     return closing > max(noise, BARELY * least)
 
 
@@ -83,7 +83,7 @@ def contact_time(since_met: float, to_go: float, radius: float, pull: float, man
     """Return the contact time (s) of balls that met ``since_met`` s ago and stop in ``to_go`` s.
 
     They sink into each other by ``DEEPEST`` radii at most, at this ``pull`` (m/s^2). After ``many``
-    hits it is not much shorter, because other balls push these two on whenever they would rest.
+    hits it is ``SHORTEST`` of the longest one at least, because other balls push these two on.
     """
     shallow = math.sqrt(4.0 * DEEPEST * radius / pull) if pull > 0.0 else math.inf
     least = SHORTEST * shallow if many else 0.0

@@ -88,7 +88,7 @@ class PersistentContacts:
         return decisions.persists(now - past.last, self.between(*pair, now).time)
 
     def stage(self, contact: Contact, closing: float, now: float) -> ContactStage:
-        """Return how far the persistent contact of two balls has come, which close now (m/s)."""
+        """Return how far a persistent contact has come, at this ``closing`` speed (m/s)."""
         i, j = pair = pair_of(contact)
         past = self.history.get(pair)
         if past is None:

@@ -42,7 +42,7 @@ class Recorder:
         """Take note that ball ``i`` was not at rest at ``t``: a persistent contact drives it on."""
 
     def zero_slip(self, contact: Contact, t: float) -> None:
-        """Take note that the law jumps at zero slip, and that rounding knew no other slip."""
+        """Take note that the law jumps at zero slip, and that the slip was rounding alone."""
 
     def persistent(self, contact: Contact, t: float) -> None:
         """Take note that friction presses two balls together: they hit once in a contact time."""

@@ -55,7 +55,7 @@ class Answer:
     parting = 0.0  # m/s; the least bounce of a persistent contact
     taken = 0.0  # m/s; this part of the roll into a cushion gives the least bounce its energy
     pushed = 0.0  # N s; impulse in addition to what these two give:
-    changed: tuple[Vector, Vector] | None = None  # m/s; of ball a, around a single hit
+    changed: tuple[Vector, Vector] | None = None  # m/s; of ball a, before and after a hit
     shared: Shared | None = None
 
     def __init__(self, contact: Contact, kind: str = MISSED) -> None:

@@ -1,4 +1,4 @@
-"""This module has what comes of many shots, in arrays."""
+"""This module has the results of many shots, in arrays."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ CANNOT_START = STATUSES.index("cannot_start")
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """A batch holds what came of many shots (S) of a scene's balls (N), in SI.
+    """A batch has the results of S shots of a scene with N balls, in SI.
 
-    - ``final`` (S, N, 2): where each ball ended (m); NaN for a ball that was off the table before.
+    - ``final`` (S, N, 2): where each ball ended (m); NaN for a ball off the table at the start.
       A pocketed ball lies at its pocket's position.
     - ``duration`` (S,): when the last ball came to rest, or the time at which the shot was cut (s).
     - ``hits``, ``cushions`` and ``events`` (S,): the numbers of hits of two balls, of hits on
       cushions, and of all events, stops and pockets included.
-    - ``first_hit`` (S,) and ``met`` (S, N): the number of the ball that the cue ball met first (-1:
-      none), and which it met; without a cue ball, the first ball that moves.
+    - ``first_hit`` (S,): the number of the ball that the cue ball met first, -1 for none; ``met``
+      (S, N): which balls it met. Without a cue ball both are of the first ball that moves.
     - ``pocketed`` (S, N): the number of the pocket that took each ball in, -1 for none.
     - ``status`` (S,): 0 settled, 1 max_time, 2 max_events, 3 non_finite, 4 cannot_start: balls
-      overlap, or one is off the table or within a pocket. ``statuses`` has the names. What a shot
-      with one of the last two has in the other arrays means nothing.
+      overlap, or one is off the table or within a pocket. ``statuses`` has the names. In
+      a shot with one of the last two, the numbers in the other arrays mean nothing.
 
-    ``handed_back`` (S,) tells which shots the exact solver played in Python, because they are hard
-    or the law is not compiled. A shot is hard in which hits at one instant have no end, or there
-    are more than 64 of them, or a roll may hold its ball to a cushion on a table without arcs.
-    ``by_reference`` counts them. ``in_doubt`` (S,) tells in which shots contacts came together at
-    one instant, or may have, and ``spread`` what that may do. ``wall_time`` is in s.
+    ``handed_back`` (S,) marks the shots that the exact solver played in Python, because they are
+    hard or the law is not compiled; ``by_reference`` is their number. A shot is hard if hits at one
+    instant have no end, if more than 64 come at one instant, or if on a table without arcs a roll
+    may hold its ball to a cushion. ``in_doubt`` (S,) marks shots in which contacts came together at
+    one instant, or may have; ``spread`` is what their order changes. ``wall_time`` is in s.
 
     ``derivatives`` (S, N, 2, P) are those of ``final`` by the inputs ``by`` (P), in SI, as
     ``run(k).derivatives`` has them: NaN where none exists, or where a shot cannot start. It is None
-    if none were asked for. ``derived_in_python`` (S,) tells of which shots they were worked out in
-    Python, because something in them was doubtful.
+    if none were asked for. ``derived_in_python`` (S,) marks the shots whose derivatives come from
+    Python: those handed back, and those in which a derivative may not exist.
     """
 
     scene: Scene
@@ -91,11 +91,11 @@ class Batch:
 
     @cached_property
     def spread(self) -> Floats:
-        """Return how far (m/s) velocities (S,) lie elsewhere in another order of contacts.
+        """Return by how much (m/s) in each shot (S,) another order of contacts changes velocities.
 
-        In a real rack tiny gaps give the contacts of one instant an order. This is the largest
-        change that an order makes, and 0 where none matters. When it is first asked for, the exact
-        solver plays the shots ``in_doubt`` for it, in some 20 ms each.
+        In a real rack tiny gaps give the contacts of one instant an order. The spread is the
+        largest change over the orders, and 0 where none matters. At the first use of ``spread`` the
+        exact solver plays the shots ``in_doubt``, in some 20 ms each.
         """
         found = np.zeros(len(self))
         for k in np.flatnonzero(self.in_doubt & self.ended).tolist():

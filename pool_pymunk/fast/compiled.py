@@ -1,9 +1,9 @@
 """This module compiles the shots: the loop, and the project's own functions that it calls.
 
-numba compiles them once a machine, into a folder of the user's cache. A hash of Python's version
-and of all sources names the folder, because numba itself looks at one source alone. numba does not
-check what it reads back, and one wrong byte of machine code may do anything. So a seal, the hash of
-a function's files, lies beside them; files that differ are compiled anew.
+numba compiles them once on each machine, into a folder of the user's cache. The folder's name is a
+hash of Python's version and of all sources, because numba itself looks at one source file only.
+numba does not check what it reads back, and one wrong byte of machine code may do anything. So a
+seal, the hash of a function's files, lies beside them; if they do not match, numba compiles anew.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ except ImportError:  # Windows has no such locks; there each process compiles.
 PACKAGE = "pool_pymunk."
 CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
 
-# The loop allocates nothing. Counting no references to arrays made it 1.2 times as fast.
+# The loop allocates nothing and needs no reference counts: without them it is 1.2 times as fast.
 UNCOUNTED = {"_nrt": False}
 # The root and all that it calls are compiled with these: numba compiles a function again for each
 # caller with other ones.
 OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "no_rewrites": True}
-# All calls are inlined, which made shots 1.3 times as fast and took no longer to compile, except
-# those of rare contacts and bent paths to arcs: with them compilation took minutes.
+# Inlined calls made shots 1.3 times as fast, and took no longer to compile. Calls for rare contacts
+# and for bent paths to arcs are not inlined: with them compilation took minutes.
 APART = (
     "pool_pymunk.fast.instant",
     "pool_pymunk.fast.together",
@@ -61,7 +61,7 @@ def is_there() -> bool:
 def play_shots(rolls: bool, differ: bool) -> Any:
     """Return the compiled loop for scenes whose balls roll, or not, and whose walls differ, or not.
 
-    It compiles when it is first called, if this machine has not done so yet.
+    At its first call numba compiles it, if this machine has not compiled it yet.
     """
     return _compiled(loop.play_shots, _say_that_it_compiles, **UNCOUNTED)
 
@@ -79,7 +79,7 @@ def follow_shots(follow: Callable[..., int]) -> Callable[..., int]:
 
 @cache
 def alone(function: Callable[..., int]) -> Callable[..., int]:
-    """Return a function compiled, with those that it calls; without numba, as it is."""
+    """Return a function; if numba is installed, it is compiled with those that it calls."""
     return _compiled(function) if is_there() else function
 
 
@@ -116,7 +116,7 @@ def functions(root: Callable[..., int] = loop.play_shots) -> frozenset[FunctionT
 
 
 def _named(function: FunctionType) -> Iterator[object]:
-    """Yield what the names in a function stand for, those behind a module's name among it."""
+    """Yield the objects that a function names, also as attributes of a module."""
     scope = inspect.getclosurevars(function)
     for value in (*scope.globals.values(), *scope.nonlocals.values()):
         yield value
@@ -169,7 +169,7 @@ def _user_cache() -> Path:
 
 
 class SealedCache:
-    """A sealed cache is numba's cache of one function, of which only whole files are read."""
+    """A sealed cache is numba's cache of one function; it reads files only if they are whole."""
 
     def __init__(self, cache: Any, name: str, compiles: Callable[[], object]) -> None:
         self._cache, self._folder, self._name = cache, Path(cache.cache_path), name
@@ -186,7 +186,7 @@ class SealedCache:
         return found
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep what was compiled; where that cannot be written it is compiled again next time."""
+        """Keep what was compiled; if it cannot be written, it is compiled again next time."""
         with suppress(OSError):
             if not self._is_whole():
                 self._cache.flush()
@@ -216,7 +216,7 @@ class SealedCache:
             return False
 
     def _hash(self) -> str:
-        """Return the hash of the function's files, by their names."""
+        """Return the hash of the names and contents of the function's files."""
         digest = hashlib.sha256()
         for path in sorted(self._folder.glob(f"*{self._name}-*.nb[ic]")):
             digest.update(path.name.encode() + path.read_bytes())

@@ -61,14 +61,14 @@ from pool_pymunk.physics.surface import (
 )
 from pool_pymunk.results.run import Run
 
-# A follow has a record for shots and the tracks of some, and arrays of three kinds. What balls may
-# touch: the sides of walls, the `first` side of each wall, and discs, faces and corners as `around`
-# has them. What P inputs change: the starts (S, N, K, P), masses (N, P), radii (N, P), coefficients
-# (7, P). And how shots stand: the changes of the balls' states (N, K, P) at their last breakpoints,
-# what each has met there, how many breakpoints each has had, whether it is off the table; and of
-# the balls of a contact (2): their numbers, motions (6) and changes of the velocities' parts (4,
-# P), how late the contact comes and how far its normal turns (P), and the derivatives of the law
-# (4, 8). A state has K numbers: place and velocity, and where balls roll the roll.
+# A follow has a record for one shot, the tracks of some shots, and arrays. The first arrays are
+# what balls may touch: the sides of walls, the `first` side of each wall, and discs, faces and
+# corners as `around` has them. Then come the changes by P inputs: of starts (S, N, K, P), masses
+# (N, P), radii (N, P) and coefficients (7, P). A state has K numbers: place, velocity, and where
+# balls roll the roll. Each ball then has the change of its state (N, K, P) at its last breakpoint,
+# what it met there, the number of its breakpoints, and whether it is off the table. The last are of
+# one contact: its balls (2), their motions (2, 6) and changes of velocities' parts (4, P), how late
+# it comes (P), how far its normal turns (P), and the derivatives of the law (4, 8).
 Follow = namedtuple(
     "Follow",
     "w tracks sides first discs faces corners starts of_mass of_radius of_coefficients "
@@ -79,11 +79,11 @@ Follow = namedtuple(
 class Follower:
     """A follower watches shots, and works out the derivatives of their ends by ``names``.
 
-    ``found`` (S, N, 2, P) has them; of shots that are not ``known`` (S,) they are still missing.
-    Those of some shots were worked out ``again`` (S,), in Python.
+    ``found`` (S, N, 2, P) has them. ``known`` (S,) marks the shots whose derivatives are there, and
+    ``again`` (S,) those among them whose derivatives were worked out in Python.
     """
 
-    replays = True  # Shots that have no track are played again, so that their ends stay the same.
+    replays = True  # Shots that are hard with a track are played again without one.
 
     def __init__(self, source: Source, names: Names, out: Out) -> None:
         self.source, self.names, self.out = source, names, out
@@ -95,7 +95,7 @@ class Follower:
         self.latest = source.scene.physics.max_time
 
     def watch(self, part: slice, tracks: Tracks) -> None:
-        """Follow these shots, if their changes are ordinary."""
+        """Follow the changes through these shots, as far as nothing in them is doubtful."""
         source, duration = self.source, self.out.duration[part]
         is_cut = (self.out.status[part] == OUT_OF_TIME) | (duration == self.latest)
         balls, count = len(source.scene.balls), len(self.names)
@@ -155,7 +155,7 @@ def _around(scene: Scene) -> tuple[Any, ...]:
 
 
 def follow_shots(g: Follow, shots: Any, duration: Any, is_cut: Any, found: Any, known: Any) -> int:
-    """Follow changes through some shots; tell which are ``known``, and return how many are."""
+    """Follow changes through some shots; mark the ``known`` ones, and return their number."""
     count = first = begun = 0
     for s in range(len(known)):
         last, ended = g.tracks.ends[s, 0], g.tracks.ends[s, 1]
@@ -173,7 +173,7 @@ def follow_shots(g: Follow, shots: Any, duration: Any, is_cut: Any, found: Any, 
 
 
 def start(g: Follow, starts: Any, first: int) -> None:
-    """Put the balls to where they begin."""
+    """Put the balls on their first paths, with the changes of their starts."""
     for i in range(g.w.scene.balls):
         g.at[i], g.gone[i] = -1, g.w.ball[i].is_off
         copy(starts[i], g.change[i])
@@ -181,7 +181,7 @@ def start(g: Follow, starts: Any, first: int) -> None:
 
 
 def set_out(g: Follow, i: int, row: Any, met: int) -> None:
-    """Go on to the next breakpoint of a ball, where it has met something."""
+    """Put a ball on the path from its next breakpoint on, and note what it has met there."""
     path = path_from(g.w, row[1], (row[2], row[3]), (row[4], row[5]), (row[8], row[9]))
     put_path(g.w.ball[i], path)
     g.at[i] += 1
@@ -228,13 +228,13 @@ def comes_to_rest(ball: Moving, row: Any) -> bool:
 
 
 def begins_to_roll(ball: Moving, row: Any) -> bool:
-    """Tell whether a ball rolls from a breakpoint on because it slid until then."""
+    """Tell whether a ball that slid begins to roll at a breakpoint."""
     is_roll = row[4] == row[8] and row[5] == row[9] and not (row[4] == 0.0 and row[5] == 0.0)
     return bool(not slows(ball) and is_roll and ball.end == row[1])
 
 
 def finish(g: Follow, found: Any) -> bool:
-    """Write down what changes of the ends are found; return False where one is doubtful."""
+    """Write the changes of the ends into ``found``; return False if one is doubtful."""
     t = g.w.now
     for i in range(g.w.scene.balls):
         if may_touch(g, i, t, NO_ONE, NO_ONE):
@@ -250,7 +250,7 @@ def finish(g: Follow, found: Any) -> bool:
 
 
 def copy(numbers: Any, there: Any) -> None:
-    """Copy rows of numbers; numba would allocate something for it."""
+    """Copy rows of numbers; for an assignment of arrays numba would allocate memory."""
     for row in range(numbers.shape[0]):
         for p in range(numbers.shape[1]):
             there[row, p] = numbers[row, p]
@@ -377,7 +377,7 @@ def meets(g: Follow, breakpoints: Any, k: int, t: float, met: int) -> bool:
 
 
 def move_roll(g: Follow, i: int, later: float) -> None:
-    """Take the change of a ball's roll to a contact that comes late, or from there (-1) on."""
+    """Take the change of a ball's roll to a contact that comes late, or with -1 back from it."""
     ball, change = g.w.ball[i], g.change[i]
     if may_roll(ball):
         roll = ball.roll[1], ball.roll[2]
@@ -393,7 +393,7 @@ def six(motion: Any) -> Any:
 
 
 def move_on(g: Follow, geometry: Geometry, count: int) -> None:
-    """Work out how late the contact comes, and what is changed by then."""
+    """Work out how much later the contact comes, and the changes of states and velocities at it."""
     i, j = g.balls[0], g.balls[1]
     for p in range(len(g.late)):
         of_i, of_j = g.change[i], g.change[j if count == 2 else i]
@@ -475,7 +475,7 @@ def answer_bounce(g: Follow, side: Any, geometry: Geometry, fastest: float, row:
 
 
 def answer_change(g: Follow, p: int, count: int, numbers: Any) -> None:
-    """Multiply the changes of the velocities' parts, and of the law's numbers, by its slopes."""
+    """Multiply the changes of velocities' parts, and of the law's numbers, by the law's slopes."""
     law, parts = g.law, g.parts
     a, t, b, u = parts[0, p], parts[1, p], parts[2, p], parts[3, p]
     for m in range(count):
@@ -488,7 +488,7 @@ def answer_change(g: Follow, p: int, count: int, numbers: Any) -> None:
 
 
 def is_answer(row: Any, answer: NT, geometry: Geometry, most: float) -> bool:
-    """Tell whether a ball has gone on as the law answers."""
+    """Tell whether a ball's new velocity is the law's answer, to ``most`` (m/s)."""
     n, t = split((row[4], row[5]), geometry.normal)
     return abs(n - answer.n) <= most and abs(t - answer.t) <= most
 

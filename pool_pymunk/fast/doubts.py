@@ -1,6 +1,6 @@
-"""This module finds what in a run may have no derivative: paths that touch, and corners.
+"""This module finds where a run may have no derivative: at paths that touch, and at corners.
 
-numba compiles its functions of numbers, and :mod:`pool_pymunk.studies.touches` calls them, too.
+numba compiles its functions of numbers; :mod:`pool_pymunk.studies.touches` calls them, too.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from pool_pymunk.physics.sides import Arc
 if TYPE_CHECKING:
     from pool_pymunk.fast.derivatives import Follow
 
-# Limits are this many times as wide as those of `Changes`, which decides what lies within them: the
-# two round differently. A wider limit leaves more shots to `Changes`, and is as safe.
+# Limits are this many times those of `Changes`, because the two round differently. What lies within
+# a limit is left to `Changes`, so a wider limit costs time, and is as safe.
 CAREFUL = 4.0
 UNCLEAR = CAREFUL * BLUR
-# They find a time to 2**-40 of the path, and the distance, which is flat there, to its square.
-# After 20 this square would be 1e-12, more than `UNCLEAR`; after 52 nothing changes any more.
+# Halvings find the time of the least distance to 2**-40 of an interval, and this distance, which is
+# flat there, to its square. After 20 that is 1e-12, above `UNCLEAR`; after 52 nothing changes.
 HALVINGS = 40
 NO_ONE = -(1 << 30)  # stands for neither a ball nor a wall
 NEVER = -1.0  # s; no touch has this time
-# An interval's last velocity is looked at this share of it before its end: there it may be zero.
+# The last velocity is that at this share of an interval before its end, where it may be zero.
 LAST = 1e-9
 NO_TOUCH = (False, NEVER)
 EDGE = 1e-9  # of a radius; a ball that meets a cushion this near to its end may meet the corner
 
 
 def around(scene: Scene) -> tuple[list[Any], list[Any], list[Any]]:
-    """Return what balls may touch in a scene: discs at rest, faces, and where corners begin.
+    """Return what balls may touch in a scene: discs at rest, faces, and corners.
 
-    A disc has x, y, radius, how often a ball's radius counts (0 at a rim, -1 within an arc), and
+    A disc has x, y, radius, the factor of a ball's radius (1, 0 at a rim, -1 within an arc), and
     the number of its wall; pockets come after the walls. A face has its start, tangent, normal,
-    length and wall. A face begins or ends at a corner: that has its place, tangent and normal.
+    length and wall. A corner has its place, and the tangent and normal of one side there.
     """
     table, discs, faces, corners = scene.table, list[Any](), list[Any](), list[Any]()
     for k, post in enumerate(scene.posts, start=scene.first_post):
@@ -74,7 +74,7 @@ def size_of(g: Follow, i: int) -> float:
 
 
 def is_doubtful(g: Follow, t: float, met: int) -> bool:
-    """Tell whether something else may come to the present balls just at ``t`` (s)."""
+    """Tell whether the present balls may touch anything else by ``t`` (s), or turn just then."""
     i, j = g.balls[0], g.balls[1]
     if may_touch(g, i, t, met, NO_ONE):
         return True
@@ -84,7 +84,7 @@ def is_doubtful(g: Follow, t: float, met: int) -> bool:
 
 
 def may_coincide(g: Follow, i: int, other: int, t: float) -> bool:
-    """Tell whether ball ``i`` may start, rest, or have met another one just when it meets one."""
+    """Tell whether the path of ball ``i``, or the shot, may begin or end just at ``t`` (s)."""
     ball, fastest, size = g.w.ball[i], largest(g, i), max(size_of(g, i), size_of(g, other))
     if fastest == 0.0:
         fastest = largest(g, other)
@@ -98,7 +98,7 @@ def may_coincide(g: Follow, i: int, other: int, t: float) -> bool:
 def may_touch(g: Follow, i: int, t: float, met: int, done: int) -> bool:
     """Tell whether the path of ball ``i`` up to ``t`` (s) may touch what it does not hit.
 
-    It ends where the ball has ``met`` something; ball ``done`` was looked at before.
+    The path ends where the ball has ``met`` something. Ball ``done`` was looked at before.
     """
     ball, path = g.w.ball[i], path_of(g.w.ball[i])
     if g.gone[i]:
@@ -155,8 +155,8 @@ def touch_of_face(
 ) -> tuple[bool, float]:
     """Tell whether a ball goes along a face at first, and when (s) it turns back or ends there.
 
-    Its beginning, and its end, count if it ``begins``, and ``ends``, without a contact there. The
-    limits are ``careful`` times those of rounding.
+    The beginning counts if it ``begins`` without a contact, and the end if it ``ends`` without one.
+    The limits are ``careful`` times those of rounding.
     """
     if path.t >= until:
         return NO_TOUCH
@@ -174,7 +174,7 @@ def touch_of_face(
 
 
 def bends(path: Path) -> bool:
-    """Tell whether a path is no straight line, as of a ball that slides before it rolls."""
+    """Tell whether a path is curved, as that of a ball which slides before it rolls may be."""
     left, right = path.vx * path.ay, path.vy * path.ax
     return abs(left - right) > BLUR * (abs(left) + abs(right))
 
@@ -193,7 +193,7 @@ def touch_of_discs(
 ) -> tuple[bool, float]:  # fmt: skip
     """Tell how discs touch at the distance ``apart`` (m), as :func:`touch_of_face` does.
 
-    If ``facing`` is negative, the one is within the other. Between its ends, the relative path
+    If ``facing`` is negative, one disc is within the other. Between its ends, the relative path
     deviates from its chord by |a| T^2 / 8 at most.
     """
     since = max(a.t, b.t)
@@ -234,7 +234,7 @@ def touch_of_discs(
 def turning(
     offset: Vector, velocity: Vector, pull: Vector, time: float, sign: float
 ) -> tuple[float, float]:
-    """Return when (s) paths stop to near, and their distance (m); within a disc, to part."""
+    """Return when (s) discs cease to approach, or with ``sign`` -1 to part, and how far apart."""
     (dx, dy), (vx, vy), (ax, ay) = offset, velocity, pull
     near, part = 0.0, time
     for _ in range(HALVINGS):

@@ -1,7 +1,7 @@
 """This module predicts what is due in a compiled shot, as the contact engine does in its queue.
 
-A prediction that cannot come true is often left out by a bound that costs no square root. A bound
-leaves a margin that is far above rounding, so it never leaves out a contact.
+A bound without a square root excludes many predictions that cannot come true. Its margin is far
+above rounding, so it never excludes a contact.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PARTING = 1e-6
 
 
 def may_roll(ball: Moving) -> bool:
-    """Tell whether balls of this scene roll; numba knows when it compiles."""
+    """Tell whether balls of this scene roll; numba knows this when it compiles."""
     return len(ball.roll) > 0
 
 
@@ -51,7 +51,7 @@ def put_box(ball: Moving, found: tuple[float, float, float, float]) -> None:
 
 
 def due_next(w: Work) -> tuple[int, float, float]:
-    """Return which ball has the next event, when (s), and when another ball has one."""
+    """Return the ball of the next event, its time (s), and that of the next one of another ball."""
     ball, first, second = NOTHING, math.inf, math.inf
     for i in range(w.scene.balls):
         t = w.next_t[i]
@@ -104,7 +104,7 @@ def refresh(w: Work, i: int) -> None:
 
 
 def look_for_walls(w: Work, sides: Sides, i: int) -> None:
-    """Predict which wall a path meets first, and when the next one, or where it ends."""
+    """Predict the first wall that a path meets, when it meets the second, or when it ends."""
     ball, due = w.ball[i], w.due[i]
     path, found, wall, first, second = path_of(ball), NOTHING, NOTHING, math.inf, math.inf
     due.path_end = math.inf
@@ -124,7 +124,7 @@ def look_for_walls(w: Work, sides: Sides, i: int) -> None:
 
 
 def look_ahead(w: Work, i: int) -> None:
-    """Look at a path as far as the balls lie apart, or to its end."""
+    """Put a box around a path up to its end, or to the length ``ahead`` (m) at most."""
     ball, due = w.ball[i], w.due[i]
     path, end = path_of(ball), due.path_end
     far = horizon(path, w.now, w.scene.ahead)
@@ -149,7 +149,7 @@ def meet_others(w: Work, i: int, done: int) -> None:
 
 
 def meet(w: Work, i: int, j: int, just_missed: bool = False) -> None:
-    """Predict when two balls meet; if they close faintly or ``just_missed``, it is later."""
+    """Predict when two balls meet; faint or ``just_missed`` contacts wait a contact time."""
     a, b = w.ball[i], w.ball[j]
     since = max(w.now, a.t, b.t)
     until = min(w.due[i].until, w.due[j].until)
@@ -204,7 +204,7 @@ def stay_apart(a: Moving, b: Moving, touching: float, since: float, until: float
     if not keep_apart(path, other, touching, since, min(until, end)):
         return False
     mover, rester = (a, b) if b.end <= a.end else (b, a)
-    # What follows a path that does not slow is another one, which is asked for by itself.
+    # Another path follows one that does not slow, and has predictions of its own.
     if until < end or not b.moves or not slows(rester):
         return True
     x, y, _, _ = motion_at(path_of(rester), end)
@@ -212,7 +212,7 @@ def stay_apart(a: Moving, b: Moving, touching: float, since: float, until: float
 
 
 def passes(mover: Moving, x: float, y: float, touching: float) -> bool:
-    """Tell whether a ball that slows comes surely no nearer than ``touching`` (m) to a place."""
+    """Tell whether a ball that slows surely comes no nearer than ``touching`` (m) to a place."""
     dx, dy = x - mover.x, y - mover.y
     margin = MARGIN * (abs(x) + abs(y) + abs(mover.x) + abs(mover.y) + touching)
     along, across = dx * mover.vx + dy * mover.vy, abs(dx * mover.vy - dy * mover.vx)
@@ -222,8 +222,8 @@ def passes(mover: Moving, x: float, y: float, touching: float) -> bool:
 def keep_apart(a: Path, b: Path, touching: float, since: float, until: float) -> bool:
     """Tell whether balls surely do not meet on two paths.
 
-    They part if their velocity at first and at last points away from their first offset, at an
-    acute angle. Otherwise their offset deviates from its chord by |a| T^2 / 8 at most.
+    They part if their relative velocity widens their first offset at first and at last, and turns
+    by 90 degrees at most. Else the offset leaves its chord by |a| T^2 / 8 at most.
     """
     time = until - since
     if not 0.0 < time < math.inf:

@@ -20,7 +20,7 @@ from pool_pymunk.physics.sides import unit
 
 
 def latest_of(w: Work, i: int, j: int) -> float:
-    """Return until when (s) other contacts belong to the instant of that of ``i``, maybe with j."""
+    """Return the latest time (s) of contacts that may be of one instant with this one of ``i``."""
     speed = w.ball[i].speed
     if j >= 0:
         speed = max(speed, w.ball[j].speed)
@@ -30,7 +30,7 @@ def latest_of(w: Work, i: int, j: int) -> float:
 def gather(w: Work, sides: Sides, i: int, j: int) -> bool:
     """Put the contacts of this instant into ``due``; False if there is no room.
 
-    That of ball ``i``, with ball ``j`` or a wall, is among them. They come in the order of their
+    The contact of ball ``i`` with ball ``j`` or a wall is among them. Their order is that of their
     numbers: pairs of balls first, then balls and walls.
     """
     at, balls, latest = w.together, w.scene.balls, latest_of(w, i, j)
@@ -71,7 +71,7 @@ def meets_wall(w: Work, sides: Sides, i: int, n: int, latest: float) -> bool:
 
 
 def touch(w: Work, i: int, j: int, times: float) -> bool:
-    """Tell whether two balls touch now; their gap may be ``times`` as wide as of two that do."""
+    """Tell whether two balls touch now; the gap may be ``times`` as wide as a closed one."""
     x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
     touching = w.ball[i].radius + w.ball[j].radius
     return decisions.is_closed(gap_between(w, i, j) / times, x, y, touching)
@@ -86,7 +86,7 @@ def gap_between(w: Work, i: int, j: int) -> float:
 
 
 def touches_wall(w: Work, sides: Sides, i: int, n: int, times: float) -> bool:
-    """Tell whether a ball touches a wall now, of which this is the first side."""
+    """Tell whether a ball touches now the wall whose first side is ``n``."""
     x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
     r = w.ball[i].radius
     room = gap(nearest(sides, sides[n], x, y, r), x, y, r)
@@ -97,7 +97,7 @@ def touches_wall(w: Work, sides: Sides, i: int, n: int, times: float) -> bool:
 
 
 def read_contacts(w: Work, sides: Sides) -> bool:
-    """Make a contact of each that is ``due``; False if two sides touch a ball at the same point."""
+    """Read the contacts that are ``due``; False if two walls touch a ball at the same point."""
     at = w.together
     for k in range(at.dues):
         i, other = at.due[k, 0], at.due[k, 1]
@@ -125,7 +125,7 @@ def read_motion(w: Work, i: int) -> None:
 
 
 def read_pair(w: Work, contact: Any, i: int, j: int) -> None:
-    """Make the contact of two balls."""
+    """Read the contact of two balls."""
     scene, place = w.scene, w.together.place
     contact.a, contact.b = i, j
     x, y = place[i][0], place[i][1]
@@ -138,7 +138,7 @@ def read_pair(w: Work, contact: Any, i: int, j: int) -> None:
 
 
 def read_wall(w: Work, sides: Sides, contact: Any, i: int, n: int) -> None:
-    """Make the contact of a ball and a wall, of which this is the first side."""
+    """Read the contact of a ball and the wall whose first side is ``n``."""
     scene, r = w.scene, w.ball[i].radius
     x, y = w.together.place[i][0], w.together.place[i][1]
     side = nearest(sides, sides[n], x, y, r)

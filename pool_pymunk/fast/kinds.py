@@ -1,4 +1,4 @@
-"""This module gives laws and kinds of sides numbers, by which numba can call their methods."""
+"""This module numbers laws and kinds of sides, so that numba can call their methods."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINDS: dict[type, Callable[[Any], Any]] = {
 
 
 def by_kind(methods: Sequence[Callable[..., Any]], number: int = 0) -> Callable[..., Any]:
-    """Return a function of a record, and more, that calls the method of the record's kind."""
+    """Return a function that calls the method of the kind of a record, its first argument."""
     first, *others = methods
     if not others:
         return first
@@ -47,7 +47,7 @@ def where(has: str, one: Callable[..., Any], other: Callable[..., Any]) -> Calla
 
 
 def answer(question: str, kind: type) -> Callable[..., Any]:
-    """Return a function of a record of SIDE that this kind of side answers."""
+    """Return a function of a record of SIDES, which asks this kind of side a question."""
     ask, read = getattr(kind, question), KINDS[kind]
 
     def answered(side: Any, *args: Any) -> Any:

@@ -399,7 +399,7 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
 
 
 def is_ordinary_bounce(w: Work, ball: Moving, bounce: Bounce) -> bool:
-    """Tell whether a ball bounces off a wall, and can be answered without other contacts."""
+    """Tell whether a ball bounces off a wall, and the bounce needs no other contact."""
     is_least = bounce.parting > 0.0
     is_known = not may_roll(ball) and w.scene.together != NOTHING and not w.scene.keeps
     return bounce.kind in (HIT, MICRO) and (is_known or not is_least)

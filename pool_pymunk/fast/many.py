@@ -27,16 +27,16 @@ from pool_pymunk.results.run import Run
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-Done = Callable[[int], object]  # It gets the number of shots that are done, too.
+Done = Callable[[int], object]  # Its argument is how many more shots are done.
 CHUNK = 4_096  # A thread plays this many shots at most before it takes the next ones.
 FEW = 512  # One thread plays this many shots at least.
 POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
     "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
-FEW_HARD = 10  # Fewer shots that are handed back, in some 20 ms each, give no warning.
+FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
-    "own answers them, its roll may have held a ball to a cushion, or balls overlapped at the " \
+    "own answers them, a roll may have held a ball to a cushion, or balls overlapped at the " \
     "start; gaps of 1e-4 m between balls that touch, or restitutions nearer to 1, keep shots " \
     "compiled"  # fmt: skip
 
@@ -61,11 +61,11 @@ def simulate_many(
     is off the table. ``vary`` has what else differs from shot to shot: arrays (S,) by the names of
     the table of inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``. ``speed``, ``angle``,
     ``turn`` and ``roll`` are those of the cue ball or, without one, of the first ball that moves.
-    ``mass`` (kg) is that of all balls, and may be (S, N) too. ``roll`` has the velocities at which
-    balls would roll (m/s), in an array as ``velocity`` is one; by default each ball has its share
-    of its velocity, and the ball of the scene's first shot has that of this shot. ``law`` and
-    ``max_time`` (s) are by default the scene's. ``threads`` (default: one a core) share the work,
-    and change no result. ``on_done(n)`` is called whenever ``n`` more shots are done.
+    ``mass`` (kg) is that of all balls, and may be (S, N) too. The argument ``roll`` has the rolls
+    (m/s) in an array like ``velocity``. By default a ball's roll is its own share of its velocity;
+    for the ball of the scene's first shot it is the share of that shot. ``law`` and ``max_time``
+    (s) are by default the scene's. ``threads`` (default: as many as cores) share the work, and
+    change no result. ``on_done(n)`` is called whenever ``n`` more shots are done.
     ``derivatives`` names the inputs of ``batch.derivatives``, as :meth:`Run.derivatives` does.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
@@ -136,7 +136,7 @@ def play_all(
 
 
 def empty(count: int, balls: int) -> Out:
-    """Return arrays for what comes of this many shots."""
+    """Return arrays for the results of this many shots."""
     return Out(
         final=np.full((count, balls, 2), np.nan),
         duration=np.zeros(count),
@@ -193,7 +193,7 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
 def results(
     executor: Executor, work: Callable[[Item], Result], items: Iterable[Item], room: int
 ) -> Iterator[Result]:
-    """Let an executor work on the items, ``room`` at most at once, and yield what comes first."""
+    """Let an executor work on at most ``room`` items at once, and yield results as they come."""
     waiting, running = iter(items), set[Future[Result]]()
     try:
         while True:
@@ -237,7 +237,7 @@ def play_chunk(
 
 
 def _write(source: Source, out: Out, k: int, run: Run) -> None:
-    """Write down what came of a run."""
+    """Write down the results of a run as those of shot ``k``."""
     scene, watched = source.scene, source.watched
     is_off = is_gone(source.position[k])
     out.status[k] = STATUSES.index(run.status)

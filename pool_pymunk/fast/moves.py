@@ -18,7 +18,7 @@ is_lost = Path.is_lost
 
 
 def put_path(ball: Moving, path: Path) -> bool:
-    """Give a ball a new path; tell whether its contact times mean something."""
+    """Give a ball a new path; return False if the ball is lost."""
     ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end, _, _, _ = path
     if may_roll(ball):
         ball.roll[0], ball.roll[1], ball.roll[2] = path.slows, path.wx, path.wy
@@ -40,7 +40,7 @@ def roll_of(w: Work, i: int) -> Vector:
 
 
 def begin(w: Work, i: int, place: Vector, velocity: Vector, roll: Vector, noise: float) -> bool:
-    """Set a ball off on a new path, or put it to rest; tell whether it is not lost."""
+    """Set a ball off on a new path, or put it to rest; return False if it is lost."""
     ball = w.ball[i]
     if squared(velocity) <= noise * noise:
         velocity = (0.0, 0.0)
@@ -70,7 +70,7 @@ def stop(w: Work, i: int, t: float) -> None:
 
 
 def keep(w: Work, i: int, path: Path) -> None:
-    """Keep the breakpoint at which a path begins, if tracks are wanted."""
+    """Keep the breakpoint at which a path begins, if tracks are kept."""
     if w.scene.keeps:
         row = w.track.row[w.track.rows]
         row[0], row[1], row[2], row[3] = i, path.t, path.x, path.y
@@ -80,7 +80,7 @@ def keep(w: Work, i: int, path: Path) -> None:
 
 
 def keep_contact(w: Work, i: int, other: int) -> None:
-    """Keep who met whom: a ball, or as -1 - its number a wall."""
+    """Keep that ball ``i`` met another ball, or a wall, which is -1 - its number."""
     if w.scene.keeps:
         contact = w.track.contact[w.track.contacts]
         contact[0], contact[1] = i, other
@@ -111,15 +111,15 @@ def note_cushion(w: Work, i: int, wall: int) -> None:
 
 
 def nudge(ball: Moving, is_micro: bool) -> None:
-    """Note that a ball is hit: after a micro-collision, one that rolled rolls on without event."""
+    """Note a hit of a ball; if it rolled until a micro-collision, its next roll is no event."""
     if may_roll(ball):
         ball.roll[3] = is_micro and ball.roll[0] + ball.roll[3] > 0.0
 
 
 def may_be_held(w: Work, ball: Moving, across: Vector, closing: float, e: float) -> bool:
-    """Tell whether its roll may hold a ball to a cushion that it nears at ``closing`` (m/s).
+    """Tell whether a ball's roll may hold it to a cushion that it nears at ``closing`` (m/s).
 
-    The engine knows, for whom contacts with cushions have histories (engine/persistent.py).
+    Only the engine decides this, as it keeps histories with cushions (engine/persistent.py).
     """
     drive = -(ball.ax * across[0] + ball.ay * across[1])
     if not may_roll(ball) or drive <= 0.0:

@@ -1,4 +1,4 @@
-"""This module tells of many layouts at once where balls may lie, by the rules of model.places."""
+"""This module checks the places of balls in many layouts, by the rules of model.places."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ FEW = 500
 def may_lie(scene: Scene, position: Any, share: float = TOUCHING) -> NDArray[np.bool_]:
     """Tell which balls (S, N) of layouts (S, N, 2), in m, may lie where they are.
 
-    Such a ball is on the table, in no cushion and no pocket, and in no ball before it; what it
-    sinks into by a ``share`` of its radius it touches. NaN is a ball off the table.
+    Such a ball is on the table, in no cushion and no pocket, and in no ball before it. An overlap
+    of up to a ``share`` of a radius counts as a touch. NaN stands for a ball off the table.
 
     >>> from pool_pymunk import load
     >>> may_lie(load("two-balls"), [[(0.5, 0.5), (0.5, 0.51)]]).tolist()

@@ -19,17 +19,17 @@ Sides = Any  # an array of one of SIDES
 MOST_BALLS = 64
 MOST_TOGETHER = 64  # A shot with more contacts at one instant goes to the engine.
 MOST_ROWS = 4096  # A track with more breakpoints goes to the engine.
-ROOM = 65_536  # This many breakpoints of some shots are kept together, in 4 MB a thread.
+ROOM = 65_536  # This many breakpoints of some shots are kept together, in 6 MB a thread.
 NOTHING = -1  # stands for no ball, no side, no pocket
 
 N, F, I = MOST_BALLS, np.float64, np.int64  # noqa: E741
 
-MOST_WALLS = 64  # A scene with arcs, or with posts of another material, has no more if compiled.
+MOST_WALLS = 64  # No more are compiled where there are arcs, or posts of their own material.
 NUMBERS = 8  # of a side, at most
-# A side stands beside the others of its wall, which are those from `first` up to `last`. Where
-# walls `differ`, there may be arcs, and a wall may have restitution and friction of its `own`, or
-# -1 for the scene's. Other scenes do without these numbers. numba compiles a loop for each form, so
-# a scene without arcs is not slowed down by them.
+# The sides of a wall are those from `first` up to `last`. Where walls `differ`, there may be arcs,
+# and a wall may have restitution and friction of its `own`, or -1 for the scene's. Other scenes do
+# without these numbers. numba compiles a loop for each form, so arcs do not slow down scenes
+# without them.
 SIDES = {
     differ: np.dtype(
         [("kind", I), ("numbers", F, NUMBERS), ("core", F), ("wall", I), ("first", I), ("last", I),
@@ -38,7 +38,7 @@ SIDES = {
     for differ in (False, True)
 }  # fmt: skip
 
-# Its kind is that of its law for single hits, and `together` that for contacts of one instant.
+# `kind` is the number of the law for single hits, `together` for contacts of one instant.
 SCENE = np.dtype(
     [("kind", I), ("together", I), ("balls", I), ("walls", I), ("cue", I), ("watched", I),
      ("latest", F), ("keeps", I),
@@ -46,10 +46,10 @@ SCENE = np.dtype(
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
 
-# A ball has its path, a speed that it does not exceed on it, what of it is noise, the box around
-# it, and where it rests, and since when, if it does not move. Its `roll` tells whether the path
-# slows, has wx and wy, and tells whether the ball rolled until a micro-collision. It has no numbers
-# where balls only slide.
+# A ball has its path, a speed that it does not exceed there, how much of a velocity is noise, a box
+# around the path, and if it does not move, where it rests and since when. The four numbers of
+# `roll` are: whether the path slows, wx, wy, whether the ball rolled until a micro-collision. There
+# are none where balls only slide.
 BALLS = {
     rolls: np.dtype(
         [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
@@ -59,9 +59,9 @@ BALLS = {
     for rolls in (False, True)
 }  # fmt: skip
 
-# What is due for a ball: the times of its first wall and the second one, of its stop, of its next
-# look ahead, and of the first ball of a higher number; the time at which its path meets a wall, and
-# that until which the path is looked at.
+# What is due for a ball: when it meets its first and its second wall, stops, looks ahead again, and
+# meets the first ball of a higher number; when its path ends at a wall, and until when the path is
+# looked at.
 DUE = np.dtype(
     [("side", I), ("wall_t", F), ("second_t", F), ("stop_t", F), ("look_t", F), ("ball", I),
      ("ball_t", F), ("path_end", F), ("until", F)]
@@ -96,8 +96,8 @@ CONTACT = np.dtype(
      ("pair", [(name, F) for name in Pair._fields])]
 )  # fmt: skip
 
-# What has `met` at an instant, in its rounds, and what is `due`, are pairs of a ball and another
-# one, or a wall, which is -1 - its first side. Arrays by ball have room for the ball -1 at the end.
+# `met` (in the rounds of an instant) and `due` have contacts as pairs: a ball, and another ball or
+# -1 - the first side of a wall. Arrays by ball have room for the ball -1 at the end.
 C = MOST_TOGETHER
 TOGETHER = np.dtype(
     [("met", I, (C, 2)), ("mets", I), ("due", I, (C, 2)), ("dues", I), ("turn", I, (C, 2)),

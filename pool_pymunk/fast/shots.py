@@ -58,7 +58,7 @@ class Source(NamedTuple):
         for key, own in self.vary.items():
             names = [f"{key}.{id_}" for id_ in scene.index] if key in SIZES else [key]
             values |= zip(names, np.atleast_1d(own[k]).tolist(), strict=True)
-        if "radius" in self.vary:  # Larger balls may fit at their places of this shot alone.
+        if "radius" in self.vary:  # Larger balls may fit only where this shot has them.
             there = np.isfinite(self.position[k]).all(axis=-1)
             for i in np.flatnonzero(there).tolist():
                 places = zip("xy", self.position[k, i].tolist(), strict=True)
@@ -90,7 +90,7 @@ class Source(NamedTuple):
         return places
 
     def work(self, keeps: bool) -> Any:
-        """Return a record in which shots can be played; if it ``keeps`` tracks, these, too."""
+        """Return a record in which shots can be played, and which may keep their tracks."""
         kind = WORKS[self.scene.surface.rolls, walls_differ(self.scene)]
         work = np.zeros(1, dtype=kind).view(np.recarray)[0]
         own, latest = work.scene, self.asked.settings.max_time
@@ -128,7 +128,7 @@ def is_gone(position: Floats) -> NDArray[np.bool_]:
 
 
 def _own(array: NDArray[Any]) -> Floats:
-    """Return a copy that lies in rows: numba compiles anew for another layout."""
+    """Return a copy in C order, because numba compiles anew for another order in memory."""
     return np.array(array, order="C")
 
 
@@ -157,8 +157,8 @@ def opening(
 
     Inputs have ``values`` (S,) by their names. Positions and velocities (S, N, 2) that own their
     numbers are changed in place. ``ball`` is the number of the struck ball, by default that of the
-    watched one. The other balls have ``carried`` rolls (S, N, 2) or their own shares, and that of
-    a ``shot`` has the share of this shot.
+    watched one. Without ``carried`` rolls (S, N, 2) each ball has its own share, and the ball of a
+    ``shot`` that of the shot. A ``roll`` among the values is the share of the struck ball.
     """
     begun, struck = {"position": position, "velocity": velocity}, dict[str, Any]()
     vary: dict[str, Floats] = {}
@@ -186,7 +186,7 @@ def opening(
 
 
 def _struck_ball(scene: Scene, velocity: Floats, values: Mapping[str, Any]) -> int:
-    """Return the number of the watched ball, whose speed, direction or roll is another one."""
+    """Return the number of the watched ball, whose speed, direction or roll is varied."""
     ball, first = _watched(scene, velocity), next(iter(values))
     if ball == NOTHING:
         message = "no ball is struck: there is no cue ball, and none moves"
@@ -209,7 +209,7 @@ def read_source(
     max_time: float | None,
     roll: Any = None,
 ) -> Source:
-    """Check what the shots are asked for, and bring all of it to one number of shots.
+    """Check the arguments of many shots, and bring them all to one number of shots.
 
     Raises SettingError, in one line that names the argument.
     """
@@ -247,7 +247,7 @@ def read_source(
 
 
 def _of_balls(scene: Scene, vary: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return what differs, masses and radii for all balls (S, N)."""
+    """Return what differs; masses and radii are those of all balls (S, N)."""
     found: dict[str, Floats] = {}
     for name, values in vary.items():
         kind, whose = inputs.parts(name)
@@ -283,7 +283,7 @@ def _values(key: str, value: Any, scene: Scene) -> Floats:
 
 
 def _array(name: str, value: Any, shapes: Sequence[tuple[int, ...]], wanted: str) -> Floats:
-    """Read numbers of one of these shapes for each shot, or of the first one for all shots."""
+    """Read numbers of one of these shapes for each shot, or of the first shape for all shots."""
     try:
         found = np.asarray(value, dtype=float, order="C")
     except (TypeError, ValueError):
@@ -297,7 +297,7 @@ def _array(name: str, value: Any, shapes: Sequence[tuple[int, ...]], wanted: str
 
 
 def _refuse(name: str, bad: Any, value: object, message: str) -> None:
-    """Raise an error that names the first of the numbers that are bad, if any is."""
+    """Raise an error that names the first bad number, if there is one."""
     if np.any(bad):
         raise setting_error(f"{name}{np.argwhere(bad)[0, :2].tolist()}", value, message)
 

@@ -1,4 +1,4 @@
-"""This module makes the arrays that compiled shots take of a scene."""
+"""This module puts a scene into the arrays that compiled shots need."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pool_pymunk.physics.sides import Arc, Wall, core_of
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.solvers.exact import pockets
 
-HITS = ("ball_ball", "cushion", "jumps")  # what a law answers of a contact that comes alone
+HITS = ("ball_ball", "cushion", "jumps")  # the methods that answer a contact that comes alone
 
 
 def law_number(law: Law) -> int:
@@ -35,7 +35,7 @@ def law_number(law: Law) -> int:
 
 
 def together_number(law: Law) -> int:
-    """Return the number of the compiled law that answers contacts of one instant so, or -1."""
+    """Return the number of the compiled law with the same ``together``, -1 if there is none."""
     known = [each.together for each in COMPILED]
     own = getattr(law.together, "__func__", None)
     return known.index(own) if own in known else NOTHING
@@ -55,7 +55,7 @@ def own_of_walls(scene: Scene) -> list[tuple[float, float]]:
 
 
 def table_of(scene: Scene, differ: bool = False) -> TableArrays:
-    """Return the scene's walls and pockets in arrays; if they ``differ``, with what they own."""
+    """Return walls and pockets in arrays; if they ``differ``, with their own coefficients."""
     own = own_of_walls(scene) if differ else ()
     return arrays_of([*scene.cushions, *pockets(scene)], scene.table, own)
 
@@ -70,7 +70,7 @@ def arrays_of(
         its = number, len(sides), len(sides) + len(wall.sides), pocket, wall.center or (0.0, 0.0)
         own = owned[number] if owned else ()
         for side in wall.sides:
-            # NumPy's hstack and pad took an eighth of a shot that is played alone.
+            # NumPy's hstack and pad took an eighth of the time of a shot that is played alone.
             parts: Any = side
             each = (part if isinstance(part, tuple) else (part,) for part in parts)
             numbers = [*chain.from_iterable(each)]
@@ -91,7 +91,7 @@ def can_compile(scene: Scene, law: Law) -> bool:
 
 
 def plain(table: TableArrays) -> TableArrays:
-    """Return a table with objects for records: plain Python reads them several times as fast."""
+    """Return a table with objects for records, which Python reads several times as fast."""
     names = table.sides.dtype.names
     sides = [SimpleNamespace(**dict(zip(names, row, strict=True))) for row in table.sides.tolist()]
     return TableArrays(sides, *(each.tolist() for each in table[1:]))

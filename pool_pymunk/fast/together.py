@@ -59,7 +59,7 @@ MOST_UNLISTED = 100_000  # After this many instants with micro-collisions only, 
 
 
 def has_many_rounds(w: Work, ball: Moving) -> bool:
-    """Count the rounds of this instant, by its fastest ball; tell whether there were many."""
+    """Count a round of this instant, whose fastest ball is given; tell if there were many."""
     at = w.together
     length = decisions.instant(w.now, ball.x, ball.y, ball.radius, ball.speed)
     if w.now - w.instant > length:

@@ -98,7 +98,7 @@ def stage_at(w: Work, i: int, wall: int, across: Vector, bends: float, closing: 
 def stage_of_past(
     w: Work, i: int, past: Any, across: Vector, bends: float, closing: float
 ) -> WallStage:
-    """Return how far the contact of ball ``i`` with a wall of its history has come."""
+    """Return how far the contact of ball ``i`` with a wall has come, by their history."""
     press = decisions.pressing(path_of(w.ball[i]), across, bends, w.now)
     time, faint = persistent_at(w, i, past, press, bends)
     least = decisions.least_off(press, time, too_slow(w, i))

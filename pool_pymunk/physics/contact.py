@@ -112,7 +112,7 @@ def groups(contacts: Sequence[Contact]) -> Iterable[list[Contact]]:
 
 
 def join(contacts: Any, count: int, first: Any) -> None:
-    """Join the balls of each contact: each has a lower one as its ``first``, or is that itself."""
+    """Join the balls of each contact: the ``first`` of a ball is a lower one of them, or itself."""
     for k in range(count):
         first[contacts[k].a], first[contacts[k].b] = contacts[k].a, contacts[k].b
     for k in range(count):

@@ -20,11 +20,11 @@ from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import Law, Published, cushion, published
 from pool_pymunk.physics.motion import EPSILON, Array
 
-# A law is asked this share of the speeds beside its inputs, too. Splitting a velocity along the
-# normal takes a dozen roundings, and the velocity itself comes from dozens more.
+# A law is also asked at velocities that are off by this share of the speeds. Splitting a velocity
+# along the normal takes a dozen roundings, and the velocity itself comes from dozens more.
 BESIDE = 256.0 * EPSILON
-# This many times as far beside them it is asked for its answer alone, which costs little. A kink
-# bends this answer by WIDE BESIDE = 4e-12 of the speeds, far more than `STRAIGHT`.
+# At velocities this many times as far off the law gives only its answer, at little cost. A kink
+# bends that answer by WIDE BESIDE = 4e-12 of the speeds, far more than `STRAIGHT`.
 WIDE = 64.0
 STRAIGHT = 64.0 * EPSILON  # of the speeds; answers that bend by less do so by rounding
 # Answers on both sides that differ by less than this share are equal. They differ by `BESIDE` at a

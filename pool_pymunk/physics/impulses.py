@@ -1,8 +1,8 @@
 """This module finds the impulses of contacts of one instant, once their velocities are known.
 
-A contact's impulse is the change of momentum that it gives its two sides along its normal. A single
-hit's follows from the change of one velocity. For contacts that a law has answered together there
-are three methods, and the first one that explains the change of all velocities holds:
+A contact's impulse is the change of momentum that it gives its two sides along its normal. In a
+single hit the change of one velocity tells it. For contacts that a law has answered together there
+are three methods, and the first one that explains the change of all velocities counts:
 
 1. The law has called ``respond`` for each contact, perhaps in several orders, of which it has taken
    the mean. So the impulses of its calls are added up, and divided by a common number.
@@ -19,7 +19,7 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_
 from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
 
 # A method explains a change of velocities if it errs by less than this share. Rounding in some
-# thousand calls is less, and a wrong method errs by parts in a hundred, so half and twice do alike.
+# thousand calls is less, and a wrong method errs by some hundredths, so half and twice are as good.
 EXPLAINED = 1e-9
 
 UNIT = Pair(1.0, 1.0, 0.0, 0.0)  # The masses are in the momenta.

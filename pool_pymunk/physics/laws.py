@@ -213,7 +213,7 @@ def find_law(law: str | Law) -> Law:
 def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False) -> bool:
     """Answer one contact by a law, and change ``velocity`` (m/s).
 
-    Where the law jumps, leave friction out and return True, unless ``jump`` is set.
+    Return whether the law jumps there. If it does, leave friction out unless ``jump`` is set.
     """
     i, j, normal, pair = contact[:4]
     a = split(velocity[i], normal)

@@ -31,7 +31,7 @@ BLUR = 256.0 * EPSILON
 # A contact that closes more slowly than this share of the speeds is a graze. It sinks in by half
 # the square of it, 5e-13 radii, so rounding may decide whether it comes at all.
 GRAZE = 1e-6
-# of the speeds; a velocity farther off what the law answers is a policy's: the root of rounding
+# of the speeds (the root of rounding); a velocity farther off the law's answer is a policy's
 AGREE = 1e-8
 # A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
 # largest number, so a square of it, or its product with what one contact does, does not overflow.
@@ -47,8 +47,8 @@ class Geometry(NamedTuple):
     """This is the geometry of a ball's contact with a cushion, or with another ball.
 
     ``normal`` points to the ball, from the cushion or from the other ball. ``curvature`` (1/m) says
-    how fast it turns as the ball moves along. ``closing`` (m/s) is how fast the gap shrinks, and
-    ``depth`` (m) how deep the two would sink into each other, as balls slow down and pass on.
+    how fast it turns as the ball moves along. ``closing`` (m/s) is how fast the gap shrinks.
+    Without a hit the two would sink into each other by ``depth`` (m) before they part again.
     """
 
     normal: Vector
@@ -133,7 +133,7 @@ def slowed_roll(
     """Return the change of a ball's roll that a cushion slows, from that just before.
 
     The cushion takes ``most`` (m/s) off the part of the roll along its normal, which does not
-    change its sign; ``of_most`` is the change of this.
+    change its sign; ``of_most`` is the change of ``most``.
     """
     (nx, ny), (wx, wy) = geometry.normal, roll
     less, across = wx * nx + wy * ny, wy * nx - wx * ny
@@ -145,7 +145,7 @@ def slowed_roll(
 
 
 def most_of_roll(mu: float, push: float, of_mu: Part, of_push: Part) -> Any:
-    """Return how much of a roll (m/s) a cushion takes that pushes a ball so, and its change."""
+    """Return how much of a roll (m/s) a ``push`` (m/s) of a cushion takes, and its change."""
     return mu * push / GYRATION, (mu * of_push + of_mu * push) / GYRATION
 
 

@@ -1,6 +1,6 @@
-"""A surface says how balls move between contacts, and how a small change of their start goes on.
+"""A surface says how balls move between contacts, and how small changes of their starts evolve.
 
-A scene chooses its surface. What moves or compares balls asks it, and knows nothing of friction.
+A scene chooses its surface. Code that moves or compares balls asks the surface about friction.
 """
 
 from __future__ import annotations
@@ -267,7 +267,7 @@ def roll_rates(breakpoints: Array) -> Array:
 
 
 class Slowing(NamedTuple):
-    """These numbers tell how small changes go on in motion that slows to rest.
+    """These numbers tell how small changes evolve in motion that slows to rest.
 
     It runs along (``ux``, ``uy``) for a ``time`` (s). A change of velocity moves the ball by
     ``place`` (s) times itself, and its part along the motion by ``along`` (s) times itself more.
@@ -313,7 +313,7 @@ def slowed(s: Slowing, x: Any, y: Any, u: Any, v: Any, pull: Any) -> Any:
 
 
 class Slipping(NamedTuple):
-    """These numbers tell how small changes go on in motion that slips until it rolls.
+    """These numbers tell how small changes evolve in motion that slips until it rolls.
 
     The slip runs along (``ux``, ``uy``) for a ``time`` (s). A change of the slip across this turns
     the acceleration ``turn`` (1/s) times as fast.

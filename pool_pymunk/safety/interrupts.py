@@ -1,9 +1,9 @@
 """This module raises Ctrl-C where it does no harm.
 
 Python raises KeyboardInterrupt at any point of the program. In a callback from C or in a destructor
-it is printed and lost, in a library it may become another error, and between the start of a process
-and the note of it nobody would end that process. So the command line delays Ctrl-C, for moments,
-until the package's own code is at work.
+it is printed and lost, and in a library it may become another error. If it comes between the
+start of a process and the note of it, nobody ends that process. So the command line delays Ctrl-C,
+for moments, until the package's own code is at work.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from types import FrameType
 
 PAUSE = 0.01  # s between attempts to raise a pending Ctrl-C
 # Our package, and those that must not be left halfway: pymunk swallows errors in its callbacks, and
-# an interrupted import of a dataclass has Python kill itself at its end.
+# after an interrupted import of a dataclass Python aborts at its end.
 OWN, CALLS_BACK = "pool_pymunk", ("pymunk", "importlib")
 
 
@@ -53,7 +53,7 @@ def patient_interrupts() -> Iterator[None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Delay Ctrl-C until the block is done: the code that must end what it starts knows of it."""
+    """Delay Ctrl-C until the block is done, so that its code can note what it must end later."""
     _Waiting.held += 1
     try:
         yield

@@ -40,8 +40,8 @@ def simulate(
 ) -> Run:
     """Simulate one shot of a scene.
 
-    ``shot`` is a Shot of the scene, its name or its number from 1; without one, the first shot, or
-    the scene as its velocities have it where it has no shots. ``dt`` (s) is the solver's step, if
+    ``shot`` is a Shot of the scene, its name or its number from 1; by default the first shot, or in
+    a scene without shots the balls' own velocities. ``dt`` (s) is the solver's step, if
     it has one; ``times`` (s) are those at which to sample the Run. The contact ``law``, by name or
     one of your own (:class:`~pool_pymunk.Law`; default: the scene's), answers every contact of
     every solver except ``pymunk-builtin``. ``start`` is the state before the shot, a
@@ -56,8 +56,8 @@ def simulate(
     >>> run.status, [event.kind for event in run.events]
     ('settled', ['ball-cushion', 'stop'])
 
-    Raises ValueError with one line that names the argument: SettingError, or SceneError where the
-    start is what cannot be.
+    Raises ValueError with one line that names the argument: SettingError, or SceneError if
+    the start is impossible.
     """
     asked = request(
         scene, solver, dt=dt, law=law, times=times, max_time=max_time, max_events=max_events,
@@ -74,10 +74,10 @@ def simulate_all(
     on_time: OnTime | None = None,
     **options: Any,
 ) -> Iterator[Run]:
-    """Simulate several shots (default: all of the scene), each Run as soon as it is there.
+    """Simulate several shots (default: all of the scene), and yield each Run when it is done.
 
     The arguments are those of :func:`simulate`, without ``start``; a solver with steps calls
-    ``on_time`` now and then with the time (s) of the shot that it has come to.
+    ``on_time`` now and then with the present time (s) of the shot.
     """
     asked = request(scene, solver, on_time=on_time, **options)
     last: Run | None = None

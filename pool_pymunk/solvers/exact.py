@@ -23,7 +23,7 @@ def pockets(scene: Scene) -> list[Wall]:
 
 
 def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine) -> Trace:
-    """Return the trace of a run of this engine, which gets its variant and its bounds."""
+    """Give the engine its variant and its bounds, and return the trace of its run."""
     trace, variant = EngineTrace(scene, start, engine), settings.variant
     engine.recorder = trace
     engine.tally = Tally(settings.max_events, NEVER_SETTLES)
@@ -67,7 +67,7 @@ class EngineTrace(Trace, Recorder):
         text = (
             f"law {self.law.name} jumps at zero slip, and in the head-on hit of balls "
             f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed. "
-            "Only rounding knew it, so it was taken for zero: no friction"
+            "That is rounding alone, so it was taken for zero: no friction"
         )
         self._warn(ZERO_SLIP, text, t)
 

@@ -1,7 +1,7 @@
 """This module opens tiny gaps between balls that lie frozen together, or to a cushion.
 
-Real balls always have such gaps. What a run says of frozen balls comes from runs with invisible
-gaps of 1e-6 m and less.
+Real balls always have such gaps. What a run says of frozen balls comes from runs with gaps of at
+most 4e-6 m.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from pool_pymunk.physics.contact import Vector
 # m; gaps of the starts, in turn. A gap of 1e-6 m is invisible; some are four times as wide, because
 # a few draws seldom meet the worst one.
 WIDTHS = (1e-13, 4e-6, 1e-9, 1e-6)
-# m; a gap of 1e-13 m decides the ends if it moves them by more than this: the run amplifies its
-# rounding errors as much.
+# m; a gap of 1e-13 m decides the ends if it moves them by more than this: then the run amplifies
+# its rounding errors as strongly.
 DECIDED = 1e-6
 TRIED = (0, 4, 8)  # the first starts with the smallest gaps
 HAIR = 1e-9  # of a radius and of a place; closed gaps are below 1.2e-13 of these (``is_closed``)
@@ -35,7 +35,7 @@ Disc = tuple[float, int, float, float, float]  # its left end (m), number, centr
 def touching(scene: Scene, start: State) -> Rows:
     """Return how each gap that is closed at the start changes as balls move: (contacts, 2 N).
 
-    The scene keeps those of the latest start.
+    The scene keeps these rows for the latest start.
     """
     at = start.position, start.off
     known: tuple[object, Rows] | None = scene.found.get(touching)
@@ -81,15 +81,15 @@ def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
     for k, (_, i, x, y, r) in enumerate(discs):
         wide = r * (1.0 + HAIR) + HAIR * (abs(x) + abs(y))
         for left, j, _, v, other in discs[k + 1 :]:
-            if left > x + wide:  # So do all that come after it.
+            if left > x + wide:  # The discs after it lie even farther to the right.
                 break
             if -other - wide <= v - y <= other + wide:
                 yield (i, j) if i > j else (j, i)
 
 
 def opened(start: State, rows: Rows, number: int) -> State:
-    """Return a start in which these contacts have gaps: other ones for each number."""
-    rnd = Random(number)  # Gaps have any share of the width, or some the whole and others none.
+    """Return a start in which these contacts have gaps, which differ from number to number."""
+    rnd = Random(number)  # Each gap has a random share of the width, or all or none of it.
     share = rnd.random if rnd.random() < 0.5 else partial(rnd.choice, (0.0, 1.0))
     gaps = WIDTHS[number % len(WIDTHS)] * np.array([share() for _ in rows])
     open_ = np.linalg.pinv(rows)

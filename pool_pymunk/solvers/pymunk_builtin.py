@@ -1,10 +1,10 @@
-"""This solver is a baseline, not a product: it is stock pymunk, as the tutorials have it.
+"""This solver is a baseline: stock pymunk, as its tutorials use it.
 
 Balls spin, the built-in impulse solver answers contacts, with its default iterations, and a
-PivotJoint to the static body brakes each ball. Elasticity and friction of two shapes multiply; to
-be fair, the products equal the scene's for every kind of hit. So each cushion is there twice,
-once for the cue ball and once for the others, and shape filters keep the two apart. The slop is a
-thousandth of a radius, because pymunk's default, 0.1, is more than a ball in metres.
+PivotJoint to the static body brakes each ball. pymunk multiplies elasticity and friction of two
+shapes. For a fair comparison the products are the scene's coefficients in every kind of hit. So
+each cushion is there twice, once for the cue ball and once for the others, and shape filters keep
+the two apart. The slop is a thousandth of a radius; pymunk's default, 0.1 m, is above a radius.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Builtin(Stepping):
         self.moving = {i for i, v in enumerate(start.velocity) if v != (0.0, 0.0)}
 
     def _elasticity(self, cue: bool) -> float:
-        """Return a shape elasticity; the products of two are the restitutions of ball on ball."""
+        """Return the elasticity of a ball; the product of two is the restitution of their hit."""
         both = ball_ball_restitution(self.scene.restitution, False)
         with_cue = ball_ball_restitution(self.scene.restitution, True)
         if both is None:

@@ -1,7 +1,7 @@
 """This solver puts the scene into a pymunk space.
 
-Cushions are static segments, and balls are circles of a :class:`pool_pymunk.world.Billiards`. What
-the scene leaves out is not installed, and a ball at rest costs no callback.
+Cushions are static segments, and balls are circles of a :class:`pool_pymunk.world.Billiards`. A
+scene without friction gets no joints or callbacks, and a ball at rest costs no callback.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def set_up(
     return table
 
 
-# of an arc's radius; the polygon around it is wider than its corners by this. They lie 4e-5 off the
+# of an arc's radius; a polygon of pieces of the arc is widened by this. The pieces lie 4e-5 off the
 # arc (PIECES), so half as much would do; twice as much makes more balls near, and moves no end.
 AROUND = 1e-3
 
@@ -92,8 +92,8 @@ AROUND = 1e-3
 def cushion_shapes(scene: Scene, space: pymunk.Space) -> list[pymunk.Shape]:
     """Return shapes that hold the scene's cushions, and its posts.
 
-    A straight cushion is a segment, and a post a circle. pymunk has no arcs: around one lies a
-    polygon, which tells which balls are near, and the arc itself answers.
+    A straight cushion is a segment, and a post a circle. pymunk has no arcs: a polygon around one
+    finds the balls that are near it, and the arc itself answers them.
     """
     found: list[pymunk.Shape] = []
     ground = space.static_body

@@ -13,8 +13,8 @@ from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import Trace
 
-# After this many events a run is given up, unless the user says otherwise, and after this many
-# instants of micro-collisions, which are no events: it plays for some minutes at most.
+# A run is given up after this many events, unless the user says otherwise, and after this many
+# instants of micro-collisions, which are no events. So a run takes some minutes at most.
 NEVER_SETTLES = 1_000_000
 
 OnTime = Callable[[float], object]
@@ -25,9 +25,9 @@ class Settings(NamedTuple):
     """The settings hold the time step, the bounds of a run, and its law.
 
     The step ``dt`` is in s, and None for solvers without one. By default the scene's law answers
-    the contacts. A solver with steps calls ``on_time`` now and then with the time (s) that it has
-    come to. Solvers with the contact engine play a ``variant``, which shows what depends on
-    policies, and ``measures_policies`` so.
+    the contacts. A solver with steps calls ``on_time`` now and then with its present time (s).
+    Solvers with the contact engine play a ``variant``, which shows what depends on policies.
+    ``measures_policies`` tells whether a run measures this by other orders and variants.
     """
 
     dt: float | None
@@ -65,9 +65,9 @@ class Solver:
     limits: str = ""  # It says why the method must break at extremes. Empty: it must not break.
 
     # How it is measured
-    ladder: Steps = ()  # These are the work-precision diagram's. Empty: ``dt`` alone.
-    stability_steps: Steps = ()  # These are the stability check's. Empty: ``dt`` alone.
-    quick_stability_steps: Steps = ()  # These are its quick form's. Empty: ``stability_steps``.
+    ladder: Steps = ()  # for the work-precision diagram. Empty: ``dt`` alone.
+    stability_steps: Steps = ()  # for the stability check. Empty: ``dt`` alone.
+    quick_stability_steps: Steps = ()  # for its quick form. Empty: ``stability_steps``.
     all_pairs: bool = False  # It looks at all pairs of balls one by one: many balls take long.
     published_step: float | None = None  # s; the report's own. None: it is not the report's method.
 
@@ -117,7 +117,7 @@ class Stepping(ABC):
         return
 
     def pocketed(self, i: int, x: float, y: float, vx: float, vy: float) -> Point | None:
-        """List that a pocket takes ball ``i`` in, and return the pocket's centre, if one does."""
+        """List it if a pocket takes ball ``i`` in, and return the pocket's centre, or else None."""
         for number, pocket in enumerate(self.scene.pockets):
             if math.dist((x, y), pocket.position) <= pocket.radius:
                 self.trace.pocketed(i, number, self.time, (x, y, vx, vy), pocket.position)

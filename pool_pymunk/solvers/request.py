@@ -1,4 +1,4 @@
-"""This module knows the solvers by name, checks what a run is asked for, and plays it."""
+"""This module knows the solvers by name, checks the request for a run, and plays the run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
 from pool_pymunk.solvers.record import NEVER_SETTLES, OnTime, Settings, Solver
 from pool_pymunk.world.checks import check_choice, read_law
 
-# A contact that gains less of the kinetic energy gained none: rounding gains 1e-15 of it.
+# of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
 QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
 
@@ -126,10 +126,10 @@ class Request(NamedTuple):
             return 0.0
         is_measured = self.settings.measures_policies and wall_time <= QUICK
         if trace.policies == {ZERO_SLIP} or not is_measured:
-            return None  # The warning of a zero slip says what it does.
+            return None  # A zero slip has its own warning.
         changed = 0.0
         for variant in trace.variants:
-            if changed <= self.scene.diagonal:  # More is not said.
+            if changed <= self.scene.diagonal:  # A larger shift is not reported.
                 changed = max(changed, SURE * farthest(trace, self._solve(state, variant)))
         shift = min(changed, self.scene.diagonal)
         said = f"{SURE:g} times what other answers change"
@@ -264,7 +264,7 @@ def _given(key: str, value: object, read: Reader[Value]) -> Value | None:
 
 
 def farthest(one: Trace, other: Trace) -> float:
-    """Return the largest distance (m) of a ball's ends in two traces, or when one is cut off."""
+    """Return the largest distance (m) of a ball's ends in two traces; a cut of one cuts both."""
     is_cut = "max_events" in (one.status, other.status)
     at = (min if is_cut else max)(one.duration, other.duration)
     last = [[next(k for k in rows[::-1] if k[0] <= at) for rows in t.knots] for t in (one, other)]

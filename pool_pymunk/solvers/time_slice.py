@@ -1,12 +1,12 @@
 """This solver is the report's own: it advances every ball by a slice, then seeks overlaps.
 
-A slice moves all balls (Eq. 10), then lets every ball answer the cushions (Eq. 9), then every pair
-of balls in their order (Listing 3). The arithmetic is the listing's, so that its rounding is
-reproduced as well. The search for overlaps is skipped where it provably finds nothing: for a ball
-at rest, and for what is farther off than balls can come in the slices that are skipped.
+A slice moves all balls (Eq. 10), then answers each ball's overlaps with cushions (Eq. 9), then
+those of each pair of balls in their order (Listing 3). The arithmetic is the listing's, so that its
+rounding is reproduced as well. The search for overlaps is skipped where it provably finds nothing:
+for a ball at rest, and where balls are too far off to touch within the skipped slices.
 
 Where balls roll, a slice takes mu_s g dt off the velocity of a ball along its slip, and adds 5/2 of
-it to its roll, until a slice would turn the slip round: then the ball rolls.
+that to its roll. Once a slice would reverse the slip, the ball rolls.
 
 On polygon tables the listing's rule holds edge by edge, and at corners that stick out; a ball at
 rest stays where it is. A ball that travels more than its radius in a slice can pass an edge there.
@@ -74,7 +74,7 @@ class Slices(Stepping):
     # -- motion ----------------------------------------------------------------------------------
 
     def advance(self, most: float) -> None:
-        """Make the slices in which provably nothing meets, then one after which to look."""
+        """Make the slices in which provably nothing meets, then one more, and look for overlaps."""
         quiet = min(self.quiet(), most - 1, MOST_QUIET)
         if quiet > 0:
             self.move(int(quiet))
@@ -167,7 +167,7 @@ class Slices(Stepping):
                 self._note_cushion(i, wall.number, approach)
 
     def _overlaps(self, i: int) -> None:
-        """Answer the sides of walls one by one by the listing's rule."""
+        """Answer a ball's overlaps with the sides of walls, one by one, by the listing's rule."""
         r = self.radius[i]
         for wall in self.walls:
             for side in wall.sides:
@@ -352,7 +352,7 @@ def slip(
 
 
 def drift(motion: Motion, _loss: float, dt: float, slices: int) -> tuple[Motion, int]:
-    """Do the same without surface friction, where no velocity changes."""
+    """Move a ball by slices without surface friction, where no velocity changes."""
     x, y, vx, vy = motion
     for _ in range(slices):
         x += vx * dt

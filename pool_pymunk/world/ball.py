@@ -1,4 +1,4 @@
-"""This module has what users of a table hold in hand: balls, pairs, contacts, and its state."""
+"""This module has the objects that users of a table get: balls, pairs, contacts, states."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ Disc = tuple[Vector, float]  # a place and a radius (m)
 
 
 class TableBall:
-    """A ball has a number, its circle and body, and a sensor that feels what is near.
+    """A ball has a number, its circle and body, and a sensor that finds what is near.
 
-    ``id`` is the name that you gave it, or None. ``is_on_table`` says whether it has not been
-    pocketed or removed.
+    ``id`` is the name that you gave it, or None. ``is_on_table`` is False once the ball is pocketed
+    or removed.
     """
 
     __slots__ = ("_engine", "before", "body", "body_id", "circle", "id", "is_on_table", "joint",

@@ -49,10 +49,10 @@ class Billiards:
     two balls, given their numbers (:func:`same_balls`); masses are those of the bodies. ``law`` is
     the name of a contact law, or a law of your own (:class:`~pool_pymunk.physics.laws.Law`).
 
-    All other shapes keep pymunk's own response, to each other and to the balls. If
-    you, a spring or a flipper gives a ball a velocity, this is noticed. Gravity, damping and forces
-    act once at the end of each step. If nothing else touches balls, say ``alone=True``: then the
-    circles themselves are the sensors, and :meth:`step` steps the space, which is faster.
+    All other shapes keep pymunk's own response, to each other and to the balls. The table follows a
+    velocity that you, a spring or a flipper gives a ball. Gravity, damping and forces act once, at
+    the end of each step. If nothing else touches balls, say ``alone=True``: then the circles
+    themselves are the sensors, and :meth:`step` steps the space, which is faster.
 
     Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to hear
     what happens. They are called when the instant of which they tell is over. What they change
@@ -261,10 +261,10 @@ class Billiards:
     ) -> int:
         """Make a static segment, circle or polygon a wall that balls bounce off (Eq. 9).
 
-        A ball can meet all its sides, or else the ``sides`` that you give
+        Balls meet all sides of the shape, or only the ``sides`` that you give
         (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc. The shape then only says
-        where these are, and may be a sensor. Returns the wall's number. Raises ValueError
-        for what cannot be a wall, and if a ball lies in it now.
+        where your sides are, and may be a sensor. Returns the wall's number. Raises ValueError for
+        a shape that cannot be a wall, and if a ball lies in the wall now.
         """
         checks.check_wall(shape)
         if shape in self.near.numbers:
@@ -362,7 +362,7 @@ class Billiards:
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
 
-        Nothing but the table's balls, walls and pockets is looked at.
+        Only the table's balls, walls and pockets count.
         """
         self._check_ball(ball)
         return sketch(self.state, ball, checks.read_strike(velocity, roll, self.state.surface))

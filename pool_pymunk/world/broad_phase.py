@@ -16,8 +16,8 @@ from pool_pymunk.physics.path import Path, motion_at
 
 Key = tuple[int, int]  # two balls, the lower number first; or a ball and -1 - a wall
 
-# Up to this number of changed balls, meeting all of them costs no more than boxes around their
-# paths: of 4, 8, 16 and 32, it was the fastest or nearly so for 16 to 1,000 moving balls.
+# Up to this number of changed balls, hits with all of them are predicted without boxes around their
+# paths. Of 4, 8, 16 and 32, 8 was the fastest, or nearly so, for 16 to 1,000 moving balls.
 FEW = 8
 
 
@@ -36,7 +36,7 @@ class BroadPhase:
         self.changed: dict[int, None] = {}  # the balls that have begun a new path in it
         self.gone: list[int] = []  # the balls that have left the table in this step
         self._around: dict[int, list[int]] = {}
-        # around the rest of this step on the paths of the changed balls, if they are many
+        # around the paths of the changed balls in the rest of this step, if these balls are many
         self._boxes = ManyBoxes(0, 0)
 
     def touched(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
@@ -94,13 +94,13 @@ class BroadPhase:
         self.gone.append(i)
 
     def forget(self, shape: pymunk.Shape) -> None:
-        """Leave out from now on the wall or pocket that this shape is."""
+        """Leave out the wall or pocket of this shape from now on."""
         k = self.numbers.pop(shape)
         self.pairs = {pair: None for pair in self.pairs if k not in pair}
         self.leave_out(k)
 
     def leave_out(self, number: int) -> None:
-        """Forget what this ball or wall has touched; only the end of a step asks for it."""
+        """Forget what this ball or wall has touched; only an ``EndOfStep`` keeps it."""
 
     def _changed_near(self, i: int) -> Iterable[int]:
         """Return the changed balls that may come to ball ``i`` in this step; of a few, all."""
@@ -127,7 +127,7 @@ class BroadPhase:
 class EndOfStep(BroadPhase):
     """This broad phase finds contacts late: sides meet if they overlap at a step's end and close.
 
-    It never finds those where a ball only grazed or tunnelled.
+    It misses those of balls that only graze, or that tunnel.
     """
 
     is_swept = False
@@ -144,7 +144,7 @@ class EndOfStep(BroadPhase):
         return ()  # A new path meets no wall before the step is over.
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """Return nothing, either, but put into the queue what the ball touches already."""
+        """Return no balls, but put the contacts of what the ball touches already into the queue."""
         self._queue_if_closing([pair for pair in self._touching if i in pair])
         return ()
 

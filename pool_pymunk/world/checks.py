@@ -21,7 +21,7 @@ from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, Disc, TableBall
 
 
 class Obstacle(NamedTuple):
-    """An obstacle is a wall or a pocket, and a shape that holds it; if it ``is_drawn``, is it."""
+    """An obstacle has a wall or pocket, and its shape: if it ``is_drawn``, both are the same."""
 
     shape: pymunk.Shape
     wall: Wall
@@ -45,7 +45,7 @@ class Obstacle(NamedTuple):
 
 
 def check_settings(space: Any, pair: Any, contacts: Any, friction: Any) -> None:
-    """Refuse settings of a table that cannot be."""
+    """Refuse impossible settings of a table."""
     if not isinstance(space, pymunk.Space):
         raise setting_error("space", shown(space), "must be a pymunk.Space")
     if space.threaded:
@@ -57,12 +57,12 @@ def check_settings(space: Any, pair: Any, contacts: Any, friction: Any) -> None:
 
 
 def _takes_two(function: Callable[..., object]) -> bool:
-    """Tell whether a function takes two arguments, as far as it says what it takes."""
+    """Tell whether a function takes two arguments, or has no signature that could say so."""
     try:
         signature(function).bind(0, 1)
     except TypeError:
         return False
-    except ValueError:  # A built-in function may not say it.
+    except ValueError:  # A built-in function may have no signature.
         return True
     return True
 
@@ -105,7 +105,7 @@ def read_strike(velocity: Any, roll: Any, surface: Surface) -> tuple[Vector, Vec
 
 
 def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]) -> Pair:
-    """Return the pair with the masses of the bodies; refuse what is none, or says otherwise."""
+    """Return the pair with the masses of the bodies; refuse other masses, and what is no Pair."""
     if not isinstance(pair, Pair):
         message = (
             f"must be a Pair for balls {numbers[0]} and {numbers[1]}, such as same_balls gives"
@@ -146,7 +146,7 @@ def check_circle(circle: Any) -> None:
 
 
 def check_unchanged(ball: TableBall, mass: float) -> None:
-    """Refuse a ball of which something is not what it was when it came to the table."""
+    """Refuse a ball whose body or circle somebody has changed since it came to the table."""
     circle, body = ball.circle, ball.body
     values: list[tuple[str, Any, Any]] = [
         ("body_type", body.body_type, pymunk.Body.DYNAMIC),
@@ -212,7 +212,7 @@ def check_id(id_: Any, balls: Iterable[TableBall]) -> None:
 
 
 def check_step(dt: float, longest: float) -> None:
-    """Refuse a step (s) that is no time, or a longer one than was agreed."""
+    """Refuse a step (s) that is not above 0, or that is above the ``longest`` one."""
     if not dt > 0.0:
         raise setting_error("dt", dt, "a step must be greater than 0")
     if dt > (1.0 + HAIR) * longest:

@@ -22,7 +22,7 @@ from pool_pymunk.world.checks import check_step
 from pool_pymunk.world.state import NOTHING, Moves, Phase, Snapshot, read_bodies
 from pool_pymunk.world.steps import Steps
 
-# A step of pymunk rounds velocity and place by half an EPSILON in each of some operations: by less.
+# A step of pymunk rounds velocity and place by less, in a few operations of half an EPSILON each.
 STEP_ROUNDING = 4.0 * EPSILON
 # In a step pymunk's solver goes over all joints ten times, and each time rounds the velocity.
 PUSH_ROUNDING = 64.0 * EPSILON
@@ -70,10 +70,10 @@ class SharedSteps(Steps):
         self._seen, self._rows, self._entries = now, rows, self.entries
         if moved:
             self.set_out(moved)
-            self.catch_up()  # It sees them on their paths.
+            self.catch_up()  # This second look finds them on their paths.
 
     def _follow(self, ball: TableBall, move: Moves) -> bool:
-        """Give a ball a new path if it is not on its own, and tell so: somebody has moved it."""
+        """Give a ball a new path if somebody has moved it off its own; tell whether that is so."""
         x, y, vx, vy, fx, fy = move
         if fx != 0.0 or fy != 0.0:
             self._forces[ball] = fx, fy
@@ -136,7 +136,7 @@ class SharedSteps(Steps):
             self.phase = Phase.BETWEEN
 
     def _answer_all(self, space: pymunk.Space, is_uneven: bool) -> None:
-        """Answer this step, and let then act, once each, what others did in it."""
+        """Answer this step, and then let what others did in it act once on each ball."""
         may_sleep, began, damping = space.sleep_time_threshold < math.inf, self.time, space.damping
         on_all = is_uneven or may_sleep or len(space.constraints) > self.joints
         kicks = self._kicks(space.gravity, damping)
@@ -148,7 +148,7 @@ class SharedSteps(Steps):
         if is_due:
             self.answer(began)
         self.phase = Phase.BETWEEN
-        # The velocities of bodies that nobody has put on a path still have their pushes.
+        # A body that the table has not put on a path in this step still has its pushes.
         balls = dict.fromkeys(self.ball_of.values() if on_all else (*kicks, *self.carried))
         before, moves = (self._seen.moves(), after.moves()) if balls else ({}, {})
         share = damping**self.dt if damping != 1.0 else 1.0
@@ -179,7 +179,7 @@ class SharedSteps(Steps):
     def _push(
         self, path: Path | None, was: Vector, now: Vector, gain: Vector, share: float
     ) -> Vector:
-        """Return what others than friction, damping and forces, with this gain, added (m/s)."""
+        """Return the change of velocity (m/s) beyond friction, damping and the gain by forces."""
         (bx, by), (wx, wy), surface = was, now, self.surface
         if path and surface.pull > 0.0 and not (self.has_joints and path.slows):
             vx, vy = self.mean_velocity(path, self.time)

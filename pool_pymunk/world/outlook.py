@@ -29,11 +29,11 @@ Going = tuple[Vector, Vector]  # a velocity and a roll (m/s)
 class Prediction(NamedTuple):
     """A prediction says what a ball would meet first, and the lines that both balls follow (m).
 
-    ``met`` is a ball, ``wall`` or ``pocket`` a number, each None if it meets none. That takes ``t``
-    (s), which is infinite if nothing is met. ``way`` has the ball's turning points: its place,
-    where it meets what it meets, and where it turns next or stops. ``other_way`` is that of the
-    ball met, from its place at the contact on. Both have the places, too, where balls begin to
-    roll; until then the line may be curved. ``where`` is the ball's place when it meets that.
+    ``met`` is a ball, ``wall`` or ``pocket`` a number, each None if it meets none. The contact is
+    ``t`` (s) from now, infinite if nothing is met, and the ball is ``where`` then. ``way`` has the
+    ball's turning points: its place now, that at the contact, and where it turns next or stops.
+    ``other_way`` has those of the ball met, from the contact on. Both have the places, too, where
+    balls begin to roll; up to such a place the line may be curved.
     """
 
     met: TableBall | None
@@ -162,7 +162,7 @@ def free_spot(
 
 
 def crossings(one: Locus, other: Locus) -> list[Vector]:
-    """Return the points that two edges share, if there are any and not too many.
+    """Return the points that two edges share; none if they share infinitely many.
 
     >>> crossings(Round((0.0, 0.0), 5.0), Straight((3.0, 0.0), (1.0, 0.0)))
     [(3.0, 4.0), (3.0, -4.0)]
@@ -174,7 +174,7 @@ def crossings(one: Locus, other: Locus) -> list[Vector]:
     if isinstance(other, Straight) and not isinstance(one, Straight):
         one, other = other, one
     if isinstance(one, Round) and isinstance(other, Round):
-        # The points lie on a line, too: that of equal power to both circles.
+        # The points also lie on the line of equal power to both circles.
         (x, y), (u, v) = one.center, other.center
         apart = math.dist((x, y), (u, v))
         if apart == 0.0:

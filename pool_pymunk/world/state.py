@@ -55,7 +55,7 @@ class Snapshot(NamedTuple):
 
 
 def read_bodies(space: pymunk.Space) -> Snapshot:
-    """Return how the bodies move now; three calls a body would cost more than a step of pymunk."""
+    """Return how bodies move now; three calls for each would cost more than a step of pymunk."""
     _buffer.clear()
     get_space_bodies(space, FIELDS, _buffer)
     return Snapshot(bytes(_buffer.int_buf()), bytes(_buffer.float_buf()), tuple(space.shapes))
@@ -71,7 +71,7 @@ class Phase(Enum):
 
 
 class LiveState:
-    """The state of a table is changed by these methods alone (m, m/s, s)."""
+    """Only these methods change the state of a table (m, m/s, s)."""
 
     alone = True  # Nothing else is in the space.
 
@@ -86,10 +86,10 @@ class LiveState:
         self.time = 0.0
         self.latest = math.inf  # the time to stop at, in the middle of a step if need be
         self.steps = 0
-        # The time is that at which the present length of steps began, and the steps since then.
+        # the time (s) since which steps have their present length, and the steps since then
         self.since, self.count = 0.0, 0
         self.next_stop = math.inf
-        self.wake = -math.inf  # when something is to be done; steps that end before it are bare
+        self.wake = -math.inf  # when something is to be done; earlier steps need no answer
         self.balls: list[TableBall] = []
         self.moving: dict[int, TableBall] = {}
         self.damped: set[int] = set()  # the balls that move and are slowed by callbacks
@@ -106,7 +106,7 @@ class LiveState:
 
     @property
     def now(self) -> float:
-        """The time, which while a step is answered is that of the present instant."""
+        """The time (s); while a step is answered, it is that of the present instant."""
         is_inside = self.phase in (Phase.ANSWERING, Phase.TELLING)
         return self.engine.now if is_inside else self.time
 
@@ -265,7 +265,7 @@ class LiveState:
     def predict_anew(
         self, motions: Mapping[int, Motion] | None = None, rolls: Mapping[int, Vector] | None = None
     ) -> None:
-        """Put all balls on their paths, or let them move so, and predict again what they meet."""
+        """Put all balls on their paths, or give them ``motions``, and predict contacts anew."""
         if self.phase is Phase.BETWEEN:
             self.near.until = self.engine.now = self.time
         now, engine = self.now, self.engine
@@ -289,7 +289,7 @@ class LiveState:
         self.space.reindex_shapes_for_body(ball.body)
 
     def beside(self, ball: TableBall, x: float, y: float) -> Vector:
-        """Return where a ball lies that was pushed into balls and walls: it touches them."""
+        """Return where a ball that was pushed into balls and walls touches them instead."""
         radius = ball.radius
         for (u, v), other in self.discs(without=ball).values():
             touching = radius + other
@@ -395,7 +395,7 @@ class LiveState:
             ball.joint = ball.joint if self.alone else None
 
     def _damp(self, body: pymunk.Body, *_: object) -> None:
-        """Give a body its path's mean velocity over the coming step, and what pushed it before."""
+        """Give a body its path's mean velocity over the coming step, and keep earlier pushes."""
         try:
             path = self.engine.paths[self.ball_of[body].number]
             velocity = self.mean_velocity(path, self.since + (self.count + 1) * self.dt)

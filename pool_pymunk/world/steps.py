@@ -96,7 +96,7 @@ class Callbacks(Recorder):
 
 
 class Steps(LiveState):
-    """This makes the steps of a table that has its space alone, and keeps their state."""
+    """These are the steps of a table that has its space alone, with the table's state."""
 
     def __init__(
         self, engine: ContactEngine, near: BroadPhase, max_dt: float, joints: bool, table: object

@@ -15,9 +15,9 @@ from pool_pymunk.world.checks import Obstacle
 from pool_pymunk.world.state import LiveState, Phase
 
 WALL = 0x57616C6C  # This is our own collision type.
-# Lines from a place within walls cross an odd number of them, except through gaps and obstacles. Of
-# 4,576 places on and off tables with six gaps, 32 or 64 lines judge all rightly, 16 all but 5; with
-# half or twice OFF, of the lines, 163 or 8 are judged wrongly.
+# Lines from a place within walls cross an odd number of them, except through gaps and obstacles.
+# OFF is a share of the lines. Of 4,576 places on and off tables with six gaps, 32 or 64 lines
+# misjudge none, and 16 lines five; half or twice OFF misjudges 163 or 8.
 LINES, OFF = 32, 0.25
 
 
@@ -46,7 +46,7 @@ class Walls:
         return self.put(obstacle)
 
     def put(self, obstacle: Obstacle) -> int:
-        """Put up a wall or a pocket of which nothing is wrong, unchecked, and return its number."""
+        """Put up a wall or a pocket without a check, and return its number."""
         (shape, wall, _), state, walls = obstacle, self.state, self.state.engine.walls
         state.join(shape)
         assert shape.body is not None
@@ -104,7 +104,7 @@ def enclosed(place: Vector, shapes: Sequence[pymunk.Shape]) -> float:
     far = 4.0 * (max(corners, default=0.0) + abs(place[0]) + abs(place[1]))
     odd = 0
     for k in range(LINES):
-        angle = 2.0 * math.pi * (k + 0.5) / LINES  # Walls along x or y are along no line.
+        angle = 2.0 * math.pi * (k + 0.5) / LINES  # No line is parallel to x or y.
         end = place[0] + far * math.cos(angle), place[1] + far * math.sin(angle)
         odd += sum(each.segment_query(place, end) is not None for each in shapes) % 2
     return odd / LINES
