@@ -267,7 +267,7 @@ def test_another_version_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_a_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     for resume in (True, False):
-        with pytest.raises(SettingError, match=r"no sweep's, such as notes\.txt"):
+        with pytest.raises(SettingError, match=r"no sweep has written, such as notes\.txt"):
             sweep(load("report"), 1, vary=VARY, samples=10, out=tmp_path, resume=resume)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 

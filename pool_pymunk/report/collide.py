@@ -100,7 +100,7 @@ class Collision:
 
     @property
     def impulses(self) -> tuple[NT, NT]:
-        """The impulses on A and B along n and t (kg m/s); by published they differ along t."""
+        """The impulses on A and B along n and t (kg m/s); by `published` they differ along t."""
         a, b = (
             NT(ball.mass * (after.n - before.n), ball.mass * (after.t - before.t))
             for ball, before, after in zip((self.a, self.b), self.before, self.after, strict=True)
@@ -226,6 +226,6 @@ def _problems(a: Disc, b: Disc, material: Material, **place: float) -> Iterator[
 
 
 def _direction(a: Disc, b: Disc) -> Point:
-    """Return the unit vector along which A comes, seen from B."""
+    """Return the unit vector along which A approaches, seen from B."""
     x, y = a.velocity[0] - b.velocity[0], a.velocity[1] - b.velocity[1]
     return x / math.hypot(x, y), y / math.hypot(x, y)

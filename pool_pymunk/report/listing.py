@@ -34,7 +34,7 @@ def opening(scene: Scene) -> Iterator[str]:
 
 
 def shot_lines(run: Run) -> Iterator[str]:
-    """Yield a shot's velocity, where each ball ended, and how that compares with the published."""
+    """Yield a shot's velocity, where each ball ended, and how far that is from published ends."""
     units, agreement = run.scene.units, Agreement.of(run)
     yield _heading(run)
     published = run.shot.published if run.shot else {}
@@ -69,7 +69,7 @@ def _doubts(run: Run) -> Iterator[str]:
         return
     units = run.scene.units
     shift = units.from_si(run.policy_shift, "length") if run.policies else 0.0
-    if shift > 0.0 and run.known_shift is None:  # Else a warning has it.
+    if shift > 0.0 and run.known_shift is None:  # Otherwise a warning says it.
         yield (
             f"    Policies ({', '.join(sorted(run.policies))}): other answers would move the ends "
             f"by up to {shift:.2g} {units.length}"
@@ -206,7 +206,7 @@ def magnitudes(scene: Scene) -> Iterator[str]:
 
 
 def implausible(scene: Scene) -> Iterator[str]:
-    """Yield what is implausible, because a unit or a digit may be wrong.
+    """Yield what is implausible in a scene: a unit or a digit may be wrong there.
 
     >>> from pool_pymunk import Ball, Restitution
     >>> list(implausible(Scene((Ball("a", (0.0, 0.0), radius=2.25, mass=160.0),))))

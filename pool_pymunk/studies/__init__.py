@@ -1,4 +1,4 @@
-"""Studies measure what a solver errs and costs, what an input is worth, and where solvers break."""
+"""Studies measure the errors and costs of solvers, the effects of inputs, and when solvers fail."""
 
 import math
 
@@ -9,5 +9,5 @@ Mask = NDArray[np.bool_]
 
 
 def known(value: float) -> float | None:
-    """Return a number as JSON has it, which is null (None) where it is not finite."""
+    """Return a number for JSON: None, which JSON writes as null, where it is not finite."""
     return value if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""This study plays a shot at every angle and speed, or at all values of two other inputs: a map."""
+"""This study maps the outcomes of a shot over its angle and speed, or over two other inputs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Ints = NDArray[np.int32]
 Range = tuple[float, float]
 
 AT_ONCE = 20_000  # shots; their inputs take some 30 MB with 16 balls
-# Usual pixels, angles (degrees) and speeds (of the shot's): the shot itself lies well within.
+# Default pixels, angles (degrees) and speeds (times the shot's); the shot itself lies well within.
 SIZE, ANGLES, SPEEDS = (1200, 800), (-30.0, 30.0), (0.25, 1.5)
 # These are the maps, and what each of them shows.
 MAPS = {"end": "end", "first-hit": "first_hit", "hits": "hits", "pocket": "pocketed",
@@ -41,8 +41,8 @@ class Atlas:
     ``end`` (H, W, 2) is where ball number ``ball`` ended (m), ``pocketed`` (H, W) which pocket has
     it (-1: none), ``first_hit`` the ball that the struck one met first (-1: none), ``hits`` how
     many hits of two balls there were, and ``duration`` (s) when all rested; ``end`` and
-    ``duration`` are NaN for shots that could not be played. ``by_reference`` counts the shots that
-    went through Python. An atlas of one map has only what this map shows, in single precision.
+    ``duration`` are NaN for shots that could not be played. ``by_reference`` counts the shots
+    played in Python. An atlas of one map has only what this map shows, in single precision.
     """
 
     plan: Plan
@@ -79,7 +79,7 @@ def atlas(
 ) -> Atlas:
     """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
 
-    The speeds are by default from a quarter of the shot's to one and a half of it. ``axes`` has
+    By default the speeds go from 0.25 to 1.5 times the shot's. ``axes`` has
     two other inputs with their ranges (SI), the one across first, named as in a sweep
     (:class:`~pool_pymunk.studies.sweep.plan.Plan`). ``ball`` is the id of the ball whose end is
     kept, by default the one aimed at or the nearest. ``show``, one of ``MAPS``, keeps only what
@@ -126,7 +126,7 @@ def atlas(
 def _play(
     plan: Plan, ball: int, show: str | None, on_done: Callable[[int], object] | None
 ) -> tuple[dict[str, NDArray[Any]], int]:
-    """Return what all maps, or one of them, show of the shots, and how many went through Python."""
+    """Return what all maps, or one of them, show of the shots, and the number played in Python."""
     if show is not None and show not in MAPS:
         raise setting_error("show", show, f"must be one of {', '.join(MAPS)}")
     real, kept, by_reference = float if show is None else np.float32, dict[str, NDArray[Any]](), 0

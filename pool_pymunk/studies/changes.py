@@ -38,15 +38,15 @@ ByInputs = list[Array | None]
 
 
 class Lost(Exception):
-    """This error says why what happens has no derivative; it is empty where it had none before."""
+    """This error says why an event has no derivative; it is empty if its balls had none before."""
 
 
 class VariedInputs:
-    """The inputs are what is varied: each of the P has a column in every change; None is no change.
+    """These are the P inputs that vary: each has a column in every change; None means no change.
 
-    ``starts()`` are the changes (N, K, P) of the balls' states at the start: of place, velocity,
-    and where balls roll the roll. ``unit(name)`` and ``of_ball(kind, i)`` are the changes (P,) of
-    what contacts are given.
+    ``starts()`` are the changes (N, K, P) of the balls' states at the start: of place, velocity
+    and, where balls roll, roll. ``unit(name)`` and ``of_ball(kind, i)`` are the changes (P,) of
+    the numbers that contacts need.
     """
 
     def __init__(self, run: Run, names: Names) -> None:
@@ -85,7 +85,7 @@ class VariedInputs:
 
 
 class Hit(NamedTuple):
-    """A hit of balls with each other, or of one with a wall, at ``t`` (s)."""
+    """This is a hit of two balls, or of one ball with a wall, at ``t`` (s)."""
 
     balls: Sequence[int]
     wall: int
@@ -98,9 +98,9 @@ class Hit(NamedTuple):
 class Changes:
     """Changes say how the balls' states depend on the inputs.
 
-    ``change[i]`` (K, P) is that of ball i at its last breakpoint. ``kept[i]`` has the times (s)
-    since when its changes were others, the numbers of the breakpoints at which they are given, and
-    the changes. ``times`` are the changes (P,) of the times of the events.
+    ``change[i]`` (K, P) is that of ball i at its last breakpoint. ``kept[i]`` has all its changes
+    so far, each with the time (s) from which it holds and the number of its breakpoint. ``times``
+    are the changes (P,) of the times of the events.
     """
 
     def __init__(self, run: Run, inputs: VariedInputs) -> None:
@@ -108,7 +108,7 @@ class Changes:
         self.surface = self.scene.surface
         rubs = [inputs.unit(f"friction.{key}") for key in ("surface", "rolling")]
         gravity = self.scene.physics.gravity * np.eye(2)[: 1 + self.surface.rolls]
-        # the changes of the surface's own numbers
+        # These are the changes of the surface's own numbers.
         self.rubs = gravity @ [np.zeros(inputs.count) if each is None else each for each in rubs]
         _, _, self.corners = around(self.scene)
         self.breakpoints = [breakpoints.tolist() for breakpoints in run.knots]
@@ -168,7 +168,7 @@ class Changes:
 
     def _is_hit(self, i: int, n: int, t: float) -> bool:
         """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
-        if t == self.run.duration and not self.is_cut:  # It is held where balls rest.
+        if t == self.run.duration and not self.is_cut:  # The end is at no fixed time.
             return False
         begun, k, _ = self.kept[i][n]
         path = from_breakpoint(*self.breakpoints[i][self.kept[i][n - 1][1]][:7])
@@ -210,9 +210,9 @@ class Changes:
             self.kept[i].append((event.t, self.at[i], self.change[i]))
 
     def _touch(self, touch: Touch) -> None:
-        """Lose what depends on whether a touch becomes a contact: by the root of the gap's change.
+        """Lose the derivatives at a touch: a contact there acts by the root of the gap's change.
 
-        So every input that has changed one of the balls matters, also to second order.
+        Every input that has changed one of the balls therefore matters, even to second order.
         """
         balls = [i for i in (touch.i, touch.j) if i >= 0]
         changes = [self._moved(i, touch.t)[1] for i in balls]
@@ -297,7 +297,7 @@ class Changes:
         return roll_rate(self.breakpoints[i][self.at[i]]), roll_rate(self._next(i))
 
     def _slowed(self, hit: Hit, change: Array, turn: Array, of_push: Array) -> Array:
-        """Return the change of a ball's roll that a cushion slows down, with its normal turned."""
+        """Return the change of a ball's roll after a cushion whose normal turns has slowed it."""
         last = self.breakpoints[hit.balls[0]][self.at[hit.balls[0]]]
         rate, time, (w, z) = roll_rate(last), hit.t - last[0], change
         roll = last[7] + time * rate[0], last[8] + time * rate[1]
@@ -319,7 +319,7 @@ class Changes:
         return [*masses, restitution, inputs.unit("friction.ball_ball")]
 
     def _answered(self, hit: Hit, parts: Array) -> Array:
-        """Return the velocities' changes after a contact; nan where the law's sides (S) differ."""
+        """Return the velocities' changes after a contact; nan where its one-sided ones differ."""
         before = [split(state[2:4], hit.geometry.normal) for state in hit.states]
         moves = [bool(row.any()) for row in parts[1::2]]
         law, answer = self.contacts.asked(hit.balls, hit.wall, before, moves, hit.fastest)
@@ -425,7 +425,7 @@ class Changes:
             self.at[i] += 1
 
     def _lose(self, balls: list[int], why: str, t: float) -> None:
-        """Note that what happens to these balls has no derivative, and why if it had one before."""
+        """Note that balls have no derivatives from ``t`` (s) on, and warn ``why`` unless empty."""
         if why:
             self._warn(why, t)
         for i in balls:

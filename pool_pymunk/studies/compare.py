@@ -22,7 +22,7 @@ from pool_pymunk.results.run import Event, Run
 ContactKey = tuple[tuple[str, ...], int | str | None]
 Place = tuple[ContactKey, tuple[int, ...]]
 INSTANTS = 256  # times at which runs are compared, so that a horizon is known to 1/256 of a run
-SAME_TIME = 1e-3  # s; a contact is late or early by more: steps of solvers are mostly longer
+SAME_TIME = 1e-3  # s; a contact off by more is late or early: most steps of solvers are longer
 
 
 @dataclass(frozen=True)
@@ -77,12 +77,12 @@ class Comparison:
 
     @property
     def shared(self) -> int:
-        """Count the contacts of the reference that the run shares, in order, before they part."""
+        """Count the contacts that both runs share, in order, before they diverge."""
         last = math.inf if self.divergence is None else self.divergence.t
         return sum(event.t < last for event in contacts(self.reference))
 
     def apart(self, times: Array) -> Array:
-        """Return the distance (T,) at ``times`` (s) of the ball that is farthest apart then (m)."""
+        """Return the largest distance (T,) (m) between a ball's two places at ``times`` (s)."""
         return longest(self.reference.at(times)[0] - self.run.at(times)[0])
 
 
@@ -97,15 +97,15 @@ def end_distances(run: Run, ends: Mapping[str, Point]) -> dict[str, float]:
 
 
 def contacts(run: Run) -> list[Event]:
-    """Return the events of a run that are contacts, or a ball that was pocketed."""
+    """Return the events of a run that are contacts, or in which a ball is pocketed."""
     return [event for event in run.events if event.is_contact or event.pocket is not None]
 
 
 def first_divergence(reference: Run, run: Run) -> Divergence | None:
     """Return the earliest contact that only one of two runs has.
 
-    A contact is the same in both runs if for each of its balls it is the same one in that ball's
-    own sequence. Contacts far apart on the table may swap their order in time without meaning.
+    Two runs share a contact if it has the same number in the sequence of contacts of each of its
+    balls. Contacts that have no ball in common may swap their order in time: they are still shared.
     """
     ours, theirs = _placed(reference), _placed(run)
     missed, extra = (
@@ -122,7 +122,7 @@ def first_divergence(reference: Run, run: Run) -> Divergence | None:
 
 
 def _what_became_of(event: Event, run: Run, instead: Event | None) -> Divergence:
-    """Tell what ``run`` did about a contact of the reference that it does not have in its place."""
+    """Tell if ``run`` misses this contact of the reference, or has it late, early or reordered."""
     same = [other.t for other in contacts(run) if _contact(other) == _contact(event)]
     came = min(same, key=lambda t: abs(t - event.t), default=None)
     what, at, kind = describe(event), f"{event.t:.4f} s", "reordered"
@@ -157,7 +157,7 @@ def _contact(event: Event) -> ContactKey:
 
 
 def _placed(run: Run) -> dict[Place, Event]:
-    """Return each contact of a run by it and, for each of its balls, the number it is of that."""
+    """Return the contacts of a run by what meets, and by their number in each ball's sequence."""
     so_far, placed = Counter[str](), {}
     for event in contacts(run):
         so_far.update(event.balls)
@@ -166,13 +166,13 @@ def _placed(run: Run) -> dict[Place, Event]:
 
 
 def contact_order(run: Run) -> tuple[tuple[int, ...], ...]:
-    """Return what each ball met, in order: the number of a ball, or as -1 - its number a wall.
+    """Return what each ball met, in order: the number of a ball, or -1 - the number of a wall.
 
     >>> from pool_pymunk import load, simulate
     >>> contact_order(simulate(load("report"), "Simulation 3"))[:2]
     ((-3,), ())
     """
-    cushions = len(run.scene.cushions)  # They come before pockets.
+    cushions = len(run.scene.cushions)  # Pockets are numbered after them.
     pockets = {hole.id: cushions + k for k, hole in enumerate(run.scene.pockets)}
     met: list[list[int]] = [[] for _ in run.scene.balls]
     for event in contacts(run):
@@ -190,9 +190,9 @@ def contact_order(run: Run) -> tuple[tuple[int, ...], ...]:
 class Reference(NamedTuple):
     """A reference is the run with which others are compared, as numba takes it.
 
-    Its balls are at ``path`` (T, N, 2) at the ``times`` (T,). A ball has left it that is more than
-    ``agree`` (m) off. Ball i has ``contacts[i]`` contacts; contact c is with ``other[i, c]``, a
-    ball or as -1 - its number a wall.
+    Its balls are at ``path`` (T, N, 2) at the ``times`` (T,). A ball leaves the reference where
+    it is more than ``agree`` (m) off. Ball i has ``contacts[i]`` contacts; contact c is with
+    ``other[i, c]``: the number of a ball, or -1 - the number of a wall.
     """
 
     times: Any
@@ -203,7 +203,7 @@ class Reference(NamedTuple):
 
 
 def reference_of(run: Run, agree: float) -> Reference:
-    """Return a run as others are compared with it, to ``agree`` (m)."""
+    """Return a run as the reference that others are compared with, to ``agree`` (m)."""
     times, met = np.linspace(0.0, run.duration, INSTANTS + 1), contact_order(run)
     counts = np.array([len(each) for each in met])
     rows = np.array(list(zip_longest(*met, fillvalue=0)), np.int64)
@@ -214,7 +214,7 @@ def reference_of(run: Run, agree: float) -> Reference:
 class Beside:
     """This watches shots, and compares each with the reference, which is made of ``run``.
 
-    ``departure`` (S, N) is when (s; inf: never) a ball left it, ``same`` (S,) who has its contacts.
+    ``departure`` (S, N) is when (s; inf: never) a ball leaves it; ``same`` (S,) if contacts agree.
     """
 
     replays = False
@@ -263,7 +263,7 @@ def compare(
 def leaves(
     rows: Any, first: int, last: int, duration: float, reference: Reference, i: int
 ) -> float:
-    """Return when (s; inf: never) ball ``i`` leaves it; its breakpoints end at ``last``."""
+    """Return when (s; inf: never) ball ``i`` leaves it, in the shot of ``rows[first:last]``."""
     k = first + i  # The first breakpoints are those of the start, one a ball.
     coming = k + 1
     for n in range(len(reference.times)):
@@ -289,7 +289,7 @@ def has_same_contacts(contacts: Any, reference: Reference, count: Any) -> bool:
     for c in range(len(contacts)):
         for side in range(2):
             i, j = contacts[c, side], contacts[c, 1 - side]
-            if i >= 0:  # Others are walls.
+            if i >= 0:  # Negative numbers are walls.
                 if count[i] >= reference.contacts[i] or reference.other[i, count[i]] != j:
                     return False
                 count[i] += 1

@@ -1,4 +1,4 @@
-"""This module linearises the contacts of a run, for what follows small changes through it."""
+"""This module linearises the contacts of a run, for studies that follow small changes."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def law_of(run: Run) -> Law:
     """Return the law of a run; raise SettingError for one that the run does not keep."""
     law = run.law_used or LAWS.get(run.law)
     if law is None:
-        message = "is a law of one's own, which a run that was loaded or copied does not keep"
+        message = "is a law of your own, and a run that was loaded or copied does not keep it"
         raise setting_error("law", run.law, message)
     return law
 
 
 class Contacts:
-    """These are what the contacts of a run depend on: its law, its walls and its balls."""
+    """This object has what the contacts of a run depend on: its law, its walls and its balls."""
 
     def __init__(self, run: Run) -> None:
         self.law, self.scene, self.walls = law_of(run), run.scene, run.scene.cushions
@@ -86,12 +86,12 @@ def through(
 ) -> list[Array]:
     """Return the changes (..., K, P) of the states of one or two balls after a contact.
 
-    ``motions`` are x, y, vx, vy, ax, ay before it, and where balls roll how fast their rolls
-    change. ``rates`` are the same after it, without the place. ``changes`` are those just before
-    it, which comes ``late`` (..., P); its normal turns by ``turned`` besides. ``answer`` makes of
-    the changes of the velocities' parts (..., 2 C, P) those after the contact. ``slow`` makes a new
-    change of the roll from the old one, the turning and the change of the push. Numbers are
-    scalars, or arrays (..., 1) for many contacts.
+    ``motions`` are x, y, vx, vy, ax, ay before it, and where balls roll the rates of their rolls.
+    ``rates`` are the same after it, without x and y. ``changes`` are those before it. The contact
+    comes ``late`` (..., P), and its normal turns further by ``turned``. ``answer`` takes the
+    changes (..., 2 C, P) of the velocities' parts before it, and returns those after it. ``slow``
+    takes the change of a roll, the turning and the change of the push, and returns the new change
+    of the roll. Numbers are scalars, or arrays (..., 1) for many contacts.
     """
     rows = [change.swapaxes(0, -2) for change in changes]
     moved = [at_contact(m[:6], own[:4], late) for m, own in zip(motions, rows, strict=True)]

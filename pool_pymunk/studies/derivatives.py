@@ -3,8 +3,8 @@
 Between contacts and through them everything is differentiable in closed form, so nothing is played
 again: the changes of the balls' states follow the run from event to event
 (:mod:`pool_pymunk.physics.saltation`), and contact times move with them. Shots that go on from the
-one before are followed through the whole chain: the changes of its ends are changes of the next
-start, and of where a shot goes that aims at a ball.
+one before are followed through the whole chain: the changes of one shot's ends are changes of the
+next start, and they turn a shot that aims at a ball.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
 
 
 def differentiated(run: Run, names: Names, inputs: VariedInputs) -> Derivatives:
-    """Differentiate the ends of an exact run by inputs that change its start as they say."""
+    """Differentiate the ends of an exact run by ``inputs``, which say how its start changes."""
     changes = Changes(run, inputs)
     changes.follow()
     final, velocity = changes.ends[:, :2], changes.ends[:, 2:4]
@@ -131,7 +131,7 @@ def follow(runs: Mapping[int, Run], names: Names) -> Iterator[tuple[int, Derivat
 
 
 class _Chained(VariedInputs):
-    """These inputs change a shot, and what it goes on from: the end of the shot ``before``."""
+    """These inputs change a shot and its start, which is the end of the shot ``before``."""
 
     def __init__(self, run: Run, names: Names, number: int, before: Derivatives | None) -> None:
         super().__init__(run, names)

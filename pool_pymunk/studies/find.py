@@ -30,25 +30,25 @@ Wanted = Callable[[Batch], Any]
 
 APART = 1 << 64  # is added to the seed for the random numbers of other inputs
 AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
-# These are efforts, and what tells shots apart; they were chosen, and decide no end.
-TALL = 60  # speeds of the first look; the other tries are angles,
-FURTHER = {"roll": 7, "x": 5, "y": 5}  # and these, where they are looked for
-# A shot is another one if it is three standard deviations away: by the player's errors, by this
-# share of the velocity for the roll if no error is given, and by this share of a radius for places.
+# These say how long the search is, and which shots differ; they were chosen, and change no run.
+TALL = 60  # speeds on the grid of the first look; the rest of the tries are angles,
+FURTHER = {"roll": 7, "x": 5, "y": 5}  # and these, if they have ranges
+# Shots differ if they are three standard deviations apart. These are the player's errors, this
+# share of the velocity for a roll without a given error, and this share of a radius for places.
 ROLL_ERROR, PLACE_ERROR = 0.05, 0.5
-CANDIDATES = 12  # places that are looked at closely, for each shot that is asked for
-STEPS, NARROWER = 4, 0.5  # moves to the middle of good tries, each drawn from a narrower range
-# Towards where balls shall end: steps, by the first of these shares of the whole distance that
-# brings them nearer by at least LEAST_GAIN.
+CANDIDATES = 12  # spots that are looked at closely, for each shot that is asked for
+STEPS, NARROWER = 4, 0.5  # moves to the middle of good tries; each range is narrower by this factor
+# The search takes at most MOST_STEPS steps towards where balls shall end. Each takes the first of
+# these shares of the whole step that reduces the distance by at least the share LEAST_GAIN.
 MOST_STEPS, SIZES, LEAST_GAIN = 20, (1.0, 0.5, 0.25, 0.1, 0.03, 0.01), 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A found shot does what is asked for, and so do a ``share`` of its tries by the stated player.
+    """A found shot does what is asked for, as do a ``share`` of tries with the player's errors.
 
-    ``angle`` (degrees) and ``speed`` (m/s) are those of ``shot``; ``run`` is how the exact solver
-    plays it. ``off`` (m) is how far the balls end from where they were to end (root of squares).
+    ``angle`` (degrees) and ``speed`` (m/s) are those of ``shot``; ``run`` is its exact run.
+    ``off`` (m) is the root of the sum of the squared distances of balls from where they shall end.
     """
 
     shot: Shot
@@ -89,19 +89,19 @@ def find(
 
     ``wanted(batch)`` takes a :class:`~pool_pymunk.Batch` and returns which of its shots do it, a
     Boolean array (S,). The ball that ``shot`` strikes is struck at angles (degrees, from +x) within
-    ``angle``, speeds (m/s) within ``speed`` (default: a quarter of the shot's to one and a half of
-    it) and rolls (shares of the velocity) within ``roll`` (default: the shot's). ``place`` has the
-    ranges of x and y (m) in which the ball may be put before (default: it lies where it lies).
-    ``tries`` shots on a grid are looked at first. The player's errors are normal, with the standard
+    ``angle``, speeds (m/s) within ``speed`` (default: 0.25 to 1.5 times the shot's) and rolls
+    (shares of the velocity) within ``roll`` (default: the shot's). ``place`` has the ranges of x
+    and y (m) in which the ball may be put before (default: it stays where it lies).
+    ``tries`` shots on a grid are played first. The player's errors are normal, with the standard
     deviations ``angle_error`` (degrees) and ``speed_error`` (m/s); ``errors`` has those of further
     inputs (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of success is
     measured by ``samples`` tries. The ``best`` shots are returned, no two of them within three
     standard deviations of each other; the list is empty if no try did it. All runs are exact.
 
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then moved to where
-    the squares of the distances from them are least (Gauss-Newton), as long as it does what is
-    asked for, and the nearest shots come first. ``law`` is that of every contact (default: the
-    scene's). Raises SettingError, which names the argument.
+    the sum of the squared distances is least (Gauss-Newton), as long as it does what is asked for,
+    and the nearest shots come first. ``law`` is that of every contact (default: the scene's).
+    Raises SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -189,7 +189,7 @@ class _ShotSearch:
         return np.array([shot.angle, shot.speed, shot.roll, *(shot.place or self.own)])
 
     def within(self, spot: Array) -> Array:
-        """Return a spot within the ranges; a range of 360 degrees is periodic."""
+        """Return a spot moved into the ranges; a range of 360 degrees is periodic."""
         spot, low = spot.copy(), self.low[0]
         if self.high[0] - low >= 360.0:
             spot[0] = low + (spot[0] - low) % 360.0
@@ -215,7 +215,7 @@ class _ShotSearch:
         return simulate_many(self.scene, *begun, vary=vary, roll=rolls, law=self.law), has_room
 
     def does(self, tries: Array) -> Mask:
-        """Tell which of these tries (S, 5 + P) do what is asked; a part at once is in memory."""
+        """Tell which of these tries (S, 5 + P) do what is asked, AT_ONCE of them at a time."""
         found = []
         for k in range(0, len(tries), AT_ONCE):
             batch, has_room = self.play(tries[k : k + AT_ONCE])
@@ -318,7 +318,7 @@ class _ShotSearch:
 
 
 def _smoothed(values: Array, step: float, width: float, axis: int) -> Array:
-    """Return values on a grid of this step, each the mean of those around it, by a normal law."""
+    """Return values on a grid of this step, each a mean of its neighbours with normal weights."""
     far = min(int(3.0 * width / step), (values.shape[axis] - 1) // 2)
     if far == 0:
         return values

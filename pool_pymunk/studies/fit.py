@@ -1,8 +1,8 @@
 """This study fits numbers of a scene to where balls were measured, and says how sure they are.
 
-It is least squares with a robust loss (Cauchy's, of SciPy), with the exact derivatives of the runs.
-Runs are smooth in their numbers only as long as contacts come in the same order, so there are jumps
-and many minima: the search starts from the scene's own numbers, and from the best of many others.
+The fit is least squares with a robust loss (Cauchy's, of SciPy) and exact derivatives of the runs.
+Ends depend smoothly on the numbers only as long as contacts come in the same order, so the loss has
+jumps and many minima. The search starts from the scene's own numbers and the best of many others.
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.fit_doubts import CAUCHY, SAME, Optimum, doubts, loss, scipy
 from pool_pymunk.studies.measured import Forecast, Measurement, read_measured
 
-# These are efforts, chosen so that the fits of tests/test_fit.py find their minima.
-MORE = 6  # rounds of further starts, where what remains is implausible
+# These limits were chosen so that the fits of tests/test_fit.py find their minima.
+MORE = 6  # rounds of further starts, where the residuals are implausible
 CLOSE = 0.15  # Every second round looks within this share of the ranges, around the best numbers.
-LOOKS, MOST_LOOKS = 64, 400  # tries of a look: for each number that is free, and in all
+LOOKS, MOST_LOOKS = 64, 400  # tries of a look: for each free number, and at most
 STEPS = 60  # evaluations of one search
-ROUNDS, FIRST_ROUNDS = 20, 3  # new estimates of the scale of the errors, and in a first search
+ROUNDS, FIRST_ROUNDS = 20, 3  # new estimates of the scale, in the last and in a first search
 SETTLED = 1e-3  # The scale is found when it changes by less than this share.
 COLUMNS = ("shot", "ball", "t", "x", "y", "x_fitted", "y_fitted", "off", "off_before", "used")
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fit has numbers of a scene that lead closest to what was measured, and how sure they are.
+    """A fit has the numbers that bring a scene closest to what was measured, and their errors.
 
     ``scene`` has the fitted numbers, and ``before`` is the one that was given. ``values`` and
     ``standard_errors`` are by the inputs' names, in SI, angles in degrees; ``correlations`` is
     (P, P) in their order. What the data cannot tell has the standard error nan. ``residuals``
     (M, 2) are ``measured`` less fitted places (m), ``residuals_before`` those of the scene that was
-    given, and ``used`` (M,) tells which were fitted to. ``sigma`` (m) is the standard deviation of
-    one measured coordinate: estimated or stated, nan where nothing tells it. ``warnings`` say what
+    given, and ``used`` (M,) tells which places were fitted. ``sigma`` (m) is the standard deviation
+    of one measured coordinate: estimated or stated, nan where it is unknown. ``warnings`` say what
     the data cannot tell, and what is to be doubted.
     """
 
@@ -91,7 +91,7 @@ class Fit:
         return abs(value - self.values[name]) / self.standard_errors[name]
 
     def as_dict(self) -> dict[str, object]:
-        """Return the fit as in the JSON of ``fit --json``, in SI; null is what is not known."""
+        """Return the fit as in the JSON of ``fit --json``, in SI; null stands for unknown."""
         return {
             "values": dict(self.values),
             "before": {name: inputs.input_value(self.before, name) for name in self.values},
@@ -106,7 +106,7 @@ class Fit:
 
 
 def _with_error(value: float, error: float) -> str:
-    """Write a value with its standard error, with the digits that this leaves.
+    """Write a value with its standard error, both to the second digit of the error.
 
     >>> _with_error(0.70012, 0.00031), _with_error(0.5, math.nan), _with_error(12.0, 3.0)
     ('0.70012 ± 0.00031', '0.5 (unknown)', '12.0 ± 3.0')
@@ -148,10 +148,10 @@ def fit(
 ) -> Fit:
     """Fit numbers of a scene to where its balls were measured.
 
-    ``measured`` is a CSV file with the columns shot, ball, x, y and optionally t (s); lengths are
-    in the scenario's unit, without a time it is the end that was measured, and a shot goes by
-    number or name. Or it is "published", the ends that the scenario has, or rows (shot, ball, x, y)
-    or (shot, ball, x, y, t) in SI. ``free`` are the names of inputs as in
+    ``measured`` is a CSV file with the columns shot (number or name), ball, x, y and optionally t
+    (s). Its lengths are in the scenario's unit, and places without a time are ends. Otherwise it is
+    "published" (the ends that the scenario has), or it is rows (shot, ball, x, y) or
+    (shot, ball, x, y, t) in SI. ``free`` are the names of inputs as in
     :class:`~pool_pymunk.Derivatives`, with "speed.2" for that of the second shot, or groups of
     them: "restitution", "friction", "position", "mass", "radius", "speed", "angle", "roll",
     "velocity" (of balls that no shot strikes). ``error`` (m) is the standard deviation of one
@@ -159,9 +159,8 @@ def fit(
     harm. The search starts from the scene's own numbers and from ``starts`` - 1 others, the best of
     a first look with the random numbers of ``seed``. ``law`` is that of every contact (default: the
     scene's). All runs are exact. ``on_done(done, planned)`` is called after each try of a look and
-    each search, which counts as 60 tries; more is planned where what remains is implausible.
-    Raises SceneError or SettingError, one line a problem, and
-    ImportError without SciPy.
+    each search, which counts as 60 tries; more is planned where the residuals are implausible.
+    Raises SceneError or SettingError, one line a problem, and ImportError without SciPy.
 
     >>> from pool_pymunk import load, simulate
     >>> table = load("report")
@@ -262,9 +261,9 @@ class _Minimizer:
         )  # fmt: skip
 
     def _best_of(self, starts: Sequence[Array], known: Sequence[Optimum] = ()) -> Optimum:
-        """Search from these starts, and go down from the best, also of those that are known.
+        """Search from these starts, and refine the best of their optima and the ``known`` ones.
 
-        That is done again until the places that have derivatives are the same ones.
+        The refinement is repeated until the same places have derivatives as before.
         """
         found = [*known]
         self.planned += STEPS * (len(starts) + 1)
@@ -300,7 +299,7 @@ class _Minimizer:
         return found
 
     def _look(self, k: int, count: int, best: Optimum | None = None) -> list[Array]:
-        """Return the best numbers of look ``k`` at many; every second look stays near the best."""
+        """Return the best of the tries of look ``k``; every second look stays near ``best``."""
         low, high = np.array([_span(self.forecast.scene, name) for name in self.names]).T
         if best is not None and k % 2 == 1:
             close = CLOSE * (high - low) * 0.5 ** (k // 2)
@@ -321,16 +320,16 @@ class _Minimizer:
         return [tries[k] for k in order if math.isfinite(costs[k])]
 
     def _at(self, values: Array, last: float | None = None) -> Optimum:
-        """Return a state whose scale follows the residuals and the last scale, if there is one.
+        """Return the optimum at these values; its scale follows the residuals and ``last``, if any.
 
-        A stated error is the least scale: with a smaller one all places would seem blunders.
+        A stated error is the least scale: with a smaller scale all places would seem blunders.
         """
         here = Optimum(self.forecast, values, self.used, 1.0)
         here.sigma = max(here.scale(last), self.error or 0.0)
         return here
 
     def _refined(self, start: Array, rounds: int = ROUNDS) -> Optimum:
-        """Go down from a start, with a scale of the errors that follows the residuals."""
+        """Minimize the loss from a start, and estimate the errors' scale anew after each round."""
         best = self._at(np.clip(start, self.low, self.high))
         for _ in range(rounds if self.names else 0):
             last = best.sigma
@@ -350,7 +349,7 @@ class _Minimizer:
         return np.asarray(found.x)
 
     def _nearest(self, best: Optimum) -> Optimum:
-        """Return which of the equally good numbers lie nearest to the scene's own."""
+        """Return, of the equally good numbers, those nearest to the scene's own."""
         for k in np.flatnonzero(np.diagonal(best.blind) > 1.0 - SAME):
             values = best.values.copy()
             values[k] = self.own[k]
@@ -368,6 +367,6 @@ class _Minimizer:
         return now <= loss(best.residuals[self.used], best.sigma) + SETTLED
 
     def _judged(self, best: Optimum) -> Optimum:
-        """Return where a search has come to as its doubts take it; a stated error is the scale."""
+        """Return the optimum for ``doubts``: with the stated error, or else with its own scale."""
         sigma = self.error or best.sigma
         return Optimum(self.forecast, best.values, best.used, sigma, self.error is not None)

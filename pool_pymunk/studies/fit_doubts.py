@@ -22,23 +22,23 @@ from pool_pymunk.results.words import counted
 from pool_pymunk.studies import Mask
 from pool_pymunk.studies.measured import Forecast
 
-# Cauchy's loss with this constant is 95 % as good as plain least squares where errors are normal.
+# Cauchy's loss with this constant has 95 % of the efficiency of least squares for normal errors.
 # The other three are the means of psi^2, psi' and psi/x of a standard normal x, with
 # psi = x / (1 + (x / CAUCHY)^2).
 CAUCHY = 2.385
 PSI_SQUARED, PSI_SLOPE, WEIGHT = 0.51195288, 0.69739269, 0.87739713
 MEDIAN = 0.6744898  # the median size of a standard normal number
-ROUNDS, SETTLED = 200, 1e-6  # tries of a scale in its own equation, until it changes by this share
-RARE = 1e-3  # Normal errors leave more than the largest excess once in a thousand times.
-EXACT = 1e-12  # m; errors are never taken for smaller: some thousand units of rounding of a table
+ROUNDS, SETTLED = 200, 1e-6  # iterations of a scale, until it changes by no more than this share
+RARE = 1e-3  # Normal errors exceed the largest excess once in a thousand times.
+EXACT = 1e-12  # m; the scale of errors is never less: some thousand units of rounding of a table
 NOTHING = 1e-13  # of the largest derivative; what is smaller is rounding, some hundred units
-SAME = 1e-7  # of the strongest direction; the root of rounding, as in squares of derivatives
+SAME = 1e-7  # of the strongest direction: some roots of rounding, because derivatives are squared
 
 # These limits decide only what is said of a fit. They were chosen.
 FAR = 5.0  # sigma; a normal number is farther off once in two million times
 ALIKE = 0.99  # the correlation above which numbers are distinguished badly
-UPHILL = 0.5  # standard errors that a fit may still go downhill
-BENT = 0.5  # of what the derivatives say; places that are farther from there show a bend
+UPHILL = 0.5  # standard errors; a fit whose next step would be longer is not at a minimum
+BENT = 0.5  # of the predicted change; where places miss it by more, the derivatives mislead
 # of the smallest radius: a picture in which a ball is twenty pixels wide shows its centre to a
 # pixel, so errors of measurement are smaller.
 COARSE = 0.1
@@ -54,7 +54,7 @@ def scipy(part: str) -> Any:
 
 
 def weights(residuals: Array, scale: float) -> Array:
-    """Return psi(r) / r: 1 for what is near, and almost 0 for a blunder."""
+    """Return psi(r) / r: about 1 for a small residual, and almost 0 for a blunder."""
     return np.asarray(1.0 / (1.0 + (residuals / (CAUCHY * scale)) ** 2))
 
 
@@ -80,8 +80,8 @@ def robust_scale(residuals: Array, scale: float, free: int) -> float | None:
 def covariances(jacobian: Array, residuals: Array, scale: float) -> Array:
     """Return the covariances (P, P) of fitted numbers; nan for those that the data do not tell.
 
-    They are sigma^2 (J^T W J)^-1 with Cauchy's weights, and with what the robust loss costs where
-    errors are normal (P. J. Huber, Robust Statistics, 1981, chapter 7).
+    They are sigma^2 (J^T W J)^-1 with Cauchy's weights, times the factor by which the robust loss
+    raises them for normal errors (P. J. Huber, Robust Statistics, 1981, chapter 7).
     """
     scaled, strength = _of_equal_length(jacobian)
     weight = weights(residuals, scale) / WEIGHT
@@ -94,7 +94,7 @@ def covariances(jacobian: Array, residuals: Array, scale: float) -> Array:
 
 
 def excess(residuals: Array, sigma: float, free: int) -> float:
-    """Return the root mean square of what remains, in ``sigma`` (m); 0 if nothing is spare."""
+    """Return the root mean square residual in units of ``sigma`` (m); 0 if no data are spare."""
     spare = len(residuals) - free
     return math.sqrt(float(((residuals / sigma) ** 2).sum()) / spare) if spare > 0 else 0.0
 
@@ -105,7 +105,7 @@ def largest_excess(spare: int) -> float:
 
 
 def blind_part(jacobian: Array) -> Array:
-    """Return the matrix (P, P) that keeps of a change only what nothing measured notices.
+    """Return the projection (P, P) onto the changes that move no measured place.
 
     >>> blind_part(np.array([[1.0, 0.0], [2.0, 0.0]])).round(6).tolist()
     [[0.0, 0.0], [0.0, 1.0]]
@@ -121,7 +121,7 @@ def blind_part(jacobian: Array) -> Array:
 
 
 def _of_equal_length(jacobian: Array) -> tuple[Array, Array]:
-    """Return a matrix with its columns divided by their lengths, and these; 1 stands for 0."""
+    """Return a matrix with its columns divided by their lengths, and these (1 instead of 0)."""
     lengths = np.sqrt((jacobian**2).sum(axis=0))
     lengths[lengths == 0.0] = 1.0
     return jacobian / lengths, lengths
@@ -131,11 +131,11 @@ class Optimum:
     """An optimum is where a fit of ``used`` (M,) places ends; ``sigma`` (m) is their error.
 
     ``residuals`` (M, 2) are measured less fitted places (m), and ``off`` (2 U,) those that are
-    used. ``jacobian`` (2 U, P) are their derivatives, 0 where there is none, and ``scaled`` those
-    by the numbers in units of their scales. Of a change of these ``blind`` (P, P) keeps what
-    nothing measured notices. ``depends`` (2 U,) says which data depend on a free number by more
-    than rounding; they determine ``rank`` numbers, and ``spare`` of them are left over.
-    ``knows_sigma`` says whether the error is stated or can be estimated.
+    used. ``jacobian`` (2 U, P) are the derivatives of the fitted places, 0 where there is none, and
+    ``scaled`` those by the numbers in units of ``Forecast.sizes``. ``blind`` (P, P) projects their
+    changes onto those that move no measured place. ``depends`` (2 U,) says which data depend on a
+    free number by more than rounding; they determine ``rank`` numbers, and ``spare`` of them are
+    left over. ``knows_sigma`` says whether the error is stated or can be estimated.
     """
 
     def __init__(
@@ -155,18 +155,18 @@ class Optimum:
         self.knows_sigma = stated or self.spare > 0
 
     def scale(self, last: float | None) -> float:
-        """Estimate the errors' standard deviation (m), by what depends on what is free, if any."""
+        """Estimate the errors' scale (m) from data that depend on a free number, if one is free."""
         off = self.off[self.depends] if len(self.values) else self.off
         if last and (robust := robust_scale(off, last, self.rank)):
             return robust
         count, spare = len(off), len(off) - self.rank
-        if spare > 0:  # It is that of the median.
+        if spare > 0:  # the scale by the median
             return max(float(np.median(np.abs(off))) / MEDIAN * math.sqrt(count / spare), EXACT)
         return max(math.sqrt(float((off**2).mean())) if count else 0.0, EXACT)
 
     @property
     def excess(self) -> float:
-        """The root mean square of what remains, blunders and all, in sigmas."""
+        """The root mean square residual, blunders included, in units of sigma."""
         return excess(self.off[self.depends], self.sigma, self.rank)
 
     @property
@@ -177,7 +177,7 @@ class Optimum:
 
     @property
     def is_plausible(self) -> bool:
-        """Tell whether errors of measurement may explain what remains."""
+        """Tell whether errors of measurement may explain the residuals."""
         if self.spare <= 0 or np.abs(self.off).max(initial=0.0) <= ROUNDING:
             return True
         return self.excess <= largest_excess(self.spare) and not self.is_coarse
@@ -289,7 +289,7 @@ def _loose(found: Optimum) -> Iterator[str]:
 
 
 def _bent(found: Optimum) -> Iterator[str]:
-    """Doubt errors within which places do not go where the derivatives say."""
+    """Doubt standard errors within which places do not move as the derivatives say."""
     forecast, weight = found.forecast, np.sqrt(weights(found.off, found.sigma))
     for k in np.flatnonzero(found.errors > 0.0):
         for side in (-2.0, 2.0):
@@ -308,7 +308,7 @@ def _bent(found: Optimum) -> Iterator[str]:
 
 
 def _implausible(found: Optimum) -> Iterator[str]:
-    """Doubt places that are far off, and a fit that leaves more than errors of measurement do."""
+    """Doubt places that are far off, and residuals too large for errors of measurement."""
     far = (np.abs(found.residuals).max(axis=1) > max(FAR * found.sigma, ROUNDING)) & found.used
     if far.any() and found.knows_sigma:
         yield (
@@ -319,7 +319,7 @@ def _implausible(found: Optimum) -> Iterator[str]:
         return
     if found.stated:
         yield (
-            f"what remains is {found.excess:.2g} times the stated error: the scene does not do "
+            f"the residuals are {found.excess:.2g} times the stated error: the scene does not do "
             "what the table did, or the fit has ended in a wrong minimum; try more starts"
         )
     elif found.is_coarse:

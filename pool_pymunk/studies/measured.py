@@ -1,4 +1,4 @@
-"""This module reads where balls were measured, and predicts it from the numbers of a scene.
+"""This module reads measured places of balls, and predicts them from the numbers of a scene.
 
 Measured places are in a CSV file, in rows, or they are a scenario's published ends.
 """
@@ -53,8 +53,8 @@ def read_measured(measured: object, scene: Scene) -> tuple[Measurement, ...]:
     """Return measurements from a CSV file, from "published" ends, or from rows.
 
     A file has the columns shot, ball, x, y and optionally t (s); lengths are in the scenario's
-    unit. Shots go by number from 1, or by name. Rows of Python, (shot, ball, x, y) or with t
-    behind, are in SI. Raises SceneError with all that is wrong, one line a problem.
+    unit. Shots go by number from 1, or by name. Rows of Python, (shot, ball, x, y) or
+    (shot, ball, x, y, t), are in SI. Raises SceneError with all that is wrong, one line a problem.
 
     >>> from pool_pymunk import load
     >>> read_measured([("Simulation 2", "C", 0.06, 0.63)], load("report"))
@@ -86,7 +86,7 @@ def _refuse(value: object, message: str, where: str = "measured") -> NoReturn:
 def _rows(measured: Iterable[Any]) -> Iterator[Row]:
     for k, one in enumerate(measured):
         if not is_row(one) or not 4 <= len(one) <= 5:
-            _refuse(one, "must be (shot, ball, x, y) or with t behind", f"measured[{k}]")
+            _refuse(one, "must be (shot, ball, x, y) or (shot, ball, x, y, t)", f"measured[{k}]")
         yield f"measured[{k}].", dict(zip(COLUMNS, one, strict=False))
 
 
@@ -172,7 +172,7 @@ class _Reader:
         return t
 
     def _on_table(self, of: str, x: float, y: float) -> None:
-        """Refuse what is far off the table: the unit, or a digit, is wrong."""
+        """Refuse a place far off the table, because its unit or a digit is wrong."""
         table = self.scene.table
         x0, y0, x1, y1 = table.bounds if table else (-math.inf, -math.inf, math.inf, math.inf)
         slack = 2.0 * max(ball.radius for ball in self.scene.balls)
@@ -186,7 +186,7 @@ class _Reader:
 class Forecast:
     """A forecast knows the scene, what is varied, and what was measured.
 
-    Of numbers ``values`` (P,) it tells the residuals (M, 2) in m, measured less predicted, and the
+    For numbers ``values`` (P,) it gives the residuals (M, 2) in m, measured less predicted, and the
     derivatives (M, 2, P) of the predicted places. ``own`` (P,) are the scene's numbers, ``low`` and
     ``high`` their bounds, and ``sizes`` (P,) the changes that matter.
     """
@@ -217,7 +217,7 @@ class Forecast:
         return with_inputs(self.scene, dict(zip(self.names, values, strict=True)))
 
     def runs(self, values: Array) -> Runs | None:
-        """Play all shots that count; None if these numbers make no scene, or no end."""
+        """Play all shots that are needed; None if the scene is not valid, or a run has no end."""
         return self._played(tuple(values.tolist()))
 
     def _play(self, values: tuple[float, ...]) -> Runs | None:
@@ -267,7 +267,7 @@ class Forecast:
 
 
 def _size(scene: Scene, name: str) -> float:
-    """Return the size of a change of an input that matters: its scale in a search."""
+    """Return how large a change of an input matters, which is its scale in a search."""
     kind, whose = parts(name)
     row = TABLE[kind]
     if kind == "friction.rolling":

@@ -2,8 +2,8 @@
 
 Every path and every contact makes errors of a few units of rounding: of the place, of the time of
 the contact, of the normal, of the new velocities. The saltation matrices of
-:mod:`pool_pymunk.physics.saltation` carry ``COLUMNS`` draws of random signs through the run. The
-matrices do not depend on the errors, so those of many events are worked out at once.
+:mod:`pool_pymunk.physics.saltation` carry them through the run, in ``COLUMNS`` draws of random
+signs. The matrices do not depend on the errors, so those of many events are worked out at once.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from pool_pymunk.studies.contacts import Contacts, through
 # A sum or a product errs by up to half a spacing; this is the root mean square, as a share.
 UNIT = EPSILON / 2.0 / math.sqrt(3.0)
 COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
-# Like contacts err alike: a ball between two cushions adds the same interval to the time again and
-# again, rounded alike. SURE times this share of UNIT is half a spacing.
+# Contacts of one kind err alike: a ball between two cushions adds the same interval to the time
+# again and again, with the same rounding. SURE times this share of UNIT is half a spacing.
 ALIKE = 0.43
 # SURE times this is twice the spacings by which time_of_contact shrinks corners.
 CORNER = 4.0 * EPSILON
@@ -39,7 +39,7 @@ TURNED = 0.5  # rad; where a normal may have turned this far, the first order sa
 
 
 class Unfollowed(Exception):
-    """Errors cannot be followed; their size is inf (other contacts may come), or nan."""
+    """This says that errors cannot be followed: they are inf (other contacts may come), or nan."""
 
 
 class Step(NamedTuple):
@@ -56,8 +56,8 @@ class Leap(NamedTuple):
     They become ``matrix`` @ errors + ``own``. At a contact the gap is wrong by ``guard`` @ errors,
     the contact is late by that over ``closing`` (m/s), and ``late`` (K C,) is a delay's effect. The
     normal turns by ``curvature`` (1/m) times the error along the tangent: ``along`` @ errors at the
-    time of the contact, and ``slip`` (m/s) times the delay. A ball that a pocket takes in misses it
-    if it passes ``within`` (m) farther to the side; it is ``along`` @ errors off to that side.
+    time of the contact, and ``slip`` (m/s) times the delay. A pocketed ball would have missed its
+    pocket ``within`` (m) farther to the side, and ``along`` @ errors is its error to that side.
     """
 
     matrix: Array
@@ -75,8 +75,8 @@ class Leap(NamedTuple):
 def rounding(run: Run) -> float:
     """Return how far (m) rounding may have moved the ends, to first order.
 
-    The answer is ``SURE`` times the root mean square of what the draws do to the farthest ball: inf
-    where errors grow until other contacts may come, and nan where the run has no derivative.
+    The answer is ``SURE`` times the largest root mean square move of a ball over the draws. It is
+    inf where errors grow until other contacts may come, and nan where the run has no derivative.
     """
     if not find_solver(run.solver).exact:
         return math.nan
@@ -129,9 +129,9 @@ class Errors:
     # -- steps -------------------------------------------------------------------------------------
 
     def _steps(self) -> tuple[list[Step], bool]:
-        """Return the steps of the run, and whether they are all; move ``at`` to the last ones.
+        """Return the steps of a run, and whether they reach its end; move ``at`` to the last ones.
 
-        They end where contacts of one instant share a ball, or where a policy answers a contact.
+        They stop where contacts of one instant share a ball, or where a policy answers a contact.
         """
         times, index, steps = self.breakpoints[:, 0].tolist(), self.scene.index, list[Step]()
         at_rest: list[bool] = np.all(self.breakpoints[:, 3:7] == 0.0, axis=1).tolist()
@@ -176,7 +176,7 @@ class Errors:
             now[balls,] = after.reshape(-1, self.size, COLUMNS)
 
     def _check(self, leap: Leap, before: Array, after: Array) -> None:
-        """Correct the errors after a graze: those before it change its closing speed.
+        """Correct the errors after a graze, because the errors before it change its closing speed.
 
         A gap g changes a closing speed c, at the slip s and the curvature k, to the root of
         c^2 +- 2 s^2 k g. It therefore changes c by s^2 k g / c, but by no more than s sqrt(2 k g).
@@ -200,7 +200,7 @@ class Errors:
     # -- leaps -------------------------------------------------------------------------------------
 
     def _stops(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return how errors of places go on to where balls rest; those of velocities end."""
+        """Return the leaps to where balls rest: errors of places stay, those of velocities end."""
         rows = np.array([step.rows[0] for step in steps])
         state, by_state = self._slide(rows, self.until[rows])
         by_state[:, 2:] = 0.0
@@ -209,7 +209,7 @@ class Errors:
         return list(map(Leap, by_state, own))
 
     def _rolls(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return how errors go on to where balls begin to roll; errors of slips delay that.
+        """Return the leaps to where balls begin to roll; errors of slips delay that.
 
         The time errs by a unit of itself, and by three of how long the ball slid.
         """
@@ -226,7 +226,7 @@ class Errors:
         return list(map(Leap, matrix, own))
 
     def _falls(self, steps: Sequence[Step]) -> list[Leap]:
-        """Return the leaps of balls into pockets, where errors end; one at the rim may not fall."""
+        """Return the leaps of balls into pockets, where errors end; a ball at the rim may miss."""
         rows = np.array([step.rows[0] for step in steps])
         states, path = self._slide(rows, self.until[rows])
         none, own, leaps = np.zeros((self.size, self.size)), np.zeros((self.size, COLUMNS)), []
@@ -324,9 +324,9 @@ class Errors:
     def _laws(
         self, steps: Sequence[Step], before: Array, after: Array
     ) -> tuple[Array, Array, Mask]:
-        """Return a law's derivatives (K, 2 C, 2 C), how far the run is off, and which are known.
+        """Return a law's derivatives (K, 2 C, 2 C), how far runs are off it, and which are known.
 
-        Those where the law jumps, or a policy answered, are unknown.
+        Derivatives are unknown where the law jumps, or where a policy answered.
         """
         count, many, _ = before.shape
         fastest = np.abs(before).max(axis=(1, 2))
@@ -364,7 +364,7 @@ class Errors:
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
     def _moved(self, rows: Array, at: Array) -> Array:
-        """Return how far (..., 2) in m, balls move on paths, which draw may turn back."""
+        """Return how far (..., 2) (m) balls move along paths, even if draw turns them back."""
         start = self.breakpoints[rows]
         if self.size == 4:
             return np.asarray(np.abs(at - start[..., 1:3]))
@@ -440,7 +440,7 @@ class Errors:
         return own.reshape(count, self.size * many, COLUMNS)
 
     def _signs(self, source: int, places: Array, *shape: int) -> Array:
-        """Return random signs (K, *shape, COLUMNS), plus a share of signs that each place keeps."""
+        """Return random signs (K, *shape, COLUMNS), plus ALIKE times those that a place keeps."""
         signs = self._random(len(places), *shape)
         kept = self.alike[source, places, : math.prod(shape)]
         return np.asarray(signs + ALIKE * kept.reshape(signs.shape))

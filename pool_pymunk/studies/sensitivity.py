@@ -1,10 +1,10 @@
 """This study plays many runs from slightly different starts, and measures how far ends spread.
 
-The exact solver plays every draw, so the spread comes from the scene alone. For small errors
-derivatives say the same at once: for errors drawn uniformly within +-h the covariance of the ends
-is D diag(h^2 / 3) D^T. Larger errors put contacts in another order; a few samples find out where
-that begins. A shot aims at where its ball is in each sample, and one that goes on from another
-starts where that one ends, played from the same sample.
+The exact solver plays every draw, so the spread comes from the scene alone. For small errors the
+derivatives D give the same without samples: if errors are uniform within +-h, the covariance of the
+ends is D diag(h^2 / 3) D^T. Larger errors put contacts in another order; a few samples find out
+where that begins. In each sample a shot aims at where its target lies, and a shot that goes on from
+another one starts where that one ends.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of,
 
 MAX_TIME = STATUSES.index("max_time")
 PRINTED_DECIMALS = 2  # the decimals of a printed end, in the scenario's unit of length
-# The linear answer holds where this share of TRIED samples ends within a tenth (OFF) of it.
+# The linear answer holds if the share MOST of TRIED samples ends within a tenth (OFF) of it.
 OFF, MOST, TRIED = 0.1, 0.95, 500
-NARROWEST, WIDEST = 2.0**-40, 2.0**6  # widths that are tried, in those of the uncertainty
+NARROWEST, WIDEST = 2.0**-40, 2.0**6  # times the uncertainty: the widths that are tried
 
 
 @dataclass(frozen=True)
@@ -52,10 +52,9 @@ class Spread:
     ``end`` is where the reference run ends. ``std`` are the standard deviations along x and y, and
     ``deviation`` is the larger one. 95 % of the ends lie between ``low`` and ``high`` along each.
     ``amplification`` is ``deviation`` over that of the starts (their root mean square over balls),
-    None where no start is moved, or something else, too. ``horizon`` (s, to 1/256 of the run; inf:
-    never) is when half of the runs have left the reference run by more than
-    ``Sensitivity.agree``. ``pocketed`` has the share of samples that end with the ball in a pocket,
-    by the ids of the pockets that have it at all.
+    None unless only starts are uncertain. ``horizon`` (s, to 1/256 of the run; inf: never) is when
+    half of the runs have left the reference run by more than ``Sensitivity.agree``. ``pocketed``
+    has the share of samples that end with the ball in a pocket, by the ids of those pockets.
     """
 
     ball: str
@@ -83,7 +82,7 @@ COLUMNS = (
 
 
 def write_csv(found: Sequence[Sensitivity], path: Path) -> None:
-    """Write one row a shot and ball, in SI; leave out amplifications and horizons not known."""
+    """Write one row a shot and ball, in SI; unknown amplifications and horizons are empty."""
     write_rows(path, COLUMNS, (
         (one.reference.name, ball.ball, *ball.start, *ball.end, *ball.std, *ball.low, *ball.high,
          ball.amplification, known(ball.horizon), one.samples, one.seed,
@@ -218,8 +217,8 @@ class Sensitivity:
 class Study:
     """A study plays samples of a ``chain`` of shots, and compares them with the reference run.
 
-    ``widths`` are half those of the ranges of uncertain inputs, by names such as "turn.2", and
-    ``places`` those of the balls as the first shot of the chain begins (m).
+    ``widths`` are half the ranges of uncertain inputs, by names such as "turn.2", and ``places``
+    (m) are those of the balls as the first shot of the chain begins.
     """
 
     chain: tuple[Shot | None, ...]
@@ -300,7 +299,7 @@ class Study:
     def _struck(
         self, k: int, shot: Shot, there: Array, errors: Mapping[str, Array]
     ) -> tuple[Array, dict[str, Any], Mask]:
-        """Return the ball's velocities (S, 2), its other inputs, and where its aim is gone."""
+        """Return the ball's velocities (S, 2), its other inputs, and where (S,) its aim is off."""
         own = launched(self.reference.scene, shot, there)
         is_off = np.isnan(there[:, self.reference.scene.index[shot.ball]]).any(axis=-1)
         is_lost = np.isnan(own).any(axis=-1) & ~is_off
@@ -390,7 +389,7 @@ def by_causes(
     """Play the samples of a sensitivity again with each cause alone, by the names of the causes.
 
     The causes are "starts", "speed", "angle", and further inputs
-    (:meth:`~pool_pymunk.Uncertainty.causes`). Where there is one alone, nothing is played.
+    (:meth:`~pool_pymunk.Uncertainty.causes`). If there is only one, nothing is played.
 
     >>> from pool_pymunk import load
     >>> errors = Uncertainty(0.005 * 0.0254, angle=0.001)
@@ -515,7 +514,7 @@ def _holds(study: Study, scale: float, by_errors: Array, seed: int) -> bool:
 
 
 def ellipse(covariance: Array, share: float = MOST, points: int = 100) -> Array:
-    """Return the outline (points, 2) that a normal distribution has this share within.
+    """Return the outline (points, 2) within which this share of a normal distribution lies.
 
     >>> outline = ellipse(np.diag([4.0, 1.0]))
     >>> np.abs(outline).max(axis=0).round(2).tolist()

@@ -1,17 +1,17 @@
 """This study finds a time step that keeps an error below a tolerance, from runs alone.
 
 It needs no exact solution, so it serves any pymunk world. Halving the step until the ends no longer
-change is optimistic: if contacts are found at the end of a step, every second one is as late at
-half of the step, so the ends agree by chance. (For single contacts at random instants, a quarter of
-the ends would be outside of the tolerance.) So a step dt is accepted only if
+change is optimistic: if contacts are found at the end of a step, every second one is found at the
+same time with half the step, so ends agree by chance. (For single contacts at random instants, a
+quarter of the ends would be outside of the tolerance.) So a step dt is accepted only if
 
 - the ends at 4 dt, 2 dt and dt agree (two halvings; the first may change the ends twice as much),
-  and those at five steps between dt and 2 dt, which share no grid with it, with those at dt;
+  and the ends at dt agree with those at five steps between dt and 2 dt, which have other grids;
 - all of them agree to a quarter of the tolerance (``SAFETY`` is 4);
 - in all these runs the same contacts happen, in the same order for every ball, and no ball has two
   of them so close together that steps blur their order.
 
-No comparison of runs can see a contact that all of them miss: a graze shorter than a step.
+A comparison of runs cannot see a contact that all runs miss: a graze shorter than a step.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import contact_order, contacts
 
 # The estimated error is this many times the largest change. Of 2,000 contacts that are answered at
-# the end of a step, half as much accepts 4 wrong ends, this none; twice as much costs 9 % more.
+# the end of a step, 2.0 accepts 4 wrong ends, and 4.0 accepts none; 8.0 costs 9 % more.
 SAFETY = 4.0
-BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # dt; these further steps must agree
+BETWEEN = tuple(2.0 ** (k / 6) for k in (5, 4, 3, 2, 1))  # dt; ends at these steps must agree, too
 COARSEST = 1 / 60  # s, a frame of a screen, which is the step of most games
-NO_ORDER = 0.3  # The least order that methods have is 1/2; less than this is none.
+NO_ORDER = 0.3  # Methods have an order of 1/2 or more; less than this is no order.
 
 
 class Outcome(NamedTuple):
@@ -58,8 +58,8 @@ RunAtStep = Callable[[float], Outcome | Sequence[Point]]
 class Level(NamedTuple):
     """A level is one halving: its step (s), the change of the ends (m), the estimated error (m).
 
-    Both are infinite at the first level, or where the run ended in numbers that are not finite,
-    ``error`` also where contacts differ from those at twice the step.
+    ``change`` and ``error`` are infinite at the first level, and if the ends are not finite.
+    ``error`` is also infinite if contacts differ from those at twice the step.
     """
 
     dt: float
@@ -119,8 +119,8 @@ def choose_step(
     """Halve the step from ``start`` (s) until the ends are within ``tolerance`` (m) of converged.
 
     ``run(dt)`` simulates anything with steps of dt seconds and returns where it ended: points (m),
-    or an :class:`Outcome`, which also tells the contacts. All runs must end at rest, or at one
-    moment that is not a multiple of every dt. If no step of ``smallest`` (s) or more reaches the
+    or an :class:`Outcome`, which also tells the contacts. All runs must end at rest, or at the same
+    moment even if it is no multiple of dt. If no step of ``smallest`` (s) or more reaches the
     tolerance, the finest is kept and ``reason`` says why. ``on_run(dt)`` is called before each run.
     Raises SettingError for a tolerance or steps that make no sense.
 
@@ -233,7 +233,7 @@ def simulate_within(
     (True, 240, 1)
     """
     finest, method = finest_step(solver), find_solver(solver)
-    is_exact = method.exact and all(  # Its record speaks of its default options.
+    is_exact = method.exact and all(  # It is exact only with its default options.
         options.get(key, usual) == usual for key, (usual, *_) in method.options.items()
     )
     start, least = COARSEST, smallest or finest
@@ -251,7 +251,7 @@ def simulate_within(
 
 
 def _judged(choice: Choice, run: Run, is_exact: bool) -> Choice:
-    """Return a choice with the errors that all steps share: of policies, and of exact runs."""
+    """Return a choice with the errors that no step removes: by policies and by rounding."""
     error, reason, levels = choice.error, choice.reason, choice.levels
     if is_exact:
         error = math.inf if run.status == "non_finite" else run.rounding
@@ -277,7 +277,7 @@ def finest_step(solver: str) -> float:
 
 
 def outcome(run: Run) -> Outcome:
-    """Return where a run ended (cut off: at ``max_time`` itself), its contacts and its steps."""
+    """Return where a run ended (at ``max_time`` if it cut the run off), its contacts and steps."""
     last = run.scene.physics.max_time if run.status == "max_time" else None
     ends = run.at(last)[0].tolist() if last is not None else run.end.position
     if run.status == "non_finite":
@@ -286,7 +286,7 @@ def outcome(run: Run) -> Outcome:
 
 
 def _resolved(run: Run) -> bool:
-    """Tell whether no ball has two contacts within two steps, if contacts wait for steps."""
+    """Tell whether each ball's contacts are 1.5 steps apart or more, if contacts wait for steps."""
     assert run.dt is not None
     last: dict[str, float] = {}
     for event in contacts(run) if find_solver(run.solver).late else ():

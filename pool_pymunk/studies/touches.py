@@ -1,8 +1,8 @@
-"""This module finds where paths of an exact run touch, to rounding, without a contact.
+"""This module finds where a path of an exact run touches something, to rounding, without a contact.
 
-A path may be tangent to a ball, a corner, an arc or the rim of a pocket, run along a cushion, or
-end just where it touches. A small change makes a contact there or leaves a gap, so ends have a
-kink.
+A path may be tangent to a ball, a corner, an arc or the rim of a pocket. It may run along a
+cushion, or end just where it touches. A small change of an input makes a contact there or leaves
+a gap, so the ends have a kink.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from pool_pymunk.physics.path import Path, from_breakpoint, motion_at, sets_off,
 from pool_pymunk.physics.sides import Arc, within_sector
 from pool_pymunk.results.run import Run
 
-# when (s) a ball met what: another ball with a higher number, or -1 - the number of a wall
+# times (s) of contacts, by a ball and what it met: a ball of higher number, or -1 - a wall's
 Times = dict[tuple[int, int], set[float]]
 GONE = standing(math.inf, 0.0, 0.0)  # the path of a ball that is not on the table
 
 
 class Touch(NamedTuple):
-    """A touch is that of ball ``i`` with ball ``j``, or with something at rest (-1), at ``t`` (s).
+    """At a touch ball ``i`` touches ball ``j``, or something at rest (-1), at ``t`` (s).
 
-    ``begins`` tells that a path begins there, along what it touches.
+    ``begins`` tells whether a path begins there, along what it touches.
     """
 
     t: float
@@ -58,7 +58,7 @@ def touches(run: Run) -> list[Touch]:
 
 
 def _met(run: Run) -> Times:
-    """Return when balls met each other and walls, of which pockets are the last ones."""
+    """Return when (s) balls met each other and walls; pockets are numbered as the last walls."""
     scene, met = run.scene, Times()
     holes = {hole.id: k for k, hole in enumerate(scene.pockets, start=len(scene.cushions))}
     for event in run.events:
@@ -114,7 +114,7 @@ def _touches(found: tuple[bool, float], since: float, i: int, j: int) -> Iterato
 
 
 def _is_beside(scene: Scene, wall: int, center: Vector, path: Path, t: float) -> bool:
-    """Tell whether a ball is within the sector of an arc at ``t`` (s); other discs are whole."""
+    """Tell whether a ball is within the sector of an arc at ``t`` (s); True for any other disc."""
     edges = scene.table.edges if scene.table is not None else ()
     side = edges[wall].side if wall < len(edges) else None
     if not isinstance(side, Arc) or side.center != center:

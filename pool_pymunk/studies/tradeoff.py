@@ -1,8 +1,8 @@
 """This study measures the error that a solver and a step leave, and the time that they cost.
 
 The error of a setting is the largest distance of any ball's end from its exact end, over all shots.
-Its time is the sum over the shots of the least of several runs after a warm-up. The exact solver
-errs by rounding alone (:attr:`~pool_pymunk.Run.rounding`), and no error is taken for less.
+Its time is the sum over the shots of the least time of one to seven runs. The exact solver errs by
+rounding alone (:attr:`~pool_pymunk.Run.rounding`), and no error is taken to be smaller than that.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from pool_pymunk.studies.tolerance import slope
 Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of each solver.
 
 TRIAL = 1 / 20  # of a run's steps are made to estimate it, which costs that share of its time,
-MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but never more nor fewer steps than these.
-MOST_REPEATS = 7  # The least of seven times hardly becomes less by more of them.
+MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but at most MOST_STEPS; shorter trials are not made.
+MOST_REPEATS = 7  # More runs hardly lower the least of seven times.
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def tradeoff(
     """
     sound, left_out = _references(scene, shots)
     each = budget / sum(len(steps) for steps in ladders.values())
-    # Rounding moves the ends by what is known of it, and at least by a unit of their last digit.
+    # Rounding moves the ends by what the runs say, and at least by a unit of their last digit.
     rounding = max(
         max(EPSILON * float(np.abs(run.end.position).max()), known(run.rounding) or 0.0)
         for run in sound
@@ -134,7 +134,7 @@ def _references(
 def _measure(
     references: Sequence[Run], play: Callable[..., Run], budget: float, rounding: float
 ) -> tuple[Any, ...]:
-    """Return what a Setting has besides solver and step, of what ``play(shot)`` plays."""
+    """Return the fields of a Setting after solver and step, of the runs that ``play`` makes."""
     found, times, repeats = [], 0.0, MOST_REPEATS
     for reference in references:
         until = time.perf_counter() + budget / len(references)
@@ -153,7 +153,7 @@ def _measure(
 
 
 class Estimate(NamedTuple):
-    """An estimate has the computer's time (s; 0: few steps), the shot's (s), and its steps."""
+    """An estimate has the computing time (s; 0: few steps), the shot's duration (s), its steps."""
 
     cost: float
     duration: float
@@ -163,9 +163,9 @@ class Estimate(NamedTuple):
 def estimate(
     scene: Scene, shots: Sequence[Shot | None], solver: str, dt: float | None, **options: Any
 ) -> list[Estimate]:
-    """Estimate each shot by the exact solver, and by a trial with fewer and longer steps.
+    """Estimate each shot's duration by the exact solver, its cost by a trial with longer steps.
 
-    A solver without a step has none. The arguments are those of :func:`~pool_pymunk.simulate`.
+    A solver without a step has no estimate. Arguments are those of :func:`~pool_pymunk.simulate`.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -192,9 +192,9 @@ def estimate(
 
 
 def order(settings: Sequence[Setting], floor: float, ceiling: float) -> float | None:
-    """Return the slope of log error over log dt, of errors between floor and ceiling (m).
+    """Return the slope of log error over log dt, of errors from 10 ``floor`` to ``ceiling`` (m).
 
-    It is None for fewer than three, because an error that is rounding has no order.
+    It is None for fewer than three of them. Smaller errors are rounding, which has no order.
     """
     return slope([(s.dt, s.largest) for s in settings if s.dt and 10 * floor < s.largest < ceiling])
 

@@ -1,4 +1,4 @@
-"""This module describes what is not known of a scene's inputs, and draws starts within it.
+"""This module describes the uncertainty of a scene's inputs, and draws starts within it.
 
 Balls of a start that overlap each other or a cushion are moved apart as little as possible: the sum
 of the squares of all moves is least. So a rack whose balls touch can be studied, too.
@@ -27,10 +27,10 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import points
 from pool_pymunk.solvers import SettingError
 
-# Efforts, chosen: a start whose balls cannot be moved apart is drawn anew, after many sweeps.
+# Both were chosen: a start is drawn ATTEMPTS times at most, and moved apart in SWEEPS at most.
 ATTEMPTS, SWEEPS = 20, 2000
-APART = 2.5e-10  # of a radius; smaller pushes end the search, for scenes may overlap by 1e-6
-NEIGHBORS = 8.0  # widths; two balls that come to overlap push others, so it is more than 2
+APART = 2.5e-10  # of a radius; smaller pushes end the search, because scenes may overlap by 1e-6
+NEIGHBORS = 8.0  # widths; balls that overlap push others, so this is more than 2
 A_BLOCK = 4  # numbers that a step of Philox makes
 
 
@@ -81,7 +81,7 @@ class Uncertainty:
         return found
 
     def scaled(self, factor: float) -> Uncertainty:
-        """Return the uncertainty this many times as wide.
+        """Return the uncertainty, ``factor`` times as wide.
 
         >>> Uncertainty(0.001, angle=0.01).scaled(2.0)
         Uncertainty(position=0.002, speed=0.0, angle=0.02, inputs={})
@@ -161,7 +161,7 @@ def cause_of(name: str) -> str:
 
 
 def written_uncertainty(scenario: str | Path) -> Uncertainty:
-    """Return half of the last digit that a scenario file writes for each ball's position.
+    """Return half a unit of the last digit that a scenario file writes for each ball's position.
 
     ``position = [66.00, 22.0]`` in inches is within 0.005 in along x and 0.05 in along y. For the
     balls of a rack it is that of the apex or center. :func:`~pool_pymunk.load` must be able to read
@@ -200,7 +200,7 @@ def uncertainty_of(text: str) -> Uncertainty:
 
 
 def launched(scene: Scene, shot: Shot, position: Array) -> Array:
-    """Return the velocity (S, 2) that a shot gives to its ball at starts (S, N, 2); NaN: off."""
+    """Return the velocity (S, 2) that a shot gives to its ball at starts (S, N, 2), NaN if off."""
     if shot.launch is not None:
         return np.tile(shot.launch, (len(position), 1))
     assert shot.aim is not None and shot.speed is not None
@@ -212,7 +212,7 @@ def launched(scene: Scene, shot: Shot, position: Array) -> Array:
         dx, dy = offset[np.arange(len(position)), away.argmin(axis=1)].T
     else:
         dx, dy = offset[:, scene.index[shot.aim]].T
-    angles = list(map(math.atan2, dy.tolist(), dx.tolist()))  # with the bits of Scene.start
+    angles = list(map(math.atan2, dy.tolist(), dx.tolist()))  # the same bits as in Scene.start
     return np.array([(math.cos(a) * shot.speed, math.sin(a) * shot.speed) for a in angles])
 
 
@@ -229,7 +229,7 @@ def uniforms(seed: int, shots: range, count: int) -> Array:
 
 
 def normal(numbers: Array) -> Array:
-    """Return normal numbers (S,) of two uniform ones each (Box and Muller)."""
+    """Return normal numbers (S,), each made from two uniform ones (Box and Muller)."""
     first, second = numbers[:, 0], numbers[:, 1]
     return np.asarray(np.sqrt(-2.0 * np.log1p(-first)) * np.cos(2.0 * np.pi * second))
 
@@ -268,14 +268,14 @@ class StartSampler:
             missing[missing] = ~may_lie(self.scene, starts[missing]).all(axis=1)
             if not missing.any():
                 return starts
-        message = "the balls lie so close that no starts within the uncertainty were found in which"
-        raise SettingError(f"position: {message} none overlap")
+        message = "the balls lie so close that no start without overlaps was found"
+        raise SettingError(f"position: {message} within the uncertainty")
 
     def apart(self, starts: Array) -> Array:
         """Return the nearest starts (S, N, 2) in which nothing overlaps; each is found on its own.
 
-        Each overlap is taken back along its line of centres, in turn, by a push that later turns
-        may lessen but never make a pull (Hildreth, Naval Research Logistics 4, 1957, 79).
+        A sweep removes each overlap in turn, by a push along its line of centres. Later sweeps may
+        lessen a push, but never make it a pull (Hildreth, Naval Research Logistics 4, 1957, 79).
         """
         starts, radius = starts.copy(), self.radius
         offsets = [starts[:, j] - starts[:, i] for i, j in self.pairs]

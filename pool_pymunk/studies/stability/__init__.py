@@ -1,7 +1,7 @@
 """This study goes to extremes: it finds where each solver breaks, and whether it says so.
 
 An extreme is a row of small scenes made from parameters, from mild to extreme. Each claim measures
-what must hold, with a bound; the module says where the bounds come from
+what must hold, with a bound; the module of claims says where the bounds come from
 (:mod:`pool_pymunk.studies.stability.claims`).
 """
 

@@ -1,4 +1,4 @@
-"""Claims measure what must hold, always or in one extreme: each looks at a trial and its bound.
+"""Claims measure what must hold in all trials or in one extreme, and compare it with a bound.
 
 The bounds come from three sources:
 
@@ -7,9 +7,9 @@ The bounds come from three sources:
 - *Amplification*: two exact runs whose starts differ by one unit of rounding move apart. How far
   is measured (:func:`pool_pymunk.studies.stability.trial.reference_of`). Every contact may nudge a
   run like that, so two exact solvers may differ by ``CARE * (K + 1)`` times as much at most.
-- *Lateness*: a solver that answers contacts at the end of a step promises no more than its step. It
-  may overlap by the path of the fastest ball in one step, and every contact may nudge it
-  by as much. But it is wrong if a ball is off by more than a radius.
+- *Lateness*: a solver that answers contacts at the end of a step may err by a step at each of them.
+  Balls may overlap by the path of the fastest ball in one step, and every contact may move a run by
+  the same length. But a run is wrong if a ball is off by more than a radius.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from pool_pymunk.studies.compare import Comparison, end_distances, longest
 from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
 
 NEAR = "exact run"  # the claim that compares with the reference run, as the CSV file names it
-# These units of rounding a contact may cost, which has some thirty sums and products. Exact solvers
-# use 28 % of their bounds at most: half as much breaks nothing, twice as much notices less.
+# A contact has some thirty sums and products, and may cost this many units of rounding. Exact
+# solvers use 28 % of their bounds at most: half as much breaks nothing, twice as much notices less.
 CARE = 32.0
-OVERLAP = 1e-9  # of the sum of the radii; a scene may overlap by this at its start, too
-# A persistent contact bounces at least a little each contact time, and nothing brought that. This
-# share of all energy is three times what a ball shows that its roll presses to a cushion here.
+OVERLAP = 1e-9  # of the sum of the radii; far less than scenes may overlap by at the start
+# A persistent contact bounces a little in each contact time, and this adds energy. The bound is a
+# share of all energy, three times what is seen here when a roll presses a ball to a cushion.
 BOUNCED = 1e-7
-AT_ONCE = 1_000_000  # This many pairs of balls and times are looked at in one go.
+AT_ONCE = 1_000_000  # pairs of balls and times that are looked at together
 QUICK = 0.5  # s; a run slower than this is not repeated
 
 P = ParamSpec("P")
@@ -49,7 +49,7 @@ def measures(trial: Trial) -> Iterator[Measure]:
     sound = all(np.isfinite(breakpoints).all() for breakpoints in trial.run.knots)
     broken = not sound or trial.run.status == "non_finite"
     yield wrong("finite", "numbers out of range", broken)
-    for each in () if broken else (*ALWAYS, *trial.case.claims):  # Others would be nonsense.
+    for each in () if broken else (*ALWAYS, *trial.case.claims):  # Others would mean nothing.
         if (measure := each(trial)) is not None:
             yield measure
 
@@ -67,12 +67,12 @@ def ends(trial: Trial) -> Measure:
 
 
 def by_coulomb(claim: Claim) -> Claim:
-    """Return the claim for all laws except `published`, which answers in the listing's order."""
+    """Return the claim for Coulomb's law alone: `published` answers in the listing's order."""
     return lambda trial: claim(trial) if trial.law == "coulomb" else None
 
 
 def energy_kept(trial: Trial) -> Measure:
-    """Return by which share of all energy it grows; without losses, by which it changes."""
+    """Measure by which share energy grows or, in a scene without losses, changes."""
     total = trial.run.energy_at(trial.times) / trial.run.energy["initial"]
     keeps = lossless(trial.scene)
     change = float(np.ptp(total) if keeps else max(np.diff(total).max(), 0.0))
@@ -90,7 +90,7 @@ def momentum(trial: Trial) -> Measure | None:
 
 
 def momentum_kept(trial: Trial) -> Measure:
-    """Return by which share momentum changes, of the sum of what all balls have."""
+    """Measure the change of momentum, as a share of the sum of the momenta of all balls."""
     mass = np.array([ball.mass for ball in trial.scene.balls])[:, None]
     _, speeds = trial.run.at([0.0, trial.run.duration])
     start, end = (mass * speeds).sum(axis=1)
@@ -129,7 +129,7 @@ def beyond(table: Table, points: Array, radii: Array) -> Array:
 
 
 def overlap(trial: Trial) -> Measure | None:
-    """Measure that no two balls overlap beyond what a scene may start with."""
+    """Measure that balls overlap by no more than rounding, lateness or pressing explain."""
     radii = trial.radii
     if len(radii) < 2:
         return None
@@ -150,7 +150,7 @@ def overlap(trial: Trial) -> Measure | None:
 
 
 def near_reference(trial: Trial) -> Measure | None:
-    """Measure that the run stays as near the reference as the scene's amplification lets it."""
+    """Measure that the run is no farther from the reference than amplification explains."""
     if trial.is_reference:
         return None
     apart = Comparison(trial.run, trial.reference.run).apart(trial.reference.times)
@@ -158,7 +158,7 @@ def near_reference(trial: Trial) -> Measure | None:
 
 
 def farthest(claim: str, apart: Array, trial: Trial, words: str, care: float = 1.0) -> Measure:
-    """Measure the largest of the distances (T,) (m) from where balls should be, with its bound."""
+    """Measure the distance (m, of T) from where balls should be that is largest for its bound."""
     reference = trial.reference
     share = care * CARE * (trial.contacts + 1) * (EPSILON + trial.late / reference.extent)
     bound = np.minimum(share * (reference.growth + reference.extent), trial.smallest)
@@ -274,11 +274,11 @@ def end_at(trial: Trial, places: Mapping[str, Point], slack: float = 0.0) -> Mea
 
 @claim
 def know_of_ends(trial: Trial, places: Mapping[str, Point]) -> Measure | None:
-    """Measure that an exact solver's figure covers these ends (m), those of one order of hits."""
+    """Measure that an exact run's ``policy_shift`` covers its distance from these ends (m)."""
     if not trial.method.exact:
         return None
     off = max(end_distances(trial.run, places).values())
-    words = "{} off what an order gives, and the run does not say so"
+    words = "{} from where balls may end, and the run does not say so"
     return Measure("order", off, trial.run.policy_shift, trial.smallest, "m", words)
 
 
@@ -310,7 +310,7 @@ def on_the_diagonal(trial: Trial) -> Measure:
 
 @by_coulomb
 def all_as_far(trial: Trial) -> Measure:
-    """Measure that balls that come to the origin alike leave it alike; one that was there stays."""
+    """Measure that balls come to the origin and leave it alike; one that was there stays."""
     points = trial.run.at(trial.times)[0]
     far = np.hypot(points[..., 0], points[..., 1])
     comes = far[0] > 0.0
@@ -325,10 +325,10 @@ def _velocity(trial: Trial, off: float, slack: float = 0.0) -> Measure:
 
 
 def _share(trial: Trial) -> float:
-    """Return by how much (rad, at most 1) rounding, or coming late, may turn normals."""
+    """Return through which angle (rad, at most 1) rounding or lateness may turn normals."""
     return min(_displaced(trial) / trial.smallest, 1.0)
 
 
 def _displaced(trial: Trial) -> float:
-    """Return how far (m) rounding, or coming late, may displace the contacts of a short run."""
+    """Return how far (m) rounding or lateness may displace the contacts of a short run."""
     return CARE * (trial.contacts + 1) * trial.rounding + trial.late

@@ -25,7 +25,7 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.studies.stability import claims as must
 from pool_pymunk.studies.stability.trial import Case, Extreme
 
-R = 2.0**-5  # m; sizes and places are short binary numbers, so that balls that should touch do
+R = 2.0**-5  # m; sizes and places are short binary numbers, so that balls touch exactly
 M = 0.2  # kg
 REST = (0.0, 0.0)  # m/s
 LIVELY = Restitution(ball_ball=0.9, cushion=0.7)
@@ -99,7 +99,7 @@ def grip(speed: float, length: float) -> float:
 def far(v: float, w: float, time: float = math.inf, drag: float = DRAG) -> float:
     """Return how far (m) a ball slides and rolls from v with a roll w (m/s), to rest or for a time.
 
-    It slides for 2 |v - w| / 7 mu_s g, until it rolls at 5/7 v + 2/7 w.
+    It slides for 2 |v - w| / (7 mu_s g) s, until it rolls at 5/7 v + 2/7 w.
     """
     slides, last = 2.0 * abs(v - w) / (7.0 * PULL), (5.0 * v + 2.0 * w) / 7.0
     rolls = min(abs(last) / drag if drag else math.inf, time - slides)
@@ -130,7 +130,7 @@ LISTING = "line 132 pushes B with the slip, not against it: momentum is not kept
 
 @extreme("speeds", "1e-6 to 1e6 m/s on a 2 m table")
 def speeds() -> Iterator[Case]:
-    """Shoot a ball at another, which is near enough for a slow one."""
+    """Shoot a ball at another one, which lies nearer if the ball is slow."""
     for speed in (1.0, 1e-6, 1e3, 1e6):
         (vx, vy), (ux, uy) = unit(20.0), unit(23.0)
         far = 2.0 * R + min(0.25, 0.01 * speed**2)
@@ -169,13 +169,13 @@ def restitutions() -> Iterator[Case]:
 
 @extreme("friction", "0 and 10, of balls, cushions and cloth")
 def frictions() -> Iterator[Case]:
-    """Vary friction from none to far more than the laws have use for."""
+    """Vary friction from none to far more than it takes to stop all slip."""
     for label, friction in (
         ("as in the report", CLOTH), ("0", SMOOTH), ("balls 10", Friction(0.1, 0.2, 10.0)),
         ("cushions 10", Friction(0.1, 10.0, 0.05)), ("surface 10", Friction(10.0, 0.2, 0.05)),
         ("10", Friction(10.0, 10.0, 10.0)),
     ):  # fmt: skip
-        rows = scaled(MIXED, faster=1.0 if friction.surface < 1.0 else 5.0)  # to meet something
+        rows = scaled(MIXED, faster=1.0 if friction.surface < 1.0 else 5.0)  # so that balls meet
         time = None if friction.surface else 3.0
         yield Case(label, scene_of(rows, TABLE, LIVELY, friction, time))
 
@@ -197,7 +197,7 @@ def table_sizes() -> Iterator[Case]:
 
 
 def sized(length: float, radius: float = R) -> Scene:
-    """Return a scene whose table is crossed in about a second; ``radius`` is in ``length`` (m)."""
+    """Return a scene whose table is crossed in about 1 s; a radius is a share of ``length`` (m)."""
     rows: list[Row] = [
         (0.25, 0.125, 1.5, 0.25), (0.75, 0.125 + 0.5 / 6.0 - radius, *REST), (0.5, 0.375, *REST),
         (0.375, 0.25, 0.25, -1.0),
@@ -263,11 +263,11 @@ def orders() -> Iterator[Case]:
     """Run a ball into one at 30 degrees, and a moment later into another at -30, or into both.
 
     A moment apart, the hits have a closed form however short the moment is. At one instant the
-    order is unknown, and the run must say how far the ends may lie elsewhere for it.
+    order is unknown, and the run must say how far the ends may lie elsewhere.
     """
     for e in (1.0, 0.5):
         for moment in (1e-3, 1e-6, 1e-9, 1e-12, 0.0):
-            # The ball comes to the first at the origin, 0.5 s after the start.
+            # The ball hits the first one when it is at the origin, 0.5 s after the start.
             (vx, vy), (x, y), rows, ends = (1.0, 0.0), (0.0, 0.0), [(-0.5, 0.0, 1.0, 0.0)], {}
             for id_, (nx, ny) in (("1", unit(30.0)), ("2", unit(-30.0))):
                 rows.append((x + 2.0 * R * nx, y + 2.0 * R * ny, *REST))
@@ -292,7 +292,7 @@ def head_ons() -> Iterator[Case]:
 
 @extreme("grazing hits", "within 1e-12 of a miss or a hit")
 def grazing_hits() -> Iterator[Case]:
-    """Let a ball pass another at the sum of the radii, more or less: it hits, or it misses."""
+    """Let a ball pass another nearly at the sum of the radii: it hits, or it misses."""
     for share in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12, 0.0):
         beside = 2.0 * R * (1.0 + share)
         inside = max(2.0 * R - beside, 0.0) * (2.0 * R + beside)
@@ -327,10 +327,10 @@ def diagonal(label: str, table: Table, v: float, e: float, mu: float) -> Case:
 
 @extreme("squeezed to a cushion", "by a ball up to 1e8 times as heavy")
 def squeezes() -> Iterator[Case]:
-    """Let a heavy ball drive a light one to a cushion; elastic, they count the digits of pi.
+    """Let a heavy ball drive a light one to a cushion; elastic hits count the digits of pi.
 
     With a mass ratio N there are ceil(pi / atan(sqrt(1/N))) - 1 hits (Galperin 2003). Hits that
-    lose energy have no end here, and bring both balls to rest at the cushion.
+    lose energy never end here (inelastic collapse), and bring both balls to rest at the cushion.
     """
     for ratio in (1e2, 1e4, 1e6, 1e8):
         hits = math.ceil(math.pi / math.atan(math.sqrt(1.0 / ratio))) - 1
@@ -349,7 +349,7 @@ def squeezes() -> Iterator[Case]:
 
 @extreme("pockets", "rims grazed within 1e-12, and one reached at contact")
 def pockets() -> Iterator[Case]:
-    """Let a centre pass a rim, on either side, or come to it as the ball meets others.
+    """Let a ball's centre pass inside or outside a rim, or come to it as the ball meets others.
 
     A ball that is at the rim leaves the table before it meets a ball and a cushion there.
     """
@@ -368,9 +368,9 @@ def pockets() -> Iterator[Case]:
 
 @extreme("converging cushions", "a wedge of 60 to 0.1 degrees")
 def wedges() -> Iterator[Case]:
-    """Run a ball into a wedge; elastic, its path unfolds to a straight line through images of it.
+    """Run a ball into a wedge; without losses its path unfolds to a line through images of it.
 
-    Aimed a seventh of the angle beside the tip, it meets ceil(180 / angle - 1/7 - 1/2) cushions.
+    Aimed a seventh of the angle beside the tip, a ball has ceil(180 / angle - 1/7 - 1/2) contacts.
     """
     for angle in (60.0, 10.0, 1.0, 0.1):
         half = math.radians(angle / 2.0)
@@ -388,7 +388,7 @@ def wedges() -> Iterator[Case]:
 
 @extreme("sliding, then rolling", "draw that cancels the motion, slips of 1e-12, no end", "coulomb")
 def slides_and_rolls() -> Iterator[Case]:
-    """Let a ball slide, then roll: draw that cancels the motion, next to no slip, and no end."""
+    """Let a ball slide, then roll: draw cancels its motion, slip is tiny, or rolling has no end."""
     for label, speed, roll, drag in (
         ("draw", 1.0, -1.0, DRAG), ("slip of 1e-9", 1.0, 1.0 + 1e-9, DRAG),
         ("slip of 1e-12", 1.0, 1.0 + 1e-12, DRAG), ("-1e-12", 1.0, 1.0 - 1e-12, DRAG),
@@ -418,19 +418,19 @@ def follows() -> Iterator[Case]:
         ends = {"0": (x + far(0.0, v), 0.0), "1": (x + 2.0 * R + far(v, 0.0), 0.0)}
         rows = [(0.0, 0.0, 1.0, 0.0), (slides + off + 2.0 * R, 0.0, *REST)]
         scene = scene_of(rows, friction=ROLLS)
-        # A hit before the end of sliding takes the ball by less than this.
+        # A hit just before the end of sliding moves the ends by less than this.
         claims = (must.end_at(ends, 1e-11 * (off < 0.0)), must.contacts_are(1))
         yield Case(f"rolls {off:+g} m before", scene, claims)
 
 
 @extreme("draw that turns back", "at a face, corner or rim, within 1e-12", "coulomb")
 def turns_back() -> Iterator[Case]:
-    """Let a ball with draw turn back as it grazes a face, a corner or a rim, or before that."""
+    """Let a ball with draw turn back as it grazes a face, a corner or a rim, or just before."""
     ell = Table(((-4.0, -4.0), (0.0, -4.0), (0.0, -R), (4.0, -R), (4.0, 4.0), (-4.0, 4.0)))
     hole = Pocket("hole", (0.0, 0.0), 2.0 * R)
     for deep in (-1e-6, 1e-6, -1e-9, 1e-9, -1e-12, 1e-12):
         met = int(deep > 0.0)
-        # A full hit leaves (0, -0.5) of (0.25, -0.5) m/s, and the roll of (-1, 2) m/s.
+        # A full hit turns (0.25, -0.5) m/s into (0, -0.5) m/s; the roll stays (-1, 2) m/s.
         y = 0.05 * math.hypot(1.0, 2.5) / PULL - deep
         rows = [(0.0, y, 0.25, -0.5, -4.0), (2.0 * R, y, *REST)]
         face = scene_of(rows, rectangle(8.0, 4.0, (-4.0, -R)), friction=ROLLS)
@@ -460,7 +460,7 @@ def pressed_by_rolls() -> Iterator[Case]:
 
 @extreme("around a circle", "up to 10,000 contacts, by equal angles", "coulomb")
 def circles() -> Iterator[Case]:
-    """Let a ball go around a circle at an angle to the tangent, by twice that angle at each hit."""
+    """Let a ball go around a circle: each hit takes it on by twice its angle to the tangent."""
     angle, inner = 0.3, 0.5 - R
     middle = inner * math.cos(angle)  # m; the distance of each chord from the table's middle
     for hits, speed in ((10, 4.0), (300, 4.0), (10_000, 64.0)):
@@ -468,7 +468,7 @@ def circles() -> Iterator[Case]:
         row = (0.5, R, speed * math.cos(angle), speed * math.sin(angle))
         at = (2 * hits + 1) * angle - math.pi / 2.0
         ends = {"0": (0.5 + middle * math.cos(at), 0.5 + middle * math.sin(at))}
-        # Each hit turns the ball by a few roundings, which all later hits add again.
+        # Each hit turns the ball by a few roundings, and all later hits add that angle again.
         turned = must.CARE * EPSILON * hits * hits * inner
         claims = (must.contacts_are(hits), must.end_at(ends, turned))
         scene = scene_of([row], Table.circle(0.5), time=time)
@@ -487,7 +487,7 @@ def tangents() -> Iterator[Case]:
             deep, apart = max(-share * R, 0.0), radius + R
             sine, cosine = math.sqrt(deep * (2.0 * apart - deep)) / apart, 1.0 - deep / apart
             leaves = (1.0 - 1.9 * sine * sine, 1.9 * sine * cosine)
-            # The ball meets something round a few roundings deep, which turns the normal.
+            # Rounding lets the ball come a few units too deep, which turns the normal.
             slack = must.CARE * EPSILON / (apart * sine) if sine else 0.0
             claims = (must.contacts_are(int(sine > 0.0)), must.leave_with({"0": leaves}, slack))
             row = (0.25, 0.25 + R * (1.0 + share), 1.0, 0.0)
@@ -497,11 +497,11 @@ def tangents() -> Iterator[Case]:
 
 @extreme("joint of a face and an arc", "hit within 1e-9 to 1e-15 m", "coulomb")
 def joints() -> Iterator[Case]:
-    """Hit the joint of a face and an arc that goes on from it: one contact, and no gap there."""
+    """Hit the joint of a face and an arc that continues it: one contact, and no gap there."""
     e, pull = 0.7, CLOTH.surface * STANDARD_GRAVITY
     back = e * e * (4.0 / (2.0 * pull) - (1.0 - R))  # m; how far the ball comes back
     for off in (-1e-9, 1e-9, -1e-10, 1e-10, -1e-12, 1e-12, -1e-15, 1e-15, 0.0):
-        # The arc's normal is turned by off / 1 m there, and the ball's path back by twice as much.
+        # The arc's normal is turned by off / (1 m) there, and the ball's path back by twice that.
         at_rest = must.end_at({"0": (3.0 + off, R + back)}, 2.0 * max(off, 0.0))
         scene = scene_of([(3.0 + off, 1.0, 0.0, -2.0)], Table.stadium(4.0, 2.0), LIVELY, CLOTH)
         yield Case(f"{off:+g} m", scene, (must.contacts_are(1), at_rest))

@@ -1,4 +1,4 @@
-"""This module tries every extreme with every solver, and writes the table that comes of it."""
+"""This module tries every extreme with every solver, and writes the table of the verdicts."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from pool_pymunk.studies.stability.trial import GRID, Extreme, Measure, Trial, w
 if TYPE_CHECKING:
     from rich.table import Table
 
-# These limit one run, its steps and the pairs looked at one by one; chosen. One that needs more is
-# left out.
+# These limits of one run were chosen: its steps, and the pairs that are looked at one by one. A run
+# that needs more is left out.
 MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000
 MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000
 NOT_OFFERED = "not offered"  # Balls roll, and the solver has no rolling.
@@ -38,7 +38,7 @@ FIELDS = (
 class CaseResult:
     """A case result holds what was measured of one case, or why it was ``not_run``.
 
-    ``compared`` is the share of the run that was compared with the reference, before chaos.
+    ``compared`` is the share of the run, up to chaos, that was compared with the reference.
     """
 
     case: str
@@ -79,7 +79,7 @@ class Cell:
 
     @property
     def where(self) -> str:
-        """Return the cases at which it breaks; if there is only one, the steps."""
+        """Return the cases at which it breaks; the steps, if there is only one case."""
         labels = {outcome: outcome.case for outcome in self.run}
         if len(set(labels.values())) < 2:
             stepped = sorted((one for one in self.run if one.dt), key=lambda one: one.dt or 0.0)
@@ -104,7 +104,7 @@ class Cell:
         return self.because or find_solver(self.solver).limits
 
     def distance(self, dt: float) -> float | None:
-        """Return how far (m) it came from the reference run at that step, over cases and laws."""
+        """Return its largest distance (m) from reference runs at that step, over cases and laws."""
         measures = (each for one in self.run if one.dt == dt for each in one.measures)
         return max((each.value for each in measures if each.claim == NEAR), default=None)
 
@@ -177,7 +177,7 @@ def _outcome(trial: Trial, quick: bool) -> CaseResult:
 def check_all(
     extremes: Sequence[Extreme], solvers: Sequence[str], quick: bool, processes: int
 ) -> Iterator[Cell]:
-    """Check these extremes with these solvers, and yield each row once it is done.
+    """Check these extremes with these solvers, and yield each row's cells once it is done.
 
     One process works out a whole row, so it needs the row's reference runs only once. The last
     rows, which take longest, come first. If the iterator is closed, as by Ctrl-C, processes end.

@@ -19,18 +19,18 @@ from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, reference_solver, simulate
 from pool_pymunk.studies.compare import Comparison, contacts
 
-# Starts are nudged to measure amplification. The nudge is this share of the smallest radius, but no
-# less than this many units of rounding. It counts up to the time when it has grown to LINEAR radii.
+# Starts are nudged NUDGES times to measure amplification. A nudge is this share of the smallest
+# radius, or LEAST_NUDGE if that is more. It counts until it has grown to LINEAR radii.
 NUDGE, LEAST_NUDGE, NUDGES, LINEAR = 1e-9, 64.0 * EPSILON, 3, 1e-3
-ENOUGH = 2000  # A nudged run has this many events at most; no nudge stays small for as long.
+ENOUGH = 2000  # A nudged run has this many events at most; no nudge stays small for longer.
 # Runs are compared at GRID times, and invariants are checked at SAMPLES contacts, too; chosen.
 GRID, SAMPLES = 200, 400
 
 
 class Measure(NamedTuple):
-    """A measure holds a value, the ``bound`` that it must not pass, and the ``size`` of the whole.
+    """A measure has a value, a ``bound`` that it must not pass, and a ``size``: there all is wrong.
 
-    All three are in ``unit``; ``words`` say what it means if the bound does not hold.
+    All three are in ``unit``; ``words`` say what is wrong if the value passes the bound.
     """
 
     claim: str
@@ -79,7 +79,7 @@ class Case:
 class Extreme:
     """An extreme is a row of the table: its cases run from mild to extreme.
 
-    ``steps`` (s) replace the solvers' usual ones. ``because`` says why all with its law must fail.
+    ``steps`` (s) replace the solvers' usual ones. ``because`` says why its law must fail.
     """
 
     name: str
@@ -195,9 +195,9 @@ Claim = Callable[[Trial], Measure | None]
 class ReferenceRun:
     """This is the reference run of a scene, and the scene's amplification of its input.
 
-    ``growth`` (T,) is the distance (m) between runs whose starts differ by one unit, relative to
-    the largest coordinate, ``extent`` (m), and to the speeds. ``times`` (T,) are the times that are
-    compared at: there the growth is still proportional to the nudge.
+    ``growth`` (T,) is the distance (m) of two runs over the relative difference of their starts:
+    of places to the largest coordinate, ``extent`` (m), and of velocities to the speeds. ``times``
+    (T,) are those at which runs are compared, while growth is still proportional to the nudge.
     """
 
     run: Run

@@ -40,7 +40,7 @@ WINDOW = 1_000  # This many parts wait for an executor at most.
 
 
 class Done(NamedTuple):
-    """This counts the shots that are done now, those of them that went through Python, and all."""
+    """This counts the shots that are done now, those of them played in Python, and all shots."""
 
     shots: int
     by_reference: int
@@ -48,7 +48,7 @@ class Done(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """A sweep has a folder, its shots, those ``played`` now (some in Python), and the time (s)."""
+    """A sweep has its folder and shots, those ``played`` now (some in Python), and the time (s)."""
 
     out: Path
     shots: int
@@ -75,10 +75,10 @@ def sweep(
 ) -> Sweep:
     """Play many shots into a folder of Parquet files, and go on where an earlier call ended.
 
-    ``vary`` has the ranges from which inputs are drawn, ``grid`` those that are gone through in
+    ``vary`` has the ranges from which inputs are drawn, ``grid`` those that take equal
     steps (:class:`~pool_pymunk.studies.sweep.plan.Plan` says how); all in SI, angles in degrees.
-    Shots have the same input and the same bits whatever ``chunk`` (shots a file), worker or machine
-    plays them. ``executor`` is any ``concurrent.futures.Executor``, such as a process pool or
+    Each shot has the same input and the same bits, whatever ``chunk`` (shots a file), worker or
+    machine plays it. ``executor`` is any ``concurrent.futures.Executor``, such as a process pool or
     ``dask.distributed.Client(...).get_executor()``; its workers must see the folder and be able to
     import a law of your own, which is known by its name. Without one, all cores of this machine
     play. With ``resume=False`` a sweep in the folder is begun anew. ``on_done(done)`` is called
@@ -112,7 +112,7 @@ def sweep(
 
 
 def play_part(plan: Plan, folder: Path, part: int) -> Done:
-    """Play a part and write it, in whichever process and on whichever machine this is."""
+    """Play a part and write it; any process on any machine may call this."""
     if read_manifest(folder).get("hash") != plan.manifest["hash"]:
         raise setting_error("out", str(folder), "is not the folder that the sweep began in")
     drawn = plan.draw(plan.shots_of(part))
@@ -132,7 +132,7 @@ def _play_here(plan: Plan, folder: Path, todo: list[int]) -> Iterator[Done]:
 
 
 def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
-    """Make the folder ready, without ``resume`` anew, and return the parts that are missing."""
+    """Make the folder ready (delete its sweep unless ``resume``), and return the missing parts."""
     folder.mkdir(parents=True, exist_ok=True)
     manifest = folder / MANIFEST
     if not resume:
@@ -148,7 +148,7 @@ def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
                 message = f"has a sweep with another {key}{said}: {ANEW}"
                 raise setting_error("out", str(folder), message)
     elif strangers := [path.name for path in folder.iterdir() if path.name[0] not in "._"]:
-        message = f"has files that are no sweep's, such as {min(strangers)}"
+        message = f"has files that no sweep has written, such as {min(strangers)}"
         raise setting_error("out", str(folder), message)
     else:
         _write_manifest(manifest, plan)

@@ -33,7 +33,7 @@ UNITS = {row.name: inputs.SI[row.quantity] for row in inputs.TABLE.values()} | {
     "start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg",
     "duration": "s",
 }  # fmt: skip
-# These inputs have fixed random numbers of a shot; every other input has those of its name.
+# These inputs have fixed columns of random numbers; any other input has a stream by its name.
 SLOT = {"speed": 0, "angle": 1, "turn": 1, "mass": 2} | {
     key: 3 + column for key, column in inputs.column_of("coefficients").items()
 }
@@ -62,7 +62,7 @@ class Plan:
     for each key that takes values at equal distances, ends included; all are combined, and those
     of the last key change fastest. Keys are names of inputs (:mod:`pool_pymunk.model.inputs`);
     ``angle`` (degrees) is relative to the shot's, and ``mass`` (kg) that of the struck ball. The
-    manifest knows the ``law`` of every contact by its name alone.
+    manifest has only the name of the ``law`` of every contact.
     """
 
     scene: Scene
@@ -85,7 +85,7 @@ class Plan:
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
-        """The manifest says what makes the dataset what it is; ``hash`` is that of all the rest."""
+        """The manifest has all that determines the dataset; ``hash`` is a hash of all the rest."""
         from pool_pymunk import __version__
 
         shot, its = self.shot, None
@@ -107,7 +107,7 @@ class Plan:
 
     @cached_property
     def _state(self) -> State:
-        """The state at the moment of the shot; one that goes on from another shot is its end."""
+        """The state at the moment of the shot, which may be the end of another shot."""
         first, exact = self.shot and shot_before(self.scene, self.shot), reference_solver().name
         before = simulate(self.scene, first, solver=exact, law=self.law).end if first else None
         return self.scene.start(self.shot, before)
@@ -168,14 +168,14 @@ class Plan:
             for high in others:
                 if key in SLOT:
                     drawn = numbers[:, SLOT[key]]
-                else:  # Other inputs have no part in its random numbers.
+                else:  # Its random numbers do not depend on the other inputs.
                     own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) << 64
                     drawn = uniforms(self.seed + own, shots, 1)[:, 0]
                 columns[key] = low + (high - low) * drawn
         return columns
 
     def meaning(self, key: str) -> str:
-        """Return the input of the table that a key of a sweep means."""
+        """Return the name of the input that a key of a sweep stands for."""
         if key == "mass":
             return f"mass.{self.scene.balls[self.ball].id}"
         return "turn" if key == "angle" else key
@@ -194,7 +194,7 @@ class Plan:
     def _of_shot(
         self, columns: Mapping[str, Array], position: Array, velocity: Array
     ) -> dict[str, Any]:
-        """Return the speed, turn and roll of the struck ball; a shot that aims follows its aim."""
+        """Return the speed, turn and roll of the struck ball; an aimed shot turns with its aim."""
         moves = "start" in self.vary or any(key[:2] in ("x.", "y.") for key in columns)
         if self.shot is not None and self.shot.aim is not None and moves:
             velocity[:, self.ball] = launched(self.scene, self.shot, position)
@@ -226,7 +226,7 @@ def make_plan(
     law: str | Law | None,
     max_time: float | None,
 ) -> Plan:
-    """Check what a sweep is asked for; raises SettingError, in one line that names the argument."""
+    """Return the plan of a sweep; raise SettingError, in one line that names the argument."""
     asked = request(scene, reference_solver().name, law=law, max_time=max_time)
     latest = asked.settings.max_time
     scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
