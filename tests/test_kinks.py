@@ -15,7 +15,10 @@ from pool_pymunk import (
     SceneError,
     simulate,
 )
+from pool_pymunk.fast.doubts import EDGE, may_be_at_corner, touch_of_discs, touch_of_face
 from pool_pymunk.model.inputs import input_value, with_inputs
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import Path, standing
 from pool_pymunk.studies.derivatives import Derivatives
 
 ROUNDED = {"graze", "comes to rest", "touches what it does not hit", "the run ends just"}
@@ -103,3 +106,16 @@ def test_what_a_kink_does_not_depend_on_is_known() -> None:
     """The border of sticking does not move with the ball's speed, or its start along the path."""
     at = found(slipping(0.0), "friction.surface", "friction.ball_ball")
     assert np.isfinite(at.final[..., 0]).all() and np.isnan(at.final[..., 1]).any()
+
+
+@pytest.mark.parametrize(("off", "touches"), [(0.0, True), (100 * EPSILON, True), (1e-9, False)])
+def test_a_ball_touches_what_only_rounding_sets_it_off(off: float, touches: bool) -> None:
+    """A ball goes along a face, ends its path at a ball at rest, and lies beside a corner."""
+    path = Path(0.0, 0.0, R + off, 1.0, 0.0, 0.0, 0.0, 1.0, slows=False)
+    face = (-1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 3.0, -1)  # start, tangent, normal, length, wall
+    assert touch_of_face(path, face, 1.0, R, True, True, 1.0) == (touches, 1.0 if touches else -1.0)
+    other = standing(0.0, 1.0 + 2.0 * R + off, R + off)
+    found = touch_of_discs(path, other, 1.0, 2.0 * R, 1.0, True, True, 1.0)
+    assert found == (False, 1.0 if touches else -1.0)
+    corner = (0.0, 0.0, 1.0, 0.0, 0.0, 1.0)  # place, tangent, normal
+    assert may_be_at_corner([corner], off, R - off, R) == (off < EDGE * R)
