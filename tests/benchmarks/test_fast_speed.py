@@ -3,15 +3,18 @@
 ``python tests/benchmarks/test_fast_speed.py`` prints the table of the README: shots a second and
 core, those of event-driven in the same run, and what two threads gain. ``--check`` fails if they
 are slower than they shall be, beside the exact solver, with two threads, and in a stadium, whose
-contacts ``--arcs`` measures alone.
+contacts ``--arcs`` measures alone. ``--first`` prints how long a new machine compiles shots.
 """
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -220,7 +223,22 @@ def print_table() -> list[Speed]:
     return rows
 
 
+def print_first_calls() -> None:
+    """Print how long (s of the processor) a new machine compiles the shots of some scenes."""
+    script = (
+        "import sys, time, pool_pymunk as p; scene = p.load(sys.argv[1]); t = time.process_time(); "
+        "p.simulate_many(scene); print(f'{sys.argv[1]}: {time.process_time() - t:.0f} s')"
+    )
+    with TemporaryDirectory() as folder:
+        environment = {**os.environ, "POOL_PYMUNK_CACHE": folder}
+        for name in ("report", "follow-and-draw", "stadium"):
+            subprocess.run([sys.executable, "-c", script, name], env=environment, check=True)
+
+
 if __name__ == "__main__":
+    if "--first" in sys.argv:
+        print_first_calls()
+        sys.exit()
     times = {}
     for e in ARCS:
         times[e], hard = arcs_cost(e)
