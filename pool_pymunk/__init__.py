@@ -1,4 +1,4 @@
-"""pool_pymunk: 2D billiards in pymunk, by the report's time slices, and exactly.
+"""pool_pymunk plays 2D billiards in pymunk, by the report's time slices, and exactly.
 
 >>> from pool_pymunk import load, simulate
 >>> scene = load("report")
@@ -98,7 +98,7 @@ __all__ = [
     "written_uncertainty",
 ]
 
-# The library is loaded when a name of it is asked for, so that --help need not wait for it.
+# A module is imported when one of its names is first used, so that --help does not wait for it.
 _HOMES = {
     "fast": "Batch simulate_many",
     "model": "Ball Friction Physics Pocket Post Restitution Scene SceneError Shot State Table"
@@ -134,5 +134,5 @@ def __dir__() -> list[str]:
     return sorted([*globals(), *__all__])
 
 
-if not TYPE_CHECKING:  # A type checker would take it for leave to ask for any name.
+if not TYPE_CHECKING:  # With it a type checker would accept any name.
     __getattr__ = _load

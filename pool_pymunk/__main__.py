@@ -1,4 +1,4 @@
-"""``python -m pool_pymunk``."""
+"""``python -m pool_pymunk`` runs the command line."""
 
 from pool_pymunk.cli import main
 

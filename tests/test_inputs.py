@@ -183,7 +183,7 @@ def by_sensitivity(table: Scene, name: str, folder: Path) -> None:
     assert std.max() > 0.0
 
 
-OF_THE_SHOT = "the ball is struck, so its velocity is that of the shot: speed and angle"
+OF_THE_SHOT = "the shot gives the velocity of its ball: write speed or angle instead"
 # Each study, and the inputs that it refuses, with the end of its line.
 STUDIES: dict[str, tuple[Callable[[Scene, str, Path], None], dict[str, str]]] = {
     "derivatives": (by_derivatives, {}),

@@ -43,6 +43,7 @@ from pool_pymunk import (
 )
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.model.scenario_out import in_units, scenario_text
+from pool_pymunk.render import Show, picture
 from pool_pymunk.solvers import Settings
 
 STEPS = {"time-slice": 1e-3, "pymunk-discrete": 1e-3}  # s; those that are too fine by default
@@ -51,6 +52,9 @@ PLACES = [ball.position for ball in REPORT.balls]
 AT_REST = [(0.0, 0.0)] * len(PLACES)
 INF, NAN = math.inf, math.nan
 any_ball: Any = Ball  # for values that the type checker would not let pass
+any_show: Any = Show
+any_picture: Any = picture
+any_loads: Any = loads
 any_shot: Any = Shot
 any_scene: Any = Scene
 any_table: Any = Table
@@ -103,9 +107,9 @@ SENSELESS: list[tuple[dict[str, Any], str]] = [
     ({"max_events": NAN}, "max_events = nan: must be a finite number"),
     ({"max_events": True}, "max_events = true: must be a number"),
     ({"times": 0.5}, "times = 0.5: must be a sequence of numbers"),
-    ({"times": [[0.1]]}, "times = [[0.1]]: must be a sequence of finite numbers"),
-    ({"times": [0.1, NAN]}, "times = [0.1, nan]: must be a sequence of finite numbers"),
-    ({"times": ["0.1"]}, 'times = ["0.1"]: must be a sequence of finite numbers'),
+    ({"times": [[0.1]]}, "times = [[0.1]]: must be a finite number or a sequence of them"),
+    ({"times": [0.1, NAN]}, "times = [0.1, nan]: must be a finite number or a sequence of them"),
+    ({"times": ["0.1"]}, 'times = ["0.1"]: must be a finite number or a sequence of them'),
     ({"law": "newton"}, "law = newton: must be one of coulomb, published, or an object"),
     ({"law": 3}, "law = 3: must be one of coulomb, published, or an object"),
     ({"law": Mine}, "law = Mine: is a class; an object is Mine()"),
@@ -116,8 +120,8 @@ SENSELESS: list[tuple[dict[str, Any], str]] = [
     ({"shot": True}, "shot = true: must be a Shot, a name or a number from 1"),
     ({"shot": load("two-balls").shots[0]}, "shot = Shot('Offset hit', 'A', velocity=(2.0, 0.0)): "),
     ({"start": 3}, "start = 3: must be a State"),
-    ({"start": (PLACES[1:], AT_REST)}, "must be 11 points, one a ball (10 given)"),
-    ({"start": (PLACES, [*AT_REST, (0, 0)])}, "must be 11 points, one a ball (12 given)"),
+    ({"start": (PLACES[1:], AT_REST)}, "must be 11 points, one for each ball (10 given)"),
+    ({"start": (PLACES, [*AT_REST, (0, 0)])}, "must be 11 points, one for each ball (12 given)"),
     (
         {"start": ([(NAN, 0), *PLACES[1:]], AT_REST)},
         'start.position[0] = [nan, 0]: must be two finite numbers (ball "C")',
@@ -180,10 +184,16 @@ UNFIT: list[tuple[Callable[[], object], str]] = [
     (lambda: any_replace(REPORT, title=3), "title = 3: must be text"),
     (lambda: any_replace(REPORT, title="\ud800"), "must be text that UTF-8 can write"),
     (lambda: plane(disc("a", 1, 1), disc("b", 1, 1)), 'ball "b" overlaps ball "a"'),
-    (lambda: any_run().at([[0.1]]), "times = [[0.1]]: must be a sequence of finite numbers"),
-    (lambda: any_run().at(NAN), "times = nan: must be a sequence of finite numbers, or one"),
-    (lambda: any_run().plot("middle"), "what = middle: must be one of start, end, energy"),
-    (lambda: Run.load(bundled()["report"]), "the file is no run that Run.save wrote"),
+    (lambda: any_run().at([[0.1]]), "times = [[0.1]]: must be a finite number or a sequence"),
+    (lambda: any_run().at(NAN), "times = nan: must be a finite number or a sequence of them"),
+    (lambda: any_run().plot("middle"), 'what = "middle": must be one of start, end, energy'),
+    (lambda: any_run().plot("end", "a.png", dpi="fine"), 'dpi = "fine": must be a number'),
+    (lambda: any_run().write_csv("a.csv", units="in"), 'units = "in": must be an object of the'),
+    (lambda: any_run().film("a.mp4", slow="2"), 'slow = "2": must be a number'),
+    (lambda: any_show(("report",)), 'runs = ["report"]: must be a tuple of objects of the class'),
+    (lambda: any_picture(any_run(), "a.png", when="now"), 'when = "now": must be one of'),
+    (lambda: any_loads(3), "text = 3: must be text"),
+    (lambda: Run.load(bundled()["report"]), "Run.save did not write this file"),
     (lambda: sensitivity(REPORT, 0, Uncertainty(1e-6)), "shot = 0: shots count from 1"),
     (lambda: [*simulate_all(REPORT, [0])], "shot = 0: shots count from 1"),
 ]
@@ -389,8 +399,8 @@ def test_a_shot_says_in_one_of_three_ways_how_it_starts(how: dict[str, Any]) -> 
     ("how", "line"),
     [
         ({}, "velocity: is missing (or speed and angle, or speed and aim)"),
-        ({"speed": 1}, "angle: is missing beside speed (or aim)"),
-        ({"angle": 1}, "speed: is missing beside angle"),
+        ({"speed": 1}, "angle: is missing, or aim (speed needs one of them)"),
+        ({"angle": 1}, "speed: is missing (angle needs it)"),
         ({"velocity": (1, 0), "angle": 1}, "angle = 1.0: give either velocity or angle"),
         ({"speed": 1, "angle": 1, "aim": "1"}, 'aim = "1": give either angle or aim'),
         ({"speed": 1, "angle": INF}, "angle = inf: must be a finite number"),
@@ -476,6 +486,10 @@ def test_paths_may_be_text(tmp_path: Path) -> None:
         getattr(run, name)(str(tmp_path / f"{name}.npz"))
         assert (tmp_path / f"{name}.npz").stat().st_size > 10
     REPORT.to_toml(str(tmp_path / "mine.toml"))
+    too_long = str(tmp_path / f"{300 * 'a'}.toml")
+    with pytest.raises(OSError, match="toml") as caught:
+        REPORT.to_toml(too_long)
+    assert caught.value.filename == too_long  # and not the name of a temporary file
     assert load(str(tmp_path / "mine.toml")) == REPORT
     assert Run.load(str(tmp_path / "save.npz")) == run
 

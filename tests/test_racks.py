@@ -109,7 +109,7 @@ def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
             {"shape": "diamond", "rows": 5},
             "rows = 5: does not go with shape: a diamond has five rows",
         ),
-        ({"ids": ["1"]}, 'ids = ["1"]: must be 15 ids, one a ball (1 given)'),
+        ({"ids": ["1"]}, 'ids = ["1"]: must be 15 ids, one for each ball (1 given)'),
         ({"center": (0, 1)}, "center = [0.0, 1.0]: does not go with shape: a triangle has an apex"),
         ({"rings": 2}, "rings = 2: does not go with shape: a triangle has rows"),
         (
@@ -125,10 +125,13 @@ def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
             {**HEXAGON, "apex": (0.0, 1.0)},
             "apex = [0.0, 1.0]: does not go with shape: a hexagon has a center",
         ),
-        ({**HEXAGON, "ids": ["1"]}, 'ids = ["1"]: must be 19 ids, one a ball (1 given)'),
+        ({**HEXAGON, "ids": ["1"]}, 'ids = ["1"]: must be 19 ids, one for each ball (1 given)'),
         ({**HEXAGON, "gap": -1.0}, "gap = -1.0: must be 0 or more"),
         ({"color": "red"}, 'color = "red": must be "#rrggbb", six hexadecimal digits'),
-        ({"color": ["#112233"]}, 'color = ["#112233"]: must be 15 colours, one a ball (1 given)'),
+        (
+            {"color": ["#112233"]},
+            'color = ["#112233"]: must be 15 colours, one for each ball (1 given)',
+        ),
         ({"rows": 1, "color": [1]}, 'color[0] = 1: must be text, in "quotes"'),
         ({"ids": "123"}, 'ids = "123": must be ids, ["1", "2", ...]'),
         ({"radius": -1.0}, "radius = -1.0: must be greater than 0"),
@@ -188,12 +191,12 @@ def test_a_file_has_its_racks_in_its_own_units() -> None:
         ]),
         ("gap = 0.01", "gap = -1", ["racks[0].gap = -1: must be 0 or more"]),
         ("gap = 0.01", 'ids = ["a", "b"]', [
-            'racks[0].ids = ["a", "b"]: must be 6 ids, one a ball (2 given)']),
+            'racks[0].ids = ["a", "b"]: must be 6 ids, one for each ball (2 given)']),
         ("gap = 0.01", 'ids = ["1", "2", "3", "4", "5", "5"]', [
             'racks[0].ids = ["1", "2", "3", "4", "5", "5"]: is the id of racks[0] already']),
         ("apex = [20, 0]", 'apex = [20]\nids = ["a"]', [
             "racks[0].apex = [20]: must be two numbers, [x, y]",
-            'racks[0].ids = ["a"]: must be 6 ids, one a ball (1 given)']),
+            'racks[0].ids = ["a"]: must be 6 ids, one for each ball (1 given)']),
         ("gap = 0.01", 'ids = "abc"', ['racks[0].ids = "abc": must be ids, ["1", "2", ...]']),
         ("gap = 0.01", 'ids = ["1", "2", "3", "4", "5", "cue"]', [
             'racks[0].ids = ["1", "2", "3", "4", "5", "cue"]: is the id of balls[0] already']),
@@ -223,11 +226,11 @@ def test_what_is_wrong_with_a_files_rack(old: str, new: str, lines: list[str]) -
         ("rings = 2", 'rings = 0\nids = ["a"]', [
             "racks[0].rings = 0: must be a whole number from 1 to 100"]),
         ("gap = 0.01", 'ids = ["a"]', [
-            'racks[0].ids = ["a"]: must be 19 ids, one a ball (1 given)']),
+            'racks[0].ids = ["a"]: must be 19 ids, one for each ball (1 given)']),
         ("gap = 0.01", 'color = "wood"', [
             'racks[0].color = "wood": must be "#rrggbb", six hexadecimal digits']),
         ("gap = 0.01", 'color = ["#aabbcc"]', [
-            'racks[0].color = ["#aabbcc"]: must be 19 colours, one a ball (1 given)']),
+            'racks[0].color = ["#aabbcc"]: must be 19 colours, one for each ball (1 given)']),
         ("[20, 0]", "[6.5, 0]", [
             'racks[0].center = [6.5, 0]: ball "14" overlaps ball "cue" by 0.27 in (0.24 radii)']),
     ],

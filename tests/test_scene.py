@@ -76,7 +76,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     ),
     "ball: id is a word of the format": (
         lambda: ball("nearest", 0, 0),
-        ['id = "nearest": means the nearest ball in a shot: choose another id'],
+        ['id = "nearest": must be another id: in a shot it means the nearest ball'],
     ),
     "ball: minus infinity": (
         lambda: ball("1", 0, 0, radius=-math.inf),
@@ -131,7 +131,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     ),
     "shot: speed alone": (
         lambda: Shot("s", "C", speed=1.0),
-        ["angle: is missing beside speed (or aim)"],
+        ["angle: is missing, or aim (speed needs one of them)"],
     ),
     "shot: backwards": (
         lambda: Shot("s", "C", speed=-1.0, aim="1"),
@@ -171,17 +171,28 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
             shots=(Shot("s", "1", (1.0, 0.0)),),
         ),
         [
-            "restitution.cushion: is missing where there is a table",
-            "restitution.ball_ball: is missing where two balls can meet",
-            "physics.max_time: is missing: without surface friction and gravity the "
-            "balls never come to rest",
+            "restitution.cushion: is missing (a table needs it)",
+            "restitution.ball_ball: is missing (two balls need it)",
+            "physics.max_time: is missing: friction.surface or gravity is 0, so balls "
+            "never come to rest",
         ],
     ),
     "scene: a moving ball and nothing to stop it": (
         lambda: Scene((Ball("1", (0.0, 0.0), R, 0.2, velocity=(0.0, 1.0)),)),
         [
-            "physics.max_time: is missing: without surface friction and gravity the "
-            "balls never come to rest",
+            "physics.max_time: is missing: friction.surface or gravity is 0, so balls "
+            "never come to rest",
+        ],
+    ),
+    "scene: a shot of a ball that rolls on for ever": (
+        lambda: Scene(
+            (ball("1", 0.0, 0.0),),
+            friction=Friction(surface=0.2, rolling=0.0),
+            shots=(Shot("s", "1", (1.0, 0.0)),),
+        ),
+        [
+            "physics.max_time: is missing: friction.rolling or gravity is 0, so balls "
+            "never come to rest",
         ],
     ),
     "scene: shots": (

@@ -1,4 +1,4 @@
-"""These modules hold what is on the table, in SI units: scenes, their parts, units, problems.
+"""These modules hold scenes in SI units, with their parts, units and problems.
 
 Scenario files are read by :mod:`pool_pymunk.model.scenario`.
 """

@@ -35,10 +35,10 @@ class Input:
     ``name`` is the name, or its first part. ``quantity`` is what it measures: a length, mass,
     speed or angle (degrees), or nothing. ``read`` takes it from a Ball or Shot, or from the
     restitution or friction of a scene, ``put`` returns that part with another value. The value lies
-    between ``low`` and ``high``, and above ``low`` if it is a ``size``. ``start`` returns the
-    derivatives of its ball's position and velocity (4,) at the start by it, from the velocity
-    (vx, vy): numbers or arrays. It is None if they do not depend on it. ``column`` is the array of
-    a batch, and the place in it.
+    between ``low`` and ``high``, and above ``low`` if it is a ``size``. ``start`` takes the ball's
+    velocity (vx, vy) at the start, numbers or arrays, and returns the derivatives (4,) of position
+    and velocity there with respect to the input; it is None if these do not depend on the input.
+    ``column`` is the array of a batch that has the input, and the place in it.
     """
 
     name: str
@@ -123,7 +123,7 @@ def _with_angle(shot: Shot, value: float) -> Shot:
 
 def _faster(vx: Any, vy: Any) -> tuple[Any, ...]:
     speed = np.hypot(vx, vy)
-    unit = np.where(speed > 0.0, speed, 1.0)  # A ball that rests goes nowhere faster.
+    unit = np.where(speed > 0.0, speed, 1.0)  # For a ball at rest both are 0.
     return 0.0, 0.0, vx / unit, vy / unit
 
 
@@ -186,7 +186,7 @@ def parts(name: str) -> tuple[str, str]:
 def names_in(scene: Scene, shots: Iterable[str] = ("",)) -> dict[str, list[str]]:
     """Return the inputs of a scene, group by group.
 
-    ``shots`` are the numbers behind those of a shot: ("",) for the one shot that is played.
+    ``shots`` are the numbers that follow the names of a shot's inputs; ("",) if there is one shot.
 
     >>> from pool_pymunk import load
     >>> names_in(load("two-balls"), ["1"])["position"]
@@ -202,7 +202,7 @@ def names_in(scene: Scene, shots: Iterable[str] = ("",)) -> dict[str, list[str]]
 
 
 def derivable(scene: Scene, is_struck: bool) -> dict[str, list[str]]:
-    """Return the inputs by which a run is derived, by group and as "all"; a ball may be struck."""
+    """Return the inputs of derivatives, by group and as "all"; with a shot's if ``is_struck``."""
     groups = names_in(scene, [""] if is_struck else [])
     groups["all"] = [name for names in groups.values() for name in names if name != "turn"]
     return groups
@@ -213,7 +213,7 @@ def _name(row: Input, whose: str) -> str:
 
 
 def _has(scene: Scene, row: Input) -> bool:
-    """Tell whether a scene has this number: it may leave out a restitution, and friction."""
+    """Tell whether a scene has this number: it may leave out restitutions and friction.rolling."""
     if row.name == "roll":
         return scene.friction.rolling is not None
     return row.of != SCENE or getattr(getattr(scene, row.group), row.name.split(".")[1]) is not None
@@ -246,8 +246,8 @@ def row_of(
 ) -> tuple[Input, str]:
     """Return the row and the ball ("": none) of an input of one shot.
 
-    Raises SettingError for another name, and lists the names in ``also``, too; likewise for the
-    velocity of the ball of a ``shot``, which gives it.
+    Raises SettingError for another name, and lists the names in ``also``, too. Raises it also for
+    the velocity of the ball of a ``shot``, because the shot gives that velocity.
     """
     kind, whose = parts(name) if isinstance(name, str) else ("", "")
     row = TABLE.get(kind)
@@ -261,7 +261,7 @@ def row_of(
     if kind in ("roll", "friction.rolling") and not scene.surface.rolls:
         raise setting_error(key, name, NO_ROLLING)
     if shot is not None and row.group == "velocity" and whose == shot.ball:
-        message = "the ball is struck, so its velocity is that of the shot: speed and angle"
+        message = "the shot gives the velocity of its ball: write speed or angle instead"
         raise setting_error(key, name, message)
     return row, whose
 
@@ -276,7 +276,7 @@ def _part(scene: Scene, row: Input, whose: str) -> Any:
 
 
 def input_value(scene: Scene, name: str) -> float:
-    """Return an input's value, in SI, of an angle in degrees.
+    """Return an input's value in SI; an angle is in degrees.
 
     >>> from pool_pymunk import load
     >>> input_value(load("report"), "restitution.cue_ball"), input_value(load("report"), "angle.2")
@@ -289,8 +289,8 @@ def input_value(scene: Scene, name: str) -> float:
 def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     """Return the scene with these numbers instead of its own.
 
-    A shot that places a ball places it as much elsewhere as the scene's own ball is.
-    Raises SceneError where they make no scene.
+    If a ball is moved, the place to which a shot puts that ball moves by the same vector.
+    Raises SceneError if the numbers make no valid scene.
 
     >>> from pool_pymunk import load
     >>> with_inputs(load("report"), {"speed.1": 3.0}).shots[0].velocity
@@ -301,7 +301,7 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     for name in sorted(values, key=lambda name: list(TABLE).index(parts(name)[0])):
         kind, whose = parts(name)
         row = TABLE[kind]
-        if row.of == SCENE:  # They are put together, because one may bound another one.
+        if row.of == SCENE:  # All change at once: one may be a bound of another.
             coefficients[row.group][kind.split(".")[1]] = values[name]
         else:
             part = new.get((row.of, whose)) or _part(scene, row, whose)
@@ -326,11 +326,11 @@ def starts_of(
     scene: Scene, names: Iterable[str], struck: int | None, velocity: Floats,
     roll: Floats | None = None, share: float | None = None,
 ) -> Floats:  # fmt: skip
-    """Return the derivatives (S, N, K, P) of the states of balls at the start by some inputs.
+    """Return the derivatives (S, N, K, P) of the balls' states at the start, by these inputs.
 
-    A state has place and velocity (K = 4), and where balls roll the roll (K = 6). ``velocity`` and
+    A state has place and velocity (K = 4), and the roll if balls roll (K = 6). ``velocity`` and
     ``roll`` (S, N, 2) are those of many shots at the start. The roll of the ``struck`` ball is this
-    ``share`` of its velocity; if it is None, ``roll`` alone is known.
+    ``share`` of its velocity; if ``share`` is None, it follows from ``roll`` and ``velocity``.
 
     >>> from pool_pymunk import load
     >>> starts_of(load("two-balls"), ["vy.B"], None, np.zeros((1, 2, 2)))[0, 1, :, 0].tolist()
@@ -358,9 +358,9 @@ def starts_of(
 
 
 def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
-    """Return the shares (...) of velocities (..., 2) that rolls are; 0 if they are no share.
+    """Return rolls (..., 2) as shares (...) of velocities (..., 2); 0 for a roll that is no share.
 
-    They are compared with the balls' ``own`` shares, or with that along the velocity.
+    A roll is compared with its ball's ``own`` share, or by default with that along the velocity.
 
     >>> share_of(np.array([[2.0, 0.0], [2.0, 0.0]]), np.array([[-1.0, 0.0], [0.0, 1.0]])).tolist()
     [-0.5, 0.0]
@@ -395,7 +395,7 @@ def unit_of(units: Units, name: str) -> str:
 def struck(velocity: Floats, values: Mapping[str, Any]) -> Floats:
     """Return velocities (S, 2) of the struck ball with another ``speed``, ``angle`` or ``turn``.
 
-    A ball that is at rest goes along +x, turned.
+    A ball at rest has the angle 0, to which ``turn`` is added.
 
     >>> struck(np.array([[2.0, 0.0]]), {"speed": 3.0, "turn": np.array([90.0])}).round(9).tolist()
     [[0.0, 3.0]]
@@ -412,7 +412,7 @@ def rolled(
 ) -> Floats | None:
     """Return the rolls (S, N, 2) of balls with these velocities; None where balls do not roll.
 
-    The struck ``ball`` has this ``share`` (S,); others have their own, or ``carried`` rolls.
+    The struck ``ball`` has this ``share`` (S,). Others have their own, or the rolls ``carried``.
     """
     if not scene.surface.rolls:
         return None

@@ -12,18 +12,18 @@ from pool_pymunk.model.plain import Bulges, Color, Corners, Part, problems_of, s
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
 from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
 
-PIECES = 360  # of a whole circle, where an arc is drawn; they lie 4e-5 of the radius off
+PIECES = 360  # chords of a whole circle in the polyline; they lie up to 4e-5 radii inside the arc
 # The radius of a flatter or rounder arc is so large that its rounding moves the cushion by more
 # than 6e-13 of the length between the corners (2^-52 b / 4 or 2^-52 / (4 b), with the bulge b).
 FLATTEST, ROUNDEST = 1e-4, 1e4
-STRAIGHT_ON = 1e-12  # rad; an arc that turns off by less goes on straight, and has no corner there
+STRAIGHT_ON = 1e-12  # rad; where an arc meets a side at a smaller angle, there is no corner
 
 
 class Edge(NamedTuple):
     """An edge is a cushion from ``start`` to ``end``, with unit ``tangent`` and inward ``normal``.
 
-    If the cushion is an arc, these and the ``length`` (m) are those of its chord. ``bulge`` is the
-    tangent of a quarter of the arc's angle.
+    If the cushion is an arc, the tangent, the normal and the ``length`` (m) are those of its chord.
+    ``bulge`` is the tangent of a quarter of the arc's angle.
     """
 
     start: Point
@@ -76,7 +76,7 @@ class Edge(NamedTuple):
         return (x, y), side.normal(x, y)
 
     def share(self, x: float, y: float) -> float:
-        """Return the share of the cushion's length at which it faces a point: what ``at`` takes.
+        """Return the share of the cushion's length at the foot of a point, as ``at`` takes it.
 
         It is 0 at ``start`` and 1 at ``end``. The point may be the centre of a ball that touches.
 
@@ -118,7 +118,7 @@ class Edge(NamedTuple):
 
 def _edge(start: Point, end: Point, bulge: float = 0.0) -> Edge:
     dx, dy = end[0] - start[0], end[1] - start[1]
-    length = math.sqrt(dx * dx + dy * dy) or math.hypot(dx, dy)  # The smallest squares are 0.
+    length = math.sqrt(dx * dx + dy * dy) or math.hypot(dx, dy)  # Squares of tiny sides are 0.
     tangent = (dx / length, dy / length)
     return Edge(start, end, tangent, (-tangent[1], tangent[0]), length, bulge)
 
@@ -151,7 +151,7 @@ class Table(Part):
 
     @classmethod
     def stadium(cls, length: float, width: float) -> Table:
-        """Return a rectangle with half circles at its ends: x from 0 to ``length`` over all (m).
+        """Return a rectangle between two half circles; all of it has x from 0 to ``length`` (m).
 
         >>> Table.stadium(2.0, 1.0).bounds
         (0.0, 0.0, 2.0, 1.0)
@@ -186,7 +186,7 @@ class Table(Part):
             yield Problem("outline", [list(corner) for corner in self.outline], message)
 
     def _misdrawn(self) -> str:
-        """Say what is wrong with the outline; nothing if nothing is."""
+        """Return what is wrong with the outline, or an empty text."""
         count = len(self.outline)
         if count < 2 or (count == 2 and min(self.bulge, default=0.0) <= 0.0):
             return "must have three corners or more, or two between sides that bulge outwards"
@@ -252,7 +252,7 @@ class Table(Part):
 
     @cached_property
     def lines(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
-        """The x and y of the corners, and of arcs both ends, centre, radius (m) and bulge."""
+        """The corners' x and y (m), and for each arc both ends, centre, radius (m) and bulge."""
         xs, ys = zip(*self.outline, strict=True)
         arcs = [(edge, edge.side) for edge in self.edges]
         return xs, ys, tuple(
@@ -264,8 +264,8 @@ class Table(Part):
 def contains(xs: Any, ys: Any, arcs: Any, x: float, y: float) -> bool:
     """Tell whether a point is within an outline, by its corners and arcs; numba can compile it.
 
-    A point is within the outline if it is within one of these and not within another one, or within
-    three of them, and so on: the polygon of the corners, and what lies between arcs and chords.
+    The areas are the polygon of the corners, and that between each arc and its chord. A point is
+    within the outline if it is within an odd number of these areas.
     """
     inside = False
     for k in range(len(xs)):
@@ -278,7 +278,7 @@ def contains(xs: Any, ys: Any, arcs: Any, x: float, y: float) -> bool:
 def lies_between(arc: Any, x: float, y: float) -> bool:
     """Tell whether a point lies between an arc and its chord.
 
-    Rounding puts it on that side of the chord on which ``crosses`` has it.
+    Near the chord, rounding puts the point on the same side as it does in ``crosses``.
     """
     ax, ay, bx, by, dx, dy = arc[0], arc[1], arc[2], arc[3], x - arc[4], y - arc[5]
     if dx * dx + dy * dy >= arc[6] * arc[6]:
@@ -298,7 +298,7 @@ def crosses(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> b
 
 
 def _check_sizes(**sizes: object) -> None:
-    """Raise SceneError for sizes (m) that are none."""
+    """Raise SceneError for values that are not lengths (m) above 0."""
     raise_any(each for key, value in sizes.items() for each in problems_of(value, size, key))
 
 
@@ -329,7 +329,7 @@ def sweep(spans: Mapping[int, tuple[float, float]]) -> Iterator[tuple[int, int]]
 
 
 def _sides_meet(edges: Sequence[Edge], i: int, j: int, slack: float) -> bool:
-    """Tell whether two sides meet, neighbours elsewhere than at their corner."""
+    """Tell whether two sides meet; the common corner of neighbours does not count."""
     p, q = edges[i], edges[j]
     (p_low, p_high), (q_low, q_high) = (sorted((e.start[1], e.end[1])) for e in (p, q))
     if p_low - slack > q_high or q_low - slack > p_high:

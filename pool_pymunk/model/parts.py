@@ -19,7 +19,7 @@ LAUNCH = ("velocity", "speed", "angle", "aim")  # what a shot may say about its 
 
 def _ball_id(value: Any) -> str:
     if value == NEAREST:
-        raise Unfit("means the nearest ball in a shot: choose another id")
+        raise Unfit("must be another id: in a shot it means the nearest ball")
     return name(value)
 
 
@@ -34,7 +34,7 @@ class Ball(Part):
     """A ball is a disc that slides: position (m), radius (m), mass (kg), velocity (m/s).
 
     In a scene with ``Friction.rolling`` it is a solid sphere. Its ``roll`` is a share of its
-    velocity: 1 rolls, 0 slides without rotation, and a negative one draws.
+    velocity: with 1 it rolls, with 0 it does not rotate, with less it rotates backwards (draw).
     """
 
     id: Annotated[str, Key(_ball_id)]
@@ -89,7 +89,7 @@ class Restitution(Part):
 class Friction(Part):
     """These are coefficients of friction, each >= 0; 0 leaves that friction out.
 
-    With ``rolling`` balls slide, then roll; ``surface`` is that of sliding: ``rolling`` or more.
+    If ``rolling`` is given, balls slide and then roll; ``surface`` (sliding) is not below it.
     """
 
     surface: plain.Number = 0.0
@@ -126,7 +126,7 @@ class Shot(Part):
     """A shot gives one ball a ``velocity`` (m/s), or a ``speed`` (m/s) and a direction.
 
     The direction is an ``angle`` (degrees, counter-clockwise from +x), or a ball to ``aim`` at, by
-    its id or as "nearest". With ``from_previous`` it begins where the last shot ended.
+    its id or as "nearest". With ``from_previous`` the shot begins where the last one ended.
     ``published`` are reference ends (m). In a scene with ``Friction.rolling``, ``roll`` is a
     share of the ball's velocity (follow is positive, draw negative). With a ``place`` (m) the ball
     begins there (ball in hand), even if it was pocketed before.
@@ -171,11 +171,11 @@ class Shot(Part):
             yield from beside("angle", aim=self.aim)
         elif self.speed is None and (self.angle is not None or self.aim is not None):
             turned = "aim" if self.angle is None else "angle"
-            yield Problem("speed", LEFT_OUT, f"is missing beside {turned}")
+            yield Problem("speed", LEFT_OUT, f"is missing ({turned} needs it)")
         elif self.speed is None:
             yield Problem("velocity", LEFT_OUT, "is missing (or speed and angle, or speed and aim)")
         elif self.aim is None:
-            yield Problem("angle", LEFT_OUT, "is missing beside speed (or aim)")
+            yield Problem("angle", LEFT_OUT, "is missing, or aim (speed needs one of them)")
 
 
 def beside(other: str, **values: object) -> Iterator[Problem]:

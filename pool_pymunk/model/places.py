@@ -1,8 +1,8 @@
 """This module tells whether a ball may lie at a place, and says in words what is wrong there.
 
-Balls, walls and pockets tell how much ``room`` (m) there is: it is negative where a ball lies in
-them. A ball that sinks in no deeper than rounded coordinates do touches them. numba compiles the
-rules for many layouts at once (:mod:`pool_pymunk.fast.places`).
+The ``room`` (m) of a ball beside another ball, a wall or a pocket is negative where it overlaps
+that. A ball that overlaps by no more than rounding of coordinates touches. numba compiles the rules
+for many layouts at once (:mod:`pool_pymunk.fast.places`).
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import State
 from pool_pymunk.physics.sides import RoundSide, Side, Wall, core_of, pocket
 
-# A ball touches what it sinks into by this share of its radius (of the smaller radius of two balls,
-# of a pocket's radius), because somebody rounded the coordinates of a frozen rack.
+# A ball that overlaps by at most this share of its radius (of the smaller radius of two balls, of a
+# pocket's radius) touches: a user may have rounded the coordinates of a frozen rack.
 TOUCHING = 1e-6
-# This is that share where a run starts: runs end with balls sunk in by 1e-4 in persistent contacts
-# (DEEPEST), and by the distance of a step where contacts are found late.
+# At the start of a run the share is this: other runs end with overlaps of 1e-4 in persistent
+# contacts (DEEPEST), and of the distance of a step where contacts are found late.
 SUNK = 1e-2
 MOST_OVERLAPS = 100  # of one scene are reported: more lines than a screen has
 METRES = Units()
@@ -32,7 +32,7 @@ room_at_round = RoundSide.gap
 
 
 class Placed(NamedTuple):
-    """This ball is at a place that is not its own in the scene."""
+    """A placed ball may be at another place than in its scene."""
 
     id: str
     position: Point
@@ -62,9 +62,9 @@ def is_beside(gap: float, r: float, core: float) -> bool:
 
 
 def sinks(room: float, size: float, x: float, y: float, share: float) -> bool:
-    """Tell whether a ball at (x, y) lies deeper in something than what touches it.
+    """Tell whether a ball at (x, y) overlaps something by more than if it touched.
 
-    What touches it may overlap by a ``share`` of ``size`` (m), and by rounded coordinates.
+    A ball that touches may overlap by a ``share`` of ``size`` (m) and the rounding of coordinates.
     """
     return room < 0.0 and room < -(share * size + COORDINATE_ROUNDING * max(abs(x), abs(y)))
 
@@ -152,7 +152,7 @@ class Surroundings(NamedTuple):
                 yield said(name, what, room, r, self.units, how)
 
     def no_room(self, ball: Placed, others: Iterable[Ball | Placed]) -> Iterator[str]:
-        """Say why a ball cannot lie where it is placed: off the table, or in what."""
+        """Say why a ball cannot lie at its place: it is off the table, or it overlaps something."""
         balls = {k: other for k, other in enumerate(others) if other.id != ball.id}
         last = len(balls) + 1  # Overlaps are problems of the later ball.
         for problem in self.problems({**balls, last: ball}):
@@ -162,7 +162,7 @@ class Surroundings(NamedTuple):
     def post_problems(self, post: Post) -> Iterator[str]:
         """Say that a post is off the table, in which cushion it lies, or over which pockets.
 
-        It may stand at a pocket's rim, but not where balls lie that the pocket took in.
+        It may overlap a pocket's rim, but not its middle, where pocketed balls lie.
         """
         (x, y), r = post.position, post.radius
         for hole in self.pockets:

@@ -1,11 +1,11 @@
-"""This module makes plain Python values of what users pass: numbers of NumPy, arrays, lists.
+"""This module turns what users pass (numbers of NumPy, arrays, lists) into plain Python values.
 
 A reader takes one value and returns it as a plain one, or raises :class:`Unfit`. So solvers, laws
-and files never see a number of NumPy. Readers of numbers also take the size (SI) of the ``unit``
-that a file has them in; bounds are in SI.
+and files never see a number of NumPy. Readers of numbers also take the ``unit`` of the file, as a
+number in SI; bounds are in SI.
 
-The type of a part's field has its key: how the value is read and checked, and in which unit a file
-has it. By these keys parts check themselves, and files are read and written.
+The annotation of a part's field has a key, which says how the value is read and checked, and in
+which unit a file has it. Parts use these keys to check themselves, and files to read and write.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ Reader = Callable[..., Value]
 
 
 class Unfit(ValueError):
-    """A value does not fit: the message says what would, ``inside`` what is wrong in it."""
+    """A value does not fit: the message says what would fit, ``inside`` lists problems in it."""
 
     def __init__(self, message: str, inside: Sequence[Problem] = ()) -> None:
         super().__init__(message)
         self.inside = inside
 
     def problems(self, where: Location, value: object) -> Iterator[Problem]:
-        """Return what is wrong with the ``value`` that stands there."""
+        """Return the problems of the ``value`` that stands at ``where``."""
         found = self.inside or [Problem((), value, str(self))]
         return (problem.under(*where) for problem in found)
 
@@ -85,7 +85,7 @@ def many(read: Reader[Value], example: str) -> Reader[tuple[Value, ...]]:
 
 def number(value: Any, unit: float = 1.0) -> float:
     """Read a number of Python or NumPy as a plain float."""
-    if type(value) is float:  # as most are; what follows takes five times as long
+    if type(value) is float:  # Most are; what follows takes five times as long.
         return value * unit
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
@@ -197,7 +197,7 @@ def colors(value: Any) -> str | tuple[str, ...]:
 
 
 def choice(known: Collection[str]) -> Reader[str]:
-    """Make a reader of one of some names; what is known may change."""
+    """Make a reader of one of the names that are ``known`` when it reads."""
 
     def read(value: Any) -> str:
         found = text(value)
@@ -240,7 +240,7 @@ Text = Annotated[str, Key(text)]
 Ids = Annotated[Sequence[str], Key(many(text, 'ids, ["1", "2", ...]'))]
 Name = Annotated[str, Key(name)]
 Color = Annotated[str, Key(color)]  # "#rrggbb"
-Colors = Annotated[str | Sequence[str], Key(colors)]  # one of all, or one each
+Colors = Annotated[str | Sequence[str], Key(colors)]  # one for all balls, or one for each
 Length = Annotated[float, Key(size, "length")]  # m, greater than 0
 Gap = Annotated[float, Key(between(0.0), "length")]  # m
 Mass = Annotated[float, Key(size, "mass")]  # kg
@@ -267,7 +267,7 @@ def keys_of(whose: Any) -> Keys:
 
 
 def _key(hint: Any) -> Key:
-    """Return the key in an annotation, which may be None, a class, or a tuple of objects of one."""
+    """Return the key of an annotation: its own, or one for a class, a tuple of it, or None."""
     if isinstance(hint, type):
         return Key(made(hint))
     if hasattr(hint, "__metadata__"):
@@ -296,8 +296,8 @@ def read_all(keys: Keys, values: Mapping[str, Any]) -> dict[str, Any]:
 class Part:
     """A part of a scene is a dataclass that reads its fields by their keys when it is made.
 
-    Raises :class:`~pool_pymunk.SceneError` with all fields that do not fit, or else with all that
-    is wrong between them.
+    Raises :class:`~pool_pymunk.SceneError` with all fields that do not fit; if all fit, with all
+    that is wrong between them.
     """
 
     __slots__ = ()
@@ -329,7 +329,7 @@ def argument(key: str, value: Any, read: Reader[Value]) -> Value:
 
 
 def problems_of(value: Any, read: Reader[object], *where: str) -> Iterator[Problem]:
-    """Return what is wrong with the value that stands there, if anything is."""
+    """Return the problems of the value that stands at ``where``, if it has any."""
     try:
         read(value)
     except Unfit as unfit:
@@ -341,5 +341,5 @@ def read_pair(key: str, value: Any) -> tuple[float, float]:
     try:
         x, y = each(number, enumerate(value if is_row(value) else ()))
         return x, y
-    except ValueError:  # Unfit, or another number of them
+    except ValueError:  # Unfit, or not two
         raise setting_error(key, shown(value), "must be two numbers") from None

@@ -26,15 +26,15 @@ SMALLEST, LARGEST = 1e-100, 1e100
 TOO_SMALL = f"is too small (less than {SMALLEST:g} in SI units)"
 TOO_LARGE = f"is too large (more than {LARGEST:g} in SI units)"
 
-# A message fits into two lines of a terminal with this many characters of a value, or names.
+# Messages show at most this many characters of a value, or names, to fit two lines of a terminal.
 MOST_SHOWN, MOST_LISTED = 60, 12
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A problem is one thing that is wrong with a scene: where, the value, and what is right.
+    """A problem of a scene says where it is, which value is wrong, and what would be right.
 
-    ``where`` is a key, or the steps that lead to it from the outside.
+    ``where`` is a key, or the steps that lead to it from the top of the file.
 
     >>> str(Problem(("balls", 2, "mass"), 0, "must be greater than 0"))
     'balls[2].mass = 0: must be greater than 0'
@@ -55,7 +55,7 @@ class Problem:
         return (self.where,) if isinstance(self.where, str) else self.where
 
     def under(self, *where: int | str) -> Problem:
-        """Return a part's problem as one of the whole, in which the part stands at ``where``."""
+        """Return this problem of a part as one of the scene that has the part at ``where``."""
         return replace(self, where=(*where, *self.steps))
 
     def __str__(self) -> str:
@@ -148,7 +148,7 @@ def no_such_ball(ids: Collection[str]) -> str:
 
 
 def suggestion(name: object, known: Iterable[str]) -> str:
-    """Return the end of a message that names the known name most like this one, if there is one.
+    """Return "did you mean ...?" with the known name most like this one, or an empty text.
 
     >>> suggestion("rpeort", ["report", "hexagon"]), suggestion("x", ["report"])
     ('; did you mean "report"?', '')
@@ -158,7 +158,7 @@ def suggestion(name: object, known: Iterable[str]) -> str:
 
 
 def most_like(name: object, known: Iterable[str]) -> str:
-    """Return the known name that is most like this one; nothing if none is."""
+    """Return the known name that is most like this one, or an empty text."""
     alike = get_close_matches(str(name)[:MOST_SHOWN], list(known), n=1)
     return alike[0] if alike else ""
 

@@ -18,7 +18,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 
 @dataclass(frozen=True, slots=True)
 class Units(Part):
-    """Units are those in which a scenario is written and reported; numbers inside are SI.
+    """Scenario files and reports have numbers in these units; Python objects have them in SI.
 
     >>> Units(length="in").from_si(0.0254, "length")
     1.0

@@ -1,4 +1,4 @@
-"""Racks are balls in rows or in rings, so that nobody computes fifteen positions."""
+"""Racks are balls in rows or in rings; this module computes their positions."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from pool_pymunk.model.problems import LEFT_OUT, Point, Problem, raise_any
 HEXAGON = "hexagon"
 SHAPES = ("triangle", "diamond", HEXAGON)
 DIAMOND = (1, 2, 3, 2, 1)  # balls in each row
-MOST_ROWS = 100  # 5,050 balls; more rows than any game has are a slip
-# What a shape must have, and what it has for the keys that belong to another.
+MOST_ROWS = 100  # 5,050 balls; no game has as many rows
+# The keys that a shape must have, and what it has instead of the keys of other shapes.
 NEEDED = {"triangle": ("apex",), "diamond": ("apex",), HEXAGON: ("center", "rings")}
 INSTEAD = {
     "triangle": {"center": "an apex", "rings": "rows"},
@@ -54,7 +54,7 @@ def rack(
     at its ``center`` (m); each begins at ``angle`` and runs counter-clockwise. ``gap`` (m) is that
     of neighbours' surfaces; at 0 the rack is frozen. ``ids`` (default: "1", "2" and so on) go row
     by row, each row counter-clockwise as seen from the apex, or ring by ring from the middle. All
-    balls have the ``radius`` (m), the ``mass`` (kg) and the ``color``, unless it is a list of them.
+    balls have the ``radius`` (m) and the ``mass`` (kg). ``color`` is one for all, or a list.
 
     >>> balls = rack((1.905, 0.635), radius=0.028575, mass=0.17, gap=0.0001)
     >>> len(balls), balls[0].position, [round(x, 6) for x in balls[1].position]
@@ -95,7 +95,7 @@ def _problems(given: Mapping[str, Any]) -> Iterator[Problem]:
     count = len(rack_ids(given["rows"], shape, None, rings))
     for key, name in (("ids", "ids"), ("color", "colours")):
         if not isinstance(values := given[key], str | None) and len(values) != count:
-            message = f"must be {count} {name}, one a ball ({len(values)} given)"
+            message = f"must be {count} {name}, one for each ball ({len(values)} given)"
             yield Problem(key, values, message)
 
 

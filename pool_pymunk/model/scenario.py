@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import LAUNCH, SECTIONS, Ball, Pocket, Post, Shot, beside
-from pool_pymunk.model.plain import Key, Part, Unfit, choice, text
+from pool_pymunk.model.plain import Key, Part, Unfit, argument, choice
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     Location,
@@ -38,10 +38,10 @@ SomePart = TypeVar("SomePart", bound=Part)
 Values = dict[str, Any]  # of a section, in SI
 Entry = tuple[Location, Values]
 
-DEFAULTS = ("radius", "mass", "color")  # [ball] has them for
-INHERIT = ("balls", "racks")  # that leave them out
+DEFAULTS = ("radius", "mass", "color")  # the keys of [ball]
+INHERIT = ("balls", "racks")  # They take from [ball] the keys that they leave out.
 
-FROM = Key(choice(("start", "previous")))
+FROM, TITLE = Key(choice(("start", "previous"))), Scene.KEYS["title"]
 # A file has lists of sections, and sections, each with its keys.
 LISTS: Mapping[str, Mapping[str, Key]] = {
     "pockets": Pocket.KEYS,
@@ -60,8 +60,8 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
     "ball": {key: Ball.KEYS[key] for key in DEFAULTS},
     **LISTS,
 }
-SIZE = {"radius": 1.0, "mass": 1.0}  # stands in for one that is missing or broken
-# What a rack has for these keys of its balls; a hexagon has its center for the position.
+SIZE = {"radius": 1.0, "mass": 1.0}  # m, kg; used for one that is missing or broken
+# These keys of a rack give these keys of its balls; in a hexagon, center gives the position.
 OF_RACKS = {"position": "apex", "id": "ids"}
 
 
@@ -103,15 +103,15 @@ def label(scenario: str | Path) -> str:
 
 def loads(text: str, source: str = "scenario") -> Scene:
     """Make a Scene of a scenario's text; ``source`` is what error messages call it."""
+    text = argument("text", text, TITLE.read)
     try:
         raw = tomllib.loads(text.removeprefix("\ufeff"))
     except (ValueError, RecursionError) as error:
         raise SceneError([_toml_problem(text, source, error)], source) from None
     file = _File(raw)
-    made = file.scene()
-    if made is None:
-        raise SceneError(file.problems, source)
-    return made
+    if (made := file.scene()) is not None:
+        return made
+    raise SceneError(file.problems, source)
 
 
 def _toml_problem(text: str, source: str, error: Exception) -> Problem:
@@ -134,8 +134,8 @@ def _toml_problem(text: str, source: str, error: Exception) -> Problem:
 class _File:
     """A file makes a Scene part by part, and collects the problems of all parts.
 
-    It notes a wrong key as ``broken``, and all that has the key in it as ``touched``. A sound value
-    stands in for it. So the rest is checked, and what only follows from it is not reported.
+    A wrong key is noted as ``broken``, and each section around it as ``touched``. A sound value
+    replaces the wrong one. So the rest is checked, and mere consequences are not reported.
     """
 
     def __init__(self, raw: Values) -> None:
@@ -146,7 +146,7 @@ class _File:
         self.nowhere: set[Location] = set()  # balls that are not sound enough to have a place
         self.written = Units()  # the units of the file's numbers
         as_it_is = Key(lambda value: value)
-        self.content = self._read((), raw, {"title": Key(text)} | dict.fromkeys(KEYS, as_it_is))
+        self.content = self._read((), raw, {"title": TITLE} | dict.fromkeys(KEYS, as_it_is))
         units = self._section("units")
         is_si = units.pop("numbers", "units") == "SI"
         self.units = self._part("units", Units, units)
@@ -182,7 +182,7 @@ class _File:
     # -- problems --------------------------------------------------------------------------------
 
     def _note(self, problems: Iterable[Problem]) -> None:
-        """Keep problems, less those of what is broken already, with values as the file has them."""
+        """Keep the problems of what is not broken yet, with the values that the file has."""
         for problem in problems:
             where = problem.steps
             if where[0] == "racks":
@@ -203,7 +203,7 @@ class _File:
         self.touched.update(where[:n] for n in range(1, len(where) + 1))
 
     def _is_sound(self, where: Location) -> bool:
-        """Tell whether nothing is known to be wrong with this, in it, or with what it stands in."""
+        """Tell whether no problem is known of this key, of keys in it, or of sections around it."""
         return where not in self.touched and not any(
             where[:n] in self.broken for n in range(1, len(where))
         )
@@ -211,7 +211,7 @@ class _File:
     # -- values ----------------------------------------------------------------------------------
 
     def _read(self, where: Location, raw: Any, keys: Mapping[str, Key]) -> Values:
-        """Return the values of a section, less those that do not fit."""
+        """Return the values of a section, without those that do not fit."""
         found: Values = {}
         if not isinstance(raw, dict):
             self._note([Problem(where, raw, "must be a table")])
@@ -229,7 +229,7 @@ class _File:
         return found
 
     def _refuse(self, where: Location, name: str, value: Any, known: Iterable[str]) -> None:
-        """Refuse an unknown key. It is taken for the one that is most like it: so that is there."""
+        """Refuse an unknown key. The known key most like it then does not count as missing."""
         message = f"unknown key (there are: {', '.join(known)}){suggestion(name, known)}"
         self.problems.append(Problem((*where, name), value, message))
         meant = (*where, most_like(name, known))
@@ -240,7 +240,7 @@ class _File:
         return self._read((name,), self.content.get(name, {}), KEYS[name])
 
     def _entries(self, name: str) -> list[Entry]:
-        """Return the values of the sections in a list; for balls and racks with [ball]."""
+        """Return the values of the sections in a list; balls and racks also get those of [ball]."""
         raw = self.content.get(name, [])
         if not isinstance(raw, list):
             message = f"must be a list: write [[{name}]] above each of them"
@@ -272,7 +272,7 @@ class _File:
             return None
 
     def _is_complete(self, where: Location, kind: Callable[..., Any], values: Values) -> bool:
-        """Tell whether all is there that must be, and say what is not."""
+        """Tell whether all needed keys are there, and note those that are missing."""
         missing = [key for key in _needed(kind) if key not in values]
         for key in missing:
             inherits = where[0] in INHERIT and key in DEFAULTS
@@ -302,7 +302,7 @@ class _File:
         return self._made(("table",), Table.rectangle, sides | values) if has_sides else None
 
     def _balls(self) -> Iterator[tuple[Location, Ball]]:
-        """Yield the balls of the list; where one is unsound, one that stands in for it."""
+        """Yield the balls of the list; what is missing or broken is replaced by sound values."""
         for where, own in self.entries["balls"]:
             self._is_complete(where, Ball, own)
             if not {"id", "position", "radius"} <= own.keys():
@@ -329,7 +329,7 @@ class _File:
                 yield where, kind(**values)
 
     def _shots(self, balls: Located[Ball]) -> Iterator[tuple[Location, Shot]]:
-        """Yield the shots; where one is unsound, one that stands in for it."""
+        """Yield the shots; what is missing or broken is replaced by sound values."""
         struck = next((ball.id for _, ball in balls if ball.cue), "")
         for k, (where, own) in enumerate(self.entries["shots"], start=1):
             name = f"Shot {k}" if self._is_sound((*where, "name")) else written(where)
@@ -337,7 +337,7 @@ class _File:
             ends = dict.fromkeys(raw if isinstance(raw, dict) else (), (0.0, 0.0))  # stand in
             values: Values = {"name": name, "ball": struck, "published": ends} | own
             if not values["ball"] and "ball" not in own and balls and self._knows_balls():
-                self._missing((*where, "ball"), "is missing where there is no cue ball")
+                self._missing((*where, "ball"), "is missing (there is no cue ball)")
             values["from_previous"] = values.pop("from", "start") == "previous"
             is_launched = all(self._is_sound((*where, key)) for key in LAUNCH)
             made = self._made(where, Shot, values) if is_launched else None
@@ -347,7 +347,7 @@ class _File:
             yield where, made or Shot(**rest, **start)
 
     def _knows_balls(self) -> bool:
-        """Tell whether every ball's id is known (and the cue ball), so that others are unknown."""
+        """Tell whether all ids and the cue ball are known, so that any other id is a mistake."""
         balls = self.entries["balls"]
         return (
             ("balls",) not in self.broken
@@ -364,7 +364,7 @@ def _needed(kind: Callable[..., Any]) -> tuple[str, ...]:
 
 
 def _find(raw: Any, where: Location) -> Any:
-    """Return what stands at a location in the raw file; None where nothing does."""
+    """Return what stands at a location in the raw file, or None."""
     for step in where:
         try:
             raw = raw[step]

@@ -1,4 +1,4 @@
-"""This module writes a scenario file of a :class:`~pool_pymunk.Scene`; read, it gives it again."""
+"""This module writes a :class:`~pool_pymunk.Scene` to a scenario file, which gives it back."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pool_pymunk.model.quantities import Units
 if TYPE_CHECKING:
     from pool_pymunk.model.scene import Scene
 
-NEIGHBOURS = 4  # floats to each side of a quotient, one of which may give the number back
+NEIGHBOURS = 4  # floats on each side of value / unit that are tried, too
 
 # A file has the keys of a part in this order; others follow.
 ORDER = (
@@ -29,7 +29,7 @@ class Inexact(ValueError):
 
 
 def scenario_text(scene: Scene) -> str:
-    """Write a scene in its own units, or in SI where digits would be lost in these."""
+    """Write a scene in its own units, or in SI if its own units would lose digits."""
     try:
         return _text(scene, scene.units)
     except Inexact:
@@ -85,7 +85,7 @@ def _said(part: Any, units: Units) -> Values:
 
 
 def _unusual(part: Any, units: Units) -> Values:
-    """Return the fields of a part that differ from what a file that leaves them out means."""
+    """Return the fields of a part that differ from their defaults."""
     usual = [one.name for one in fields(part) if getattr(part, one.name) in (one.default, {})]
     said = {key: value for key, value in _said(part, units).items() if key not in usual}
     if said.pop("from_previous", False):
@@ -112,7 +112,7 @@ def _units(units: Units, written: Units) -> Values:
 
 
 def _in_units(value: Any, kind: str, units: Units) -> Any:
-    """Return a number, a point or points in these units, where they are of a kind that has some."""
+    """Return a number, a point or points in these units; a value without a ``kind`` is kept."""
     if not kind:
         return list(value) if isinstance(value, tuple) else value
     if isinstance(value, Mapping):

@@ -142,7 +142,7 @@ class Scene(Part):
 
     @property
     def deceleration(self) -> float:
-        """Surface friction takes this from a moving ball's speed, a = mu_s g (m/s^2, Eq. 10)."""
+        """Surface friction decelerates a sliding ball by a = mu_s g (m/s^2, Eq. 10)."""
         return self.friction.surface * self.physics.gravity
 
     @property
@@ -165,9 +165,9 @@ class Scene(Part):
     def start(self, shot: Shot | None, before: State | None = None) -> State:
         """Return the state at the moment of a shot, from ``before`` or the scene's own.
 
-        Balls that are off the table there stay off, except for one that the shot places. Raises
-        SceneError for a shot that strikes or aims at such a ball, or at one that the scene has not,
-        and for a place where the ball has no room.
+        Balls that are off the table before stay off, except for one that the shot places. Raises
+        SceneError if the shot strikes or aims at a ball that is off the table or not in the scene,
+        and if it places the ball where there is no room.
         """
         state = before or self._as_set_up
         if shot is None:
@@ -233,10 +233,10 @@ class Scene(Part):
         return min(others, key=lambda j: math.dist(at[i], at[j]))
 
     def state(self, value: Any) -> State:
-        """Read a state that somebody made: positions, velocities, and who is off the table.
+        """Read a state that a user made: positions, velocities, and which balls are off the table.
 
-        The balls may sink into each other and into cushions by ``SUNK`` of their radii, as they do
-        where runs end that find contacts late. Raises SceneError for what cannot be, with the ball.
+        Balls may overlap each other and cushions by ``SUNK`` of their radii, as at the end of a run
+        that finds contacts late. Raises SceneError for an impossible state, and names the ball.
         """
         state = read_state(value, self.index, self.surface.rolls)
         there = placed(self.balls, state)
@@ -290,10 +290,10 @@ def _scaled(vector: Point, share: float) -> Point:
 
 @dataclass(frozen=True)
 class Sketch:
-    """A sketch is a scene as far as it is sound: its parts, and the places of their keys.
+    """A sketch has the sound parts of a scene, each with its location in the file.
 
-    A table may be there of which nothing is known (``has_table``). Balls ``nowhere`` have no known
-    places. Unless it ``knows_balls``, a shot may be of any ball. Lengths are said in ``units``.
+    ``has_table`` is true for an unsound table, too. The places of the balls ``nowhere`` are not
+    known. Unless it ``knows_balls``, a shot may strike any ball. Messages are in ``units``.
     """
 
     balls: Located[Ball]
@@ -369,14 +369,13 @@ class Sketch:
     def _of_coefficients(self, cues: int) -> Iterator[Problem]:
         """Find coefficients and a time that the scene needs and leaves out, and needless rolls."""
         lacks = any(post.restitution is None for _, post in self.posts)
-        why = "there is a table" if self.has_table else "a post has none of its own" * lacks
+        why = "a table" if self.has_table else "a post without its own" * lacks
         if why and self.restitution.cushion is None:
-            yield Problem(("restitution", "cushion"), LEFT_OUT, f"is missing where {why}")
+            yield Problem(("restitution", "cushion"), LEFT_OUT, f"is missing ({why} needs it)")
         balls = len(self.balls)
         met = [False] * (balls - cues > 1) + [True] * (balls > 1 and cues > 0)  # with the cue ball
         if None in [ball_ball_restitution(self.restitution, cue) for cue in met]:
-            message = "is missing where two balls can meet"
-            yield Problem(("restitution", "ball_ball"), LEFT_OUT, message)
+            yield Problem(("restitution", "ball_ball"), LEFT_OUT, "is missing (two balls need it)")
         rolls = [(where, ball.roll) for where, ball in self.balls]
         rolls += [(where, shot.roll) for where, shot in self.shots]
         for where, roll in rolls if self.friction.rolling is None else ():
@@ -384,12 +383,13 @@ class Sketch:
                 yield Problem((*where, "roll"), roll, NO_ROLLING)
         moves = self.shots or any(ball.velocity != (0.0, 0.0) for _, ball in self.balls)
         if moves and slowest(self.friction, self.physics) == 0.0 and self.physics.max_time is None:
-            message = "without surface friction and gravity the balls never come to rest"
-            yield Problem(("physics", "max_time"), LEFT_OUT, f"is missing: {message}")
+            key = "surface" if self.friction.rolling is None else "rolling"
+            message = f"is missing: friction.{key} or gravity is 0, so balls never come to rest"
+            yield Problem(("physics", "max_time"), LEFT_OUT, message)
 
 
 def repeated(field: str, names: Iterable[tuple[Location, str]]) -> Iterator[Problem]:
-    """Find names that stand there twice."""
+    """Find names that are given twice."""
     seen: dict[str, Location] = {}
     for where, name in names:
         if name in seen:

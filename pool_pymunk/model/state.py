@@ -29,7 +29,7 @@ class State(NamedTuple):
 def read_state(value: Any, ids: Collection[str], rolls: bool = False) -> State:
     """Read a :class:`State`, or positions and velocities, in tuples, lists or arrays.
 
-    Balls off the table rest. Balls that roll have no roll if the state leaves it out. Raises
+    Balls off the table get the velocity 0. A roll that is left out is 0 if balls roll. Raises
     SceneError for what is no state of these balls.
     """
     if not is_row(value) or not 2 <= len(value) <= 4:
@@ -51,10 +51,10 @@ def read_state(value: Any, ids: Collection[str], rolls: bool = False) -> State:
 
 
 def _read_points(name: str, value: Any, ids: Collection[str]) -> tuple[Point, ...]:
-    """Read one point a ball."""
+    """Read one point for each ball."""
     if not is_row(value) or len(value) != len(ids):
         given = f"{len(value)} given" if is_row(value) else "none given"
-        message = f"must be {len(ids)} points, one a ball ({given})"
+        message = f"must be {len(ids)} points, one for each ball ({given})"
         raise SceneError([Problem(f"start.{name}", value, message)])
     try:
         return tuple(each(point, enumerate(value)))

@@ -1,4 +1,4 @@
-"""This module draws an atlas: what comes of a shot at every angle and speed, one shot a pixel.
+"""This module draws an atlas: the outcome of a shot at every angle and speed, each one a pixel.
 
 Its colours can be distinguished with any kind of colour vision.
 """
@@ -28,7 +28,7 @@ Image = NDArray[np.uint8]  # (H, W, 3)
 Pieces = Iterator[Image]  # of a map, from its lowest row on
 
 DPI = 100.0
-ROWS = 800  # Letters and margins are these for a map of this many rows, and in scale for others.
+ROWS = 800  # The sizes below are for a map of this many rows, and in proportion for others.
 LETTER = 16.0  # points
 LEFT, BOTTOM, TOP, GAP = 95.0, 85.0, 60.0, 50.0  # pixels
 RIGHT, WIDE = 345.0, 620.0  # pixels; the room of a bar or of names, and of a table in colours
@@ -41,9 +41,9 @@ TITLES = {
     "pocket": "which pocket takes ball {}",
     "duration": "when all balls rest",
 }
-MOST_HITS = 0.995  # of the shots have no more hits than the scale
-# A map is coloured and drawn in pieces of this number of rows: a pixel of three bytes takes 24 of
-# them while it is coloured, and some 110 while matplotlib draws it.
+MOST_HITS = 0.995  # This share of the shots has no more hits than the scale shows.
+# A map is coloured and drawn in pieces of this number of rows: a pixel takes 24 bytes while it is
+# coloured, and about 110 bytes while matplotlib draws it.
 AT_ONCE = 100
 
 

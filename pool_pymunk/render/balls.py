@@ -27,12 +27,12 @@ from pool_pymunk.results.run import Run
 Color = tuple[float, float, float, float]
 CAPITAL = 0.73  # height of the font's capitals and digits, in its size
 CORNERS = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])  # the first is preferred
-CLEARLY = 0.3  # in half the height of a label
+CLEARLY = 0.3  # in half heights of a label; a better corner has this much more room
 BOLD = FontProperties(family="DejaVu Sans", weight="bold")
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
 SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
-STRAIGHT = 1e-9  # A track bends if its acceleration is farther off its velocity than this share.
+STRAIGHT = 1e-9  # An acceleration bends a track if this share of it is not along the velocity.
 CHORDS = 16  # A parabola is drawn as this number of straight lines.
 # A stripe is level, over a disc of radius 1; these are its corners' angles at the right side.
 ANGLES = math.asin(LOOK.stripe) * np.linspace(-1.0, 1.0, 24)
@@ -94,7 +94,7 @@ def draw_bodies(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
         offset = (-0.022 * k, 0.027 * k)
         _circles(axes, balls, offset, 0.90 - 0.04 * k, (1.0, 1.0, 1.0, 0.024), 2.2)
     for ball in balls:
-        # The outline lies inside the radius, so that balls that touch are seen to.
+        # The outline lies inside the radius, so that balls that touch also do so in the picture.
         line, ink = min(0.07 * ball.radius, 1.6), style.outline
         body = IVORY if ball.striped else ball.color
         circle(axes, ball, ball.radius - line / 2, lw=line, ec=ink, fc=body, zorder=2.1)
@@ -122,7 +122,7 @@ def draw_ghosts(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
 def _circles(
     axes: Axes, balls: Sequence[DrawnBall], offset: Point, size: float, color: Color, zorder: float
 ) -> None:
-    """Draw a circle of ``size`` radii ``offset`` radii beside each ball, all as one area."""
+    """Draw a circle at each ball, all as one area; ``size`` and ``offset`` are in its radii."""
     circles = [
         Outline.circle((b.x + offset[0] * b.radius, b.y + offset[1] * b.radius), size * b.radius)
         for b in balls
@@ -132,7 +132,7 @@ def _circles(
 
 
 def _shape(axes: Axes, outline: Outline, ball: DrawnBall, size: float, **looks: Any) -> None:
-    """Draw an outline around the middle of a ball, ``size`` times (points) as large."""
+    """Draw an outline around the middle of a ball; ``size`` (points) is its unit of length."""
     shape = Affine2D().scale(size).translate(ball.x, ball.y)
     axes.add_artist(PathPatch(outline.transformed(shape), **looks))
 
@@ -150,7 +150,7 @@ def _lettering(text: str) -> Outline:
 class Labels:
     """Labels stand beside their ``balls``, each at a corner where it covers no other ball.
 
-    It leaves its corner only for one with clearly more room, so it stands still when balls move.
+    A label changes its corner only for one with clearly more room, so it does not flicker.
     """
 
     def __init__(self, discs: Sequence[DrawnBall]) -> None:
@@ -177,7 +177,7 @@ class Labels:
         return middles
 
     def _room(self, places: Array, corners: Array) -> Array:
-        """Return 0 for a label that covers no other ball, and less the more it covers one."""
+        """Return 0 for a label that covers no other ball, else minus the depth (points) in one."""
         middles = self._middles(places, corners)
         out = np.maximum(np.abs(places - middles[:, None]) - self.halves[:, None], 0.0)
         gaps = np.hypot(out[..., 0], out[..., 1]) - self.radii

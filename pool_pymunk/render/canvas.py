@@ -65,7 +65,7 @@ ALIGNED = {"left": 0.0, "bottom": 0.0, "center": 0.5, "right": 1.0, "top": 1.0}
 
 
 def place_labels(axes: Axes, labels: Sequence[Label], **looks: Any) -> None:
-    """Write each label beside its point, where it covers least: no line, arrow or other label."""
+    """Write each label beside its point, where it covers least of lines, arrows and labels."""
     taken = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
     drawn, room, points = _outlines(axes), axes.get_window_extent(), axes.figure.dpi / 72.0
     for text, at, color in labels:
@@ -100,7 +100,7 @@ def _outlines(axes: Axes) -> Array:
 
 
 def dress(axes: Axes, style: Style, letter: float | None = None) -> None:
-    """Give a plot the page's colours, axes at the left and below alone, and letters of a size."""
+    """Give a plot the page's colours, only the left and lower axis, and letters of a size."""
     axes.set_facecolor("none")
     axes.tick_params(colors=style.ink, which="both")
     axes.spines[["top", "right"]].set_visible(False)
@@ -124,7 +124,7 @@ class Sprite:
         self._shifted: dict[tuple[int, int], tuple[NDArray[np.uint16], NDArray[np.uint16]]] = {}
 
     def stamp(self, frame: Pixels, x: float, y: float, strength: float = 1.0) -> None:
-        """Put the sprite's middle at (x, y), unless that is NaN, as clear as its ``strength``."""
+        """Put the sprite's middle at (x, y), unless that is NaN, with a ``strength`` in [0, 1]."""
         if strength <= 0.0 or not math.isfinite(x + y):
             return
         column, across = divmod(round(x * FINE), FINE)

@@ -46,7 +46,7 @@ def cloud_picture(
     study = found or linear
     assert study is not None
     run, errors = study.reference, study.uncertainty.described(study.reference.scene)
-    key = "rings: starts; discs: the ends if nothing is moved"
+    key = "rings: starts; discs: the ends without errors"
     key += "; ellipses: 95 % of the ends by derivatives" * (linear is not None)
     said = errors if found is None else f"{found.samples:,} ends with {errors}"
     sheet = _sheet(run, style, run.name, said, key)

@@ -19,8 +19,8 @@ from pool_pymunk.solvers import SOLVERS, Solver
 from pool_pymunk.studies.tradeoff import SHARED_ENGINE, Setting, Tradeoff, order
 
 HIDDEN = (
-    "In the shaded region errors are smaller than what the\nuncertainty of the start positions "
-    "does to the ends ({}):\nmore precision buys nothing"
+    "In the shaded region errors are smaller than the\nuncertainty of the ends that "
+    "uncertain start positions\ncause ({}): more precision is of no use"
 )
 LETTER = 8.5  # points
 NO_ORDER = 0.3  # If the slope of error over dt is smaller than this, the error does not converge.
@@ -80,7 +80,7 @@ class Cut:
         self.strips = (self.places[:-1][gaps >= self.WIDE] + self.STRIP / 2).tolist()
 
     def place(self, value: float) -> float:
-        """Return where a value lies, in decades from the left end; values beyond lie there."""
+        """Return the place of a value, in decades from the left end, clipped to the axis."""
         decade = math.log10(value) if value > 0.0 else -math.inf
         return float(np.interp(decade, self.ticks, self.places))
 
@@ -128,7 +128,7 @@ def _about(result: Tradeoff, solver: Solver, settings: list[Setting]) -> str:
     if solver.is_reference or max(s.largest for s in settings) < 100 * result.rounding:
         return f"exact to rounding{', no step' if solver.is_reference else ' at every step'}"
     table, places = result.scene.table, [ball.position for ball in result.scene.balls]
-    # An error of the size (m) of the scene says only that all is lost.
+    # Errors as large (m) as the scene say nothing about the order.
     sides = np.ptp(table.outline if table else places, axis=0)
     size = float(sides.min() if table else max(sides.max(), 1e-9))
     slope = order(settings, result.rounding, 0.5 * size)

@@ -84,7 +84,7 @@ def timed(frames: Iterable[Pixels], fps: float) -> Iterator[Shown]:
 
 
 def write_gif(path: Path, pictures: Iterable[Shown], samples: Iterable[Pixels]) -> None:
-    """Write a gif that loops, in the samples' colours; Pillow's ``save`` keeps all in memory."""
+    """Write a looping gif in the samples' colours, one by one; Pillow would keep all pictures."""
     some = np.concatenate([pixels[::2, ::2].copy() for pixels in samples])
     palette = Image.fromarray(some).quantize(CLEAR, Image.Quantize.FASTOCTREE)
     before = None
@@ -105,7 +105,7 @@ def write_gif(path: Path, pictures: Iterable[Shown], samples: Iterable[Pixels]) 
 
 
 def _pace(fps: float) -> Fraction:
-    """Return frames a second as films count them; those for television have 30000/1001."""
+    """Return frames a second as a fraction, as films have it: 30000/1001 for television."""
     if not SLOWEST <= fps <= FASTEST:
         raise RenderError(f"fps = {fps:g}: must be from {SLOWEST:g} to {FASTEST:g}")
     return Fraction(fps).limit_denominator(1001)

@@ -30,11 +30,11 @@ LABEL, WIDE, NARROW, GAP, HEIGHT = 3.4, 2.35, 0.85, 0.15, 0.6  # in
 HEAD, FOOT = 1.8, 0.75  # in
 TITLE = "Stability at the extremes: where each solver breaks, and how badly"
 HOLDING = (
-    "holds: all is finite and ends as it must, energy and momentum are kept, no ball is off the "
-    "table or in another, a second run and another order of the balls give the same,\n"
-    "time runs backwards, and until the scene makes chaos of rounding the balls are where the "
-    "reference run has them: to rounding, and for solvers that answer at the end of a step, "
-    "to the distance of a step"
+    "holds: all numbers are finite, the run ends as it must, energy and momentum are kept, and no "
+    "ball is in a cushion or in another ball.\nA second run and another order of the balls give "
+    "the same and, without losses, reversed velocities lead back to the start.\nBefore chaos, "
+    "balls are where the reference run has them: up to rounding, or up to the distance of a step "
+    "for solvers that answer contacts at the end of a step."
 )
 SCALE = "error as a share of a ball's radius, of the energy, or of the speed"
 
@@ -44,7 +44,7 @@ def draw(cells: Sequence[Cell], path: Path) -> None:
     found = {(cell.extreme, cell.solver): cell for cell in cells}
     rows = [e for e in EXTREMES if any(name == e.name for name, _ in found)]
     used = {solver.name: _steps_used(cells, solver.name) for solver in columns()}
-    # How far off the solver is that must be exact at every step is shown at each step.
+    # One solver has steps and must be exact at each of them: its distance at each step is shown.
     in_steps = next((solver.name for solver in columns() if solver.exact and solver.dt), "")
     steps, beside = used.get(in_steps, []), LABEL + WIDE * len(used) + GAP
     width = beside + NARROW * max(len(steps), 3)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pool_pymunk.model import Scene
+from pool_pymunk.model.plain import argument, choice, size
 from pool_pymunk.render import balls
 from pool_pymunk.render.balls import discs, track_of
 from pool_pymunk.render.sheet import draw_caption, draw_sheet, draw_tray, picture_layout
@@ -47,7 +48,7 @@ def save_figure(figure: Figure, path: Path | str, dpi: float = 200.0) -> None:
     if Path(path).suffix.lower() not in FORMATS:
         raise RenderError(f"{path}: a picture's name must end in one of {', '.join(FORMATS)}")
     with whole(Path(path)) as part:
-        figure.savefig(part, dpi=dpi)
+        figure.savefig(part, dpi=argument("dpi", dpi, size))
 
 
 def figure_of(
@@ -61,7 +62,7 @@ def figure_of(
     run = as_set_up(what) if isinstance(what, Scene) else what
     show = run if isinstance(run, Show) else Show((run,))
     style = style.on(show.runs[0].scene.table)
-    out = show.tray if when == "end" else show.before
+    out = show.tray if argument("when", when, choice(("start", "end"))) == "end" else show.before
     layout = picture_layout(show, tray=bool(out))
     sheet = draw_sheet(show, layout, style, (0.0, show.duration))
     for panel, view in zip(show.panels, sheet.views, strict=True):
@@ -106,8 +107,7 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
         axes.add_collection(balls.tracks(paths, shown, ground, solid=solid), autolim=False)
     if not solid:
         balls.draw_ghosts(axes, there, style)
-        return
-    if there:
+    elif there:
         balls.draw_balls(axes, there, style)
-    if when == "start":
+    if solid and when == "start":
         balls.draw_arrows(axes, shown, velocity, view.scale, style)

@@ -24,15 +24,15 @@ Mask = NDArray[np.bool_]
 BEFORE, AFTER = "#8a9199", "#0072b2"
 OUT = "#d55e00"  # places that were left out, or that lie beyond the frame
 SHARP = 1e-9  # m; a place that is nearer was never in doubt, and is not drawn
-NEAREST = 0.03  # sigma; where what is nearer is drawn
+NEAREST = 0.03  # sigma; nearer places are drawn at this distance
 MOST_NUMBERS = 6  # in the title
-MOST_LINES = 45  # balls that have a line of their own; of more, shots have
+MOST_LINES = 45  # With more lines than this, each shot has one line, and its balls have none.
 FRAME = 4.0  # sigma; half the width of the frame of the second plot
-NARROW = 20  # dots on a line, from which on they are faint
+NARROW = 20  # If lines have more dots than this on average, the dots are faint.
 
 
 def residuals_picture(found: Fit, path: Path, *, dpi: float = 150.0, style: Style = PRINT) -> None:
-    """Draw the distances of places before and after the fit, and where they lie off after it."""
+    """Draw how far measured places lie from the fit before and after it, and in which direction."""
     off = np.maximum(*(norm(each, axis=-1) for each in (found.residuals, found.residuals_before)))
     shown = off > SHARP
     lines = _lines(found, np.flatnonzero(shown).tolist())

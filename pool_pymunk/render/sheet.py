@@ -60,7 +60,7 @@ def film_layout(show: Show, size: tuple[int, int]) -> Layout:
 def _layout(
     show: Show, size: tuple[float, float], unit: float, margin: float, strip: float, tray: bool
 ) -> Layout:
-    """Lay out tables, tray, plot and caption from the top; without a height they fill the width."""
+    """Lay out tables, tray, plot and caption from the top; a height of 0 follows from the width."""
     panels, letter, compared = len(show.panels), 2.6 * unit, len(show.runs) > 1
     (width, height), box = size, Bbox.from_extents
     inner = (width - (panels + 1) * margin) / panels
@@ -119,7 +119,7 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
 
 
 def draw_tray(sheet: Sheet, run: Run, ids: Sequence[str], layout: Layout, style: Style) -> None:
-    """Draw these balls as they lie in the tray, and say what they are."""
+    """Draw these balls in the tray, beside the word "Pocketed"."""
     assert layout.tray is not None
     at = (layout.tray.x0, (layout.tray.y0 + layout.tray.y1) / 2)
     looks = {"va": "center", "color": style.faint}
@@ -131,7 +131,7 @@ def draw_tray(sheet: Sheet, run: Run, ids: Sequence[str], layout: Layout, style:
 
 
 def draw_caption(sheet: Sheet, layout: Layout, text: str, style: Style, share: float = 1.0) -> None:
-    """Write a line into the ``share`` of the caption's room, in the middle or from the left."""
+    """Write a line in the middle of the caption's room, or from the left into a ``share`` of it."""
     room, looks = layout.caption, {"color": style.ink, "ha": "center" if share == 1.0 else "left"}
     at = ((room.x0 + room.x1) / 2 if share == 1.0 else room.x0, room.y0)
     draw_text(sheet.axes, text, at, layout.letter, share * room.width, **looks)

@@ -19,6 +19,7 @@ from matplotlib.transforms import Bbox
 from PIL import Image, ImageDraw, ImageFont
 
 from pool_pymunk.model import Point
+from pool_pymunk.model.plain import argument, number
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render import balls
 from pool_pymunk.render.balls import DrawnBall, Labels, discs, half_size, track_of
@@ -32,7 +33,7 @@ from pool_pymunk.safety.files import RenderError
 
 Part = Callable[[Pixels, float], None]  # It puts a part of the picture of a time (s) on a frame.
 Draw = Callable[[Axes, Sequence[DrawnBall], Style], None]
-USUAL: Mapping[str, Mapping[str, Any]] = {".gif": {"size": (800, 450), "fps": 25.0}}  # else mp4's
+USUAL: Mapping[str, Mapping[str, Any]] = {".gif": {"size": (800, 450), "fps": 25.0}}  # by format
 TRACK_STRENGTH = 0.9  # of a new track
 CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
 
@@ -72,7 +73,7 @@ class Cast:
             track.extend_to(ground, t, place if t < self.taken.get(disc.label, math.inf) else None)
 
     def appear(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
-        """Put the balls on the frame; light around them shines from below and hides nothing."""
+        """Put the balls on the frame; the light around them is drawn first and hides nothing."""
         if self.solid:
             self._shine(frame, t, position, velocity)
         seen = [self._place(i, t, at) for i, at in enumerate(position.tolist())]
@@ -127,8 +128,7 @@ def _arrows(cast: Cast, size: tuple[int, int], style: Style, life: float) -> Par
 
 def _strip(full: Pixels, box: Bbox, times: Array, columns: Sequence[float], ink: str = "") -> Part:
     """Return a tray or plot, uncovered from left to right up to ``columns`` at ``times`` (s)."""
-    rows = slice(max(round(len(full) - box.y1), 0), round(len(full) - box.y0))
-    left = round(box.x0)
+    rows, left = slice(max(round(len(full) - box.y1), 0), round(len(full) - box.y0)), round(box.x0)
 
     def appear(frame: Pixels, t: float) -> None:
         now = round(float(np.interp(t, times, columns)))
@@ -140,7 +140,7 @@ def _strip(full: Pixels, box: Bbox, times: Array, columns: Sequence[float], ink:
 
 
 def _tray(full: Pixels, show: Show, layout: Layout, slow: float) -> Part:
-    """Return the tray, which shows balls as they have fallen, and those that were off before."""
+    """Return the tray, which shows balls once they have fallen, and those that were off before."""
     assert layout.tray is not None
     at = {e.balls[0]: e.t + LOOK.drop / slow for e in show.runs[0].events if e.pocket}
     places = [x for x, _ in layout.places(len(show.tray))[1]]
@@ -185,19 +185,20 @@ class FilmSettings:
 
     def __post_init__(self) -> None:
         for key in ("fps", "slow"):
-            if not 0.0 < getattr(self, key) < math.inf:
-                raise RenderError(f"{key} = {getattr(self, key):g}: must be greater than 0")
-        if any(side not in range(64, 8193, 2) for side in self.size):
-            size = "x".join(map(str, self.size))
+            if not 0.0 < (value := argument(key, getattr(self, key), number)) < math.inf:
+                raise RenderError(f"{key} = {value:g}: must be greater than 0, and finite")
+        sides = np.ravel(self.size).tolist()
+        if [side in range(64, 8193, 2) for side in sides] != [True, True]:
+            size = "x".join(map(str, sides))
             raise RenderError(f"size = {size}: must be two even numbers from 64 to 8192")
-        if not 0.0 <= self.pause < math.inf:
-            raise RenderError(f"pause = {self.pause:g}: must be 0 or more")
+        if not 0.0 <= argument("pause", self.pause, number) < math.inf:
+            raise RenderError(f"pause = {self.pause:g}: must be 0 or more, and finite")
         if not 0.0 <= self.start < (math.inf if self.end is None else self.end):
             raise RenderError(f"start = {self.start:g}: must be 0 or more, and before the end")
 
     @classmethod
     def of(cls, path: Path | str, **settings: Any) -> FilmSettings:
-        """Make settings; what is left out is as usual for the format of the file ``path``."""
+        """Make settings; what is left out gets the default of the format of the file ``path``."""
         return cls(**{**USUAL.get(Path(path).suffix.lower(), {}), **settings})
 
     def times(self, show: Show) -> Array:
@@ -230,8 +231,7 @@ class Stage:
         layout, style = film_layout(show, size), style.on(show.runs[0].scene.table)
         sheet = draw_sheet(show, layout, style, (start, end))
         pace = f"{slow:g} times slower" if slow > 1.0 else f"{1.0 / slow:g} times faster"
-        caption = show.caption("" if slow == 1.0 else pace)
-        draw_caption(sheet, layout, caption, style, share=0.84)
+        draw_caption(sheet, layout, show.caption("" if slow == 1.0 else pace), style, share=0.84)
         lines: Any = [] if sheet.plot is None else sheet.plot.lines
         setp(lines, alpha=0.3)
         bare = np.ascontiguousarray(pixels(sheet.figure)[..., :3])

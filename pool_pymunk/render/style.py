@@ -11,7 +11,7 @@ from matplotlib.colors import to_hex, to_rgb
 from pool_pymunk.model import Scene, Table
 
 # This is Okabe and Ito's palette, which can be distinguished with any kind of colour vision.
-# The eighth is black, as players have it.
+# The eighth is black, as in pool.
 PALETTE = ("#e69f00", "#0072b2", "#f0e442", "#d55e00", "#56b4e9", "#cc79a7", "#009e73", "#000000")
 CUE = "#ffffff"
 # These are the colours of pool balls 1 to 8; those of 9 to 15 are stripes on ivory.
@@ -21,7 +21,7 @@ POOL_IDS = frozenset(map(str, range(1, 16)))
 STRIPES = frozenset(map(str, range(9, 16)))
 # These are further rounds through the palette, darker and lighter.
 SHADES = (("#000000", 0.45), ("#ffffff", 0.55))
-# On a table that has its own colour, cushions are as much darker than it as the green ones are.
+# Cushions and their noses have a table's own colour times these, about as on the green table.
 CUSHION_SHADE, NOSE_SHADE = 0.77, 0.59
 
 
@@ -43,7 +43,7 @@ class Look(NamedTuple):
     drop: float = 0.35  # A ball takes this time to fall into a pocket.
     # From this ratio of the largest to the smallest distance on, a plot's axis is logarithmic.
     wide_range: float = 30.0
-    decades: float = 1e-6  # the least distance that a plot shows, in the largest
+    decades: float = 1e-6  # the least distance that a plot shows, as a share of the largest
 
 
 LOOK = Look()
@@ -86,7 +86,7 @@ SCREEN = Style(page="#15191d", ink="#e8ebee", faint="#8b949c", plane="#4b5860", 
 
 
 def ball_colors(scene: Scene) -> tuple[str, ...]:
-    """Return every ball's colour: the scenario's, of pool on a table with pockets, or another."""
+    """Return every ball's colour: its own, of pool if there are pockets, or of the palette."""
     places = {ball.id: k for k, ball in enumerate(b for b in scene.balls if not b.cue)}
     pool = {id_: POOL[(int(id_) - 1) % len(POOL)] for id_ in POOL_IDS if scene.pockets}
     return tuple(
@@ -118,6 +118,6 @@ def default_color(place: int) -> str:
 
 
 def halo_color(color: str) -> str:
-    """Return white or black, whichever is farther from a colour: a halo of it sets lines off."""
+    """Return white or black, whichever is farther from a colour, for a halo around its lines."""
     red, green, blue = np.array(to_rgb(color)) ** 2.2
     return "#ffffff" if 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.4 else "#000000"

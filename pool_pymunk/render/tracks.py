@@ -11,8 +11,8 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Pixels, mixed, window
 from pool_pymunk.render.style import LOOK
 
-LIFE = 1.0  # s of film; in this time what a track will lose of its strength shrinks to 1/e
-TICK = 0.16  # s of film; tracks are faded as often
+LIFE = 1.0  # s of film; in this time a track's strength above LOOK.oldest shrinks to 1/e
+TICK = 0.16  # s of film; tracks are faded once in this time
 EQUAL = 0.01  # Covers that differ less than this are equal; a byte has steps of 0.004.
 FADED = LOOK.oldest + 0.05  # A track that is no stronger than this fades no more.
 
@@ -20,10 +20,10 @@ Floats = NDArray[np.float32]
 
 
 class Ground:
-    """The ground is what lies under the balls of a film: the table, and tracks as old as they are.
+    """The ground is what lies under the balls of a film: the table, and tracks that fade.
 
-    ``new`` has all tracks as when they were new, and ``seen`` as they are after fading for ``life``
-    (s). A pixel shows the track that has most ``cover`` there, by the ``strength`` of its age.
+    ``new`` has all tracks unfaded, and ``seen`` as they fade with the time constant ``life`` (s). A
+    pixel shows the track that has most ``cover`` there, with the ``strength`` of its age.
     """
 
     def __init__(self, bare: Pixels, life: float) -> None:
@@ -44,7 +44,7 @@ class Ground:
         seen[fading] = mixed(bare[fading], new[fading], strength[fading])
 
     def lay(self, part: tuple[slice, slice], cover: Floats, color: Array, t: float) -> None:
-        """Lay a track of the time ``t`` (s), (r, c), where no other has more cover."""
+        """Lay a track of the time ``t`` (s) on pixels (r, c) where no other has more ``cover``."""
         age = max(self.now - t, 0.0)
         fresh = np.float32(LOOK.oldest + (1.0 - LOOK.oldest) * math.exp(-age / self.life))
         on = (cover > 0.0) & (cover >= self.cover[part] - EQUAL)
@@ -68,7 +68,7 @@ class Track:
         self.passed = 1
 
     def extend_to(self, ground: Ground, t: float, at: Array | None) -> None:
-        """Draw the line on to where the ball is at ``t``, if it is anywhere and has moved."""
+        """Draw the line up to the time ``t`` (s), and to the place ``at`` if the ball has moved."""
         while self.passed < len(self.corners) and self.corners[self.passed, 0] <= t:
             self._piece(ground, self.corners[self.passed, 1:], self.corners[self.passed, 0])
             self.passed += 1

@@ -11,13 +11,13 @@ import numpy as np
 from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Point, Scene
+from pool_pymunk.model.plain import argument, made
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.files import RenderError
 
-CUSHION = 0.035  # the widths of cushions and wooden rail, as shares of the table's shorter side
-RAIL = 0.075
+CUSHION, RAIL = 0.035, 0.075  # the widths of both, as shares of the table's shorter side
 MOST_LONG = 2.4  # Without a table, one side of the picture is at most this many times the other.
 DOT = "  \N{MIDDLE DOT}  "
 
@@ -92,7 +92,8 @@ class Show:
     side_by_side: bool = False
 
     def __post_init__(self) -> None:
-        """Raise RenderError for runs that cannot be shown together."""
+        """Raise RenderError for runs that do not go together, SettingError if any is no Run."""
+        argument("runs", self.runs, made(Run, in_row=True))
         if not 1 <= len(self.runs) <= 2:
             raise RenderError(f"runs = {len(self.runs)}: one can be shown, or two to compare")
         if len({tuple(ball.id for ball in run.scene.balls) for run in self.runs}) > 1:
@@ -117,8 +118,7 @@ class Show:
     def before(self) -> tuple[str, ...]:
         """Return the balls that were off the table before the shot."""
         run = self.runs[0]
-        gone = run.off - run.pocketed.keys()
-        return tuple(ball.id for ball in run.scene.balls if ball.id in gone)
+        return tuple(b.id for b in run.scene.balls if b.id in run.off - run.pocketed.keys())
 
     @property
     def duration(self) -> float:

@@ -1,1 +1,1 @@
-"""A solver keeps a trace, and a run is made of it."""
+"""A solver keeps a trace, from which a run is made."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.engine.policies import Variant
 from pool_pymunk.model import Point, Scene, Shot, State, Units
+from pool_pymunk.model.plain import argument, choice, made
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.motion import Array, free_motions
@@ -151,7 +152,7 @@ class Run:
 
     @property
     def struck(self) -> str | None:
-        """Return the ball of the shot, or of a batch's shot: its speed and angle are inputs."""
+        """Return the struck ball (of the shot, or in a batch), whose speed and angle are inputs."""
         return self.watched if self.shot is None else self.shot.ball
 
     @cached_property
@@ -178,7 +179,7 @@ class Run:
         return self._samples[1]
 
     def at(self, times: Times) -> tuple[Array, Array]:
-        """Return positions (m) and velocities (m/s) at any ``times`` (s); after the end, the last.
+        """Return positions (m) and velocities (m/s) at ``times`` (s), or at the end if earlier.
 
         For a sequence of times (T,) both are of shape (T, N, 2), for a single time (N, 2).
         """
@@ -250,11 +251,11 @@ class Run:
     def rounding(self) -> float:
         """Return how far (m) rounding may have moved the ends.
 
-        The errors at every contact follow the run, to first order
-        (:func:`pool_pymunk.studies.rounding.rounding`). Where they grow until other contacts may
-        come, the answer is the size of the table. Where the run has no derivatives, more runs with
-        random errors give it (stochastic arithmetic: Vignes, Mathematics and Computers in
-        Simulation 35, 1993, 233). The figure knows nothing of a contact that nearly came. It is nan
+        The rounding errors of every contact are carried along the run, to first order
+        (:func:`pool_pymunk.studies.rounding.rounding`). If they grow so large that other contacts
+        may happen, the figure is the size of the table. If the run has no derivatives, more runs
+        with random errors give it (stochastic arithmetic: Vignes, Mathematics and Computers in
+        Simulation 35, 1993, 233). The figure leaves out contacts that nearly happened. It is nan
         for a solver without the contact engine, and for a run loaded from a file.
 
         >>> from pool_pymunk import load, simulate
@@ -305,7 +306,7 @@ class Run:
 
         It is 0 where everything had an exact answer, and nan where it is not known. Otherwise it is
         four times the largest change in some more runs, or the table's diagonal if that is less. In
-        these, persistent contacts take longer, a slip of rounding size counts as slip, tiny
+        these runs persistent contacts take longer, a slip of rounding size counts as slip, tiny
         gaps give the contacts of one instant another order, and balls that touch at the start have
         gaps of 1e-13 to 4e-6 m.
         """
@@ -316,7 +317,7 @@ class Run:
         return min(self._moved(self.variants), self.scene.diagonal)
 
     def _moved(self, variants: Iterable[Variant], most: int | None = None) -> float:
-        """Return SURE times how far (m) variants of the run, of ``most`` events, move the ends."""
+        """Return SURE times how far (m) variants of the run, cut at ``most`` events, move ends."""
         assert self.again is not None
         apart = []
         for other in (self.again(variant, most) for variant in variants):
@@ -363,8 +364,7 @@ class Run:
         """
         from pool_pymunk.render import energy_figure, figure_of, save_figure
 
-        if what not in ("start", "end", "energy"):
-            raise setting_error("what", what, "must be one of start, end, energy")
+        argument("what", what, choice(("start", "end", "energy")))
         figure = energy_figure(self) if what == "energy" else figure_of(self, what)
         if path is not None:
             save_figure(figure, path, dpi)
@@ -471,7 +471,7 @@ class Run:
         The heading names the units: SI, or those of ``units``, such as ``scene.units``. All digits
         are written.
         """
-        units = units or Units()
+        units = argument("units", units or Units(), made(Units))
         said = ("s", "", *[units.length] * 2, *[units.speed] * 2, "J")
         heading = zip((*COLUMNS, "energy"), said, strict=True)
         energies = self._energies(self.t).ravel().tolist()
@@ -499,7 +499,7 @@ def read_times(times: object) -> Array:
     except ValueError:  # rows of different lengths
         found = np.array(None)
     if found.dtype.kind not in "iuf" or found.ndim > 1 or not np.isfinite(found).all():
-        raise setting_error("times", shown(times), "must be a sequence of finite numbers, or one")
+        raise setting_error("times", shown(times), "must be a finite number or a sequence of them")
     return found.astype(float)
 
 

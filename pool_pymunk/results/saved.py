@@ -16,7 +16,7 @@ from pool_pymunk.results.trace import completed
 from pool_pymunk.safety.files import whole
 
 FORMAT = "pool-pymunk run 2"
-BEFORE = "pool-pymunk run 1"  # Its breakpoints have no accelerations: the balls of then slid.
+BEFORE = "pool-pymunk run 1"  # Its breakpoints have no accelerations, and all its balls slide.
 PLAIN = ("solver", "law", "dt", "status", "duration", "steps", "wall_time")  # as in the JSON
 
 
@@ -52,7 +52,7 @@ def load(path: str | Path) -> Run:
     except (ValueError, KeyError, TypeError, EOFError, BadZipFile):
         about = {}
     if about.get("format") not in (FORMAT, BEFORE):
-        raise setting_error("path", str(path), "the file is no run that Run.save wrote")
+        raise setting_error("path", str(path), "Run.save did not write this file")
     scene = loads(about["scene"])
     if about["format"] == BEFORE:
         slides, end = scene.surface, about["duration"]

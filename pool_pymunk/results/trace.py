@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # t (s), x, y (m), vx, vy (m/s), ax, ay (m/s^2), and where balls roll wx, wy (m/s)
 Breakpoint = tuple[float, ...]
-UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface is to tell
+UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface determines
 NONE = (0.0, 0.0)
 
 ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
@@ -29,10 +29,10 @@ PERSISTENT = "persistent contact"
 COLLAPSE = "collapse cut off"
 FROZEN = "frozen balls"
 
-# These variants of a run show what policies decide; their contact times are no whole multiples.
+# These variants of a run show what policies decide; their contact times are longer by a factor.
 OTHERWISE = tuple(Variant(longer=longer) for longer in (1.5, 3.0, 7.0))
-# This many runs, of EVENTS together, show what other orders of the contacts of one instant make of
-# the ends. Each begins with small errors of its own, so a few tell what small gaps do to one order.
+# Runs with other orders of the contacts of one instant show what these change: MOST_ORDERS runs, or
+# fewer with EVENTS events in all. ENOUGH_ORDERS runs repeat the orders, if few, with other errors.
 FEWEST_ORDERS, ENOUGH_ORDERS, MOST_ORDERS = 4, 8, 12
 EVENTS = 2_000
 
@@ -55,7 +55,7 @@ class Trace:
         self.warned: dict[str, tuple[float, int, float]] = {}
         self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.orders: dict[int, None] = {}  # patterns of gaps with other outcomes; the largest first
-        self.spread = 0.0  # m/s; how far velocities may lie elsewhere in another order
+        self.spread = 0.0  # m/s; another order may change velocities by this
         self.touch = False  # whether sides touch at the start
         self.status = "settled"
         self.duration = 0.0
@@ -132,7 +132,7 @@ class Trace:
         del self.events[len(self.events) - 1 - self.events[::-1].index(stop)]
 
     def cut(self, most: int) -> None:
-        """Sort the events; where ``most`` are reached, the run ends at the last that is listed."""
+        """Sort the events; if there are more than ``most``, end the run at the last one kept."""
         self.events.sort(key=lambda event: event[0])
         if len(self.events) > most:
             del self.events[most:]
@@ -145,7 +145,7 @@ class Trace:
                 rows.pop()
 
     def complete(self, surface: Surface) -> None:
-        """Let balls slide on from those breakpoints that know no acceleration."""
+        """Fill in the accelerations that are not known: they are those of the surface."""
         for i, rows in enumerate(self.knots):
             if any(math.isnan(row[5]) for row in rows):
                 self.knots[i] = completed(rows, surface, self.duration)
@@ -166,9 +166,9 @@ class Trace:
 
 
 def completed(rows: Sequence[Sequence[float]], surface: Surface, end: float) -> list[Breakpoint]:
-    """Return breakpoints; from those that know no acceleration a ball moves on as on the surface.
+    """Return breakpoints with accelerations: where ``rows`` have none, that of the surface.
 
-    Each may have five numbers. The ``end`` (s) is that of the run.
+    Such rows may have five numbers, and breakpoints may follow them. The run ends at ``end`` (s).
     """
     found: list[Breakpoint] = []
     for row, until in zip(rows, [*(later[0] for later in rows[1:]), end], strict=True):

@@ -1,10 +1,10 @@
-"""Steps and counts in words, as logs, tables and diagrams write them."""
+"""This module writes steps and counts in words, for logs, tables and diagrams."""
 
 from __future__ import annotations
 
 
 def step_text(dt: float) -> str:
-    """A time step as one writes it: a number, or a fraction where the number would be rounded.
+    """Return a time step as people write it: a number, or a fraction if digits would be lost.
 
     >>> step_text(0.0001), step_text(1 / 240), step_text(1e-6)
     ('0.0001 s', '1/240 s', '1e-06 s')
@@ -16,7 +16,7 @@ def step_text(dt: float) -> str:
 
 
 def seconds(duration: float) -> str:
-    """A duration to hundredths of a second, or to three figures where these would be rough.
+    """Return a duration to hundredths of a second, or to three figures if it is below 0.1 s.
 
     >>> seconds(2.5749), seconds(0.5), seconds(0.01234)
     ('2.57 s', '0.50 s', '0.0123 s')

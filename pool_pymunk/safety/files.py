@@ -56,7 +56,7 @@ def whole(path: Path) -> Iterator[Path]:
         part.chmod(0o644)
         part.replace(path)
     except OSError as error:
-        if error.filename in (None, str(part)):
+        if error.filename is None or f".{path.stem}-" in str(error.filename):
             error.filename = str(path)  # the name that the user knows
         raise
     finally:
