@@ -1,8 +1,8 @@
 """A ball without losses
 =====================
 
-It goes on for ever: chaotically in a stadium, regularly in a circle. Below its paths are its
-contacts: their places on the boundary, and the sines of the angles at which it goes on.
+It moves for ever: chaotically in a stadium, regularly in a circle. The lower panels show its
+contacts: their places on the boundary, and the sines of the angles at which it leaves.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ STARTS = ((STADIUM, 63.0, "#0072b2"), (CIRCLE, 60.0, "#d55e00"), (CIRCLE, 20.0, 
 
 
 def boundary_map(run: Run) -> list[tuple[float, float]]:
-    """Return the place (m) on the boundary of the centre's region and the sine, by contact."""
+    """Return each contact's place (m) on the boundary of the centre's region, and its sine."""
     edges, found = run.scene.table.edges if run.scene.table else (), []
     lengths = [edge.arc_length - 4.0 * math.atan(edge.bulge) * R for edge in edges]
     for event, (_, x, y, vx, vy, _, _) in zip(run.events, run.knots[0][1:], strict=False):

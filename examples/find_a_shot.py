@@ -3,9 +3,9 @@
 
 This finds a shot that pots the 8 ball, and one that makes a carom, and draws both.
 
-:func:`pool_pymunk.find` plays a hundred thousand shots, and ranks those that do what is asked by
-the errors of the player that they forgive: here these have standard deviations of half a degree and
-0.05 m/s.
+:func:`pool_pymunk.find` plays a hundred thousand shots, and keeps those that do what is asked. It
+ranks them by how often they still do so when the player errs, here by standard deviations of half a
+degree and 0.05 m/s.
 
 Run it with ``python examples/find_a_shot.py --out FOLDER``; it needs numba.
 """

@@ -4,11 +4,11 @@
 This plays ``pool_pymunk/Carom-v0`` on 256 tables at once, and plans each shot by trying others.
 
 The planner looks for a shot in which the cue ball meets two others, by the cross-entropy method: it
-tries shots at random, stays with one that scores, tries shots around it, and moves to the mean of
-those that score, again and again, ever closer. Its tries are rehearsals, without errors of the
-player's hand; what is played then errs by a degree and 0.05 m/s, so the planner has to find shots
-that forgive errors. The picture shows how often shots score after each round of tries; without any,
-play is random.
+tries shots at random and takes one that scores. In each later round it tries shots ever closer
+around that one, and moves to the mean of those that score. Its tries are rehearsals, without errors
+of the hand; what is played then errs by a degree and 0.05 m/s, so the planner has to find shots
+that forgive errors. The picture shows how often shots score after each number of rounds; after
+none, play is random.
 
 Run it with ``python examples/learn_caroms.py --out FOLDER``; it needs Gymnasium and numba.
 """
@@ -28,7 +28,7 @@ import pool_pymunk.env  # noqa: F401 - this registers the environments
 
 TABLES, TRIES, SHOTS = 256, 64, 4
 ROUNDS = (0, 1, 2, 4, 8)
-WIDTH, NARROWER = np.array([0.03, 0.1]), 0.7  # so far around a shot do tries lie, then ever less
+WIDTH, NARROWER = np.array([0.03, 0.1]), 0.7  # deviation of tries, and its factor a round
 
 
 def plan(envs: Any, rounds: int, rng: np.random.Generator) -> Any:

@@ -1,7 +1,7 @@
 """Obstacles and a flipper
 =======================
 
-Balls play around obstacles, with a flipper and a box that are pymunk's business, all in one space.
+Balls move around obstacles, with a flipper and a box that pymunk moves, all in one space.
 
 The rails, a wedge and the posts are static shapes. As walls of :class:`pool_pymunk.Billiards` they
 bounce balls off at the true time, whatever the step. The flipper is a kinematic body, and the box a
@@ -32,15 +32,15 @@ from pool_pymunk.world import ContactEvent, TableBall
 
 Point = tuple[float, float]
 
-LENGTH, WIDTH, RADIUS, MASS = 2.54, 1.27, 0.028575, 0.17
-STEP, SECONDS = 1 / 240, 6.0
+LENGTH, WIDTH, RADIUS, MASS = 2.54, 1.27, 0.028575, 0.17  # m, m, m, kg
+STEP, SECONDS = 1 / 240, 6.0  # s
 STARTS = ((2.1, 0.3), (1.05, 0.35), (1.2, 0.62), (0.7, 1.05), (2.25, 1.0), (1.6, 0.95))
-SHOT = (-3.0, -0.05)
+SHOT = (-3.0, -0.05)  # m/s
 WEDGE = ((1.55, 0.4), (1.75, 0.5), (1.6, 0.65))
 POSTS, POST = ((0.95, 0.85), (2.0, 0.75), (0.3, 0.95)), 0.06
 PIVOT, BLADE, DOWN, UP, SWING = (0.42, 0.4), 0.32, -0.5, 0.6, 8.0  # m, m, rad, rad, rad/s
-BOX, BOX_MASS, BOX_START = 0.16, 0.4, (1.95, 1.08)
-GUEST = 1  # This is the collision type of what is pymunk's business.
+BOX, BOX_MASS, BOX_START = 0.16, 0.4, (1.95, 1.08)  # m, kg, m
+GUEST = 1  # the collision type of the flipper and the box
 
 
 class Blow(NamedTuple):

@@ -5,8 +5,8 @@ A thousand shots of the report's table start anywhere, and each learns by gradie
 the cue ball at one place.
 
 :func:`pool_pymunk.simulate_many` plays them all at once, and says how their ends depend on angle
-and speed. Each shot goes a step downhill, which is made shorter where it led uphill (Levenberg and
-Marquardt). Then all are played again. The picture has where the cue ball ended at first and last.
+and speed. Each shot takes a step downhill, and a shorter one if this led uphill (Levenberg and
+Marquardt). Then all shots are played again. The picture shows the first and the last ends.
 
 Run it with ``python examples/steer_a_thousand.py --out FOLDER``; it needs numba.
 """
@@ -26,7 +26,7 @@ from rich.progress import track
 from pool_pymunk import Scene, load, simulate_many
 
 TARGET = (1.6, 0.35)  # m; the cue ball shall end here
-NEAR = 0.01  # m; a shot that leaves it so near has got there
+NEAR = 0.01  # m; a shot that leaves the ball this near has done it
 SLOWEST, FASTEST = 0.5, 6.0  # m/s
 STEADY = 1e-3  # of the largest derivative; it keeps steps short where the ball hardly moves
 
@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 
 
 class Learned(NamedTuple):
-    """These shots (S, 2) have angles (degrees) and speeds (m/s), and end ``off`` (S,) it, in m.
+    """These shots (S, 2) have angles (degrees) and speeds (m/s), and miss by ``off`` (S,), in m.
 
     The cue ball ended at ``first`` (S, 2) with the first shots, and at ``last`` with these (m).
     """

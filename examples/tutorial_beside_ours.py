@@ -20,8 +20,8 @@ frames a second it is still a pixel off the exact ends:
   out freely goes v dt / 2 too far. The friction joint pulls in the step of a contact, too.
 
 What does not differ here: energy is never gained, and the order in which the balls are listed moves
-the ends by 0.02 px at most. In a rack whose balls touch, contacts of one instant have no one
-answer: pymunk has another than ours, and the ends do not come together.
+the ends by 0.02 px at most. In a rack whose balls touch, contacts of one instant have no unique
+answer: pymunk's differs from ours, and the ends do not converge.
 
 Run it with ``python examples/tutorial_beside_ours.py --out FOLDER``.
 """
@@ -46,9 +46,9 @@ Array = NDArray[np.float64]
 Velocity = tuple[float, float]
 Play = Callable[[Array, Velocity, int, float], Array]
 
-RADIUS, MASS, FORCE, ELASTICITY = 18.0, 5.0, 1000.0, 0.8
+RADIUS, MASS, FORCE, ELASTICITY = 18.0, 5.0, 1000.0, 0.8  # px, kg, kg px/s^2
 DECELERATION, RESTITUTION = FORCE / MASS, ELASTICITY * ELASTICITY
-LENGTH, WIDTH, RAIL = 1046.0, 524.0, 21.0
+LENGTH, WIDTH, RAIL = 1046.0, 524.0, 21.0  # px
 HARDEST = 2000.0  # px/s; the tutorial's cue gives an impulse of 10,000 at most
 BREAK = (-HARDEST, 30.0)
 SECONDS = 3.0  # By then all balls rest.
@@ -131,7 +131,7 @@ def exact_ends(start: Array, velocity: Velocity) -> Array:
 
 
 def farthest(ends: Array, others: Array) -> float:
-    """Return the largest distance (px) of a ball's end from its other one."""
+    """Return the largest distance (px) between both ends of a ball."""
     return float(np.linalg.norm(ends - others, axis=-1).max())
 
 
@@ -143,7 +143,7 @@ def deepest(frames: Array) -> float:
 
 
 def lost(play: Play, rate: int) -> int:
-    """Count the hard shots of a lonely ball that leave the table within a second."""
+    """Count the hard shots of a lone ball that leave the table within a second."""
     count = 0
     for k in range(DIRECTIONS):
         angle = math.tau * (k + 0.5) / DIRECTIONS
@@ -154,7 +154,7 @@ def lost(play: Play, rate: int) -> int:
 
 
 class Row(NamedTuple):
-    """A row says what one player makes of a frame rate."""
+    """A row has the errors of one player at a frame rate."""
 
     rate: int  # frames a second
     off: float  # px; how far the farthest ball ends from its exact end

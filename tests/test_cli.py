@@ -296,7 +296,7 @@ def test_compare_explains_the_published_ends(tmp_path: Path) -> None:
     options = ("--solvers", "pymunk:1/60,pymunk-discrete:1e-3", "--no-pictures", "--out", tmp_path)
     result = typed("compare", "report", *options, "--json", file)
     assert result.returncode == 0, result.stderr
-    assert "off the exact ones by up to 0.014 in along x or y (ball 3)" in result.stdout
+    assert "up to 0.014 in off the exact ones, along x or y (ball 3)" in result.stdout
     assert "got its sign from rounding there" in result.stdout
     records = json.loads(file.read_text())["comparisons"]
     assert len(records) == 8

@@ -112,7 +112,7 @@ def test_the_picture_of_a_collision_calls_the_offset_by_its_name(tmp_path: Path)
         (("sensitivity", "report", "--position-error", "-1mm"), "--position-error = -1mm: must"),
         (("sensitivity", "report", "--speed-error", "-1"), "--speed-error = -1: must be 0 or more"),
         (("run", ""), 'scenario = "": must be the path of a file'),
-        (("compare", "report", "--solvers", "pymunk:1/240:published"), "or with :DT behind it"),
+        (("compare", "report", "--solvers", "pymunk:1/240:published"), "may have :DT behind it"),
         (("sweep", "report", "--out", "x"), "--shot: is missing; there are 1 (Simulation 1)"),
         (("sweep", "report", "--shot", 1, "--out", "x"), "--samples: is missing"),
         (("sweep", "report", "--shot", 1, "--out", "x", "--samples", 2, "--vary", "angle=5:1"),

@@ -286,7 +286,7 @@ def test_another_number_of_shots_gets_one_line(
     scene = load("report")
     replace(scene, shots=scene.shots[:3]).to_toml(tmp_path / "three.toml")
     assert refusal(capsys, "page", "report", "--overlay", tmp_path / "three.toml").endswith(
-        "three.toml: must have as many shots as report (4), and has 3"
+        "three.toml: must have as many shots as report (4), but has 3"
     )
 
 

@@ -413,8 +413,8 @@ def test_the_command_says_what_each_cause_makes_in_eighty_columns(
     printed = capsys.readouterr().out
     assert "…" not in printed
     assert "Each ± is half the width of a uniform distribution" in printed
-    assert "The standard deviation that each cause alone makes of it: starts 0.0" in printed
-    assert "Amplified: the deviation that the starts alone make, over theirs (0.0029 in)" in printed
+    assert "Its standard deviation by each cause alone: starts 0.0" in printed
+    assert "by the starts alone, divided by that of the starts (0.0029 in)" in printed
     assert " x that of the starts" not in printed
     (shot,) = json.loads(log.read_text(encoding="utf-8"))["shots"]
     assert [*shot["causes"]] == [*shot["linear"]["causes"]] == ["starts", "speed", "angle"]

@@ -303,8 +303,6 @@ def test_the_exact_solver_with_steps_is_found_by_what_it_can_do(
 
 PACKAGE = Path(__file__).parent.parent / "pool_pymunk"
 OTHERWISE = {  # a text that has a solver's name in it, and why it may
-    # the library
-    ("cli/__init__.py", "2D billiards in pymunk, by the report's time slices, and exactly."),
     *(("cli/opt.py", name) for name in SOLVERS),  # for --help, which imports no solver
     ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate
     ("safety/interrupts.py", "pymunk"),  # the library, as a module

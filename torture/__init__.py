@@ -1,1 +1,1 @@
-"""A torture suite for billiards simulators: see docs/beside-others.md."""
+"""This package is a torture suite for simulators: see docs/beside-others.md."""

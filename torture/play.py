@@ -1,8 +1,7 @@
-"""Play the torture scenes by somebody: `python -m torture.play pooltool`.
+"""Play the torture scenes by a simulator: `python -m torture.play pooltool`.
 
 It makes an environment in `.venv-torture/`, installs the pinned version, plays all scenes there,
-and writes `torture/results/NAME.json`. `--only REGEX` plays the scenes whose
-names it is found in, `--python PATH` says by which Python. Without a name it plays everybody.
+and writes `torture/results/NAME.json`. Without a name it plays them by every simulator.
 """
 
 from __future__ import annotations
@@ -26,10 +25,10 @@ from torture.scenes import SCENES, Scene, judge
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
-ROUNDS, AT_MOST = 15, 60.0  # of timing, or so many s; ours and the peer take turns
+ROUNDS, AT_MOST = 15, 60.0  # of timing, which ends after AT_MOST s
 OURS = "ours"
 
-# Who plays, and what pip installs for it, in turns.
+# The simulators, and what pip installs for each, in this order.
 PACKAGES: dict[str, tuple[tuple[str, ...], ...]] = {
     OURS: ((str(ROOT),),),
     "pooltool": (  # It asks for a development version of panda3d that the index does not have.
@@ -48,7 +47,7 @@ PYTHONS = {"box2d": ((3, 12), (3, 13))}  # box2d-python has wheels for these alo
 
 
 def environment(name: str, python: str | None) -> Path:
-    """Return the Python of somebody's environment, made if it is not there."""
+    """Return the Python of a simulator's environment, which is made if it is not there."""
     home = ROOT / ".venv-torture" / name
     inside = home / "bin" / "python"
     if not (home / "installed").exists():
@@ -61,7 +60,7 @@ def environment(name: str, python: str | None) -> Path:
 
 
 def _python(name: str) -> str:
-    """Return a Python of a version that somebody has wheels for."""
+    """Return a Python of a version for which the simulator has wheels."""
     wanted = PYTHONS.get(name, (sys.version_info[:2],))
     names = [f"python{major}.{minor}" for major, minor in wanted]
     found = [shutil.which(each) for each in names]
@@ -76,7 +75,7 @@ def _python(name: str) -> str:
 
 
 class Player:
-    """Somebody who plays scenes in a process of its own."""
+    """A player is a simulator that plays scenes in a process of its own."""
 
     def __init__(self, name: str, python: Path) -> None:
         self.command = [str(python), "-m", f"torture.runners.by_{name}"]
@@ -108,7 +107,7 @@ class Player:
 
 @contextmanager
 def player(name: str, python: str | None = None) -> Iterator[Player]:
-    """Start somebody, and end the process afterwards."""
+    """Start a simulator, and end its process afterwards."""
     somebody = Player(name, environment(name, python))
     try:
         yield somebody
@@ -118,7 +117,7 @@ def player(name: str, python: str | None = None) -> Iterator[Player]:
 
 
 def result(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
-    """Return what is written of an answer: errors by check, and the time."""
+    """Return what is kept of an answer: errors by check, and the time."""
     if not ("states" in answer or "gradient" in answer):
         return answer
     return {
@@ -149,7 +148,7 @@ def timed(scene: Scene, peer: Player, ours: Player) -> dict[str, Any]:
 
 
 def machine() -> dict[str, Any]:
-    """Return what is measured on."""
+    """Return the machine of the measurement."""
     cpu = Path("/proc/cpuinfo")
     lines = cpu.read_text().splitlines() if cpu.exists() else []
     model = next((line.split(":")[1].strip() for line in lines if "model name" in line), "")
@@ -163,7 +162,7 @@ def is_for(given: dict[str, Any], scene: Scene) -> bool:
 
 
 def play(name: str, scenes: list[Scene], python: str | None) -> dict[str, Any]:
-    """Play scenes by every setting of somebody, and return the results."""
+    """Play scenes by every setting of a simulator, and return the results."""
     out: dict[str, Any] = {"name": name}
     with player(name, python) as peer, player(OURS) as ours:
         out |= {"versions": peer.about["versions"], "machine": machine()}
@@ -184,9 +183,10 @@ def play(name: str, scenes: list[Scene], python: str | None) -> dict[str, Any]:
 def main() -> None:
     """Play, and write the results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", choices=[[], *PACKAGES])
-    parser.add_argument("--only", default="", help="scenes whose names this is found in")
-    parser.add_argument("--python", help="the Python to make an environment by")
+    known = f"one or more of {', '.join(PACKAGES)}"
+    parser.add_argument("names", nargs="*", choices=[[], *PACKAGES], metavar="NAME", help=known)
+    parser.add_argument("--only", default="", metavar="REGEX", help="scenes with this in the name")
+    parser.add_argument("--python", metavar="PATH", help="the Python to make an environment by")
     asked = parser.parse_args()
     scenes = [scene for scene in SCENES if re.search(asked.only, scene.name)]
     for name in asked.names or PACKAGES:

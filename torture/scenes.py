@@ -1,7 +1,7 @@
-"""The scenes of the torture suite: plain numbers, a known answer each, and how it is known.
+"""This module has the scenes of the torture suite, each with a known answer and its source.
 
-A scene is data. It needs no simulator: `plain()` is what a runner gets as JSON, `judge()` says how
-far an answer is from the known one. Lengths are in m, speeds in m/s, masses in kg.
+A scene is data and needs no simulator: a runner gets `plain()` as JSON, and `judge()` says how far
+an answer is from the known one. Lengths are in m, speeds in m/s, masses in kg.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ class Check(NamedTuple):
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene with a known answer.
+    """A scene has a known answer.
 
     ``walls`` are the corners of a closed outline, anticlockwise; ``thin`` ones have no thickness.
-    ``together`` says that the answer is that of several balls that meet at one instant. ``looks``
-    is how many equally spaced times are looked at, up to ``time`` (s). ``parts`` plays the scene so
-    many times on from where it was. ``reverse`` plays it, turns all velocities round, and plays it
-    again. Where balls roll, ``roll`` is the share of their velocity at which they do so at first.
-    ``nudge`` asks for the derivatives of the last ball's end along x by every ball's x and vx, by
-    central differences of that size. ``limit`` (s of the processor) is how long anybody may take.
+    ``together`` says that several balls meet at one instant, and the answer is that of this. The
+    states are judged at ``looks`` equally spaced times, up to ``time`` (s). The scene is played in
+    this number of ``parts``, each from the end of the last. ``reverse`` plays it, turns all
+    velocities round, and plays it again. Balls that roll start with a ``roll``, a share of their
+    velocity. ``nudge`` asks for the derivatives of the last ball's end along x by every ball's x
+    and vx, by central differences of that size. ``limit`` is the processor time (s) for one play.
     """
 
     name: str
@@ -105,7 +105,7 @@ class Scene:
         return any(abs(math.dist(a[:2], b[:2]) - a.r - b.r) < 1e-9 for a, b in pairs)
 
     def _in_line(self) -> bool:
-        """Tell whether all balls are in one line, and stay there."""
+        """Tell whether all balls lie and move on one line."""
         return len(self.balls) > 1 and len({(ball.y, ball.vy) for ball in self.balls}) == 1
 
 
@@ -178,7 +178,7 @@ def box(length: float, width: float, x: float = 0.0, y: float = 0.0) -> tuple[Pa
 
 
 def bounced(start: float, speed: float, low: float, high: float, time: float) -> float:
-    """Return where a point between two mirrors is: a straight path, folded."""
+    """Return where a point between two mirrors is, by a straight path that is folded."""
     unfolded = (start - low + speed * time) % (2 * (high - low))
     return low + min(unfolded, 2 * (high - low) - unfolded)
 
@@ -192,8 +192,8 @@ def in_box(ball: Ball, length: float, width: float, time: float) -> Pair:
 
 
 def in_wedge(ball: Ball, half_angle: float, time: float) -> Pair:
-    """Return where a lone ball in a wedge with its tip at the origin is: an unfolded path."""
-    tip = ball.r / math.sin(half_angle)  # Where the centre's own wedge has its tip.
+    """Return where a lone ball in a wedge with its tip at the origin is, by an unfolded path."""
+    tip = ball.r / math.sin(half_angle)  # The tip of the wedge of centres.
     x, y = ball.x - tip + ball.vx * time, ball.y + ball.vy * time
     angle = bounced(math.atan2(y, x), 0.0, -half_angle, half_angle, 0.0)
     return tip + math.hypot(x, y) * math.cos(angle), math.hypot(x, y) * math.sin(angle)
@@ -218,7 +218,7 @@ def pi_velocities(light: float, heavy: float) -> tuple[float, float, int]:
 
 
 def roll_on(speed: float, roll: float, mu: float, mu_roll: float) -> float:
-    """Return how far a ball goes along its line, sliding, then rolling, to rest."""
+    """Return how far a ball moves along its line: it slides, then rolls, then rests."""
     slip, rolls_at = speed - roll, speed - 2 / 7 * (speed - roll)
     slides = 2 / 7 * abs(slip) / (mu * G)
     return (speed + rolls_at) / 2 * slides + rolls_at**2 / (2 * mu_roll * G)
@@ -245,7 +245,7 @@ def mirrored(balls: Sequence[Ball]) -> tuple[Pair, ...]:
 
 # -- the scenes --------------------------------------------------------------------------------
 
-KEPT = Check("energy", None, 0.02, "of E")  # 2 % of energy are 1 % of speed.
+KEPT = Check("energy", None, 0.02, "of E")  # 2 % of energy is 1 % of speed.
 
 FAST = Ball(0.4, 0.5, 100.0, 7.0)
 TOUCHING = (  # The two on the right touch each other, and both touch the first one at once.
@@ -256,7 +256,7 @@ TOUCHING = (  # The two on the right touch each other, and both touch the first 
 RACK = (Ball(-0.6, 0.0, 3.0), *rack(0.3, 0.0))
 CRADLE = (Ball(-0.5, 0.0, 1.0), *(Ball(0.06 * k, 0.0) for k in range(5)))
 WEDGE = Ball(3.0, 0.1, -1.0, 0.02)
-MIRROR = tuple(  # Nobody is on the axis, so that all hits are of two balls.
+MIRROR = tuple(  # No ball is on the axis, so every hit is of two balls.
     Ball(x, side * y, vx, side * vy)
     for x, y, vx, vy in (
         (-1.0, 0.3, 2.0, -0.1),
@@ -274,8 +274,8 @@ SIX = (
     Ball(1.9, 0.65),
     Ball(2.1, 0.3),
 )
-# (m) where `SIX` are after 2 s, in forty digits (tests/reference.py); tests/test_torture.py
-# works them out anew.
+# The places (m) of `SIX` after 2 s, in forty digits (tests/reference.py); tests/test_torture.py
+# computes them anew.
 SIX_ENDS = (
     (1.44122631104375061, 0.929414110556115874),
     (1.9412329216008767, 0.305649623903262667),
@@ -301,7 +301,7 @@ SYMMETRY = "symmetry: what is mirrored stays mirrored"
 
 
 def graze(share: float) -> tuple[tuple[Ball, ...], tuple[Pair, Pair]]:
-    """Return a ball that passes another by less than a touch, and both velocities after it."""
+    """Return a hit whose overlap is this share of the diameter, and both velocities after it."""
     across = 0.06 * (1 - share)
     n = (math.sqrt(0.06**2 - across**2) / 0.06, across / 0.06)
     given = (n[0] * n[0], n[0] * n[1])
@@ -406,7 +406,7 @@ def elastic_scenes() -> list[Scene]:
 
 
 def special_scenes() -> list[Scene]:
-    """Return the scenes that not everybody offers."""
+    """Return the scenes that not every simulator can play."""
     light, heavy, _ = pi_velocities(LIGHT, HEAVY)
     hit = elastic(LIGHT, 0.0, HEAVY, 1.0)
     back = elastic(LIGHT, 1.0, HEAVY, 0.0)

@@ -27,7 +27,7 @@ def results() -> Results:
 
 
 def called(name: str) -> str:
-    """Return what somebody is called on the page."""
+    """Return the name of a simulator on the page."""
     return NAMES.get(name, name)
 
 
@@ -52,13 +52,13 @@ def verdict(scene: Scene, row: dict[str, Any]) -> str:
 
 
 def table(rows: Iterator[list[str]]) -> str:
-    """Return rows as a table, of which the first is its head."""
+    """Return rows as a table; the first row is its head."""
     head, *body = list(rows)
     return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *body])
 
 
 def survivors(found: Results) -> Iterator[list[str]]:
-    """Yield who survives what; a setting for some scenes only stands below the main one's."""
+    """Yield rows of results by setting; a setting for some scenes only is in the others' cells."""
     columns = [
         (name, setting)
         for name, result in found.items()
@@ -91,7 +91,7 @@ def scenes() -> Iterator[list[str]]:
 
 
 def settings(found: Results) -> Iterator[list[str]]:
-    """Yield what was played by, and who recommends it."""
+    """Yield the versions and settings of each simulator, and the page that recommends them."""
     yield ["who", "versions", "setting", "recommended by"]
     for name, result in found.items():
         versions = ", ".join(
@@ -116,7 +116,7 @@ def speeds(found: Results) -> Iterator[list[str]]:
 
 
 def machine(found: Results) -> str:
-    """Return what was measured on."""
+    """Return the machines of the measurements."""
     machines = [result["machine"] for result in found.values()]
     said = {f"{m['cpu']}, {m['cores']} cores, {m['system']}" for m in machines}
     return "; ".join(sorted(said))

@@ -1,7 +1,7 @@
-"""This is the command line: one file a command; errors become one line a problem and an exit code.
+"""This is the command line: each command has a file of its own.
 
-0 done; 1 a run that could not be finished (what was computed is kept); 2 bad input;
-130 interrupted.
+An error is printed with one line for each problem. The exit code is 0 for done, 1 for a run that
+could not be finished (what was computed is kept), 2 for bad input, and 130 for interrupted.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ COMMANDS = {
 
 
 class _WithoutTypes:
-    """Its help shows no type for options that are switched on and off."""
+    """The help of such a class shows no type for options that are switched on or off."""
 
     def get_params(self, ctx: Any) -> Any:
         """Return the options."""
@@ -54,7 +54,7 @@ class _WithoutTypes:
 
 
 class _Command(_WithoutTypes, TyperCommand):
-    """A command tries its places for files first; errors of the library name options as typed."""
+    """A command checks its places for files first; errors of the library name options as typed."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
@@ -67,7 +67,7 @@ class _Command(_WithoutTypes, TyperCommand):
             raise InputError(re.sub(r"^\w+(?= = )", self._typed, str(error), flags=re.M)) from None
 
     def _typed(self, key: re.Match[str]) -> str:
-        """Return the option that gives this argument of the library, or one of a list of them."""
+        """Return the option for an argument of the library; that of a list has the plural."""
         options = {option.name: option.opts[0] for option in self.params}
         return options.get(key[0]) or options.get(f"{key[0]}s", key[0])
 
@@ -78,7 +78,7 @@ class _Commands(_WithoutTypes, TyperGroup):
 
 app = typer.Typer(
     name="pool-pymunk",
-    help="2D billiards in pymunk, by the report's time slices, and exactly.",
+    help="Simulate billiards in two dimensions, and say how far to trust the result.",
     cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
@@ -90,10 +90,10 @@ for command, example in COMMANDS.items():
     app.command(cls=_Command, help=text, epilog=epilog)(play)
 
 INTERRUPTED = 130
-# what an option wants, by the type of pydantic's error
+# what the value of an option must be, by the type of pydantic's error
 WANTED = {"int_parsing": "must be a whole number", "float_parsing": "must be a number"}
 
-# Typer raises this for a command line that it cannot read; it exports only a subclass of it.
+# Typer raises this for a command line that it cannot read, but exports only a subclass.
 UsageError = cast(type[Exception], typer.BadParameter.__mro__[1])
 
 
@@ -137,7 +137,7 @@ def _exit_code(arguments: list[str] | None) -> int:
 
 
 def _named(error: Exception) -> str:
-    """Return the message of an error; that of an option names it, and the value that was typed."""
+    """Return the message of an error; if it is about an option, name it and the typed value."""
     option: Any = getattr(error, "param", None)
     if option is None:
         return str(error)

@@ -15,25 +15,25 @@ from pool_pymunk.cli.common import How, place
 def atlas(
     scenario: opt.Scenario,
     shot: opt.ShotName = None,
-    angle: Annotated[str, opt.option("Degrees from the shot's own angle.", "LOW:HIGH")] = "-30:30",
+    angle: Annotated[str, opt.option("Degrees, from the shot's angle.", "LOW:HIGH")] = "-30:30",
     speed: Annotated[
-        str | None, opt.option("The speeds; default: 0.25 to 1.5 of the shot's.", "LOW:HIGH")
+        str | None, opt.option("Speeds; default: 0.25 to 1.5 of the shot's.", "LOW:HIGH")
     ] = None,
-    across: Annotated[str | None, opt.option("In place of the angle.", "KEY=LOW:HIGH")] = None,
-    up: Annotated[str | None, opt.option("In place of the speed.", "KEY=LOW:HIGH")] = None,
+    across: Annotated[str | None, opt.option("Vary this, not the angle.", "KEY=LOW:HIGH")] = None,
+    up: Annotated[str | None, opt.option("Vary this, not the speed.", "KEY=LOW:HIGH")] = None,
     size: Annotated[str, opt.option("Pixels; each is a shot.", "WxH")] = "1200x800",
     ball: Annotated[
-        str | None, opt.option("The ball whose end is drawn; default: the aimed or nearest.", "ID")
+        str | None, opt.option("Draw this ball's end; default: the one aimed at or nearest.", "ID")
     ] = None,
     show: Annotated[str, opt.option("What is drawn.", "|".join(opt.SHOWS))] = "end",
-    out: Annotated[Path | None, opt.option("png, svg or pdf.", "FILE", "--out")] = None,
+    out: Annotated[Path | None, opt.option("A png, svg or pdf file.", "FILE", "--out")] = None,
     law: opt.LawName = None,
     max_time: opt.MaxTime = None,
 ) -> int:
-    """Draw the results of a shot at every angle and speed, with one exact shot for each pixel.
+    """Draw the results of a shot at every angle and speed: each pixel is an exact shot.
 
-    A narrower --angle and --speed show where the outcome is fractal, and where it is safe. --across
-    and --up take the keys of a sweep, such as mass.8 or restitution.cushion.
+    Narrower ranges show where the result is fractal, and where it is safe. --across and --up take
+    the keys of a sweep, such as mass.8 or restitution.cushion.
     """
     read.one_of("--show", show, opt.SHOWS)
     scene = How(max_time=max_time).scene(scenario)
@@ -66,5 +66,5 @@ def _axes(scene: lib.Scene, across: str | None, up: str | None) -> dict[str, Any
     first = read.inputs("--across", [across], scene.units)
     second = read.inputs("--up", [up], scene.units)
     if first.keys() == second.keys():
-        raise read.InputError(f"--up = {up}: {next(iter(first))} varies across already")
+        raise read.InputError(f"--up = {up}: {next(iter(first))} is given to --across already")
     return first | second

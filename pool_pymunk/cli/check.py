@@ -7,7 +7,7 @@ from pool_pymunk.cli.common import say
 
 
 def check(scenario: opt.Scenario) -> int:
-    """Validate a scenario and say what will be modelled, what will not, and how large it is."""
+    """Validate a scenario, and say what will be modelled, what will not, and its sizes."""
     scene = lib.scenario.load(scenario)
     say([f"{lib.scenario.label(scenario)}: sound"])
     say(f"  {line}" for line in (*lib.listing.modelled(scene), *lib.listing.magnitudes(scene)))

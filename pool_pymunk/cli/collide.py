@@ -22,11 +22,11 @@ def collide(
     velocity_a: Annotated[tuple[str, str], opt.option("The velocity of ball A.", "VX VY")],
     velocity_b: Annotated[tuple[str, str], opt.option("The velocity of ball B.", "VX VY")] = REST,
     radius_b: Annotated[
-        str | None, opt.option("The radius of ball B, if it is another.", "LENGTH")
+        str | None, opt.option("The radius of ball B, if it differs.", "LENGTH")
     ] = None,
-    offset: Annotated[str, opt.option("How far B's centre lies left of A's line.", "LENGTH")] = "0",
+    offset: Annotated[str, opt.option("How far B's centre lies left of A's path.", "LENGTH")] = "0",
     angle: Annotated[
-        str | None, opt.option("The line from A to B, instead of an offset.", "DEGREES")
+        str | None, opt.option("Direction from A to B in touch, instead of an offset.", "DEGREES")
     ] = None,
     restitution: Annotated[float, opt.option("Coefficient of restitution.")] = 1.0,
     friction: Annotated[float, opt.option("Coefficient of friction.")] = 0.0,
@@ -34,15 +34,15 @@ def collide(
         str, opt.option("Contact law.", opt.LAW_NAMES, autocompletion=opt.law_names)
     ] = "coulomb",
     units: Annotated[
-        str, opt.option(f"Those of bare numbers and of what is printed: {opt.KNOWN}.", "U,...")
+        str, opt.option(f"Units of numbers without one, and of the output: {opt.KNOWN}.", "U,...")
     ] = "m,kg,m/s",
     json: opt.JsonFile = None,
-    picture: Annotated[Path | None, opt.option("Draw it here: png, svg or pdf.", "FILE")] = None,
+    picture: Annotated[Path | None, opt.option("A png, svg or pdf file.", "FILE")] = None,
 ) -> int:
     """Two balls meet at an offset: velocities, impulses, momentum and energy before and after.
 
-    A's line is the one on which A comes, seen from B. Numbers may have their own units: 200g,
-    2.25in, 2m/s; bare ones are in those of --units, as in a scenario (m cm mm in, kg g, m/s in/s).
+    A's path is the straight line on which A comes, as seen from B. Numbers may have units: 200g,
+    2.25in, 2m/s; numbers without a unit are in those of --units.
     """
     typed = {
         "a.mass": mass_a, "b.mass": mass_b, "a.radius": radius, "b.radius": radius_b or radius,

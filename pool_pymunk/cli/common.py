@@ -18,7 +18,7 @@ from pool_pymunk.safety.files import whole
 
 
 class Setup(NamedTuple):
-    """A setting is a solver, its step (s; None: its own), its law (None: the scene's), options."""
+    """A setting has a solver, a step (s; None: its own), a law (None: the scene's), and options."""
 
     solver: str
     dt: float | None = None
@@ -27,14 +27,14 @@ class Setup(NamedTuple):
 
 
 class How(NamedTuple):
-    """These options say how shots are played, whatever the solver; None is as usual."""
+    """These options say how any solver plays shots; None is the default."""
 
     law: str | None = None
     friction: str | None = None
     max_time: str | None = None
 
     def scene(self, scenario: str) -> lib.Scene:
-        """Return the scene of a scenario with this law, and with this end of its shots."""
+        """Return the scene of a scenario with this law, and with this latest time of its shots."""
         scene = lib.scenario.load(scenario)
         latest = read.seconds("--max-time", self.max_time) or scene.physics.max_time
         law = self.law or scene.physics.law
@@ -48,7 +48,7 @@ class How(NamedTuple):
     def options_of(
         self, scene: lib.Scene, solvers: Iterable[str], named: bool
     ) -> dict[str, dict[str, Any]]:
-        """Return the options of each solver that plays the scene; those ``named`` must do so."""
+        """Return the options of the solvers that can play the scene; if ``named``, all must."""
         found = {}
         for name in solvers:
             solver = lib.solvers.find_solver(name)
@@ -59,7 +59,7 @@ class How(NamedTuple):
         return found
 
     def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> Setup:
-        """Return the solver at a step as typed; InputError names what it cannot take."""
+        """Return the solver and its step as typed; an error names an option that does not fit."""
         step = read.seconds("--dt", dt)
         lib.solvers.request(scene, solver, law=self.law, **self.options)
         if dt is not None and lib.solvers.find_solver(solver).dt is None:
@@ -70,7 +70,7 @@ class How(NamedTuple):
 def read_setting(
     text: str, key: str = "--overlay", dt: float | None = None, laws: Collection[str] = LAWS
 ) -> Setup:
-    """Return a solver, and in any order a step (else ``dt``, s) and a contact law, as typed.
+    """Return a setting as typed: a solver, then in any order a step (else ``dt``, s) and a law.
 
     >>> read_setting("pymunk:1/64:published")[:3]
     ('pymunk', 0.015625, 'published')
@@ -84,7 +84,7 @@ def read_setting(
     steps = [part for part in more if part not in laws]
     if len(law) > 1 or len(steps) > 1:
         behind = ":DT and :LAW" if laws else ":DT"
-        raise read.InputError(f"{key} = {text}: must be a solver, or with {behind} behind it")
+        raise read.InputError(f"{key} = {text}: must be a solver, and may have {behind} behind it")
     if steps and not has_step:
         raise read.InputError(f"{key} = {text}: {solver} has no time step")
     step = read.seconds(key, steps[0]) if steps else dt if has_step else None
@@ -94,7 +94,7 @@ def read_setting(
 def simulate_beside(
     scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setup]
 ) -> list[tuple[lib.Run, ...]]:
-    """Simulate every shot by each of the settings: a row a shot, a column a setting."""
+    """Simulate every shot by each setting: return a row a shot, with a column a setting."""
     asked = [shot for shot in shots if shot is not None] or None
     columns = []
     with lib.terminal.progress("simulating", len(settings)) as bar:
@@ -126,7 +126,7 @@ def stem(run: lib.Run) -> str:
 def write_json(
     path: Path | None, results: Mapping[str, object], scenario: str = "", title: str | None = None
 ) -> None:
-    """Write ``--json``, where it is asked for: what was played, the version, and the results."""
+    """Write the file of ``--json``, if there is one: what was played, the version, the results."""
     if path is not None:
         what = {"scenario": lib.scenario.label(scenario), "title": title} if scenario else {}
         content = {**what, "version": __version__, **results}

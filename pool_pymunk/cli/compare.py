@@ -1,4 +1,4 @@
-"""This command sets solvers beside each other and the published ends."""
+"""This command compares solvers with each other and with the published ends."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def compare(
     solvers: Annotated[
         str | None,
         opt.option(
-            f"Beside the exact one these, with steps: {opt.SOLVER_NAMES}.", "S[:DT],...",
-            show_default="all", autocompletion=opt.solver_lists,
+            f"Those to compare with the exact one: some of {opt.SOLVER_NAMES}; default: all.",
+            "S[:DT],...", autocompletion=opt.solver_lists,
         ),
     ] = None,
     dt: opt.Step = None,
@@ -40,9 +40,9 @@ def compare(
     max_time: opt.MaxTime = None,
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
-    pictures: Annotated[bool, opt.option("Draw exact and compared ends and paths.")] = True,
+    pictures: Annotated[bool, opt.option("Draw each run over the exact one.")] = True,
 ) -> int:  # fmt: skip
-    """Run every shot through several solvers: ends, distances, and where they first diverge."""
+    """Play every shot by several solvers: their ends, and where their runs first diverge."""
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
     settings = _settings(how, scene, solvers, read.seconds("--dt", dt))
@@ -71,7 +71,7 @@ def compare(
 
 
 def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) -> list[Setup]:
-    """Return the reference, and the solvers to compare as typed or else all; ``dt`` is usual."""
+    """Return the reference and the solvers to compare (default: all); ``dt`` is their step."""
     exact = lib.solvers.reference_solver().name
     names = [name for name in lib.solvers.SOLVERS if name != exact]
     names = names if text is None else read.names("--solvers", text)
@@ -91,7 +91,7 @@ def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
 
 
 def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.terminal.TextTable:
-    """Return each ball's exact end, and how far from it the others end."""
+    """Return each ball's exact end, and its distance from the end in each other run."""
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
     rows = []
     for id_, end in reference.final.items():
@@ -101,7 +101,7 @@ def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.t
         if id_ in published:
             row.append(f"{unit.from_si(math.dist(end, published[id_]), 'length'):.3f}")
         rows.append(row)
-    title = f"Exact ends, and how far from them the others end ({unit.length})"
+    title = f"Exact ends, and distances of the other ends from them ({unit.length})"
     headings = ["ball", "exact", *(_name(one.run) for one in found)]
     return lib.terminal.TextTable(headings + ["published"] * bool(published), rows, title=title)
 
@@ -114,7 +114,7 @@ def _cost(run: lib.Run) -> tuple[str, ...]:
 
 
 def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterator[str]:
-    """Say in words what the comparison of one shot tells."""
+    """Say in words how the runs of one shot differ from the reference."""
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
     for one in found:
         largest, parted = _small(unit.from_si(one.largest, "length")), one.divergence
@@ -129,8 +129,8 @@ def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterat
         ]
         off, ball = max(axes, key=lambda one: one[0])
         text = (
-            f"Published ends: off the exact ones by up to {unit.from_si(off, 'length'):.3f} "
-            f"{unit.length} along x or y (ball {ball})"
+            f"The published ends are up to {unit.from_si(off, 'length'):.3f} {unit.length} off the "
+            f"exact ones, along x or y (ball {ball})"
         )
         if lib.trace.ZERO_SLIP in reference.policies and lib.listing.is_of_the_report(reference):
             text += "; a slip of exactly zero got its sign from rounding there, see the warning"

@@ -1,4 +1,4 @@
-"""This command fits numbers of a scenario to where balls were measured."""
+"""This command fits numbers of a scenario to measured places of balls."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ def fit(
     scenario: opt.Scenario,
     measured: Annotated[
         str,
-        opt.option('Columns shot, ball, x, y and optionally t (s); or "published".', "FILE.csv"),
+        opt.option('Columns: shot, ball, x, y, optionally t (s); or "published".', "FILE.csv"),
     ],
     free: Annotated[
-        str, opt.option("Inputs, e.g. restitution,friction or speed.2,mass.8.", "NAME,...")
+        str, opt.option("Fit these inputs: restitution,friction or speed.2,mass.8.", "NAME,...")
     ],
     error: Annotated[
         str | None,
         opt.option("Standard deviation of one measured coordinate; default: estimated.", "LENGTH"),
     ] = None,
-    starts: Annotated[int, opt.option("The fit tries this many starts.", "N")] = 8,
+    starts: Annotated[int, opt.option("Number of starts of the fit.", "N")] = 8,
     seed: Annotated[int, opt.option("Seed of the random starts.", "N")] = 0,
     json: opt.JsonFile = None,
     out: Annotated[
-        Path | None, opt.option("Default: renders/SCENARIO/fit, fit-2, ...", "DIR", "--out")
+        Path | None, opt.option("Default: renders/<scenario>/fit, fit-2, ...", "DIR", "--out")
     ] = None,
-    force: Annotated[bool, opt.option("Replace a fit that is in --out.", None, "--force")] = False,
+    force: Annotated[bool, opt.option("Replace a fit that is there.", None, "--force")] = False,
     pictures: Annotated[bool, opt.option("Draw the residuals.")] = True,
 ) -> int:
-    """Fit numbers of a scenario to measured ends or tracks, with standard errors and residuals.
+    """Fit numbers of a scenario to measured ends or tracks, with standard errors.
 
-    Lengths of the file are in the scenario's unit. A row without t is an end. The new scenario, a
-    table of residuals and their picture are written, beside those of earlier fits.
+    Lengths of the file are in the scenario's unit. A row without t is an end. The command writes
+    the new scenario, a table of residuals and their picture, and keeps those of earlier fits.
     """
     folder = _folder(out, scenario, force)
     scene = lib.scenario.load(scenario)
@@ -72,7 +72,7 @@ def fit(
 
 
 def _folder(out: Path | None, scenario: str, force: bool) -> Path:
-    """Return a numbered folder without a fit, or ``out``; refuse that if it has a fit."""
+    """Return ``out``, or a numbered folder; one that has a fit is taken only by ``force``."""
     if out is None:
         folders = (place(None, scenario, f"fit-{k}" if k > 1 else "fit") for k in count(1))
         return next(each for each in folders if force or not (each / FITTED).exists())
@@ -99,8 +99,8 @@ def sentences(found: lib.fit.Fit) -> list[str]:
         for each in lengths
     )
     return [
-        f"Fitted to {lib.words.counted(int(found.used.sum()), 'place')}: they lie {now} off, root "
-        f"mean square, and {before} with the scenario's own numbers.",
+        f"Fitted to {lib.words.counted(int(found.used.sum()), 'place')}: the root mean square of "
+        f"the residuals is {now}, and {before} with the scenario's own numbers.",
         f"The standard deviation of one measured coordinate is {sigma}.",
         *(f"Warning: {warning}." for warning in found.warnings),
     ]

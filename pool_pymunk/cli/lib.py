@@ -1,10 +1,10 @@
-"""This module has the modules of the library that commands use: ``lib.scenario.load``.
+"""Commands use modules of the library through this one, as in ``lib.scenario.load``.
 
 --help must come at once, so a module is loaded when it is first asked for. This is the only place
-from which commands import what is slow to import. The classes are there for annotations alone.
+from which commands import what is slow to import. Classes serve for annotations alone.
 """
 
-# The modules are there for others.
+# Commands use what is imported here.
 # ruff: noqa: F401, I001
 # mypy: implicit-reexport
 

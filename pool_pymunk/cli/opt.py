@@ -1,7 +1,7 @@
 """This module declares options: those that several commands share, and the words that they take.
 
-Nothing slow is imported for them, because --help must come at once: of the library only the laws.
-tests/test_cli_manners.py holds the other words to what the library has.
+--help must come at once, so no slow module is imported here: of the library, only laws and files.
+tests/test_cli_manners.py compares the words of the other modules with the library.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ SOLVER_NAMES = ", ".join(SOLVERS)
 
 
 def among(words: Iterable[str]) -> Callable[[str], list[str]]:
-    """Return the function that finds those of the words that begin as typed."""
+    """Return a function that finds the words that begin with what was typed."""
     return lambda incomplete: [word for word in words if word.startswith(incomplete)]
 
 
 def solver_lists(incomplete: str) -> list[str]:
-    """Return what a list of solvers, such as ``pymunk,ev``, may go on with."""
+    """Return the lists that complete a list of solvers, such as ``pymunk,ev``."""
     before, comma, last = incomplete.rpartition(",")
     return [before + comma + name for name in SOLVERS if name.startswith(last)]
 
@@ -55,8 +55,8 @@ SolverName = Annotated[
 SolverList = Annotated[
     str | None,
     option(
-        f"Only these solvers, of {SOLVER_NAMES}.", "S,...", "--solvers",
-        show_default="all", autocompletion=solver_lists,
+        f"Some of {SOLVER_NAMES}; default: all.", "S,...", "--solvers",
+        autocompletion=solver_lists,
     ),
 ]  # fmt: skip
 law_names = among(LAWS)
@@ -67,13 +67,13 @@ LawName = Annotated[
 FrictionBy = Annotated[
     str | None,
     option(
-        "How solvers in a space apply surface friction.", "|".join(FRICTION), "--friction",
-        show_default="joint", autocompletion=among(FRICTION),
+        "How solvers in a space apply surface friction; default: joint.",
+        "|".join(FRICTION), "--friction", autocompletion=among(FRICTION),
     ),
 ]  # fmt: skip
-MaxTime = Annotated[str | None, option("End each shot after this many seconds.", "S", "--max-time")]
+MaxTime = Annotated[str | None, option("End each shot at this time (s).", "S", "--max-time")]
 Step = Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT", "--dt")]
 ShotName = Annotated[str | None, option("One shot only: its number or its name.", "K", "--shot")]
-JsonFile = Annotated[Path | None, option("Write the results here.", "FILE", "--json")]
-OutDir = Annotated[Path | None, option("Where files go.", "DIR", "--out")]
+JsonFile = Annotated[Path | None, option("Write the results to this JSON file.", "FILE", "--json")]
+OutDir = Annotated[Path | None, option("The folder for the files.", "DIR", "--out")]
 StartAndEnd = Annotated[bool, option("Draw the start and end of each shot.")]

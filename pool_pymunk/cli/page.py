@@ -1,4 +1,4 @@
-"""``page``: one HTML file that plays every shot exactly, in any browser."""
+"""This command makes one HTML file that plays every shot exactly, in any browser."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def page(
     """Make a page that plays every shot: one HTML file that needs nothing else.
 
     The page has the exact paths between contacts. Stop it, go from contact to contact, slow it
-    down a hundred times, and see the runs to compare with as ghosts. Another scenario may differ in
-    all but the table and the balls' ids and sizes; the page says what differs.
+    down a hundred times, and see the runs to compare with as ghosts. A scenario to compare with
+    must have the same table, and balls of the same ids and sizes; the page says what else differs.
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
@@ -50,7 +50,7 @@ def page(
             raise read.InputError(f"--overlay = {text}: must have the same {part} as {scenario}")
         has, wanted = len(other.shots), len(scene.shots)
         if has != wanted:
-            message = f"must have as many shots as {scenario} ({wanted}), and has {has}"
+            message = f"must have as many shots as {scenario} ({wanted}), but has {has}"
             raise read.InputError(f"--overlay = {text}: {message}")
     ghosts = [read_setting(text) for text in overlay or () if text not in files]
     settings = [how.setting(scene, solver, dt), *ghosts]

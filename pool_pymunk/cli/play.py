@@ -1,4 +1,4 @@
-"""``play``: a live table in the browser: aim, shoot, and see what the step costs."""
+"""This command opens a live table in the browser, on which one aims and shoots."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import typer
 from pool_pymunk.cli import lib, opt, read
 
 NEEDED = ("starlette", "uvicorn")
-MOST_PORT = 65_535
+MOST_PORT = 65_535  # of TCP
 
 
 def play(

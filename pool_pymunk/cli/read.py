@@ -7,15 +7,15 @@ from collections.abc import Collection, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
-from pool_pymunk.cli import lib
+from pool_pymunk.cli import lib, opt
 
 KINDS = {"start": "length", "noise.speed": "speed"}  # of a sweep's own keys
-PICTURES = (".png", ".svg", ".pdf")
+PICTURES = tuple(f".{form}" for form in opt.PICTURES)
 ANGLES = {"deg": 1.0, "°": 1.0, "mrad": math.degrees(1e-3), "rad": math.degrees(1.0)}
 
 
 class InputError(ValueError):
-    """This error is bad input: one line a problem, and exit code 2."""
+    """This error is bad input; its text has one line a problem, and the exit code is 2."""
 
 
 def seconds(key: str, text: str | None) -> float | None:
@@ -69,7 +69,7 @@ def shot_names(scene: lib.Scene) -> str:
 
 
 def names(key: str, text: str) -> list[str]:
-    """Return the names in a list with commas; there must be one."""
+    """Return the names in a list with commas, one or more."""
     if not text.strip(" ,"):
         raise InputError(f"{key} = {text}: give one name or more")
     return [name.strip() for name in text.split(",")]
@@ -96,7 +96,7 @@ def size(text: str, said: str, smallest: int = 0) -> tuple[int, int]:
 
 
 def numbers(key: str, text: str, units: lib.Units, kind: str = "") -> tuple[float, ...]:
-    """Return numbers with colons between them: in SI those of a ``kind``, but angles in degrees."""
+    """Return numbers with colons between them; those of a ``kind`` in SI, angles in degrees."""
     parts = text.split(":")
     if kind == "angle":
         return tuple(degrees(key, part) for part in parts)
@@ -120,7 +120,7 @@ def interval(key: str, text: str, units: lib.Units, kind: str) -> tuple[float, f
 
 
 def pairs(key: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]]:
-    """Split KEY=VALUE."""
+    """Yield the key and the value of each KEY=VALUE."""
     seen = set()
     for text in texts or ():
         name, equals, value = text.partition("=")
@@ -138,7 +138,7 @@ def inputs(key: str, texts: Sequence[str] | None, units: lib.Units) -> dict[str,
 
 
 def input_values(key: str, name: str, text: str, units: lib.Units) -> tuple[float, ...]:
-    """Return the numbers of one input, in SI, as the table of inputs says what they are."""
+    """Return the numbers of one input, in SI; the table of inputs has its quantity."""
     row = lib.inputs.TABLE.get(lib.inputs.parts(name)[0])
     kind = row.quantity or "" if row else KINDS.get(name, "")
     found = numbers(f"{key} {name}", text, units, kind)

@@ -22,27 +22,27 @@ def render(
     max_time: opt.MaxTime = None,
     out: opt.OutDir = None,
     overlay: Annotated[
-        str | None, opt.option("Compare with these runs, shown as ghosts.", "SOLVER[:DT][:LAW]")
+        str | None, opt.option("Compare with this, shown as a ghost.", "SOLVER[:DT][:LAW]")
     ] = None,
     side_by_side: Annotated[
-        bool, opt.option("Show the runs to compare on two tables.", None, "--side-by-side")
+        bool, opt.option("Show the two runs on two tables.", None, "--side-by-side")
     ] = False,
-    films: Annotated[bool, opt.option("Film the shots, one by one and in one film.")] = True,
+    films: Annotated[bool, opt.option("Film each shot, and all shots in one film.")] = True,
     form: Annotated[
-        str, opt.option("Format of films.", "|".join(FILM_FORMATS), "--format")
+        str, opt.option("Format of the films.", "|".join(FILM_FORMATS), "--format")
     ] = "mp4",
-    size: Annotated[str | None, opt.option("Pixels: 1600x900 (gif: 800x450).", "WxH")] = None,
-    fps: Annotated[
-        float | None, opt.option("Frames a second: 60 (gif: 25).", show_default=False)
+    size: Annotated[
+        str | None, opt.option("Pixels; default: 1600x900, gif: 800x450.", "WxH")
     ] = None,
-    slow: Annotated[float, opt.option("This many times slower than life.")] = 1.0,
+    fps: Annotated[float | None, opt.option("Frames a second; default: 60, gif: 25.")] = None,
+    slow: Annotated[float, opt.option("Slower than life by this factor.")] = 1.0,
     start: Annotated[float, opt.option("Film from this time on (s).", None, "--from")] = 0.0,
     end: Annotated[
         float | None, opt.option("Film up to this time (s; default: to the end).", None, "--to")
     ] = None,
     pictures: opt.StartAndEnd = True,
-    picture_format: Annotated[str, opt.option("Of pictures.", "|".join(opt.PICTURES))] = "png",
-    dpi: Annotated[float, opt.option("Dots an inch of png pictures, 10 in wide.")] = 200.0,
+    picture_format: Annotated[str, opt.option("Their format.", "|".join(opt.PICTURES))] = "png",
+    dpi: Annotated[float, opt.option("Dots per inch of a png, which is 10 in wide.")] = 200.0,
 ) -> int:
     """Film every shot and draw its start and end.
 
@@ -77,14 +77,14 @@ def render(
 def save_films(
     shows: Sequence[lib.render.Show], folder: Path, ending: str, settings: lib.render.FilmSettings
 ) -> list[Path]:
-    """Film every shot, and where there are several put them into one film, too."""
+    """Film every shot; several shots become one more film together."""
     start, together = settings.start, folder / f"all{ending}"
     for show in shows:
         if 0.0 < start >= show.duration:
             ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
             raise read.InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
     paths = [folder / f"{stem(show.runs[0])}{ending}" for show in shows]
-    again = len(shows) > 1 and ending.endswith(".gif")  # a gif of all shots has colours of its own
+    again = len(shows) > 1 and ending.endswith(".gif")  # a gif of all shots has other colours
     total = sum(lib.render.frame_count(show, settings) for show in shows) * (2 if again else 1)
     with lib.terminal.progress("filming", total) as bar:
         for show, path in zip(shows, paths, strict=True):

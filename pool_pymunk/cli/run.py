@@ -1,4 +1,4 @@
-"""This command is the main job: every shot, with its log, pictures and data."""
+"""This command plays every shot, and writes its log, pictures and data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pool_pymunk.safety.files import whole
 
 LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
-# A shot is finished; the choice tells of its step, where that was chosen by a tolerance.
+# a finished shot, and the choice of its step if a tolerance made it
 PlayedShot = tuple["lib.Run", "lib.tolerance.Choice | None"]
 # Why the exact ends of the report's shots are not the published ones (docs/report.md, 4 and 5).
 REASONS = {
@@ -34,7 +34,7 @@ def run(
     solver: opt.SolverName = "pymunk",
     dt: opt.Step = None,
     tolerance: Annotated[
-        str | None, opt.option("Choose the step that keeps ends within it: 0.01in.", "LENGTH")
+        str | None, opt.option("Choose a step whose ends are within this error: 0.01in.", "LENGTH")
     ] = None,
     shot: opt.ShotName = None,
     law: opt.LawName = None,
@@ -53,7 +53,7 @@ def run(
     """Simulate every shot: the log, agreement with published ends, pictures and data.
 
     Files go to renders/<scenario>: for each shot its start and end as pictures, times, positions
-    and velocities as npz and CSV, and the events as CSV. What ends the command early leaves the
+    and velocities as npz and CSV, and the events as CSV. If the command ends early, it keeps the
     files of the shots that were finished.
     """
     how = How(law, friction, max_time)
@@ -97,7 +97,7 @@ def _played(
     limit: float | None,
     bar: lib.terminal.Bar,
 ) -> Iterator[PlayedShot]:
-    """Yield each shot as soon as it is there; a ``limit`` (m) of errors chooses its step."""
+    """Yield each shot as soon as it is finished; a ``limit`` (m) of errors chooses its step."""
     solver, dt, _, options = setting
     if limit is not None:
         for run, choice in lib.tolerance.simulate_within(scene, shots, limit, solver, **options):
@@ -169,7 +169,7 @@ def _results(done: Sequence[PlayedShot]) -> dict[str, object]:
 
 
 def _verdict(done: Sequence[PlayedShot]) -> int:
-    """Name the shots that are no full results; return the exit code."""
+    """Name the shots that failed or missed the tolerance; return the exit code."""
     code = 0
     for run, choice in done:
         failed = [] if run.success else [lib.run.STATUSES[run.status]]

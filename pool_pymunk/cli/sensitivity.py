@@ -14,7 +14,7 @@ from pool_pymunk.cli.common import place, stem, write_json
 from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
-    Alone = Mapping[str, lib.Sensitivity]  # by the cause that makes it alone
+    Alone = Mapping[str, lib.Sensitivity]  # by the cause that acts alone
 
 HALF = "Each ± is half the width of a uniform distribution; what follows are standard deviations."
 
@@ -23,14 +23,14 @@ def sensitivity(
     scenario: opt.Scenario,
     position_error: Annotated[
         str | None,
-        opt.option("Half-width, of every start; default: half its last digit.", "LENGTH"),
+        opt.option("Half-width of each start's error; default: half its last digit.", "LENGTH"),
     ] = None,
-    speed_error: Annotated[str, opt.option("Half-width, of the struck ball.", "SPEED")] = "0",
-    angle_error: Annotated[str, opt.option("Half-width, of its direction.", "DEGREES")] = "0",
+    speed_error: Annotated[str, opt.option("Half-width of the shot's speed.", "SPEED")] = "0",
+    angle_error: Annotated[str, opt.option("Half-width of the shot's angle.", "DEGREES")] = "0",
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
-    seed: Annotated[int, opt.option("Of the random numbers.", "N")] = 0,
+    seed: Annotated[int, opt.option("Seed of random numbers.", "N")] = 0,
     threads: Annotated[
-        int | None, opt.option("Default: one for each core.", "N", "--threads", "--processes")
+        int | None, opt.option("Threads; default: one a core.", "N", "--threads", "--processes")
     ] = None,
     shot: opt.ShotName = None,
     json: opt.JsonFile = None,
@@ -39,16 +39,16 @@ def sensitivity(
     by_derivatives: Annotated[
         bool,
         opt.option(
-            "Say it by derivatives, too, and how far they hold; alone with --samples 0.",
+            "Also use derivatives, and say how far they hold; --samples 0: only these.",
             None, "--linear",
         ),
     ] = False,
 ) -> int:  # fmt: skip
-    """Move the starts, and on request the cue's speed and angle, a little: where may balls end?
+    """Where may balls end if starts, and on request speed and angle, are uncertain?
 
-    Errors typed here are half the widths of uniform distributions; what is printed of the ends are
-    standard deviations. A length or speed may have a unit (0.1mm), and is in the scenario's unit
-    without one. Where several things are uncertain, each is also tried alone.
+    An error is typed as half the width of a uniform distribution; the ends are printed with their
+    standard deviations. A length or speed may have a unit (0.1mm); without one it is in that of the
+    scenario. Where several inputs are uncertain, each is also varied alone.
     """
     scene = lib.scenario.load(scenario)
     uncertainty = _uncertainty(scenario, scene, position_error, speed_error, angle_error)
@@ -82,7 +82,7 @@ def sensitivity(
 def _uncertainty(
     scenario: str, scene: lib.Scene, position: str | None, speed: str, angle: str
 ) -> lib.uncertainty.Uncertainty:
-    """Return the errors as typed; those of positions as the scenario writes them, if not typed."""
+    """Return the errors as typed; by default, those of positions come from their last digits."""
     faster = lib.quantities.quantity("--speed-error", speed, "speed", scene.units)
     turned = math.radians(read.degrees("--angle-error", angle))
     typed = {"--speed-error": (speed, faster), "--angle-error": (angle, turned)}
@@ -93,7 +93,7 @@ def _uncertainty(
     else:
         width = lib.uncertainty.written_uncertainty(scenario).position
         if not isinstance(width, dict) or width.keys() != scene.index.keys():
-            raise read.InputError("--position-error: is missing, the scenario cannot be read twice")
+            raise read.InputError("--position-error: is missing; the scenario cannot be read twice")
     for key, (text, value) in typed.items():
         if value < 0.0:
             raise read.InputError(f"{key} = {text}: must be 0 or more")
@@ -114,7 +114,7 @@ def _played(
 def _print(
     found: lib.Sensitivity | None, line: lib.Linear | None, alone: Alone
 ) -> dict[str, object]:
-    """Say what the samples, the derivatives or both tell of a shot; return what the JSON has."""
+    """Say what samples, derivatives or both tell of a shot; return its record for the JSON."""
     record: dict[str, object] = {}
     said: list[str] = []
     if found is not None:
@@ -129,7 +129,7 @@ def _print(
         record = {"name": run.name, **record, "linear": line.as_dict()}
         said += linear_sentences(line)
     tables = [] if found is None else [_ends(found)]
-    if found is not None and line is not None and len(alone) > 1:  # Both do not fit in one.
+    if found is not None and line is not None and len(alone) > 1:  # They need two tables.
         tables.append(_spreads(run, found, None, alone))
         found = None
     tables.append(_spreads(run, found, line, alone))
@@ -183,7 +183,7 @@ def _spreads(
 
 
 def _pair(units: lib.Units, point: Iterable[float], form: str) -> str:
-    """Return lengths along x and y in the scene's unit, or that they are not known (nan)."""
+    """Return lengths along x and y in the scene's unit; nan is ``not known``."""
     if not all(map(math.isfinite, point)):
         return "not known"
     return ", ".join(f"{units.from_si(float(v), 'length'):{form}}" for v in point)
@@ -194,7 +194,7 @@ def _length(units: lib.Units, value: float) -> str:
 
 
 def linear_sentences(line: lib.Linear) -> list[str]:
-    """Say in words how far the derivatives can be believed."""
+    """Say in words for which errors the derivatives hold."""
     warnings = [f"Warning: {warning}." for warning in line.warnings]
     if not math.isfinite(line.holds):
         return warnings
@@ -205,7 +205,7 @@ def linear_sentences(line: lib.Linear) -> list[str]:
 
 
 def sentences(found: lib.Sensitivity, alone: Alone) -> list[str]:
-    """Say in words what the spread of one shot tells, and what each cause makes of it."""
+    """Say in words how far the ends of one shot spread, in all and by each cause alone."""
     units = found.reference.scene.units
     kept, printed = found.kept_digits
     off = _length(units, found.agree)
@@ -233,7 +233,7 @@ def sentences(found: lib.Sensitivity, alone: Alone) -> list[str]:
 
 
 def _worst_sentences(found: lib.Sensitivity, alone: Alone) -> Iterator[str]:
-    """Say which ball spreads most, what each cause alone makes of it, and what is amplified."""
+    """Say which ball spreads most, how far by each cause alone, and what ``amplified`` means."""
     worst, units = found.worst, found.reference.scene.units
     x0, y0, x1, y1 = (units.from_si(v, "length") for v in (*worst.low, *worst.high))
     ratio = f", {_times(worst.amplification)} that of the starts" if worst.amplification else ""
@@ -246,10 +246,10 @@ def _worst_sentences(found: lib.Sensitivity, alone: Alone) -> Iterator[str]:
         its = found.balls.index(worst)
         deviations = {name: each.balls[its].deviation for name, each in alone.items()}
         said = ", ".join(f"{name} {_length(units, std)}" for name, std in deviations.items())
-        yield f"The standard deviation that each cause alone makes of it: {said}."
+        yield f"Its standard deviation by each cause alone: {said}."
     if "starts" in alone:
         starts = _length(units, found.deviation_of_starts)
-        yield f"Amplified: the deviation that the starts alone make, over theirs ({starts})."
+        yield f"Amplified: deviation by the starts alone, divided by that of the starts ({starts})."
 
 
 def _times(factor: float | None) -> str:

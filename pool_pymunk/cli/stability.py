@@ -13,14 +13,14 @@ from pool_pymunk.safety.files import whole
 
 
 def stability(
-    quick: Annotated[bool, opt.option("Fewer cases and steps: 30 s.", None, "--quick")] = False,
+    quick: Annotated[bool, opt.option("Fewer cases and steps, in 30 s.", None, "--quick")] = False,
     solvers: opt.SolverList = None,
-    processes: Annotated[int, opt.option("How many at once.", "N")] = 2,
+    processes: Annotated[int, opt.option("Number of processes.", "N")] = 2,
     out: opt.OutDir = None,
 ) -> int:
-    """The extremes: where each solver breaks, by how much, and from where on.
+    """Play extreme scenes: which solver breaks, by how much, and from which case on.
 
-    Writes stability.csv and stability.png to renders/stability; after Ctrl-C, what is done.
+    Writes stability.csv and stability.png to renders/stability, after Ctrl-C with what was played.
     """
     known, extremes = [solver.name for solver in lib.suite.columns()], lib.extremes.EXTREMES
     chosen = known if solvers is None else read.names("--solvers", solvers)

@@ -1,4 +1,4 @@
-"""``sweep``: any number of shots into a folder of Parquet files, resumable, on many machines."""
+"""This command plays any number of shots into Parquet files, on one machine or many."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ def sweep(
     out: Annotated[Path, opt.option("Where the dataset goes.", "DIR", "--out")],
     vary: Annotated[
         list[str] | None,
-        opt.option("Draw this input; start and noise: =W.", "KEY=LOW:HIGH"),
+        opt.option("Draw this at random; start and noise: KEY=WIDTH.", "KEY=LOW:HIGH"),
     ] = None,
     grid: Annotated[
-        list[str] | None, opt.option("Go through this input.", "KEY=LOW:HIGH:COUNT")
+        list[str] | None, opt.option("Vary this in even steps.", "KEY=LOW:HIGH:COUNT")
     ] = None,
     samples: Annotated[
-        int | None, opt.option("Shots; where there is a grid, all of it.", "N")
+        int | None, opt.option("Number of shots; default: the whole grid.", "N")
     ] = None,
     shot: opt.ShotName = None,
-    seed: Annotated[int, opt.option("The seed of the random numbers.", "S")] = 0,
+    seed: Annotated[int, opt.option("Seed of the random numbers.", "S")] = 0,
     chunk: Annotated[int, opt.option("Shots in one file.", "C")] = 50_000,
     workers: Annotated[
         int | None, opt.option("Processes; default: threads on all cores.", "W")
@@ -39,15 +39,15 @@ def sweep(
     cluster: Annotated[
         str | None, opt.option("A Dask scheduler: tcp://host:8786.", "ADDRESS")
     ] = None,
-    restart: Annotated[bool, opt.option("Begin anew.", None, "--restart")] = False,
+    restart: Annotated[bool, opt.option("Replace what is there.", None, "--restart")] = False,
     law: opt.LawName = None,
     max_time: opt.MaxTime = None,
 ) -> int:
-    """Play many shots into a Parquet dataset; the same command goes on where it was.
+    """Play many shots into a Parquet dataset; the same command resumes a sweep.
 
     Keys: speed, angle or turn (degrees, relative to the shot's), roll, mass (of the struck ball),
     restitution.*, friction.*, x.ID, y.ID, vx.ID, vy.ID, mass.ID, radius.ID; start (every ball, plus
-    or minus one length), noise.speed and noise.angle (standard deviation of the player's error).
+    or minus one length), noise.speed and noise.angle (standard deviations of the player's errors).
     Lengths, speeds and masses may have a unit (0.005in); without one they are in the scenario's.
     """
     scene = How(max_time=max_time).scene(scenario)
@@ -85,7 +85,7 @@ def _steps(key: str, text: str, units: lib.Units) -> tuple[Any, ...]:
 
 @contextmanager
 def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | None]:
-    """Yield what plays the parts: processes, a Dask cluster, or None for threads here."""
+    """Yield what plays the parts: processes, a Dask cluster, or None for this process's threads."""
     if workers is not None:
         if cluster is not None:
             raise read.InputError("--workers: a --cluster has workers of its own")

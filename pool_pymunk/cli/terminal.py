@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.sweep.job import Done
     from pool_pymunk.studies.tradeoff import Estimate
 
-WIDTH = 160  # characters of a line in a pipe
+WIDTH = 160  # characters of a line in a pipe, which has no width of its own
 PACE = 0.1  # s between two moves of the progress bar
 
 
@@ -27,7 +27,7 @@ def show(*parts: str | rich.table.Table) -> None:
 
 
 class TextTable(rich.table.Table):
-    """A table has columns that are right-aligned, except ``left``; a line follows an empty row."""
+    """A table has right-aligned columns, except those in ``left``; an empty row draws a line."""
 
     def __init__(
         self,
@@ -37,7 +37,7 @@ class TextTable(rich.table.Table):
         title: str | None = None,
     ) -> None:
         super().__init__(title=title)
-        for k, heading in enumerate(headings):  # Names at the left stay in one line; others break.
+        for k, heading in enumerate(headings):  # Names in the first column never break.
             looks: dict[str, Any] = {"justify": "left" if heading in left else "right"}
             self.add_column(heading, overflow="fold", no_wrap=not k and heading in left, **looks)
         for row in rows:
@@ -56,7 +56,7 @@ class Bar(bars.Progress):
         self.task = self.add_task(label, total=total)
 
     def step(self, count: float = 1) -> None:
-        """Show that more is done."""
+        """Show that this number of parts more is done."""
         self.advance(self.task, count)
 
 
@@ -67,7 +67,7 @@ def progress(label: str, total: float) -> Bar:
 
 
 class Share:
-    """This class moves the progress bar inside a shot, by the share of its estimated time."""
+    """This class moves the progress bar within a shot, by the share of its estimated duration."""
 
     def __init__(self, bar: Bar, estimates: Sequence[Estimate]) -> None:
         self.bar, self.done, self.moved = bar, 0, time.monotonic()
@@ -98,7 +98,7 @@ class Counter(Bar):
         self.played = self.by_reference = 0
 
     def take(self, done: Done) -> None:
-        """Count what was there, then each part."""
+        """Count the shots that were there at first, then those of each part."""
         if self.there is None:
             self.there = done.shots
         else:

@@ -22,19 +22,17 @@ def tradeoff(
     law: opt.LawName = None,
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
-    budget: Annotated[
-        float, opt.option("How long repeated runs may take in all, about.", "S")
-    ] = 60.0,
+    budget: Annotated[float, opt.option("About this time (s) for all repeated runs.", "S")] = 60.0,
     samples: Annotated[
-        int, opt.option("Perturbed starts, to see what the input is worth.", "N")
+        int, opt.option("Perturbed starts, for the effect of rounded inputs.", "N")
     ] = 1000,
-    seed: Annotated[int, opt.option("The seed of the perturbed starts.")] = 0,
+    seed: Annotated[int, opt.option("Seed of the perturbed starts.")] = 0,
     out: opt.OutDir = None,
 ) -> int:
-    """Work and precision: what error each solver and step leaves on this scene, and what it costs.
+    """Work and precision: the error and the time of each solver and step on this scene.
 
-    Writes tradeoff.csv, tradeoff.png and tradeoff.svg to renders/<scenario>; after Ctrl-C, what was
-    measured.
+    Writes tradeoff.csv, tradeoff.png and tradeoff.svg to renders/<scenario>, after Ctrl-C with what
+    was measured.
     """
     if not budget >= 0.0:
         raise read.InputError(f"--budget = {budget}: must be 0 or more")
@@ -47,7 +45,7 @@ def tradeoff(
     so_far: list[lib.tradeoff.Tradeoff] = []
     try:
         with lib.terminal.progress("measuring", 1 + sum(map(len, ladders.values()))) as bar:
-            # how far (m) half of the last digit of the start positions moves the worst end
+            # how far (m) the worst end spreads if starts are known to half of their last digit
             written = lib.uncertainty.written_uncertainty(scenario)
             spread = max(
                 lib.sensitivity.sensitivity(scene, one, written, samples, seed).worst.deviation

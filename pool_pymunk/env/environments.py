@@ -1,4 +1,4 @@
-"""This module has the environments: many tables that play all shots in one call, and one table."""
+"""This module has two environments: of many tables, which play in one call, and of one table."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ Seen = NDArray[np.float32]
 Rows = NDArray[np.int64] | slice
 Infos = dict[str, Any]
 Asked = type[Game] | Game | None
-ALL = slice(None)  # Arrays of all tables are taken as they are, and not copied.
-MODES, FPS, SIZE = ("rgb_array", "rgb_array_list"), 30, (800, 450)  # of pictures; pixels
+ALL = slice(None)  # With it, arrays of all tables are not copied.
+MODES, FPS, SIZE = ("rgb_array", "rgb_array_list"), 30, (800, 450)  # frames a second; pixels
 DRAWN = {"render_modes": list(MODES), "render_fps": FPS}
 
 
@@ -36,11 +36,11 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
     """A billiards vector environment plays a game on many tables: a step is a shot on each.
 
     All shots of a step are one call of ``simulate_many``. Table i gives the same bits as a
-    :class:`BilliardsEnv` with the seed of table i, in the form of Gymnasium's SyncVectorEnv. By
-    ``autoreset_mode`` a table whose episode is over begins again in the next step, in place of a
-    shot; at once, with the end of the episode in ``info["final_obs"]`` and ``info["final_info"]``;
-    or, if ``DISABLED``, by ``reset(options={"reset_mask": ...})``. ``max_episode_steps`` cuts
-    episodes off. Other settings are as in :class:`BilliardsEnv`.
+    :class:`BilliardsEnv` with the seed of table i, in the form of Gymnasium's SyncVectorEnv. A
+    table whose episode is over begins again as ``autoreset_mode`` says: by ``NEXT_STEP`` in place
+    of the next shot; by ``SAME_STEP`` at once, and ``info`` has the end as ``final_obs`` and
+    ``final_info``; by ``DISABLED`` in ``reset(options={"reset_mask": ...})``. ``max_episode_steps``
+    cuts episodes off. Other settings are as in :class:`BilliardsEnv`.
     """
 
     plays: ClassVar[type[Game] | None] = None  # the game, if no other is asked for
@@ -100,7 +100,7 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         """Begin a new episode on every table: return the observation and the info.
 
         Table i has the seed ``seed + i``, or the one in a list. ``options`` are those of one table,
-        for all of them, or have a row for each; ``reset_mask`` (S,) says which tables begin anew.
+        and hold for all, or have a row for each; ``reset_mask`` (S,) has the tables to begin anew.
         """
         asked, infos = read_options(options), Infos()
         rows: Rows = ALL
@@ -142,9 +142,9 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         return seen
 
     def step(self, actions: Any) -> tuple[Seen, Floats, Flags, Flags, Infos]:
-        """Play a shot on each table: return what is seen, rewards, who is done, and more.
+        """Play a shot on each table: return what is seen, rewards, which episodes end, and info.
 
-        Raises SettingError for what are no actions, and ResetNeeded where no episode goes on.
+        Raises SettingError for bad actions, and ResetNeeded without an episode to be continued.
         """
         tables, over, infos = self._now, self._done, Infos()
         wanted = self.game.read(actions, self.num_envs)
@@ -172,7 +172,7 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         return seen, reward, terminated, truncated, infos
 
     def _final(self, over: Flags, seen: Seen, said: Info) -> Infos:
-        """Return what is seen and the info at the end of some episodes, as Gymnasium has it."""
+        """Return what is seen and the info at the end of some episodes, in Gymnasium's form."""
         info, rows = Infos(), _rows(over)
         _tell(info, rows, {key: each[rows] for key, each in said.items()}, len(over))
         last = np.full(len(over), None, dtype=object)
@@ -181,10 +181,10 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         return flags | {"final_obs": last, "final_info": info}
 
     def rehearse(self, actions: Any, tables: Any = None) -> Rehearsal:
-        """Return the batch of shots from here, with their ``reward``; nothing changes.
+        """Return the batch of shots from the present layouts, with ``reward``; nothing changes.
 
-        ``actions`` (K, S, A) are K shots a table; shot k of table i is row k S + i of the batch.
-        With the numbers of ``tables`` (M,) they are shots (M, A) on these. The hand does not err.
+        ``actions`` (K, S, A) are K shots a table; shot k of table i is row k S + i of the batch. If
+        ``tables`` (M,) has their numbers, actions (M, A) are a shot on each. The hand does not err.
         """
         rows = np.arange(self.num_envs)
         if tables is None:
@@ -227,10 +227,10 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
 class BilliardsEnv(gymnasium.Env[Seen, Seen]):
     """A billiards environment plays a game on one table: a step is a shot of the cue ball.
 
-    ``game`` is a subclass of :class:`Game`, and other settings are those of the game. An action is
-    numbers, clipped to [-1, 1]: the cue ball leaves at 180 a[0] degrees, counter-clockwise from +x,
-    at the speed ``max_speed`` (1 + a[1]) / 2. The next step begins when all balls rest; shots are
-    exact, as of ``simulate_many``. An observation is a float32 array: x and y of all balls, in the
+    ``game`` is a subclass of :class:`Game`, and other settings are those of the game. An action has
+    numbers a, clipped to [-1, 1]: the cue ball leaves at 180 a[0] degrees, counter-clockwise from
+    +x, at the speed ``max_speed`` (1 + a[1]) / 2. A step lasts until all balls rest; its shot is
+    exact, as in ``simulate_many``. An observation is a float32 array: x and y of all balls, in the
     order of ``scene.balls``, then for each ball 1 if it is off the table, and in Pot 1 if it is
     called. The middle of the table is (0, 0), and half of its longer side is 1; a ball off the
     table is at (0, 0).
@@ -272,7 +272,7 @@ class BilliardsEnv(gymnasium.Env[Seen, Seen]):
         return self._one._begin(ALL, infos, options)[0], _only(infos)
 
     def step(self, action: Any) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
-        """Play a shot: return what is seen, the reward, whether the episode is over, and more."""
+        """Play a shot: return what is seen, the reward, if the episode ends or is cut, and info."""
         if self._one._now and self._one._done[0]:
             raise ResetNeeded("The episode is over: call reset() before the next step.")
         if self._one._rng.each[0] is not self.np_random:
@@ -293,7 +293,7 @@ class BilliardsEnv(gymnasium.Env[Seen, Seen]):
 
 
 def _game_of(game: Any, scenario: On, settings: dict[str, Any]) -> Game:
-    """Make a game of a class and its settings, or return one that is made."""
+    """Return a game: made from a class and its settings, or the given one."""
     if isinstance(game, type) and issubclass(game, Game):
         return game(scenario, **settings)
     if isinstance(game, Game) and scenario is None and not settings:
@@ -309,7 +309,7 @@ def _only(infos: Infos) -> dict[str, Any]:
 
 
 def _tell(infos: Infos, rows: Rows, info: Info, count: int) -> None:
-    """Write down the info of some tables, and of which, as Gymnasium has it."""
+    """Add the info of some tables, and which tables these are, in Gymnasium's form."""
     for key, values in info.items():
         if len(values):
             mine = infos.setdefault(key, np.zeros((count, *values.shape[1:]), values.dtype))

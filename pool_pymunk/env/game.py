@@ -1,4 +1,4 @@
-"""This module has what a game is: functions on arrays with one row for each of S tables."""
+"""This module defines games: functions of arrays that have one row for each of S tables."""
 
 from __future__ import annotations
 
@@ -66,10 +66,10 @@ class Tables(dict[str, NDArray[Any]]):
 
 @dataclass(eq=False)
 class Played:
-    """These are shots that were played, one row a table (S), as a game has to judge them.
+    """These are shots that were played, one row a table (S), for a game to judge.
 
-    ``before`` and ``tables`` tell how the games stood and stand. ``batch`` has the shots; the cue
-    ball ``met`` some balls, or was pocketed (``foul``). ``lost`` shots could not be played.
+    ``before`` has the games before the shots of ``batch``, ``tables`` after them. The cue ball
+    ``met`` this number of balls, or was pocketed (``foul``). ``lost`` shots could not be played.
     """
 
     batch: Batch
@@ -93,7 +93,7 @@ class Rehearsal(Batch):
 
 
 class Game(ABC):
-    """A game says who is on the table and where, what a shot is, what it scores, what is seen.
+    """A game says which balls lie where, what a shot is, what it scores, and what is observed.
 
     A game of your own is a subclass that has a ``score``, and overrides what else differs. These
     attributes are defaults of settings: ``scenario``, a bundled one, a file, or a Scene; the number
@@ -188,7 +188,7 @@ class Game(ABC):
         return tables
 
     def _read_layouts(self, given: Any, count: int) -> Floats:
-        """Read layouts (S, N, 2), or one; raises SettingError or SceneError for what cannot be."""
+        """Read layouts (S, N, 2), or one; raises SettingError or SceneError for bad ones."""
         found, shape = _read_numbers("position", given), self.spots.shape
         if found.shape not in (shape, (count, *shape)):
             message = f"must have the shape {shape}, or {(count, *shape)}: a layout a table"
@@ -213,7 +213,7 @@ class Game(ABC):
         return Box(-1.0, 1.0, (2 + self.has_roll + 2 * self.has_place,), np.float32)
 
     def read(self, actions: Any, *shape: int) -> Floats:
-        """Read actions of a shape (..., A), -1 for any number; raises SettingError for others."""
+        """Read actions (*shape, A), where -1 is any number; raises SettingError for others."""
         found, width = _read_numbers("action", actions), self.action_space.shape
         wanted = (*(found.shape[:1] if shape[:1] == (-1,) else shape[:1]), *shape[1:], *width)
         if found.shape != wanted:
@@ -236,11 +236,11 @@ class Game(ABC):
         return asked
 
     def put(self, tables: Tables, place: Floats) -> Floats:
-        """Return where the cue ball is put (S, 2), in m, if these places are asked for: there."""
+        """Return places (S, 2) in m for the cue ball, if these are asked for: by default these."""
         return place
 
     def play(self, tables: Tables, actions: Floats, rng: Generators | None) -> Played:
-        """Play a shot on each table, by its action (S, A); without ``rng`` the hand is steady."""
+        """Play a shot on each table, by its action (S, A); without ``rng`` no hand errs."""
         if (bad := np.isnan(actions)).any():
             width = "two" if actions.shape[1] == 2 else actions.shape[1]
             raise setting_error("action", actions[bad.any(axis=1)][0], f"must be {width} numbers")
@@ -282,7 +282,7 @@ class Game(ABC):
     def _strike(
         self, position: Floats, angle: Floats, speed: Floats, roll: Any = None, place: Any = None
     ) -> Batch:
-        """Play the shots; where the place is not free nothing moves, and the shot cannot start."""
+        """Play the shots; a shot cannot start where its place is not free: there nothing moves."""
         taken = np.zeros(len(position), np.bool_)
         if place is not None:
             position = position.copy()
@@ -311,7 +311,7 @@ class Game(ABC):
         return np.zeros(len(played.lost), np.bool_)
 
     def info(self, played: Played) -> Info:
-        """Return what ``info`` has besides, with one row a table."""
+        """Return what the game adds to ``info``, with one row a table."""
         return {}
 
     def info_at_start(self, tables: Tables) -> Info:
@@ -333,7 +333,7 @@ class Game(ABC):
     def observe(self, tables: Tables) -> NDArray[np.float32]:
         """Return what a learner sees (S, D): places, who is off the table, which are marked.
 
-        Then come zeros, as many as the game has ``more_seen``; it may put numbers there.
+        ``more_seen`` zeros follow, in whose places the game may put numbers.
         """
         off, balls = tables.off, len(self.spots)
         seen = np.zeros((len(off), *self.observation_space.shape), np.float32)
@@ -350,7 +350,7 @@ class Game(ABC):
 
 
 def read_options(options: Any) -> dict[str, Any]:
-    """Read the options of ``reset``; raises SettingError for what is no dict of them."""
+    """Read the options of ``reset``; raises SettingError if they are no dict."""
     if options is not None and not isinstance(options, Mapping):
         raise setting_error("options", options, "must be a dict or None")
     return dict(options or {})

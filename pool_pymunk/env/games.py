@@ -19,7 +19,7 @@ from pool_pymunk.results.words import counted
 
 # The men of a colour have ids that begin with its letter, as in the scenario carrom.
 OWN, OTHERS = "W", "B"
-# The base circles' centres are 73.5 to 74 cm / 2 - 15.09 cm from the middle (scenario carrom).
+# The centres of the base circles are 74 cm / 2 - 15.09 cm from the middle (scenario carrom).
 LINE = 0.2191 / 0.37  # of half the board's length
 GAP = 1e-4  # m; that of the rack in the scenario carrom
 
@@ -59,7 +59,7 @@ class Pot(Game):
             tables["called"] = (before <= place).sum(axis=0)
 
     def _read_called(self, called: Any, there: Flags) -> NDArray[np.int64]:
-        """Return the numbers of the balls (S,) of an id, or of one a table."""
+        """Return the balls' numbers (S,), from one id for all tables or from one a table."""
         asked = list(called) if is_row(called) else [called]
         known = [ball.id for ball in self.scene.balls if not ball.cue]
         for unknown in [each for each in asked if each not in known]:
@@ -123,7 +123,7 @@ class Carrom(Game):
         return {"angle": angle, "speed": speed, "place": place}
 
     def put(self, tables: Tables, place: Floats) -> Floats:
-        """Return the nearest free places on the base line, or the same where there are none."""
+        """Return the nearest free places on the base line; where there are none, the given ones."""
         men = tables.position
         wide = np.sqrt(np.fmax(self._apart**2 - (men[..., 1] - place[:, 1:]) ** 2, 0.0))
         left, right = men[..., 0] - wide, men[..., 0] + wide
@@ -167,11 +167,11 @@ class Carrom(Game):
 
 
 class CaromEnv(BilliardsEnv):
-    """In Carom the cue ball must meet two others for a point, and goes on as long as it does.
+    """In Carom the cue ball must meet two others for a point, and may play until it does not.
 
     The table is that of ``report-corrected``, with eleven balls; ``max_speed`` is 5 m/s. A shot in
-    which the cue ball meets two others or more scores 1, and the episode goes on. Any other shot,
-    and one that pockets the cue ball, scores 0 and ends it, and so do fewer than two other balls.
+    which the cue ball meets two others or more scores 1. A shot in which it does not, or in which
+    it is pocketed, scores 0 and ends the episode. Fewer than two other balls end it, too.
     ``gym.make`` cuts a series off after 100 shots; ``info["points"]`` counts the series.
 
     >>> env = CaromEnv()
@@ -191,11 +191,11 @@ class CaromVectorEnv(BilliardsVectorEnv):
 
 
 class PotEnv(BilliardsEnv):
-    """In Pot one shot must put the called ball into a pocket, and the episode is over.
+    """In Pot an episode is one shot, which must put the called ball into a pocket.
 
     The table is that of ``eight-ball``, with the cue ball and three others; ``max_speed`` is 3 m/s.
     The shot scores 1 if the called ball goes into any pocket and the cue ball into none, else 0.
-    ``info`` also has the number of the ``called`` ball (of ``reset``, too), how many balls were
+    ``info`` also has the number of the ``called`` ball (also after ``reset``), how many balls were
     ``pocketed``, and ``is_success``. The called ball is random, unless
     ``reset(options={"called": "2"})`` has its id, or a list with one a table.
 
@@ -220,12 +220,12 @@ class CarromEnv(BilliardsEnv):
     This is the board game of the scenario ``carrom``; :class:`CaromEnv` is a game of billiards. An
     action is an angle, a speed and a place: the striker begins on the base line, whose ends are at
     a[2] = -1 and 1, and leaves forwards at 90 + 90 a[0] degrees, with at most 3.5 m/s. If a man
-    lies there, it begins at the nearest free place, which ``info`` has as ``place``; if there is
-    none, the shot is lost, scores 0 and ends the episode.
+    lies there, the striker begins at the nearest free place, the ``place`` of ``info``; if there
+    is none, the shot is lost, scores 0 and ends the episode.
 
     Each white man in a pocket scores 1, each black one -1, the striker -1. The episode is over when
     all white men are pocketed, and truncated after 30 shots. ``layout="random"`` puts men anywhere.
-    Between shots the striker is in hand: it is seen as off the board. ``info`` also has how many
+    Between shots the striker is in hand, and observed as off the board. ``info`` also has how many
     men of one's ``own`` and of the ``others`` were pocketed, and how many own ones are ``left``.
 
     >>> env = CarromEnv(layout="random")

@@ -23,17 +23,17 @@ from pool_pymunk.physics.sides import RoundSide, Wall
 Floats = NDArray[np.float64]
 
 PLACES = 2  # This many places a ball are drawn at once.
-FEW = 4_096  # These tables are laid out in 1.4 ms, and to start threads took as long.
-# A ball that is not free after this many draws finds no room. Where a hundredth of the table is
-# free, this is wrong once in 23,000 times.
+FEW = 4_096  # Laying out these tables takes 1.4 ms, as long as starting threads.
+# A ball that has found no free place after this number of draws has no room. Where a hundredth of
+# the table is free, this is wrong once in 23,000 times.
 MOST_DRAWN = 500
 
 
 class Generators:
-    """Generators draw random numbers for many tables (S), each of which has one of its own.
+    """Generators draw random numbers for many tables (S), with one generator for each table.
 
-    They have the methods of ``numpy.random.Generator``, which return one row a table. Each table
-    draws on its own. Only ``random`` is compiled. All bit generators must be of one kind.
+    They have the methods of ``numpy.random.Generator``, which return one row a table. A table draws
+    from its own generator. Only ``random`` is compiled. All bit generators must be of one kind.
 
     >>> rng = Generators([np.random.default_rng(seed) for seed in (1, 2, 3)])
     >>> rng.random((4, 2)).shape, rng.integers(6).shape
@@ -46,7 +46,7 @@ class Generators:
         if len(kinds) > 1:
             raise setting_error("generators", sorted(kinds), "must be of one kind")
         known = [one.bit_generator.ctypes for one in self.each]
-        self.draw = known[0].next_double if known else None  # of C; it takes a state
+        self.draw = known[0].next_double if known else None  # a C function of a state
         self.states = np.array([one.state_address for one in known], np.uint64)
 
     def __len__(self) -> int:
@@ -69,7 +69,7 @@ class Generators:
         """Return numbers from 0 to 1, each as likely as any other, with one row a table."""
         shape = (size,) if isinstance(size, int) else size
         found = np.empty((len(self), math.prod(shape)))
-        if len(self) == 1:  # It takes numba longer to see what it is given.
+        if len(self) == 1:  # numba takes longer to check its arguments.
             self.each[0].random(out=found[0])
         else:
             compiled.alone(fill)(self.draw, self.states, found)
@@ -77,11 +77,11 @@ class Generators:
 
 
 class Layouts:
-    """Layouts draw balls at random places that touch no cushion, pocket or ball before them."""
+    """Layouts draw balls at random places, where they touch no cushion, pocket or other ball."""
 
     def __init__(self, scene: Scene) -> None:
         assert scene.table is not None, "a game has a table"
-        # No part of a ball shall lie over a pocket, so that pockets are walls here.
+        # No part of a ball may lie over a pocket, so pockets are walls here.
         filled = [Wall((RoundSide(p.position, p.radius),), 0.0, 0.0, 0) for p in scene.pockets]
         table = arrays_of([*scene.cushions, *filled], scene.table)
         self.table = table if compiled.is_there() else plain(table)
@@ -108,7 +108,7 @@ class Layouts:
 
 
 def fill(draw: Any, states: Any, found: Any) -> int:
-    """Draw a row of numbers from each state; numba can compile it. Return how many rows."""
+    """Draw a row of numbers from each state, and return how many; numba can compile it."""
     for s in range(len(states)):
         for k in range(found.shape[1]):
             found[s, k] = draw(int(states[s]))
@@ -118,7 +118,7 @@ def fill(draw: Any, states: Any, found: Any) -> int:
 def lay_out_all(
     draw: Any, states: Any, table: Any, radius: Any, corner: Any, size: Any, layouts: Any
 ) -> int:
-    """Lay out tables up to one that has no room; numba can compile it. Return how many."""
+    """Lay out tables until one has no room, and return how many; numba can compile it."""
     count, is_off = len(radius), np.zeros(len(radius), np.int64)
     shares = np.empty((1, PLACES * count * 2))
     for s in range(len(states)):
@@ -139,5 +139,5 @@ def lay_out_all(
 
 
 def fits(table: Any, layout: Any, is_off: Any, radius: Any, i: int) -> bool:
-    """Tell whether ball ``i`` lies where it touches nothing that was there before it."""
+    """Tell whether ball ``i`` touches nothing that was there before it."""
     return misplaced(table, layout, is_off, radius, TOUCHING, i, i + 1) > i

@@ -58,7 +58,7 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
 
 
 def _numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
-    """Yield where the numbers of cushions stand (m): on rails between two sights, beside posts."""
+    """Yield places (m) and numbers of cushions, on rails between two sights, and of posts."""
     if scene.table is not None:
         sides = scene.table.edges
         x0, y0, x1, y1 = scene.table.bounds
@@ -100,7 +100,7 @@ def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
 
 
 def _decimals(duration: float) -> int:
-    """Return how many decimals of a second show four digits of a duration; three at least."""
+    """Return how many decimals of a second show four digits of a duration, at least three."""
     return min(max(3, 3 - math.floor(math.log10(duration or 1.0))), 15)
 
 

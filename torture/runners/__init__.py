@@ -1,1 +1,1 @@
-"""Who plays the scenes: one file each, run in an environment of its own."""
+"""Each simulator has one file here, which runs in its own environment."""

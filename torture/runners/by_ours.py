@@ -1,4 +1,4 @@
-"""pool_pymunk plays the scenes: event-driven, and as pymunk plays them at 1/60 s."""
+"""pool_pymunk plays the scenes: by the solver event-driven, and by pymunk at 1/60 s."""
 
 from __future__ import annotations
 

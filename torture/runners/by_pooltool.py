@@ -31,7 +31,7 @@ LAYOUTS = "https://github.com/ekiefl/pooltool/blob/v0.6.0/pooltool/layouts.py"
 ROOTS = "https://github.com/ekiefl/pooltool/pull/354"
 OFFERS = {"restitution below 1", "balls that roll", "any outline"}
 NONE = 1e-10  # Friction must be positive; of 1e-3 to 1e-15, this one came closest to none.
-FAR = 100.0  # m; a table so large that nobody comes to a cushion
+FAR = 100.0  # m; a table so large that no ball meets a cushion
 SLIDING, RESTING = 2, 0  # pooltool.constants
 SETTINGS = {
     "as it is": setting(
@@ -96,7 +96,7 @@ def _table(scene: dict[str, Any], x0: float, y0: float) -> Any:
 
 
 def _state(ball: Any, time: float, moved: Any) -> list[float]:
-    """Return x, y, vx, vy at a time: the last state of the history before it, moved on."""
+    """Return x, y, vx, vy at a time: the last state before it, evolved to it."""
     state = [state for state in ball.history.states if state.t <= time][-1]
     p = ball.params
     rvw, _ = evolve_ball_motion(

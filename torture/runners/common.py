@@ -1,6 +1,6 @@
-"""What all runners share: requests come as JSON, one a line, and answers go back as JSON.
+"""This module is what all runners share: it reads a request as JSON from each line, and answers.
 
-Needs nothing but Python, so that it runs in every environment.
+It needs only Python, so it runs in every environment.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def serve(offers: set[str], versions: dict[str, str], settings: dict[str, Any], 
     """Answer requests until there are no more.
 
     ``play(scene, balls, times, setting)`` returns the states (x, y, vx, vy of each ball) at the
-    times, of balls [x, y, vx, vy, r, m]. ``settings`` has what each setting passes on to it.
+    times, of balls [x, y, vx, vy, r, m]. ``settings`` says what each setting passes on to ``play``.
     """
     out = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # What a package prints is no answer.
@@ -52,7 +52,7 @@ def _answer(
     def too_long(*_: object) -> None:
         raise TimeoutError(f"not done after {request['limit']} s")
 
-    # The limit is one of the processor's time, because others may use the machine, too.
+    # The limit is on processor time, because other programs may use the machine, too.
     signal.signal(signal.SIGPROF, too_long)
     signal.setitimer(signal.ITIMER_PROF, request["limit"])
     try:
@@ -66,7 +66,7 @@ def _answer(
 
 
 def _played(scene: dict[str, Any], setting: dict[str, Any], play: Play) -> dict[str, Any]:
-    """Play a scene as it says: on and on, there and back, or with its starts nudged."""
+    """Play a scene: in parts, forwards and backwards, or with its starts nudged."""
     balls, last = scene["balls"], scene["time"]
     if scene["nudge"]:
         return {"gradient": _gradient(scene, setting, play)}

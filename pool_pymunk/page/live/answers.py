@@ -1,7 +1,7 @@
 """This module answers what the page of the live table asks for.
 
-A question is the text of a JSON object, and every answer is text with a status of HTTP. Whatever
-is wrong with a question is one line a problem.
+A question is the text of a JSON object, and every answer is text with a status of HTTP. A refusal
+has one line for each problem of the question.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ class Answers:
         return refusal(400, *new[:MOST_LINES]) if new else _json({})
 
     def scenario(self, asked: Ask) -> Reply:
-        """Return the shot as lines of a scenario file, or the whole of it if more has changed."""
+        """Return the shot as lines of a scenario file; the whole file if more has changed."""
         scene, shot = self.scene, self._shot(asked)
         state = scene.state(asked.state)
         rolls = state.roll or ((0.0, 0.0),) * len(scene.balls)
@@ -187,7 +187,7 @@ class Answers:
                 rolls = np.tile(state.roll, (len(some), 1, 1))
                 rolls[:, struck] = (asked.roll or 0.0) * some
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # Without numba it is slow, which the page says.
+                warnings.simplefilter("ignore")  # The page itself says that numba is missing.
                 batch = simulate_many(
                     self.scene, places, velocity, roll=rolls, law=asked.law, max_time=self.latest
                 )
@@ -237,7 +237,7 @@ def _json(value: object) -> Reply:
 
 
 def _lines(error: ValidationError) -> Iterator[str]:
-    """Say what does not fit, in one line a problem."""
+    """Yield what does not fit, one line a problem."""
     for details in error.errors(include_url=False):
         key = ".".join(map(str, details["loc"])) or "question"
         missing = details["type"] == "missing"
@@ -253,7 +253,7 @@ def live_content(scene: Scene) -> dict[str, Any]:
     vx, vy = scene.start(shot).velocity[struck]
     shown = content([[as_set_up(scene)]])
     width = shown["seen"][2] - shown["seen"][0]
-    # Only the size of a launch counts where a shot goes on from another.
+    # A shot may be aimed at a ball, without a launch; only the speed counts here.
     launches = (one.launch or (one.speed or 0.0, 0.0) for one in scene.shots)
     fastest = max((math.hypot(*launch) for launch in launches), default=0.0)
     top = HARD_HIT * fastest or math.sqrt(2.0 * scene.deceleration * FULL_DRAG * width) or 2.0

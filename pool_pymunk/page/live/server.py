@@ -35,8 +35,8 @@ from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
 
 HOST = "127.0.0.1"
 ANSWER_TIMEOUT = 5.0  # s; an answer that takes longer is cut off, and so is a question
-MOST_CONNECTIONS = 64
-# bytes of a question: for every question, and more for each ball
+MOST_CONNECTIONS = 64  # at once; uvicorn answers 503 to more
+# most bytes of a question, and more bytes for each ball of the scene
 BYTES, BYTES_A_BALL = 65_536, 256
 TOKEN = "x-pool-token"  # the header that has the token; the page's own address has it, too
 NAMES = ("127.0.0.1", "localhost")
@@ -97,7 +97,7 @@ class LiveServer:
                 self.clouds.end()
 
     def stop(self) -> None:
-        """Let :meth:`run` come to its end, from another thread."""
+        """End :meth:`run`, from another thread."""
         self.server.should_exit = self.server.force_exit = True
 
     async def _page(self, request: Request) -> Response:
@@ -124,7 +124,7 @@ class LiveServer:
 
 
 async def _not_there(request: Request, error: Exception) -> Response:
-    """Answer what the table does not know."""
+    """Answer a request that the table does not know."""
     assert isinstance(error, HTTPException)
     place = f"{request.method} {request.url.path[:60]}"
     return respond(refusal(error.status_code, f"{place}: there is no such question"))

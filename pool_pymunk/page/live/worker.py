@@ -1,4 +1,4 @@
-"""This module answers in a process of its own, which is cut where an answer takes too long."""
+"""This module answers in a process of its own, which ends if an answer takes too long."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ READY = "ready"
 # s; a question waits as long for its turn, and for a process that begins: compiling the shots of a
 # scene with arcs took 103 s on two cores with a load of 8.
 WAIT = 300.0
-MOMENT = 1e-9  # s; numba compiles all that a scene's shots need for any shot, as short as this
+MOMENT = 1e-9  # s; a shot of this duration makes numba compile all that the scene needs
 
 BUSY = refusal(503, "the server is busy with another shot: try again")
 BEGINS = refusal(503, "the server is getting ready: try again in some seconds")
@@ -39,7 +39,7 @@ class Worker:
         given = (its, self.scene, self.compiles)
         self.process = context.Process(target=work, args=given, daemon=True)
         if hasattr(signal, "pthread_sigmask"):
-            resource_tracker.ensure_running()  # If it began below, it would let Ctrl-C through.
+            resource_tracker.ensure_running()  # Its start below would let Ctrl-C through.
         with block_sigint():
             self.process.start()
         its.close()
@@ -98,7 +98,7 @@ def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
 
 
 def _leave_with_parent() -> None:
-    """End this process when its parent does, however that ended."""
+    """End this process when its parent process has ended, for any reason."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -7,15 +7,15 @@ const FULL = 0.4; // of the width that is seen; a drag of this length is a full 
 const PICKED = { mouse: 4, touch: 18 }; // pixels; a press takes a ball that is as near as this
 const ANSWER = 310_000; // ms; the page waits no longer than this for an answer; the server waits 300 s
 const SOON = 250; // ms; an answer that takes longer is announced
-const PAUSE = 30; // ms; where the aim rests as long, the shot is asked for before it is shot
+const PAUSE = 30; // ms; if the aim rests this long, the page asks for the shot before it is shot
 const FRAME = 16; // ms; the first frame of a shot shows this time of it
-const POINT = [0.09, 0.6, 1.3]; // the radius of an end, in that of its ball; its bounds in pixels
+const POINT = [0.09, 0.6, 1.3]; // the radius of an end in radii of its ball; its bounds in pixels
 const EXACT = 1e-9; // m; ends that are nearer than this differ by rounding
 const say = (text, id = "message") => byId(id).replaceChildren(text);
 const AIM = ["aim-ball", "aim-angle", "aim-speed", "aim-roll"]; // the fields
 const token = new URLSearchParams(location.search).get("token");
 
-/** Questions of one kind: one is asked at most, and of those that wait only the latest. */
+/** Questions of one kind: one at a time is asked, and only the latest of the others waits. */
 class Latest {
   constructor(ask, take) {
     Object.assign(this, { ask, take, busy: false, next: null });
@@ -109,13 +109,13 @@ class LiveTable {
     return this.playShot(this.question(), this.now());
   }
 
-  /** Play the shot that is shown again, with the settings as they are now. */
+  /** Play the shown shot once more, with the settings as they are now. */
   async again() {
     if (this.last && !this.track) await this.playShot({ ...this.last, ...this.settings() });
     else this.changeAim({});
   }
 
-  /** Ask for a shot, unless that has been done; what was refused is asked for again. */
+  /** Ask for a shot, unless it has been asked for; a refused shot is asked for again. */
   async foresee(question) {
     const text = JSON.stringify(question);
     if (this.foreseen?.text !== text) this.foreseen = { text, answer: this.ask("shot", question) };
@@ -124,7 +124,7 @@ class LiveTable {
     return content;
   }
 
-  /** Ask for a shot and play it; undo then goes back to where it came from, if that is said. */
+  /** Ask for a shot and play it; if `from` is given, undo goes back to it. */
   async playShot(question, ...from) {
     if (this.shooting) return;
     this.shooting = true;
@@ -205,7 +205,7 @@ class LiveTable {
 
   // -- aiming ---------------------------------------------------------------------------------
 
-  /** Aim otherwise, and ask what the shot would do. */
+  /** Change the aim, and ask what the shot would do. */
   changeAim(aim) {
     Object.assign(this.aim, aim);
     if (this.last) this.rest();
@@ -219,7 +219,7 @@ class LiveTable {
     if (run) run.leaves = leavingTimes(run);
     this.track = run;
     this.player.draw();
-    const { exact, dt } = this.solver; // Others may take long, and the next aim would wait.
+    const { exact, dt } = this.solver; // A slow shot would let the next aim wait.
     const isQuick = run && exact && dt === question.dt;
     setTimeout(() => isQuick && this.track === run && this.foresee(question), PAUSE);
   }
@@ -292,7 +292,7 @@ class LiveTable {
     else this.letBe();
   }
 
-  /** Put a ball to a place, if the server finds nothing wrong with it. */
+  /** Put a ball at a place, if the server finds nothing wrong with the place. */
   async put(i, place) {
     const { id } = this.balls[i];
     const start = {
@@ -366,8 +366,8 @@ class LiveTable {
     this.tip.textContent = `${fast} ${this.content.units.speed[0]} at ${angle.toFixed(1)}\u00b0`;
   }
 
-  /** Draw exactly what the struck ball and the one that it hits first do, up to the contact after
-   * that: tracks, dashed, and a ring where they meet. */
+  /** Draw the exact tracks, dashed, of the struck ball and of the ball that it hits first, up to
+   * the next contact of one of them, and a ring where the two meet. */
   drawTrack(run, struck) {
     const { table } = this;
     const hit = run.events.find((e) => e.kind === "ball-ball" && e.balls.includes(struck));
@@ -387,7 +387,7 @@ class LiveTable {
     table.ring(x, y, 0.94 * radius, 0.12 * radius, table.style.flash, 1);
   }
 
-  /** Draw below the balls: the aim's tracks, and the cloud, once for each ground of the table. */
+  /** Draw below the balls: the aim's tracks, and the cloud, which a new ground makes anew. */
   drawBelow() {
     if (this.track) this.drawTrack(this.track, this.aim.ball);
     if (!this.cloud || this.drag?.moves) return;
@@ -451,7 +451,7 @@ class LiveTable {
     this.written = AIM.map((id) => byId(id).value).join(" ");
   }
 
-  /** Read what was typed, if anything was; a number that is none stays as it was. */
+  /** Read what was typed, if anything was; text that is no number changes nothing. */
   typed() {
     if (AIM.map((id) => byId(id).value).join(" ") === this.written) return;
     const [ball, angle, speed, roll] = AIM.map((id) => Number.parseFloat(byId(id).value));
@@ -512,7 +512,7 @@ class LiveTable {
   }
 }
 
-/** Return where the balls lie after the run that is shown, and how they move. */
+/** Return where the balls lie after the shown run, and how they move. */
 function endOf({ run, content }) {
   const balls = statesAt(run, run.duration);
   const rolls = run.knots[0][0].length > 7 ? balls.map(({ wx, wy }) => [wx, wy]) : null;

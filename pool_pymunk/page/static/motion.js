@@ -19,7 +19,7 @@ function lastBreakpoint(breakpoints, t) {
 function freeMotion(breakpoints, t) {
   const [start, x, y, vx, vy, ax, ay, wx = vx, wy = vy] = lastBreakpoint(breakpoints, t);
   const time = t - start;
-  const turn = vx === wx && vy === wy ? 1 : -2.5; // The roll of a ball that slides grows against it.
+  const turn = vx === wx && vy === wy ? 1 : -2.5; // While a ball slides, its roll changes by -5/2 a.
   return {
     x: x + time * (vx + (time * ax) / 2),
     y: y + time * (vy + (time * ay) / 2),
@@ -30,7 +30,7 @@ function freeMotion(breakpoints, t) {
   };
 }
 
-/** Return the times of breakpoints, and of steps between two where a ball slides in a curve or back. */
+/** Return the times of breakpoints, and 11 more after each from which a ball slides in a curve. */
 function bendTimes(breakpoints, end) {
   return breakpoints.flatMap(([t, , , vx, vy, , , wx = vx, wy = vy], k) => {
     const time = (breakpoints[k + 1]?.[0] ?? end) - t;
@@ -39,7 +39,7 @@ function bendTimes(breakpoints, end) {
   });
 }
 
-/** Return where ball i of a run is at the time t; after the end, it is where it ended. */
+/** Return where ball i of a run is at the time t; after the run, it is where it ended. */
 function stateAt(run, i, t) {
   return freeMotion(run.knots[i], Math.min(Math.max(t, 0), run.duration));
 }
@@ -62,7 +62,7 @@ function energyAt(run, t) {
   }, 0);
 }
 
-/** Return the time at which each ball left the table: Infinity for one that stays on it. */
+/** Return the time at which each ball left the table; it is Infinity for one that stays on it. */
 function leavingTimes(run) {
   const times = run.knots.map((_, i) => (run.off.includes(i) ? -Infinity : Infinity));
   for (const event of run.events) if (event.kind === "pocket") times[event.balls[0]] = event.t;

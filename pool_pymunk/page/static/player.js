@@ -15,9 +15,9 @@ class Player {
     this.plots = [new Plot(byId("energy-plot")), new Plot(byId("plot"))];
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.dark = this.scheme.matches;
-    // `frame` is the animation's next one, `picked` the ball of which there is more to know,
-    // `opened` a list that the pointer has opened. A live table holds a ball, so nothing is picked,
-    // and keeps its size where there is no plot.
+    // `frame` is the animation's next one, `picked` the ball whose motion is written beside it,
+    // `opened` a list that the pointer has opened. While a live table has `held` a ball, no ball
+    // is picked; `keepsPlot` keeps the room of the plots where there are none.
     Object.assign(this, { speed: 1, time: 0, playing: false, frame: 0, picked: null });
     Object.assign(this, { opened: null, held: false, keepsPlot: false });
     this.load(content);
@@ -146,7 +146,7 @@ class Player {
     this.mark(false);
   }
 
-  /** Go on by the time that has passed since the last frame (ms). */
+  /** Advance by the time that has passed since the last frame; `now` is in ms. */
   tick(now) {
     const passed = Math.max(now - this.before, 0) / 1000;
     this.before = now;
@@ -162,7 +162,7 @@ class Player {
     this.draw();
   }
 
-  /** Go to the contact before or after: to the start or to the end where there is none. */
+  /** Go to the last contact or the next; where there is none, to the start or to the end. */
   step(sign) {
     const times = this.run.events.filter(isMarked).map((event) => event.t);
     if (sign > 0) this.jump(times.find((t) => t > this.time) ?? this.duration);
@@ -203,7 +203,7 @@ class Player {
     this.tell();
   }
 
-  /** Go on with the next frame, or stop; the button says which. */
+  /** Ask for the next frame, or stop; the button shows what a click will do. */
   mark(playing) {
     this.playing = playing;
     if (playing) this.frame = requestAnimationFrame((now) => this.tick(now));
@@ -248,7 +248,7 @@ class Player {
     byId("pocketed").textContent = `Off the table: ${names.join(", ")}`;
   }
 
-  /** Say what there is to know of the ball that is picked, beside it. */
+  /** Write the motion and the place of the picked ball beside it. */
   tell() {
     const box = byId("ball");
     box.hidden = this.picked === null;

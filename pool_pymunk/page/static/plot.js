@@ -1,10 +1,10 @@
 /* Curves against time: kinetic energies, and how far two runs of one shot are apart. */
 
-const SAMPLES = 400;
+const SAMPLES = 400; // of a curve, at even times
 const HEIGHT = 110; // pixels
 const evenTimes = (end) => Array.from({ length: SAMPLES }, (_, k) => (k / (SAMPLES - 1)) * end);
 
-/** Return the kinetic energy of a run (J) as a curve: just before and after each breakpoint, too. */
+/** Return the kinetic energy of a run (J) as a curve, with points before and at each breakpoint. */
 function energyCurve(run, duration, color, halo) {
   const breaks = new Set(run.knots.flat().map(([t]) => t));
   const both = [...breaks].flatMap((t) => [t * (1 - Number.EPSILON), t]);
@@ -12,7 +12,7 @@ function energyCurve(run, duration, color, halo) {
   return { color, halo, points: times.map((t) => [t, energyAt(run, t)]) };
 }
 
-/** Return how far each ball is from itself in another run, as a curve in this unit (m). */
+/** Return how far each ball is from itself in another run, as a curve; the unit is given in m. */
 function distanceCurves(run, other, duration, balls, unit) {
   const times = evenTimes(duration);
   const gaps = times.map((t) => apart(run, other, t));
@@ -83,7 +83,7 @@ class Plot {
     pen.fillRect(now - ratio, top, 2 * ratio, height);
   }
 
-  /** Return a curve; where a value is 0 a logarithmic axis has no place. */
+  /** Return a curve as a path; it is broken at a value 0, which no logarithmic axis has. */
   curve(points) {
     const path = new Path2D();
     let line = "moveTo";

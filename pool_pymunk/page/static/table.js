@@ -1,11 +1,11 @@
-/* The table, the balls and their tracks on a canvas, with the look of the pictures and films: what
- * these have in common comes with the content, as `look`, `table` and `plane`. */
+/* The table, the balls and their tracks on a canvas. They look as in the pictures and films: this
+ * look comes with the content, as `look`, `table` and `plane`. */
 
 const LONGEST = 0.25; // of what is seen; no arrow of a shot is longer
 const STROKES = 640; // The tracks of a run take about this number of strokes,
 const FEWEST = 3; // but each track at least this number.
 const CROWD = 30; // More balls than these have tracks without halos, and no names beside them.
-const LETTERS = 40; // A name beside a ball has no more letters than these.
+const LETTERS = 40; // A name beside a ball has no more letters than this.
 const GHOST = 0.45; // the opacity of the balls of a run to compare with
 const FONT = '"DejaVu Sans", system-ui, sans-serif';
 
@@ -168,7 +168,7 @@ class TableView {
     });
   }
 
-  /** Return the track of a ball up to the time t in pieces of equal time, without a fall. */
+  /** Return the track of a ball up to the time t, at most up to its fall, in equal times. */
   track(run, i, t, pieces) {
     const end = Math.min(t, run.leaves[i], run.duration);
     const breakpoints = run.knots[i].filter(([time], k) => !k || time < end);
@@ -210,8 +210,8 @@ class TableView {
     this.pen.globalAlpha = 1;
   }
 
-  /** Write names that do not fit into their balls beside them, where they cover no other ball; the
-   * picked ball always has its own, and in a crowd only that one. */
+  /** Write beside a ball a name that does not fit into it, unless the name covers another ball; the
+   * picked ball always has its name, and in a crowd only that ball. */
   drawNames(run, t, picked) {
     const size = 10 * this.ratio;
     const discs = statesAt(run, t).map(({ x, y }, i) => {
@@ -231,7 +231,7 @@ class TableView {
     });
   }
 
-  /** Return the size of a ball's letters and of the spot that they stand on, if they fit there. */
+  /** Return the sizes of a ball's letters and of the spot below them, and whether they fit. */
   lettering(i) {
     const { id, radius } = this.content.balls[i];
     const size = radius * this.scale;
@@ -258,7 +258,7 @@ class TableView {
   drawArrow(x, y, ux, uy, radius, tip, globalAlpha) {
     const [pen, color] = [this.pen, this.style.arrow];
     const at = (s, side) => [x + s * ux - side * uy, y + s * uy + side * ux];
-    const size = Math.max(radius, (8 * this.ratio) / this.scale); // An arrow of a small ball shows.
+    const size = Math.max(radius, (8 * this.ratio) / this.scale); // A small ball's arrow must show.
     const [back, side] = [tip - 0.6 * size, 0.28 * size];
     Object.assign(pen, { lineWidth: 0.12 * size * this.scale, lineCap: "round" });
     Object.assign(pen, { globalAlpha, strokeStyle: color, fillStyle: color });
@@ -340,7 +340,7 @@ function fillCircle(pen, x, y, radius, color) {
   pen.fill();
 }
 
-/** Write words around a point that can be read on any ground. */
+/** Write words, centred at a point, so that they can be read on any ground. */
 function writeOver(pen, text, x, y, size) {
   Object.assign(pen, { font: `bold ${size}px ${FONT}`, textAlign: "center", lineJoin: "round" });
   Object.assign(pen, { textBaseline: "middle", lineWidth: 0.3 * size });
