@@ -20,6 +20,9 @@ from pool_pymunk.physics.path import (
     speed_of,
 )
 
+# A run is given up after this many events, unless the user says otherwise, and after this many
+# instants of micro-collisions, which are no events. So a run takes some minutes at most.
+NEVER_SETTLES = 1_000_000
 # ``python -m tests.halved`` plays 54 hard runs with half and with twice such a number. Where no
 # comment says more, ends move by less than 3e-9 m (figures of warnings may change).
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide

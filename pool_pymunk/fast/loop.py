@@ -82,8 +82,6 @@ from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
 from pool_pymunk.physics.together import pushed_off
 
-MOST_EVENTS = 1_000_000  # A shot with more events goes to the engine, which gives it up.
-
 SETTLED, OUT_OF_TIME, HARD = 0, 1, -1  # how a shot ends; a shot that may not start is hard, too
 
 
@@ -197,7 +195,8 @@ def play(w: Work, sides: Sides) -> int:
         elif is_hit or is_wall:
             if not answer(w, sides, i, j, other_t):
                 return HARD
-            if w.count.events >= MOST_EVENTS or w.track.rows + 4 * MOST_BALLS > MOST_ROWS:
+            is_full = w.track.rows + 4 * MOST_BALLS > MOST_ROWS
+            if is_full or w.count.events >= decisions.NEVER_SETTLES:
                 return HARD
         else:
             look_ahead(w, i)

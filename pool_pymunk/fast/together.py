@@ -52,9 +52,6 @@ from pool_pymunk.physics.surface import (
 )
 from pool_pymunk.physics.together import Room, push_apart, push_at_once, push_off
 
-MOST_UNLISTED = 100_000  # After this many instants with micro-collisions only, a shot is hard.
-
-
 # -- instants --------------------------------------------------------------------------------------
 
 
@@ -460,7 +457,7 @@ def report(w: Work, count: int) -> bool:
             note_cushion(w, one.a, one.wall)
         listed |= one.kind == HIT
     at.unlisted += not listed
-    return bool(at.unlisted < MOST_UNLISTED)
+    return bool(at.unlisted < decisions.NEVER_SETTLES)
 
 
 def note_micro(w: Work, i: int, last: float) -> bool:
@@ -468,7 +465,7 @@ def note_micro(w: Work, i: int, last: float) -> bool:
     nudge(w.ball[i], True)
     revoke_stop(w, i, last)
     w.together.unlisted += 1
-    return bool(w.together.unlisted < MOST_UNLISTED)
+    return bool(w.together.unlisted < decisions.NEVER_SETTLES)
 
 
 def revoke_stop(w: Work, i: int, last: float) -> None:

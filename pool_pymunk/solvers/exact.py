@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Tally
-from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED
+from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED, NEVER_SETTLES
 from pool_pymunk.engine.recorder import Doubt, Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
@@ -14,7 +14,7 @@ from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.results.trace import COLLAPSE, NONE, ONE_INSTANT, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.frozen import touching
-from pool_pymunk.solvers.record import NEVER_SETTLES, Settings
+from pool_pymunk.solvers.record import Settings
 
 
 def pockets(scene: Scene) -> list[Wall]:

@@ -8,14 +8,11 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from pool_pymunk.engine.decisions import NEVER_SETTLES
 from pool_pymunk.engine.policies import AS_IT_IS, Variant
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import Trace
-
-# A run is given up after this many events, unless the user says otherwise, and after this many
-# instants of micro-collisions, which are no events. So a run takes some minutes at most.
-NEVER_SETTLES = 1_000_000
 
 OnTime = Callable[[float], object]
 Steps = tuple[float, ...]  # s, from coarse to fine

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pool_pymunk.engine.decisions import NEVER_SETTLES
 from pool_pymunk.engine.policies import AS_IT_IS, Variant
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.plain import Reader, Value, argument, size, whole
@@ -26,7 +27,7 @@ from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Tr
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
 from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
-from pool_pymunk.solvers.record import NEVER_SETTLES, OnTime, Settings, Solver
+from pool_pymunk.solvers.record import OnTime, Settings, Solver
 from pool_pymunk.world.checks import check_choice, read_law
 
 # of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
