@@ -201,6 +201,13 @@ def test_the_figure_of_policies_is_the_same_when_asked_later() -> None:
     assert replace(run, known_shift=None).policy_shift == run.policy_shift > 0.0
 
 
+def test_variants_end_when_a_run_with_bounded_events_does() -> None:
+    """Their contact times are longer, so they would take another 70,000 instants to list 300."""
+    run = exact(some_scene("hard that rolls", 102), max_events=300)
+    assert run.again is not None and run.status == "max_events"
+    assert [run.again(variant).duration for variant in run.variants] == [run.duration] * 3
+
+
 def test_micro_collisions_are_not_events_and_stops_between_them_are_none() -> None:
     run = exact(persistent(0.0))
     kinds = [event.kind for event in run.events]

@@ -94,10 +94,13 @@ class Request(NamedTuple):
         trace = self._solve(state)
         wall_time = time.perf_counter() - began
         trace.touch = touch and wall_time <= QUICK
-        shift = self._policy_shift(state, trace, wall_time)
+        asked = self
+        if trace.status == "max_events":  # Variants end when the run does.
+            asked = self._replace(settings=settings._replace(max_time=trace.duration))
+        shift = asked._policy_shift(state, trace, wall_time)
         if not self.solver.own_law and not settings.law_of(scene).hits_are_coulombs:
             warn_of_gained_energy(trace, scene)
-        return self._run(shot, state, trace, wall_time, shift)
+        return asked._run(shot, state, trace, wall_time, shift)
 
     def spread(self, start: State) -> float:
         """Play a run, and return by how much (m/s) orders of one instant change velocities."""
