@@ -205,7 +205,7 @@ def test_variants_end_when_a_run_with_bounded_events_does() -> None:
     """Their contact times are longer, so they would take another 70,000 instants to list 300."""
     run = exact(some_scene("hard that rolls", 102), max_events=300)
     assert run.again is not None and run.status == "max_events"
-    assert [run.again(variant).duration for variant in run.variants] == [run.duration] * 3
+    assert all(run.again(variant).duration <= run.duration for variant in run.variants)
 
 
 def test_micro_collisions_are_not_events_and_stops_between_them_are_none() -> None:
