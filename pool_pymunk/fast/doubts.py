@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 # Limits are this many times those of `Changes`, because the two round differently. What lies within
 # a limit is left to `Changes`, so a wider limit costs time, and is as safe.
-# Half or twice of it, of LAST and of EDGE pass tests/test_many_derivatives.py; LAST or EDGE = 0 fails.
+# tests/test_many_derivatives.py passes with half or twice of CAREFUL, LAST and EDGE, and fails with
+# LAST or EDGE = 0.
 CAREFUL = 4.0
 UNCLEAR = CAREFUL * BLUR
 # Halvings find the time of the least distance to 2**-40 of an interval, and this distance, which is

@@ -28,9 +28,9 @@ from pool_pymunk.results.run import Run
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 Done = Callable[[int], object]  # Its argument is how many more shots are done.
-# A thread plays at most CHUNK shots before it takes the next ones, and at least FEW. Of shot 1 of the
-# report, 40,000 with half or twice of CHUNK take 1.03 and 1.2 times as long; 1,000 with twice of FEW
-# 1.5 times, and with half of it the same.
+# A thread plays at most CHUNK shots before it takes the next ones, and at least FEW. With half or
+# twice of CHUNK, 40,000 of the report's shot 1 take 1.03 and 1.2 times as long; 1,000 take as long
+# with half of FEW, and 1.5 times as long with twice of it.
 CHUNK, FEW = 4_096, 512
 POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \

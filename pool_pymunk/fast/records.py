@@ -16,8 +16,8 @@ Work = Any  # one record of WORKS
 Moving = Any  # one record of BALLS
 Sides = Any  # an array of one of SIDES
 
-# Records have fixed sizes, and a shot that needs more goes to the engine. With twice of the next three
-# numbers, shots of the report are as fast as now.
+# Records have fixed sizes, and a shot that needs more goes to the engine. With twice of the next
+# three numbers, shots of the report are as fast as now.
 MOST_BALLS = 64
 MOST_TOGETHER = 64  # A shot with more contacts at one instant goes to the engine.
 MOST_ROWS = 4096  # A track with more breakpoints goes to the engine.

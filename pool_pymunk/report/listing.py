@@ -71,8 +71,8 @@ def _doubts(run: Run) -> Iterator[str]:
     shift = units.from_si(run.policy_shift, "length") if run.policies else 0.0
     if shift > 0.0 and run.known_shift is None:  # Otherwise a warning says it.
         yield (
-            f"    The ends may lie up to {shift:.2g} {units.length} elsewhere, because some contacts have "
-            f"no exact answer ({', '.join(sorted(run.policies))})"
+            f"    The ends may lie up to {shift:.2g} {units.length} elsewhere, because some "
+            f"contacts have no exact answer ({', '.join(sorted(run.policies))})"
         )
     if run.wall_time > QUICK:
         yield "    Rounding was not measured: that may take four more runs as long as this one"
