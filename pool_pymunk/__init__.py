@@ -1,4 +1,4 @@
-"""pool_pymunk plays 2D billiards in pymunk, by the report's time slices, and exactly.
+"""pool_pymunk plays 2D billiards in pymunk, by a report's time slices, and exactly.
 
 >>> from pool_pymunk import load, simulate
 >>> scene = load("report")
@@ -134,5 +134,5 @@ def __dir__() -> list[str]:
     return sorted([*globals(), *__all__])
 
 
-if not TYPE_CHECKING:  # With it a type checker would accept any name.
+if not TYPE_CHECKING:  # Then a type checker would accept any name.
     __getattr__ = _load

@@ -42,7 +42,7 @@ def compare(
     out: opt.OutDir = None,
     pictures: Annotated[bool, opt.option("Draw each run over the exact one.")] = True,
 ) -> int:  # fmt: skip
-    """Play every shot by several solvers: their ends, and where their runs first diverge."""
+    """Play every shot with several solvers; show the ends, and where runs first diverge."""
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
     settings = _settings(how, scene, solvers, read.seconds("--dt", dt))

@@ -5,7 +5,7 @@ of other balls, and puts them in a queue. The earliest prediction happens next. 
 :class:`~pool_pymunk.engine.near.Near` tells what is near a ball, and a
 :class:`~pool_pymunk.engine.recorder.Recorder` listens.
 
-- *Grazing*: a path that is tangent, to rounding, misses a corner.
+- *Grazing*: a path that is tangent up to rounding misses a corner.
 - *One instant*: contacts belong to one instant if their gaps are closed, to rounding, at the time
   of the first. At a corner, for example, both cushions answer.
 - *Touching*: two balls that touch have a contact now if they close faster than rounding explains.
@@ -89,7 +89,7 @@ class ContactEngine:
         persistent = PersistentContacts(self.paths, self.radii, surface)
         self.resolver = Resolver(law, persistent, self.noises)
         self.history = persistent.history
-        # These balls will roll again soon after a micro-collision; that is no event.
+        # These balls roll again soon after a micro-collision; that roll is no event.
         self.nudged: set[int] = set()
         self.tally = Tally()
         self.queue = Queue(self.paths)
@@ -117,7 +117,7 @@ class ContactEngine:
         return i
 
     def vary(self, variant: Variant, measures: bool, touch: bool = True) -> None:
-        """Play this variant of the run; with ``touch`` its policy looks at the first contacts."""
+        """Play this variant of the run; with ``touch`` its policy looks at what touches."""
         self.policy = variant.policy(self.resolver, measures)
         for i, path in enumerate(self.paths if touch and self.is_finite else ()):
             if path.moves:
@@ -186,7 +186,7 @@ class ContactEngine:
             done.add(i)
 
     def meet(self, i: int, j: int, just_missed: bool = False) -> None:
-        """Predict when two balls meet; ``just_missed`` or faint contacts wait a contact time."""
+        """Predict when two balls meet; ``just_missed`` or faint hits come a contact time later."""
         if i > j:
             i, j = j, i
         a, b, radii, since = self.paths[i], self.paths[j], self.radii, self.now
@@ -267,7 +267,7 @@ class ContactEngine:
                 self.recorder.roll(i, then.t)
             self.set_off(i, then)
             self.predict([i])
-        elif self.rested[i] == math.inf:  # A path may have been predicted twice.
+        elif self.rested[i] == math.inf:  # A path's end may be due twice.
             x, y, _, _ = motion_at(path, path.end)
             self._stop(i, path.end, (x, y))
             if then is not None:
@@ -498,7 +498,7 @@ class ContactEngine:
         tally.unlisted += tally.listed == listed
         for answer in resolution.answers:
             for i in answer.contact.balls if answer.kind == MICRO else ():
-                if answer.last <= self.rested[i] < math.inf:  # The ball was not at rest.
+                if answer.last <= self.rested[i] < math.inf:  # It stopped between two of these.
                     tally.listed -= 1
                     self.recorder.stop_revoked(i, self.rested[i])
                     self.rested[i] = math.inf

@@ -18,9 +18,9 @@ SHORT = 1000  # A shorter queue is not searched for void predictions: that takes
 
 
 class What(NamedTuple):
-    """A prediction has a kind and a ball ``i``; ``j`` is the higher ball of a hit, or the wall.
+    """A prediction has a kind and a ball ``i``; ``j`` > ``i`` is a hit's other ball, or the wall.
 
-    At a "stop" the ball comes to rest, at a "look" to the horizon of its path.
+    At a "stop" the ball comes to its path's end, at a "look" to the horizon.
     """
 
     kind: Literal["pair", "wall", "stop", "look"]
@@ -81,7 +81,7 @@ class Queue(list[Due]):
         return math.inf
 
     def _leave_out_void(self) -> None:
-        """Leave out what is void or twice there; then the queue may double its length."""
+        """Leave out void and double predictions; then the queue may double its length."""
         first = dict[tuple[float, What], Due]()
         for due in self.take_until(math.inf):
             first.setdefault((due[0], due[2]), due)

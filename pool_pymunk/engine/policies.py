@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class Variant(NamedTuple):
     """A variant of a run shows what policies and rounding decide.
 
-    With ``longer``, a slip of rounding size counts as slip, too, and balls that press on each other
-    touch when another one hits them.
+    With ``longer``, slips of rounding size count, too, and balls that press on each other count
+    as touching when another hits them.
     """
 
     longer: float | None = None  # the factor of the contact times
@@ -35,7 +35,7 @@ class Variant(NamedTuple):
     opened: int | None = None  # the number of a pattern of gaps at the start (solvers/frozen.py)
 
     def policy(self, resolver: Resolver, measures: bool = False) -> Policy:
-        """Return the policy of this variant; the run's own policy may measure other orders."""
+        """Return this variant's policy; with ``measures`` the run's own tries other orders."""
         errors = RandomErrors(self.seed)
         if self.gaps is not None:
             return InOrder(errors, self.gaps)
@@ -105,7 +105,7 @@ PLAIN = Policy(RandomErrors())
 
 
 class Measuring(Policy):
-    """This policy is that of the run; once an instant, it measures what the order decides."""
+    """This policy is that of the run; once per instant it measures what the order decides."""
 
     def __init__(self, errors: RandomErrors, resolver: Resolver) -> None:
         super().__init__(errors)
@@ -128,7 +128,7 @@ class Measuring(Policy):
 
 
 class Otherwise(Policy):
-    """Contact times are longer, slips of rounding count, and persistent contacts touch."""
+    """Contact times are longer, slips of rounding count, and persistent pairs have no gap."""
 
     def __init__(self, errors: RandomErrors, resolver: Resolver, longer: float) -> None:
         super().__init__(errors)

@@ -1,7 +1,7 @@
 """The resolver answers the contacts of one instant by the law, or else by a policy.
 
-- *One instant*: the law answers contacts that share a ball together. A contact that closes only
-  because of a hit, as in a row of touching balls, comes next at the same instant.
+- *One instant*: the law answers together the contacts that share a ball. A contact that closes
+  only because of a hit, as in a row of touching balls, comes next at the same instant.
 - *Rounding*: a closing speed of the size of rounding is no hit, and a ball with only such a speed
   after a hit rests.
 - *Inelastic collapse*: after ``LISTED`` hits at one instant the others are played out
@@ -32,7 +32,7 @@ from pool_pymunk.physics.path import NOISE
 from pool_pymunk.physics.surface import GYRATION, Push, as_rolling, turns_in_time
 from pool_pymunk.physics.together import push_apart, push_off
 
-SAME_NORMAL = 1e-12  # 1 - cosine of two normals; half or twice it moves no run of tests.halved
+SAME_NORMAL = 1e-12  # 1 - cosine of two normals; half or twice it moves no ball in tests.halved
 
 # Kinds of answers:
 HIT = "hit"  # The law answered, and this is an event.
@@ -50,11 +50,11 @@ class Answer:
     """An answer tells what became of one contact of an instant, by its ``kind`` and ``notes``."""
 
     notes: tuple[str, ...] = ()
-    last = 0.0  # s; when the balls of a micro-collision hit before
+    last = 0.0  # s; the time of the hit before a micro-collision
     time = 0.0  # s; the contact time
     parting = 0.0  # m/s; the least bounce of a persistent contact
-    taken = 0.0  # m/s; this part of the roll into a cushion gives the least bounce its energy
-    pushed = 0.0  # N s; impulse in addition to what these two give:
+    taken = 0.0  # m/s; this part of the roll into a cushion feeds the least bounce
+    pushed = 0.0  # N s; added to that of ``changed`` or ``shared``
     changed: tuple[Vector, Vector] | None = None  # m/s; of ball a, before and after a hit
     shared: Shared | None = None
 
@@ -71,7 +71,7 @@ class Answer:
 
 
 class Resolution:
-    """A resolution answers contacts of an instant, except those whose balls another hit moved."""
+    """A resolution has an instant's answers; missed contacts of balls that were hit have none."""
 
     def __init__(self, answers: list[Answer]) -> None:
         self.answers = answers
@@ -82,7 +82,7 @@ class Resolution:
 
 
 class Resolver:
-    """The resolver answers contacts by a law; with ``jumps`` a slip of rounding size counts."""
+    """The resolver answers contacts by a law; with ``jumps`` slips of rounding have friction."""
 
     def __init__(self, law: Law, persistent: PersistentContacts, noises: Sequence[float]) -> None:
         self.law = law
@@ -114,7 +114,7 @@ class Resolver:
     def play_out(
         self, contacts: Sequence[Contact], before: Mapping[int, Vector]
     ) -> tuple[Resolution, Collapse]:
-        """Answer the hits of a collapse, at one instant, until what closes is rounding."""
+        """Answer the hits of a collapse, at one instant, until closing speeds are rounding."""
         velocity = dict(before)
         answers = [Answer(contact, COLLAPSED) for contact in contacts]
         one = self._noting(answers)
@@ -139,7 +139,7 @@ class Resolver:
         leaps = self.law.hits_are_coulombs
         collapse = play_out(contacts, decisions.CONVERGED, velocity, answer, leaps, most)
         played = dict(velocity)
-        settle(contacts, velocity)  # mostly this changes rounding alone
+        settle(contacts, velocity)  # Mostly this changes rounding only.
         if collapse.is_over:
             return collapse
         return collapse._replace(forced=max(math.dist(played[i], velocity[i]) for i in played))

@@ -37,7 +37,7 @@ SETTINGS = {
 
 
 class Tables(dict[str, NDArray[Any]]):
-    """Tables tell how games stand: arrays with one row a table (S), by their names.
+    """Tables hold the state of games: arrays by name, with one row for each table (S).
 
     ``position`` (S, N, 2) is in m, NaN for a ball off the table; ``shots`` and ``points`` (S,) are
     those of the episode. A game adds arrays of its own.
@@ -103,12 +103,12 @@ class Game(ABC):
 
     These are no settings: the ``name``; whether an action ``has_roll`` or ``has_place``; the number
     of ``shots`` in an episode; the ``least`` number of balls beside the cue ball; whether the game
-    ``needs_pockets``; the names of its ``options`` of ``reset``, and of arrays whose balls are
-    ``marked`` for learners; how many numbers from -1 to 1 are ``more_seen``; and the ``lost_score``
+    ``needs_pockets``; the names of its ``options`` of ``reset``, and of the arrays of ``marked``
+    balls for learners; how many numbers from -1 to 1 are ``more_seen``; and the ``lost_score``
     of a shot that could not be played, which ends the episode.
 
-    A game has its ``scene``, the number of the ``cue`` ball in it, the scenario's places of the
-    balls, ``spots`` (N, 2), and of the table ``middle`` and ``half_size`` (2,), all in m.
+    A game has its ``scene``, the number of the ``cue`` ball in it, the balls' places in the
+    scenario, ``spots`` (N, 2), and the table's ``middle`` and ``half_size`` (2,), all in m.
     """
 
     name: str = ""  # by default that of the class
@@ -191,7 +191,7 @@ class Game(ABC):
         """Read layouts (S, N, 2), or one; raises SettingError or SceneError for bad ones."""
         found, shape = _read_numbers("position", given), self.spots.shape
         if found.shape not in (shape, (count, *shape)):
-            message = f"must have the shape {shape}, or {(count, *shape)}: a layout a table"
+            message = f"must have the shape {shape}, or {(count, *shape)}: one for each table"
             raise setting_error("position", f"shape {found.shape}", message)
         layouts = found.reshape(-1, *shape).copy()
         off = np.asarray(np.isnan(layouts).any(axis=-1))
@@ -236,7 +236,7 @@ class Game(ABC):
         return asked
 
     def put(self, tables: Tables, place: Floats) -> Floats:
-        """Return places (S, 2) in m for the cue ball, if these are asked for: by default these."""
+        """Return places (S, 2) in m for the cue ball if ``place`` is asked for; by default it."""
         return place
 
     def play(self, tables: Tables, actions: Floats, rng: Generators | None) -> Played:

@@ -64,8 +64,8 @@ from pool_pymunk.results.run import Run
 # A follow has a record for one shot, the tracks of some shots, and arrays. The first arrays are
 # what balls may touch: the sides of walls, the `first` side of each wall, and discs, faces and
 # corners as `around` has them. Then come the changes by P inputs: of starts (S, N, K, P), masses
-# (N, P), radii (N, P) and coefficients (7, P). A state has K numbers: place, velocity, and where
-# balls roll the roll. Each ball then has the change of its state (N, K, P) at its last breakpoint,
+# (N, P), radii (N, P) and coefficients (7, P). A state has K numbers: place, velocity, and the
+# roll if balls roll. Each ball then has the change of its state (N, K, P) at its last breakpoint,
 # what it met there, the number of its breakpoints, and whether it is off the table. The last are of
 # one contact: its balls (2), their motions (2, 6) and changes of velocities' parts (4, P), how late
 # it comes (P), how far its normal turns (P), and the derivatives of the law (4, 8).
@@ -83,7 +83,7 @@ class Follower:
     ``again`` (S,) those among them whose derivatives were worked out in Python.
     """
 
-    replays = True  # Shots that are hard with a track are played again without one.
+    replays = True  # A shot that is hard while its track is kept is played without one.
 
     def __init__(self, source: Source, names: Names, out: Out) -> None:
         self.source, self.names, self.out = source, names, out
@@ -377,7 +377,7 @@ def meets(g: Follow, breakpoints: Any, k: int, t: float, met: int) -> bool:
 
 
 def move_roll(g: Follow, i: int, later: float) -> None:
-    """Take the change of a ball's roll to a contact that comes late, or with -1 back from it."""
+    """Take the change of a ball's roll to a late contact; with ``later`` = -1 take it back."""
     ball, change = g.w.ball[i], g.change[i]
     if may_roll(ball):
         roll = ball.roll[1], ball.roll[2]

@@ -34,7 +34,7 @@ class Input:
 
     ``name`` is the name, or its first part. ``quantity`` is what it measures: a length, mass,
     speed or angle (degrees), or nothing. ``read`` takes it from a Ball or Shot, or from the
-    restitution or friction of a scene, ``put`` returns that part with another value. The value lies
+    restitution or friction of a scene; ``put`` returns that object with another value. Values lie
     between ``low`` and ``high``, and above ``low`` if it is a ``size``. ``start`` takes the ball's
     velocity (vx, vy) at the start, numbers or arrays, and returns the derivatives (4,) of position
     and velocity there with respect to the input; it is None if these do not depend on the input.
@@ -202,7 +202,7 @@ def names_in(scene: Scene, shots: Iterable[str] = ("",)) -> dict[str, list[str]]
 
 
 def derivable(scene: Scene, is_struck: bool) -> dict[str, list[str]]:
-    """Return the inputs of derivatives, by group and as "all"; with a shot's if ``is_struck``."""
+    """Return derivatives' inputs by group, and all as "all"; a shot's only if ``is_struck``."""
     groups = names_in(scene, [""] if is_struck else [])
     groups["all"] = [name for names in groups.values() for name in names if name != "turn"]
     return groups
@@ -360,7 +360,7 @@ def starts_of(
 def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
     """Return rolls (..., 2) as shares (...) of velocities (..., 2); 0 for a roll that is no share.
 
-    A roll is compared with its ball's ``own`` share, or by default with that along the velocity.
+    A roll is compared with its ball's ``own`` share, or else with its part along the velocity.
 
     >>> share_of(np.array([[2.0, 0.0], [2.0, 0.0]]), np.array([[-1.0, 0.0], [0.0, 1.0]])).tolist()
     [-0.5, 0.0]

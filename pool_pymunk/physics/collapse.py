@@ -9,8 +9,8 @@ slips r of all contacts, and of the velocities v,
 
 Restitution is linear, and so is friction: it is mu J_n where two sides slip, and takes all of the
 slip where they stick. So n cycles are the n-th power of the map, by repeated squaring:
-T_2n = T_n T_n and Q_2n = Q_n + Q_n T_n. A leap over n cycles stands if the next cycle is still the
-same.
+T_2n = T_n T_n and Q_2n = Q_n + Q_n T_n. A leap over n cycles is valid if the next cycle is still
+the same.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ MOST_IN_TIME = 2_000  # This many hits come in the order of their times; then al
 CLUSTER = 8  # With more contacts than this, all gaps count as closed.
 MOST_IN_CLUSTER = 1_000  # At most this many hits of such a cluster are played.
 TOGETHER_IN_TIME = 1e-9  # Hits whose times differ by this share come together.
-TOGETHER = 20  # Contacts that share a ball, and leaps, take the time of this many hits.
+TOGETHER = 20  # A round of several contacts, or a leap, takes the time of this many hits.
 LONGEST_CYCLE = 24  # rounds
 MOST_DOUBLINGS = 60  # A leap is shorter than 2 to this power cycles.
-TO_BE_SURE = 0.25  # A leap may end at this share of the noise: then the collapse is surely over.
+TO_BE_SURE = 0.25  # A leap goes to this share of the noise, where a collapse is surely over.
 SHORT = 8  # After a leap over fewer cycles, the next one is tried later.
 
 STICKS = 0  # Friction takes the whole slip; else its number is the sign of the slip.
@@ -45,7 +45,7 @@ Round = tuple[tuple[int, int], ...]
 
 
 class Collapse(NamedTuple):
-    """A collapse had these hits; a change (m/s) may have ``forced`` its end."""
+    """A collapse had these ``hits``; a ``forced`` change (m/s) may have ended it."""
 
     hits: int
     is_over: bool
@@ -60,7 +60,7 @@ def play_out(
     can_leap: bool,
     most: int = MOST_HITS,
 ) -> Collapse:
-    """Answer the contacts until what closes is rounding, and change ``velocity`` (m/s).
+    """Answer the contacts until closing speeds are rounding; change ``velocity`` (m/s).
 
     ``noise`` is the share of the speeds that may be rounding. ``answer`` answers contacts that
     close. With ``can_leap``, which needs Coulomb's law, cycles of hits are leapt over. At most

@@ -41,19 +41,19 @@ from pool_pymunk.physics.surface import GYRATION
 
 # For up to this many contacts all 24 orders are tried. Eight contacts would have 40,320.
 ALL_ORDERS = 4
-# After this many sweeps of the mean, what still closes is a next impact. Half or twice as many
-# move no end of tests.halved.
+# After this many sweeps of the mean, what still closes is a next impact. Half or twice as many move
+# no ball in tests.halved.
 MOST_SWEEPS = 200
 TIE_DIGITS = 9  # Normals that agree to this many digits are the same; rounding moves the 15th.
 # This share of the speeds, or of the impulses, may be rounding, in sums over some 30 contacts.
 SPEED_ROUNDING = 64.0 * 2.0**-52
 # This many exchanges are tried for each contact; 2,000 random problems needed seven at most.
 MOST_EXCHANGES = 20
-# A contact is redundant if less than this share of its response is its own: rounding leaves some
-# 1e-15. In breaks of a frozen rack of fifteen the least share is 0.75.
+# A contact is redundant if less than this share of its response is independent: rounding leaves
+# some 1e-15. In breaks of a frozen rack of fifteen the least share is 0.75.
 REDUNDANT = 1e-12
 # Balls are pushed apart if they part more slowly than this share of the least bounce. Half or twice
-# of it moves no end of tests.halved.
+# of it moves no ball in tests.halved.
 TOO_SLOW = 0.5
 
 
@@ -63,9 +63,9 @@ TOO_SLOW = 0.5
 def mean_over_orders(contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
     """Answer the contacts in every order in which they could come, and take the mean.
 
-    For up to ``ALL_ORDERS`` contacts all orders count. For more, a front runs along
-    the normal of one contact, and each order is that in which it reaches the others. Contacts that
-    it reaches together count in both directions. Repeat this until nothing closes.
+    For up to ``ALL_ORDERS`` contacts all orders count. For more, fronts run along the
+    normals and back, and give the orders in which they reach contacts. Those that one reaches
+    together come from left to right and from right to left. Repeat this until nothing closes.
     """
     balls = sorted({i for contact in contacts for i in contact.balls})
     orders = list(_orders(contacts))
@@ -109,7 +109,7 @@ def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
 
 # A room has lists, or arrays. `response[k][m]` is the speed by which a unit impulse at contact m
 # opens contact k (1/kg), `wanted` (m/s) the speed by which each has to open, and `impulse` (N s)
-# the answer. `shares` counts the contacts that push each ball. The others are for work.
+# the answer. `shares` counts the contacts that push each ball. The others are work space.
 Room = namedtuple("Room", "response factor wanted unit impulse rest pushing chosen shares")
 
 
@@ -193,7 +193,7 @@ def push(contact: Contact, along: float, across: float, velocity: Any) -> None:
 
 
 def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> float:
-    """Return the impulse (N s) of friction; contacts of a ball share what would end its slip.
+    """Return the impulse (N s) of friction; a ball's contacts share in ending its slip.
 
     ``shares`` has the number of contacts that push each ball.
     """
@@ -237,8 +237,8 @@ def pushed_off(
 ) -> tuple[Vector, float, float]:
     """Return the velocity of a ball that parts from a wall at ``parting`` (m/s) at least.
 
-    This adds no energy: the wall turns the ball's velocity. If this is too slow, the roll ``into``
-    the wall (m/s) gives the rest; it is negative where balls do not roll. The push has friction,
+    This adds no energy: the wall turns the ball's velocity. If the ball is too slow, its roll
+    ``into`` the wall (m/s; negative if balls never roll) gives the rest. The push has friction,
     too. Return also how much faster the ball parts, and what this took of its roll.
     """
     (vx, vy), (nx, ny), taken = v, normal, 0.0

@@ -22,7 +22,7 @@ from pool_pymunk.results.run import Event, Run
 ContactKey = tuple[tuple[str, ...], int | str | None]
 Place = tuple[ContactKey, tuple[int, ...]]
 INSTANTS = 256  # times at which runs are compared, so that a horizon is known to 1/256 of a run
-SAME_TIME = 1e-3  # s; a contact off by more is late or early: most steps of solvers are longer
+SAME_TIME = 1e-3  # s; a contact is late or early if off by more; most solvers' steps are longer
 
 
 @dataclass(frozen=True)
@@ -263,7 +263,7 @@ def compare(
 def leaves(
     rows: Any, first: int, last: int, duration: float, reference: Reference, i: int
 ) -> float:
-    """Return when (s; inf: never) ball ``i`` leaves it, in the shot of ``rows[first:last]``."""
+    """Return when (s; inf: never) ball ``i`` leaves the reference in ``rows[first:last]``."""
     k = first + i  # The first breakpoints are those of the start, one a ball.
     coming = k + 1
     for n in range(len(reference.times)):

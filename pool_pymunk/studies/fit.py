@@ -119,7 +119,7 @@ def _with_error(value: float, error: float) -> str:
 
 
 def write_csv(found: Fit, path: Path) -> None:
-    """Write one row a place: measured, fitted, and how far off it is, in the scenario's unit."""
+    """Write a row for each place: measured, fitted, and how far off, in the scenario's unit."""
     unit = found.scene.units.from_si(1.0, "length")
     shots = [shot.name for shot in found.scene.shots] or [""]
     places = np.array([(one.x, one.y) for one in found.measured])

@@ -31,9 +31,9 @@ COLUMNS = 32  # draws of random signs; their root mean square is then right to s
 # Contacts of one kind err alike: a ball between two cushions adds the same interval to the time
 # again and again, with the same rounding. SURE times this share of UNIT is half a spacing.
 ALIKE = 0.43
-# SURE times this is twice the spacings by which time_of_contact shrinks corners.
+# time_of_contact shrinks corners by 8 EPSILON of the coordinates; SURE times this is twice that.
 CORNER = 4.0 * EPSILON
-PLACES = 16  # kinds of contacts, by ball and cushion or by balls; each kind errs alike; chosen
+PLACES = 16  # kinds of contacts, by balls and cushion; each kind errs alike; a free choice
 CHUNK = 2048  # This many events are worked out at once: their matrices take some 10 MB.
 TURNED = 0.5  # rad; where a normal may have turned this far, the first order says nothing
 
@@ -56,8 +56,8 @@ class Leap(NamedTuple):
     They become ``matrix`` @ errors + ``own``. At a contact the gap is wrong by ``guard`` @ errors,
     the contact is late by that over ``closing`` (m/s), and ``late`` (K C,) is a delay's effect. The
     normal turns by ``curvature`` (1/m) times the error along the tangent: ``along`` @ errors at the
-    time of the contact, and ``slip`` (m/s) times the delay. A pocketed ball would have missed its
-    pocket ``within`` (m) farther to the side, and ``along`` @ errors is its error to that side.
+    time of the contact, plus ``slip`` (m/s) times the delay. A pocketed ball would have
+    missed if ``within`` (m) farther to the side, and ``along`` @ errors is its error to that side.
     """
 
     matrix: Array
@@ -211,7 +211,7 @@ class Errors:
     def _rolls(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps to where balls begin to roll; errors of slips delay that.
 
-        The time errs by a unit of itself, and by three of how long the ball slid.
+        The time errs by a unit of itself, and by three units of the time of the slide.
         """
         rows = np.array([step.rows[0] for step in steps])
         state, matrix = self._slide(rows, self.until[rows])
@@ -242,8 +242,8 @@ class Errors:
     def _contacts(self, steps: Sequence[Step]) -> list[Leap]:
         """Return the leaps of hits, or of bounces: the saltation matrices, and the errors made.
 
-        Side by side, the columns of a change are those of the states at the last breakpoints, the
-        draws of misplaced balls, a delay of 1 s, and a normal that turns by 1 rad.
+        A change has columns for the states at the last breakpoints, for the draws of misplaced
+        balls, for a delay of 1 s, and for a normal that turns by 1 rad.
         """
         rows = np.array([step.rows for step in steps])
         count, many = rows.shape
@@ -364,7 +364,7 @@ class Errors:
         return own[..., np.newaxis] * self._signs(1, places, *own.shape[1:])
 
     def _moved(self, rows: Array, at: Array) -> Array:
-        """Return how far (..., 2) (m) balls move along paths, even if draw turns them back."""
+        """Return how far (..., 2) (m) balls move along paths, even if rolls turn them back."""
         start = self.breakpoints[rows]
         if self.size == 4:
             return np.asarray(np.abs(at - start[..., 1:3]))
@@ -440,7 +440,7 @@ class Errors:
         return own.reshape(count, self.size * many, COLUMNS)
 
     def _signs(self, source: int, places: Array, *shape: int) -> Array:
-        """Return random signs (K, *shape, COLUMNS), plus ALIKE times those that a place keeps."""
+        """Return random signs (K, *shape, COLUMNS), plus ALIKE times the signs of their kind."""
         signs = self._random(len(places), *shape)
         kept = self.alike[source, places, : math.prod(shape)]
         return np.asarray(signs + ALIKE * kept.reshape(signs.shape))

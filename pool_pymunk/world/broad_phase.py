@@ -1,4 +1,4 @@
-"""This module hands what pymunk's broad phase finds near a ball to the contact engine."""
+"""This module tells the contact engine what pymunk's broad phase finds near a ball."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class BroadPhase:
         """Forget what this ball or wall has touched; only an ``EndOfStep`` keeps it."""
 
     def _changed_near(self, i: int) -> Iterable[int]:
-        """Return the changed balls that may come to ball ``i`` in this step; of a few, all."""
+        """Return the changed balls that may come to ball ``i`` in this step, or all of a few."""
         if len(self.changed) <= FEW:
             return self.changed
         paths, radii, now = self.engine.paths, self.engine.radii, self.engine.now
@@ -125,7 +125,7 @@ class BroadPhase:
 
 
 class EndOfStep(BroadPhase):
-    """This broad phase finds contacts late: sides meet if they overlap at a step's end and close.
+    """This broad phase finds contacts late: sides meet if at a step's end they overlap and close.
 
     It misses those of balls that only graze, or that tunnel.
     """
@@ -144,7 +144,7 @@ class EndOfStep(BroadPhase):
         return ()  # A new path meets no wall before the step is over.
 
     def balls(self, i: int, now: float) -> Iterable[int]:
-        """Return no balls, but put the contacts of what the ball touches already into the queue."""
+        """Return no balls, but queue the contacts with what the ball already touches."""
         self._queue_if_closing([pair for pair in self._touching if i in pair])
         return ()
 

@@ -17,7 +17,7 @@ from pool_pymunk.world.checks import check_step
 from pool_pymunk.world.state import LiveState, Phase, Snapshot, read_bodies
 from pool_pymunk.world.walls import Walls
 
-# Quiet steps come in rows of at most this many, between calls of ``on_time``: they take some ms.
+# At most this many quiet steps come between two calls of ``on_time``: they take some ms.
 MOST_QUIET = 1000.0
 
 # a callback's name, its arguments, and the paths of balls before it
@@ -25,7 +25,7 @@ PendingCall = tuple[str, tuple[object, ...], dict[TableBall, Path]]
 
 
 class Callbacks(Recorder):
-    """This recorder passes on to a table's callbacks what happens, once its instant is over."""
+    """This recorder calls a table's callbacks for what happened, once an instant is over."""
 
     def __init__(self, state: LiveState, table: object) -> None:
         self.state = state
@@ -80,7 +80,7 @@ class Callbacks(Recorder):
                     ball.before = None
 
     def follow(self) -> None:
-        """Follow what the present callback has done to bodies itself."""
+        """Follow what the present callback has done directly to bodies."""
         state, now = self.state, read_bodies(self.state.space)
         if now == self._before:
             return
@@ -96,7 +96,7 @@ class Callbacks(Recorder):
 
 
 class Steps(LiveState):
-    """These are the steps of a table that has its space alone, with the table's state."""
+    """These are the steps and the state of a table whose space has nothing else in it."""
 
     def __init__(
         self, engine: ContactEngine, near: BroadPhase, max_dt: float, joints: bool, table: object

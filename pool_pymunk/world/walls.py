@@ -17,7 +17,7 @@ from pool_pymunk.world.state import LiveState, Phase
 WALL = 0x57616C6C  # This is our own collision type.
 # Lines from a place within walls cross an odd number of them, except through gaps and obstacles.
 # OFF is a share of the lines. Of 4,576 places on and off tables with six gaps, 32 or 64 lines
-# misjudge none, and 16 lines five; half or twice OFF misjudges 163 or 8.
+# misjudge none, and 16 lines misjudge five; half or twice OFF misjudges 163 or 8.
 LINES, OFF = 32, 0.25
 
 
@@ -57,7 +57,7 @@ class Walls:
         state.near.numbers[shape] = -1 - place
         self.obstacles[place] = obstacle
         shape.collision_type = WALL
-        if state.phase is Phase.TELLING:  # pymunk reports what is near in the next step only.
+        if state.phase is Phase.TELLING:  # pymunk reports only in the next step what is near.
             for i in state.moving:
                 state.engine.meet_wall(i, place)
         return wall.number
@@ -82,7 +82,7 @@ class Walls:
         """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
         walls = [each for each in self.obstacles.values() if not each.wall.is_pocket]
         shapes = [each.shape for each in walls if each.is_drawn]
-        # The shape of a wall with sides of its own is not the wall: such tables are not judged.
+        # A wall with sides of its own is not its shape: such tables are not judged.
         is_judged = len(shapes) == len(walls)
         if is_judged and enclosed(old, shapes) > 0.5 and enclosed(new, shapes) < OFF:
             raise setting_error("position", list(new), "the ball would lie off the table")
