@@ -19,7 +19,7 @@ from pool_pymunk.physics.sides import unit
 # Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
 # and boxes have the same margin (engine/near.py).
 MARGIN = 1e-9
-# Balls surely part if they do so faster than this share of their speeds. Rounding is some 1e-16 of
+# Parting is sure if it is faster than this share of the balls' speeds. Rounding is some 1e-16 of
 # them; with a larger share more pairs go on to the next bound.
 PARTING = 1e-6
 
@@ -51,7 +51,7 @@ def put_box(ball: Moving, found: tuple[float, float, float, float]) -> None:
 
 
 def due_next(w: Work) -> tuple[int, float, float]:
-    """Return the ball of the next event, its time (s), and that of the next one of another ball."""
+    """Return the next event's ball and time (s), and the time of any other ball's next event."""
     ball, first, second = NOTHING, math.inf, math.inf
     for i in range(w.scene.balls):
         t = w.next_t[i]
@@ -104,7 +104,7 @@ def refresh(w: Work, i: int) -> None:
 
 
 def look_for_walls(w: Work, sides: Sides, i: int) -> None:
-    """Predict the first wall that a path meets, when it meets the second, or when it ends."""
+    """Predict a path's first wall and when it meets a second; if it meets none, its end."""
     ball, due = w.ball[i], w.due[i]
     path, found, wall, first, second = path_of(ball), NOTHING, NOTHING, math.inf, math.inf
     due.path_end = math.inf
@@ -136,7 +136,7 @@ def look_ahead(w: Work, i: int) -> None:
 
 
 def meet_others(w: Work, i: int, done: int) -> None:
-    """Predict when ball ``i`` meets the balls whose boxes overlap its own, but not ``done``."""
+    """Predict when ball ``i`` meets balls (not ball ``done``) whose boxes overlap its own."""
     own = w.ball[i].box
     x0, y0, x1, y1 = own[0], own[1], own[2], own[3]
     for j in range(w.scene.balls):
@@ -179,7 +179,7 @@ def closes_faintly(w: Work, i: int, j: int, faint: float) -> bool:
 
 
 def persistent_of(w: Work, i: int, j: int, now: float) -> Persistent:
-    """Return how long one persistent contact of two balls takes, and what is faint in it."""
+    """Return how long one persistent contact of two balls takes, and what speed is faint."""
     pair = w.pair[i, j]
     if pair.last == -math.inf:
         return Persistent(0.0, 0.0)
@@ -204,7 +204,7 @@ def stay_apart(a: Moving, b: Moving, touching: float, since: float, until: float
     if not keep_apart(path, other, touching, since, min(until, end)):
         return False
     mover, rester = (a, b) if b.end <= a.end else (b, a)
-    # Another path follows one that does not slow, and has predictions of its own.
+    # After a path that does not slow comes another, with its own predictions.
     if until < end or not b.moves or not slows(rester):
         return True
     x, y, _, _ = motion_at(path_of(rester), end)
@@ -222,7 +222,7 @@ def passes(mover: Moving, x: float, y: float, touching: float) -> bool:
 def keep_apart(a: Path, b: Path, touching: float, since: float, until: float) -> bool:
     """Tell whether balls surely do not meet on two paths.
 
-    They part if their relative velocity widens their first offset at first and at last, and turns
+    They part if their relative velocity widens their first offset at start and end, and turns
     by 90 degrees at most. Else the offset leaves its chord by |a| T^2 / 8 at most.
     """
     time = until - since

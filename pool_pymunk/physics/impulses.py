@@ -19,7 +19,7 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_
 from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
 
 # A method explains a change of velocities if it errs by less than this share. Rounding in some
-# thousand calls is less, and a wrong method errs by some hundredths, so half and twice are as good.
+# thousand calls is less, and a wrong method errs by hundredths, so half or twice this would do.
 EXPLAINED = 1e-9
 
 UNIT = Pair(1.0, 1.0, 0.0, 0.0)  # The masses are in the momenta.
@@ -51,7 +51,7 @@ def slowing(friction: float, impulse: float, mass: float) -> float:
 
 
 class Shared:
-    """This finds the impulses of contacts that a law answered together, when asked for."""
+    """This finds, when asked, the impulses of contacts that a law answered together."""
 
     def __init__(
         self,
@@ -86,7 +86,7 @@ class Shared:
     def _of_calls(
         self, group: Sequence[Contact], change: Mapping[int, Vector]
     ) -> list[float] | None:
-        """Return the sums of the calls' impulses, divided by a common number that explains all."""
+        """Return the calls' summed impulses over the common number that explains all changes."""
         impulses = dict.fromkeys([contact[:3] for contact in group], 0.0)
         total: dict[int, Vector] = dict.fromkeys(change, (0.0, 0.0))
         for contact, before, after in self.calls:

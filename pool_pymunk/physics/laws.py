@@ -31,7 +31,7 @@ from pool_pymunk.physics.contact import (
 )
 
 # A slip below this share of the closing speed is rounding, and `published` jumps at zero slip. Half
-# or twice of it moves no end of tests.halved.
+# or twice of it keeps all ends of tests.halved.
 ZERO_SLIP = 1e-9
 
 
@@ -186,7 +186,7 @@ class Published(Law):
 # A scenario file, an option and an argument may name these laws. You may add a law of your own.
 LAWS: dict[str, Law] = {law.name: law for law in (Coulomb(), Published())}
 
-# The compiled shots have the single hits of these classes. Their methods `ball_ball`, `cushion` and
+# Compiled shots can answer single hits by these classes. Their methods `ball_ball`, `cushion` and
 # `jumps` leave `self` alone, and numba can compile them.
 COMPILED: tuple[type[Law], ...] = (Coulomb, Published)
 

@@ -34,7 +34,7 @@ SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
 STRAIGHT = 1e-9  # An acceleration bends a track if this share of it is not along the velocity.
 CHORDS = 16  # A parabola is drawn as this number of straight lines.
-# A stripe is level, over a disc of radius 1; these are its corners' angles at the right side.
+# A level stripe crosses a disc of radius 1; these are its corners' angles at the right side.
 ANGLES = math.asin(LOOK.stripe) * np.linspace(-1.0, 1.0, 24)
 BAND = Outline([(side * np.cos(a), side * np.sin(a)) for side in (1.0, -1.0) for a in ANGLES])
 
@@ -177,7 +177,7 @@ class Labels:
         return middles
 
     def _room(self, places: Array, corners: Array) -> Array:
-        """Return 0 for a label that covers no other ball, else minus the depth (points) in one."""
+        """Return 0 for a label that covers no other ball, else minus its depth (points) in one."""
         middles = self._middles(places, corners)
         out = np.maximum(np.abs(places - middles[:, None]) - self.halves[:, None], 0.0)
         gaps = np.hypot(out[..., 0], out[..., 1]) - self.radii
@@ -225,7 +225,7 @@ def track_width(count: int) -> float:
 def tracks(
     paths: Sequence[Array], balls: Sequence[DrawnBall], ground: str, *, solid: bool
 ) -> LineCollection:
-    """Return the paths (K, 2), in points, of balls, as lines that fade towards where they begin."""
+    """Return balls' paths (K, 2), in points, as lines that fade towards where they begin."""
     width = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
     bare = np.array(to_rgb(ground))
     lines: list[Array] = []

@@ -23,7 +23,7 @@ from pool_pymunk.render.style import Style
 
 Pixels = NDArray[np.uint8]
 POINTS_PER_INCH = 72.0
-BESIDE = 2.0  # pixels; points on what a label may cover are this far apart
+BESIDE = 2.0  # pixels; points that `_outlines` finds are this far apart
 FINE = 4  # Sprites are drawn this many times finer than the frame, and placed as finely.
 
 

@@ -20,13 +20,13 @@ from pool_pymunk.report.collide import Collision
 
 INK, FAINT, BEFORE, AFTER = "#22262a", "#7d858d", "#0072b2", "#d55e00"
 FILLS = {"A": "#eef1f4", "B": "#f6e6cf"}
-LONGEST = 1.3  # the longest arrow of a velocity; like all lengths here in the sum of both radii
+LONGEST = 1.3  # the longest velocity arrow; like all lengths here, in units of the radii's sum
 AHEAD = 1.5  # the distance of A from the contact, relative to B, in the drawn approach
 AT_REST = 0.02  # A shorter arrow is left out.
 ARC = 1.12  # the radius of the impact angle's arc
 WIDTH, MARGIN = 11.0, 1.25  # in; the width of the sheet, and the height of its titles and words
 LETTER = 12.0  # points
-MARKUP = str.maketrans("", "", r"$_'\{}")  # Labels have these for TeX; no letter is drawn.
+MARKUP = str.maketrans("", "", r"$_'\{}")  # Labels have these for TeX; they are not drawn.
 TITLES = (
     "before (dash-dotted: A's line, as B sees it)",
     "after (n: line of centres, t: tangent)",

@@ -86,9 +86,9 @@ def through(
 ) -> list[Array]:
     """Return the changes (..., K, P) of the states of one or two balls after a contact.
 
-    ``motions`` are x, y, vx, vy, ax, ay before it, and where balls roll the rates of their rolls.
-    ``rates`` are the same after it, without x and y. ``changes`` are those before it. The contact
-    comes ``late`` (..., P), and its normal turns further by ``turned``. ``answer`` takes the
+    ``motions`` are x, y, vx, vy, ax, ay before it, and, where balls roll, the rolls' rates.
+    ``rates`` are those after it, without x and y. ``changes`` are those before it. The contact
+    is later by ``late`` (..., P), and its normal turns further by ``turned``. ``answer`` takes the
     changes (..., 2 C, P) of the velocities' parts before it, and returns those after it. ``slow``
     takes the change of a roll, the turning and the change of the push, and returns the new change
     of the roll. Numbers are scalars, or arrays (..., 1) for many contacts.

@@ -22,7 +22,7 @@ from pool_pymunk.world.checks import check_step
 from pool_pymunk.world.state import NOTHING, Moves, Phase, Snapshot, read_bodies
 from pool_pymunk.world.steps import Steps
 
-# A step of pymunk rounds velocity and place by less, in a few operations of half an EPSILON each.
+# A step of pymunk rounds velocity and place by less than this: a few roundings of EPSILON / 2.
 STEP_ROUNDING = 4.0 * EPSILON
 # In a step pymunk's solver goes over all joints ten times, and each time rounds the velocity.
 PUSH_ROUNDING = 64.0 * EPSILON
@@ -31,8 +31,8 @@ PUSH_ROUNDING = 64.0 * EPSILON
 class SharedSteps(Steps):
     """These are the steps of a space that balls share with others.
 
-    The table looks at the bodies before pymunk steps them, and answers the step before all other
-    callbacks after a step.
+    The table looks at the bodies before pymunk steps them, and answers each step ahead of all
+    other callbacks after it.
     """
 
     alone = False
@@ -43,7 +43,7 @@ class SharedSteps(Steps):
         self._seen = Snapshot()
         self._rows: Sequence[Moves | None] = ()
         self._balls: list[TableBall | None] = []
-        self._entries = 0  # of balls, until then
+        self._entries = 0  # of balls, at `_seen`
         self._forces: dict[TableBall, Vector] = {}  # N, on balls then
 
     # -- between two steps -----------------------------------------------------------------------
@@ -85,7 +85,7 @@ class SharedSteps(Steps):
         off, gain = abs(x - px) + abs(y - py), abs(vx - ex) + abs(vy - ey)
         share = late = speed = 0.0
         if path.end > now:
-            # All its steps along the path have rounded place and velocity, and the clock (s).
+            # All its steps along the path have rounded place, velocity and the clock (s).
             share = STEP_ROUNDING * (2.0 + min((now - path.t) / self.dt, self.count))
             speed, late = self.engine.speeds[ball.number], 2.0 * EPSILON * now
         size = abs(x) + abs(y) + speed * (now - path.t) + ball.radius

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 MANIFEST, PART = "_manifest.parquet", "part-{:08d}.parquet"
 HASH = b"pool_pymunk"  # A file's metadata has the plan's hash under this key,
-PLAN = b"pool_pymunk.sweep"  # and the manifest's has all of it under this one, as JSON.
+PLAN = b"pool_pymunk.sweep"  # and the manifest's the whole plan under this, as JSON.
 ANEW = "begin anew with resume=False"
 FAST = 1  # the level of zstd's compression
 CHUNK = 50_000
@@ -48,7 +48,7 @@ class Done(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """A sweep has its folder and shots, those ``played`` now (some in Python), and the time (s)."""
+    """A sweep has its folder, all shots, those ``played`` now, some in Python, and the time (s)."""
 
     out: Path
     shots: int
@@ -75,7 +75,7 @@ def sweep(
 ) -> Sweep:
     """Play many shots into a folder of Parquet files, and go on where an earlier call ended.
 
-    ``vary`` has the ranges from which inputs are drawn, ``grid`` those that take equal
+    ``vary`` has the ranges from which inputs are drawn, ``grid`` those taken in equal
     steps (:class:`~pool_pymunk.studies.sweep.plan.Plan` says how); all in SI, angles in degrees.
     Each shot has the same input and the same bits, whatever ``chunk`` (shots a file), worker or
     machine plays it. ``executor`` is any ``concurrent.futures.Executor``, such as a process pool or
