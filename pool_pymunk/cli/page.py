@@ -34,8 +34,8 @@ def page(
     """Make a page that plays every shot: one HTML file that needs nothing else.
 
     The page has the exact paths between contacts. Stop it, go from contact to contact, slow it
-    down a hundred times, and see the runs to compare with as ghosts. A scenario to compare with
-    must have the same table, and balls of the same ids and sizes; the page says what else differs.
+    down a hundred times, and see other runs as ghosts. A scenario to compare with must have the
+    same table, and balls of the same ids and sizes; the page says what else differs.
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)

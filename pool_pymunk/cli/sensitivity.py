@@ -30,7 +30,7 @@ def sensitivity(
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
     seed: Annotated[int, opt.option("Seed of random numbers.", "N")] = 0,
     threads: Annotated[
-        int | None, opt.option("Threads; default: one a core.", "N", "--threads", "--processes")
+        int | None, opt.option("Threads; default: one per core.", "N", "--threads", "--processes")
     ] = None,
     shot: opt.ShotName = None,
     json: opt.JsonFile = None,

@@ -22,7 +22,7 @@ def sweep(
     out: Annotated[Path, opt.option("Where the dataset goes.", "DIR", "--out")],
     vary: Annotated[
         list[str] | None,
-        opt.option("Draw this at random; start and noise: KEY=WIDTH.", "KEY=LOW:HIGH"),
+        opt.option("Vary this at random; start and noise: KEY=WIDTH.", "KEY=LOW:HIGH"),
     ] = None,
     grid: Annotated[
         list[str] | None, opt.option("Vary this in even steps.", "KEY=LOW:HIGH:COUNT")
@@ -46,8 +46,8 @@ def sweep(
     """Play many shots into a Parquet dataset; the same command resumes a sweep.
 
     Keys: speed, angle or turn (degrees, relative to the shot's), roll, mass (of the struck ball),
-    restitution.*, friction.*, x.ID, y.ID, vx.ID, vy.ID, mass.ID, radius.ID; start (every ball, plus
-    or minus one length), noise.speed and noise.angle (standard deviations of the player's errors).
+    restitution.*, friction.*, x.ID, y.ID, vx.ID, vy.ID, mass.ID, radius.ID; start (every ball, by
+    up to WIDTH), noise.speed and noise.angle (standard deviations of the player's errors).
     Lengths, speeds and masses may have a unit (0.005in); without one they are in the scenario's.
     """
     scene = How(max_time=max_time).scene(scenario)
