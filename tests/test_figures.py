@@ -212,13 +212,13 @@ def test_hits_without_end_are_leapt_over() -> None:
 def test_limits_of_hits_that_have_no_exact_answer() -> None:
     page = text("docs/accuracy.md")
     assert f"within {collapse.MOST_HITS:,} hits" in page
-    assert f"({collapse.MOST_IN_CLUSTER:,} among more than eight contacts, " in page
+    assert f"({collapse.MOST_IN_CLUSTER:,} if it has more than eight contacts, " in page
     assert f"contacts, {decisions.MOST_IN_PILE} in a pile)" in page
     assert (collapse.CLUSTER, decisions.LISTED) == (8, 100)
     assert (decisions.DEEPEST, LOST, QUICK) == (1e-4, 1e-3, 2.0)
     assert "overlap by about 1e-4 of the smaller radius" in page
     assert "travels 1e-3 of its radius" in page
-    assert "Runs under two seconds" in page
+    assert "Runs computed in under two seconds" in page
 
 
 def test_coordinates_far_from_the_origin() -> None:
