@@ -52,6 +52,7 @@ NEEDED = {
 # These cannot even be imported without one.
 NEEDING = {
     "env": "gymnasium",
+    "fast/linked.py": "numba",
     "page/live/server.py": "uvicorn",
 }
 

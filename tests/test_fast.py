@@ -541,7 +541,7 @@ def script(cache: Path, shots: int = 10) -> subprocess.Popen[str]:
 
 
 def finished(process: subprocess.Popen[str]) -> tuple[float, float, str]:
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=300)
     assert process.returncode == 0, err
     total, seconds = json.loads(out.splitlines()[-1])
     return total, seconds, err
