@@ -481,7 +481,7 @@ def test_a_ball_twice_or_in_another_one() -> None:
     assert said(lambda: table.add_ball(pymunk.Circle(one.body, R))) == (
         "circle = taken: this body is a ball already"
     )
-    deep = "the ball overlaps ball 0 by 0.01 m (0.33 radii)"
+    deep = "the ball overlaps ball 0 by 0.01 (0.33 radii)"
     assert said(lambda: ball(table, 0.05)) == f"position = [0.05, 0.0]: {deep}"
     other = ball(table, 1.0)
     assert said(lambda: table.place(other, (0.05, 0.0))) == f"position = [0.05, 0.0]: {deep}"
@@ -498,12 +498,12 @@ def test_a_ball_within_a_pocket_or_a_wall() -> None:
     resting = ball(table, 0.0)
     for attempt in (lambda: ball(table, 0.45), lambda: table.place(resting, (0.45, 0.0))):
         assert said(attempt) == (
-            "position = [0.45, 0.0]: the ball is within pocket 0 by 0.05 m (1.7 radii)"
+            "position = [0.45, 0.0]: the ball is within pocket 0 by 0.05 (1.7 radii)"
         )
     edge = math.sqrt(0.75)
     ball(table, 0.0, edge - R)  # It touches the wall.
     for attempt in (lambda: ball(table, 0.1, edge), lambda: table.place(resting, (0.1, edge))):
-        deep = "the ball overlaps wall 1 by 0.03 m (1 radii)"
+        deep = "the ball overlaps wall 1 by 0.03 (1 radii)"
         assert said(attempt) == f"position = [0.1, {edge}]: {deep}"
     assert said(lambda: table.add_pocket((0.0, 0.02), 0.05)) == (
         "position = [0.0, 0.02]: a ball lies within this pocket"
@@ -513,11 +513,11 @@ def test_a_ball_within_a_pocket_or_a_wall() -> None:
 
 
 WALLS: dict[str, tuple[Callable[[pymunk.Body], pymunk.Shape], str]] = {
-    "segment through": (lambda b: pymunk.Segment(b, (0, -1), (0, 1), 0), "0.03 m (1 radii)"),
-    "segment at its rim": (lambda b: pymunk.Segment(b, (0.02, -1), (0.02, 1), 0), "0.01 m (0.33 "),
-    "segment that ends in it": (lambda b: pymunk.Segment(b, (0.01, 0), (1, 0), 0), "0.02 m"),
-    "circle around it": (lambda b: pymunk.Circle(b, 0.5), "0.53 m"),
-    "polygon around it": (lambda b: pymunk.Poly.create_box(b, (1, 1)), "0.53 m"),
+    "segment through": (lambda b: pymunk.Segment(b, (0, -1), (0, 1), 0), "0.03 (1 radii)"),
+    "segment at its rim": (lambda b: pymunk.Segment(b, (0.02, -1), (0.02, 1), 0), "0.01 (0.33 "),
+    "segment that ends in it": (lambda b: pymunk.Segment(b, (0.01, 0), (1, 0), 0), "0.02"),
+    "circle around it": (lambda b: pymunk.Circle(b, 0.5), "0.53 (18"),
+    "polygon around it": (lambda b: pymunk.Poly.create_box(b, (1, 1)), "0.53 (18"),
 }
 
 
@@ -571,7 +571,7 @@ def test_a_pair_that_says_other_masses_than_the_bodies_have() -> None:
     _, table = plane(pair=same_balls(0.9, 0.0, mass=0.2))
     ball(table, 0.0)
     assert said(lambda: ball(table, 1.0)) == (
-        "pair = a mass of 0.2 kg: the body of ball 0 has a mass of 0.17 kg"
+        "pair = a mass of 0.2: the body of ball 0 has a mass of 0.17"
     )
 
 
@@ -856,7 +856,7 @@ def test_the_nearest_free_spot_is_the_nearest() -> None:
 def test_there_is_no_room_within_a_wall() -> None:
     space, table = plane()
     table.add_wall(pymunk.Poly.create_box(space.static_body, (1.0, 1.0)), 0.8)
-    deep = "the ball overlaps wall 0 by 0.43 m (14 radii)"
+    deep = "the ball overlaps wall 0 by 0.43 (14 radii)"
     assert said(lambda: ball(table, 0.1)) == f"position = [0.1, 0.0]: {deep}"
     assert table.free_spot((0.1, 0.0), R) == pytest.approx((0.53, 0.0))
 

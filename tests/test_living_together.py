@@ -36,8 +36,11 @@ def box(space: pymunk.Space, x: float, y: float = 0.0, kind: int = pymunk.Body.D
 
 def test_every_line_of_the_table_has_its_test_and_every_test_its_line() -> None:
     named = re.findall(r"\| `(test_\w+)` \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    mine = [name for name in globals() if name.startswith("test_") and "every_line" not in name]
-    assert sorted(named) == sorted(mine)
+    mine = {name for name in globals() if name.startswith("test_") and "every_line" not in name}
+    by_hand = Path(__file__).with_name("test_by_hand.py").read_text(encoding="utf-8")
+    others = set(re.findall(r"^def (test_\w+)", by_hand, re.MULTILINE))
+    assert len(named) == len(set(named))
+    assert mine <= set(named) <= mine | others
 
 
 def test_a_box_and_a_ball_push_each_other() -> None:
@@ -224,16 +227,6 @@ def test_a_position_function_of_ones_own_is_followed() -> None:
     table.strike(one, (1.0, 0.0))
     steps(space, 8.0)
     assert one.body.position.x == pytest.approx(1 / (2 * A) - 1.0, abs=1e-3)
-
-
-def test_a_wall_that_moves_is_refused() -> None:
-    space, table = plane()
-    table.add_wall(pymunk.Segment(space.static_body, (1, -1), (1, 1), 0), 0.8)
-    space.static_body.position = 0.0, 0.1
-    table.strike(ball(table, 0.0), (3.0, 0.0))
-    steps(space, 0.2)
-    with pytest.raises(ValueError, match=r"position = \[0.0, 0.1\]: a wall's body stands still"):
-        steps(space, 0.3)
 
 
 def test_a_body_may_turn() -> None:

@@ -177,11 +177,11 @@ def test_a_step_refused_for_a_wall_that_moved_is_made_again() -> None:
     wall, one = table.add_wall(shape, 0.8), ball(table, 0.0)
     table.strike(one, (1.0, 0.0))
     carrier.position = 0.01, 0.0
-    with pytest.raises(ValueError, match="a wall's body stands still"):
+    with pytest.raises(ValueError, match=r"body.position = .*it was .* when the wall came"):
         for _ in range(20):
             space.step(LONGEST)
     before = table.time, tuple(one.body.position)
-    with pytest.raises(ValueError, match="a wall's body stands still"):
+    with pytest.raises(ValueError, match=r"body.position = .*it was .* when the wall came"):
         space.step(LONGEST)
     assert (table.time, tuple(one.body.position)) == before
     table.remove_wall(wall)

@@ -179,15 +179,22 @@ class Surroundings(NamedTuple):
 
 
 def said(
-    ball: str, what: str, room: float, radius: float, units: Units = METRES, how: str = "overlaps"
+    ball: str,
+    what: str,
+    room: float,
+    radius: float,
+    units: Units | None = METRES,
+    how: str = "overlaps",
 ) -> str:
-    """Say in what a ball lies, and how deep.
+    """Say in what a ball lies, and how deep; without ``units`` lengths have none.
 
     >>> said("the ball", "pocket 0", -0.0127, 0.0254, Units(length="in"), how="is within")
     'the ball is within pocket 0 by 0.5 in (0.5 radii)'
     """
-    depth = units.from_si(-room, "length")
-    return f"{ball} {how} {what} by {depth:.2g} {units.length} ({-room / radius:.2g} radii)"
+    depth = f"{-room:.2g}"
+    if units is not None:
+        depth = f"{units.from_si(-room, 'length'):.2g} {units.length}"
+    return f"{ball} {how} {what} by {depth} ({-room / radius:.2g} radii)"
 
 
 def _overlaps(balls: Lying, share: float) -> Iterator[tuple[int, int]]:

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.persistent import History
 from pool_pymunk.engine.recorder import Motion
 from pool_pymunk.model.plain import argument, between, size
@@ -21,6 +20,10 @@ SHARE, FROM_ZERO = between(0.0, 1.0), between(0.0)
 # of it, no end of 35 runs of random scenes in pymunk spaces moves by a bit.
 HAIR = 1e-9
 Disc = tuple[Vector, float]  # a place and a radius (m)
+TYPES = {
+    pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"
+}  # fmt: skip
+FEATURES = ("body_type", "mass", "radius", "filter", "collision_type")
 
 
 class TableBall:
@@ -30,11 +33,15 @@ class TableBall:
     or removed.
     """
 
-    __slots__ = ("_engine", "before", "body", "body_id", "circle", "id", "is_on_table", "joint",
-                 "number", "radius", "sensor", "shapes", "type")  # fmt: skip
+    __slots__ = ("_path_of", "as_it_came", "before", "body", "body_id", "circle", "id",
+                 "is_on_table", "joint", "number", "radius", "sensor", "shapes")  # fmt: skip
 
     def __init__(
-        self, number: int, circle: pymunk.Circle, sensor: pymunk.Circle, engine: ContactEngine
+        self,
+        number: int,
+        circle: pymunk.Circle,
+        sensor: pymunk.Circle,
+        path_of: Callable[[int], Path],
     ) -> None:
         assert circle.body is not None
         self.number, self.radius = number, circle.radius
@@ -43,10 +50,25 @@ class TableBall:
         self.id: str | None = None
         self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
         self.is_on_table = True
-        self.type = circle.collision_type
         self.shapes: tuple[pymunk.Shape, ...] = ()  # what leaves the space with it, and comes back
         self.before: Path | None = None  # its path before the contact of which on_contact tells
-        self._engine = engine
+        self._path_of = path_of
+        self.as_it_came: tuple[object, ...] = ()
+
+    def features(self) -> tuple[object, ...]:
+        """Return the :data:`FEATURES` of the ball, which stay while it is on the table."""
+        circle, body = self.circle, self.body
+        # A circle that is its own sensor has the sensor's radius.
+        radius = self.radius if circle is self.sensor else circle.radius
+        return TYPES[body.body_type], body.mass, radius, circle.filter, circle.collision_type
+
+    def is_as_it_came(self) -> bool:
+        """Tell whether the mass, and a circle of the user's, are what they were; this is quick."""
+        _, mass, radius, filter_, _ = self.as_it_came
+        circle = self.circle
+        return self.body.mass == mass and (
+            circle is self.sensor or (circle.radius == radius and circle.filter == filter_)
+        )
 
     def __repr__(self) -> str:
         where = "" if self.is_on_table else ", off the table"
@@ -56,7 +78,7 @@ class TableBall:
     @property
     def path(self) -> Path:
         """The ball's exact path; for ``on_contact`` it is the path before the contact."""
-        return self.before or self._engine.paths[self.number]
+        return self.before or self._path_of(self.number)
 
 
 class ContactEvent(NamedTuple):

@@ -13,14 +13,15 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, Literal
 
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.model.plain import argument, point, size
-from pool_pymunk.model.problems import setting_error, shown
+from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import motion_at
@@ -29,14 +30,16 @@ from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world import checks
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
 from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep
+from pool_pymunk.world.checks import BALL, SENSOR, WALL
 from pool_pymunk.world.others import SharedSteps
 from pool_pymunk.world.outlook import Prediction, free_spot, sketch
-from pool_pymunk.world.state import BALL, SENSOR, Phase
+from pool_pymunk.world.state import Phase
 from pool_pymunk.world.steps import Steps
-from pool_pymunk.world.walls import WALL, sides_of
+from pool_pymunk.world.walls import sides_of
 
 Contacts = Literal["swept", "discrete"]
 FrictionBy = Literal["joint", "callback"]
+CALLBACKS = ("on_contact", "on_stop", "on_stop_revoked", "on_pocket")
 
 
 class Billiards:
@@ -125,6 +128,16 @@ class Billiards:
         for other in () if alone else (BALL, WALL):
             space.on_collision(BALL, other, pre_solve=_no_response)
 
+    if not TYPE_CHECKING:  # Type checkers know all names.
+
+        def __setattr__(self, name: str, value: object) -> None:
+            """Set an attribute; refuse a callback of another name, such as a misspelled one."""
+            is_callback = name.startswith("on_") or get_close_matches(name, CALLBACKS, cutoff=0.8)
+            if is_callback and name not in CALLBACKS and not hasattr(type(self), name):
+                message = f"a Billiards has no {name}{suggestion(name, CALLBACKS)}"
+                raise AttributeError(message)
+            super().__setattr__(name, value)
+
     def __reduce__(self) -> str | tuple[Any, ...]:
         message = "a Billiards and its space cannot be copied or pickled: use save_state"
         raise TypeError(message + " and restore_state")
@@ -134,8 +147,8 @@ class Billiards:
         masses = self.engine.masses
         return checks.check_pair(self._said_pair(i, j), (masses[i], masses[j]), (i, j))
 
-    def _catch_up(self, changes_space: bool = False) -> None:
-        """Follow what others have done to the balls before this call, or refuse the call."""
+    def _catch_up(self, changes_space: bool = False, sees_walls: bool = False) -> None:
+        """Follow what others have done before this call, or refuse the call."""
         phase = self.state.phase
         if phase is Phase.STEPPING and changes_space:
             message = "pymunk is stepping the space: do this between steps, or from on_contact"
@@ -148,6 +161,8 @@ class Billiards:
             self.state.callbacks.follow()
         elif phase is Phase.BETWEEN:
             self.state.catch_up()
+        if sees_walls:
+            self._walls.refuse_changed()
 
     # -- what there is ---------------------------------------------------------------------------
 
@@ -197,7 +212,7 @@ class Billiards:
 
     def ball_of(self, shape: pymunk.Shape) -> TableBall | None:
         """Return the ball on the table to which a shape belongs, or None."""
-        return None if shape.body is None else self.state.ball_of.get(shape.body)
+        return None if shape.body is None else self.state.ball_of.get(shape.body.id)
 
     # -- setting up ------------------------------------------------------------------------------
 
@@ -211,18 +226,19 @@ class Billiards:
         overlaps a ball or a wall, or lies within a pocket, and if another ball on the table has
         this id.
         """
+        self._catch_up(changes_space=True, sees_walls=True)
         checks.check_circle(circle)
         state, body = self.state, circle.body  # A circle does not keep its body alive.
-        self._catch_up(changes_space=True)
         assert body is not None
-        if body in state.ball_of:
+        if body.id in state.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
         place, number = argument("position", body.position, point), len(state.balls)
-        checks.check_place(place, circle.radius, state.discs(), self._obstacles)
-        for other in self.on_table()[:1]:
+        near = state.discs_near(place, circle.radius)
+        checks.check_place(place, circle.radius, near, self._obstacles)
+        if (other := next(iter(state.ball_of.values()), None)) is not None:
             masses = (other.body.mass, body.mass)
             checks.check_pair(self._said_pair(other.number, number), masses, (other.number, number))
-        checks.check_id(id, self.on_table())
+        checks.check_id(id, state.ball_of.values())
         ball = state.put_ball(circle, NO_ROLL)
         ball.id = id
         return ball
@@ -266,16 +282,14 @@ class Billiards:
         where your sides are, and may be a sensor. Returns the wall's number. Raises ValueError for
         a shape that cannot be a wall, and if a ball lies in the wall now.
         """
+        self._catch_up(changes_space=True)
         checks.check_wall(shape)
-        if shape in self.near.numbers:
-            raise setting_error("shape", "taken", "this shape is a wall already")
         restitution = argument("restitution", restitution, SHARE)
         friction = argument("friction", friction, FROM_ZERO)
         for side in sides or ():
             if not hasattr(side, "time_of_contact"):
                 text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
                 warnings.warn(text, DeprecationWarning, stacklevel=2)
-        self._catch_up(changes_space=True)
         wall = Wall(sides or sides_of(shape), restitution, friction, self._walls.count)
         return self._walls.put_if_free(checks.Obstacle(shape, wall, is_drawn=not sides))
 
@@ -309,7 +323,7 @@ class Billiards:
         """
         self._check_ball(ball)
         struck = checks.read_strike(velocity, roll, self.state.surface)
-        checks.check_unchanged(ball, self.engine.masses[ball.number])
+        checks.check_unchanged(ball)
         self.state.send(ball, None, *struck)
 
     def place(self, ball: TableBall, position: Vector) -> None:
@@ -319,11 +333,13 @@ class Billiards:
         of the table in which it lies now.
         """
         self._check_ball(ball, changes_space=True)
+        self._walls.refuse_changed()
         position = argument("position", position, point)
         discs = self.state.discs()
         old, _ = discs.pop(ball)
         checks.check_place(position, ball.radius, discs, self._obstacles)
         self._walls.refuse_off_table(old, position)
+        self.state.mend(ball)
         self.state.send(ball, position, (0.0, 0.0), NO_ROLL)
 
     def set_out(self, balls: Sequence[TableBall]) -> None:
@@ -365,6 +381,7 @@ class Billiards:
         Only the table's balls, walls and pockets count.
         """
         self._check_ball(ball)
+        self._walls.refuse_changed()
         return sketch(self.state, ball, checks.read_strike(velocity, roll, self.state.surface))
 
     def free_spot(
@@ -376,7 +393,7 @@ class Billiards:
         (m), by default that of the first ball. The line from ``near`` to the place crosses no wall.
         The place may be off the table if ``near`` is. Raises ValueError if there is no place.
         """
-        self._catch_up()
+        self._catch_up(sees_walls=True)
         near = argument("near", near, point)
         if ball is not None:
             radius = ball.radius

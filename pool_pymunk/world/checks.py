@@ -11,13 +11,21 @@ import pymunk
 
 from pool_pymunk.model import places
 from pool_pymunk.model.plain import argument, finite, point, size
-from pool_pymunk.model.problems import setting_error, shown, suggestion
+from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall
 from pool_pymunk.physics.surface import Rolling, Sliding, Surface
-from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, Disc, TableBall
+from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, Disc, TableBall
+from pool_pymunk.world.bodies import Moves
+
+# These are our own collision types.
+BALL, SENSOR, WALL = 0x42616C6C, 0x53656E73, 0x57616C6C
+OWN_TYPES = {BALL: "a ball", SENSOR: "a ball, or its sensor,", WALL: "a wall or a pocket"}
+
+
+Feature = tuple[str, object, object]  # its key, how it is, and how it was
 
 
 class Obstacle(NamedTuple):
@@ -115,8 +123,8 @@ def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]
     argument("pair: friction", pair.friction, FROM_ZERO)
     for mass, own, i in zip((pair.m_a, pair.m_b), masses, numbers, strict=True):
         if not math.isnan(mass) and mass != own:
-            message = f"the body of ball {i} has a mass of {own:g} kg"
-            raise setting_error("pair", f"a mass of {mass:g} kg", message)
+            message = f"the body of ball {i} has a mass of {own:g}"
+            raise setting_error("pair", f"a mass of {mass:g}", message)
     return pair._replace(m_a=masses[0], m_b=masses[1])
 
 
@@ -145,25 +153,36 @@ def check_circle(circle: Any) -> None:
     _check_type("circle", circle)
 
 
-def check_unchanged(ball: TableBall, mass: float) -> None:
+def check_unchanged(ball: TableBall) -> None:
     """Refuse a ball whose body or circle somebody has changed since it came to the table."""
-    circle, body = ball.circle, ball.body
-    values: list[tuple[str, Any, Any]] = [
-        ("body_type", body.body_type, pymunk.Body.DYNAMIC),
-        ("mass", body.mass, mass),
-        ("collision_type", circle.collision_type, ball.type),
-        ("offset", tuple(circle.offset), (0.0, 0.0)),
-    ]
-    if circle is not ball.sensor:
-        values.append(("filter", circle.filter, ball.sensor.filter))
-        values.append(("radius", circle.radius, ball.radius))
-    for key, now, was in values:
-        if now != was:
-            message = (
-                f"it was {was} when the ball came to the table; to change it, remove the ball "
-                "and add its circle again"
-            )
-            raise setting_error(f"ball {ball.number}: {key}", now, message)
+    now = ball.features()
+    if now == ball.as_it_came and ball.circle.offset == (0.0, 0.0):
+        return
+    features = [*zip(FEATURES, now, ball.as_it_came, strict=True)]
+    features.append(("offset", tuple(ball.circle.offset), (0.0, 0.0)))
+    raise changed_error("ball", ball.number, features)
+
+
+def changed_error(what: str, number: int, features: Iterable[Feature]) -> SettingError:
+    """Make the error of the first feature of a ball, wall or pocket that somebody has changed."""
+    key, now, was = next((key, now, was) for key, now, was in features if now != was)
+    message = (
+        f"it was {shown(was)} when the {what} came to the table; to change it, remove the {what} "
+        f"and add {'its circle' if what == 'ball' else 'it'} again"
+    )
+    return setting_error(f"{what} {number}: {key}", now, message)
+
+
+def check_sound(ball: TableBall, move: Moves) -> None:
+    """Refuse a place, velocity or force (N) of a body that is not finite, or too large."""
+    x, y, vx, vy, fx, fy = move
+    for key, value in (("position", (x, y)), ("velocity", (vx, vy)), ("force", (fx, fy))):
+        argument(f"ball {ball.number}: {key}", value, point)
+
+
+def is_sound(move: Moves) -> bool:
+    """Tell whether all numbers of a body are finite, and none is too large."""
+    return sum(map(abs, move)) <= LARGEST
 
 
 def check_wall(shape: Any) -> None:
@@ -180,6 +199,10 @@ def check_wall(shape: Any) -> None:
 
 def _check_type(key: str, shape: pymunk.Shape) -> None:
     """Refuse a collision type of the user's, because Billiards needs its own."""
+    if shape.collision_type in OWN_TYPES:
+        what = OWN_TYPES[shape.collision_type]
+        message = f"this shape is {what} of a table already"
+        raise setting_error(f"{key}.collision_type", "taken", message)
     if shape.collision_type != 0:
         message = "Billiards needs a collision type of its own: use on_contact instead of handlers"
         raise setting_error(f"{key}.collision_type", shape.collision_type, message)
@@ -193,13 +216,13 @@ def check_place(
         if obstacle.holds(center, radius):
             wall, room = obstacle.wall, obstacle.room(center, radius)
             how, what = ("is within", "pocket") if wall.is_pocket else ("overlaps", "wall")
-            message = places.said("the ball", f"{what} {wall.number}", room, radius, how=how)
+            message = places.said("the ball", f"{what} {wall.number}", room, radius, None, how)
             raise setting_error("position", list(center), message)
     for ball, (place, other) in discs.items():
         if places.overlap(*center, radius, *place, other, places.TOUCHING):
             name = ball.number if ball.id is None else f'{ball.number} (id "{ball.id}")'
             room = places.room_beside_ball(*center, radius, *place, other)
-            message = places.said("the ball", f"ball {name}", room, min(radius, other))
+            message = places.said("the ball", f"ball {name}", room, min(radius, other), None)
             raise setting_error("position", list(center), message)
 
 
@@ -216,7 +239,7 @@ def check_step(dt: float, longest: float) -> None:
     if not dt > 0.0:
         raise setting_error("dt", dt, "a step must be greater than 0")
     if dt > (1.0 + HAIR) * longest:
-        raise setting_error("dt", dt, f"a step may be {longest:g} s long at most (max_dt)")
+        raise setting_error("dt", dt, f"a step may be {longest!r} s long at most (max_dt)")
 
 
 def _kind(thing: object) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from itertools import combinations
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from pool_pymunk.model.places import TOUCHING, overlap
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.path import Path, set_off
-from pool_pymunk.physics.sides import Round, Straight
+from pool_pymunk.physics.sides import Round, Straight, unit
 from pool_pymunk.world.ball import HAIR, Disc, TableBall
 from pool_pymunk.world.checks import Obstacle
 from pool_pymunk.world.state import LiveState
@@ -97,21 +97,9 @@ class Witness(Recorder):
 
 def sketch(state: LiveState, ball: TableBall, struck: Going) -> Prediction:
     """Strike a ball in a copy of the table; play until it and what it met have turned."""
-    balls, table, now = state.on_table(), state.engine, state.now
-
-    def pair(i: int, j: int) -> Pair:
-        return table.pair(balls[i].number, balls[j].number)
-
+    balls = state.on_table()
     witness = Witness(balls.index(ball))
-    engine = ContactEngine(table.resolver.law, pair, table.surface, witness)
-    for each in balls:
-        place, velocity = table.paths[each.number].at(now)
-        goes = struck if each is ball else (velocity, state.roll_of(each.number))
-        path = table.surface.path(0.0, place, *goes)
-        engine.add_ball(path, each.radius, table.masses[each.number])
-    engine.walls = list(table.walls)
-    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
-    engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
+    engine = copy_of(state, witness, {ball: struck})
     start = engine.paths[witness.ball]
     for _ in range(MOST):
         if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
@@ -129,6 +117,42 @@ def sketch(state: LiveState, ball: TableBall, struck: Going) -> Prediction:
     )
 
 
+def copy_of(
+    state: LiveState, recorder: Recorder, going: Mapping[TableBall, Going] | None = None
+) -> ContactEngine:
+    """Return an engine with the balls on the table, in their order, whose time (s) begins now.
+
+    Some balls may be ``going`` otherwise than they do. What the engine plays changes no ball.
+    """
+    balls, table, now = state.on_table(), state.engine, state.now
+
+    def pair(i: int, j: int) -> Pair:
+        return table.pair(balls[i].number, balls[j].number)
+
+    engine = ContactEngine(table.resolver.law, pair, table.surface, recorder)
+    for each in balls:
+        place, velocity = table.paths[each.number].at(now)
+        goes = (going or {}).get(each, (velocity, state.roll_of(each.number)))
+        path = table.surface.path(0.0, place, *goes)
+        engine.add_ball(path, each.radius, table.masses[each.number])
+    engine.walls = list(table.walls)
+    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
+    engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
+    return engine
+
+
+def velocities_after(state: LiveState, dt: float) -> dict[TableBall, Vector]:
+    """Return the velocities (m/s) in ``dt`` s of the balls that something happens to until then."""
+    balls, engine = state.on_table(), copy_of(state, Recorder())
+    began = list(engine.paths)
+    for _ in range(MOST):
+        if not engine.is_finite or engine.upcoming() > dt:
+            break
+        engine.next()
+    changed = [k for k, path in enumerate(began) if engine.paths[k] is not path]
+    return {balls[k]: engine.paths[k].at(dt)[1] for k in changed}
+
+
 def free_spot(
     near: Vector, radius: float, discs: Collection[Disc], obstacles: Collection[Obstacle]
 ) -> Vector:
@@ -139,11 +163,9 @@ def free_spot(
     """
     size = (1.0 + HAIR) * radius
 
-    def is_free(spot: Vector) -> bool:
-        if any(overlap(*spot, radius, *place, other, TOUCHING) for place, other in discs):
-            return False
+    def is_open(spot: Vector) -> bool:
         line = set_off(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
-        return not any(each.holds(spot, radius) or each.lies_across(line) for each in obstacles)
+        return not any(each.lies_across(line) for each in obstacles)
 
     edges: list[Locus] = [Round(place, size + other) for place, other in discs]
     sides = [side for each in obstacles for side in each.wall.sides]
@@ -156,9 +178,37 @@ def free_spot(
         spots = [near, *(edge.nearest(near) for edge in about)]
         spots += [spot for one, other in combinations(about, 2) for spot in crossings(one, other)]
         for spot in sorted(spots, key=lambda spot: math.dist(near, spot)):
-            if math.dist(near, spot) <= within and is_free(spot):
+            is_near = math.dist(near, spot) <= within
+            if is_near and is_free(spot, radius, discs, obstacles) and is_open(spot):
                 return spot
     raise setting_error("near", list(near), "there is no room for a ball near this place")
+
+
+def is_free(
+    spot: Vector, radius: float, discs: Iterable[Disc], obstacles: Iterable[Obstacle]
+) -> bool:
+    """Tell whether a disc at a place (m) overlaps nothing."""
+    if any(overlap(*spot, radius, *place, other, TOUCHING) for place, other in discs):
+        return False
+    return not any(each.holds(spot, radius) for each in obstacles)
+
+
+def beside(
+    place: Vector, radius: float, discs: Iterable[Disc], obstacles: Iterable[Obstacle]
+) -> Vector:
+    """Return where a disc that overlaps one other disc or wall a little touches it instead (m)."""
+    x, y = place
+    for (u, v), other in discs:
+        touching = radius + other
+        if math.dist((x, y), (u, v)) < touching:
+            nx, ny = unit(x - u, y - v)
+            x, y = u + touching * nx, v + touching * ny
+    for side in [side for each in obstacles for side in each.wall.sides]:
+        gap = side.gap(x, y, radius)
+        if -radius <= gap < 0.0:
+            nx, ny = side.normal(x, y)
+            x, y = x - gap * nx, y - gap * ny
+    return x, y
 
 
 def crossings(one: Locus, other: Locus) -> list[Vector]:

@@ -7,58 +7,27 @@ carries the mean velocity of its path over the coming step, which makes position
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from enum import Enum, auto
-from struct import iter_unpack
-from typing import NamedTuple
 
 import pymunk
-from pymunk.batch import BodyFields, Buffer, get_space_bodies
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.recorder import Motion
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
-from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
+from pool_pymunk.world.bodies import Bodies
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_unchanged
 
 BALL, SENSOR = 0x42616C6C, 0x53656E73  # These are our own collision types.
 NOTHING = (0.0, 0.0)
-
-# This is how a body moves: its position (m), velocity (m/s) and force (N).
-Moves = tuple[float, float, float, float, float, float]
-FIELDS = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY | BodyFields.FORCE
+EVERYTHING = pymunk.ShapeFilter()  # It leaves out what collides with nothing.
 
 Given = Vector | None
-
-_buffer = Buffer()
-
-
-class Snapshot(NamedTuple):
-    """A snapshot has the bodies of a space, how they move, and the shapes, in pymunk's order."""
-
-    ids: bytes = b""
-    numbers: bytes = b""
-    shapes: tuple[pymunk.Shape, ...] = ()
-
-    def rows(self) -> list[Moves]:
-        """Return how the bodies move, in their order."""
-        return list(iter_unpack("6d", self.numbers))
-
-    def moves(self) -> dict[int, Moves]:
-        """Return how each body moves, by its id."""
-        return dict(zip(memoryview(self.ids).cast("P").tolist(), self.rows(), strict=True))
-
-
-def read_bodies(space: pymunk.Space) -> Snapshot:
-    """Return how bodies move now; three calls for each would cost more than a step of pymunk."""
-    _buffer.clear()
-    get_space_bodies(space, FIELDS, _buffer)
-    return Snapshot(bytes(_buffer.int_buf()), bytes(_buffer.float_buf()), tuple(space.shapes))
 
 
 class Phase(Enum):
@@ -79,6 +48,7 @@ class LiveState:
         self, engine: ContactEngine, near: BroadPhase, max_dt: float, joints: bool
     ) -> None:
         self.space, self.engine, self.near = near.space, engine, near
+        self.bodies = Bodies(near.space)
         self.surface = engine.surface
         self.max_dt = self.dt = max_dt
         self.has_joints = joints  # friction by joints, not by callbacks
@@ -93,13 +63,15 @@ class LiveState:
         self.balls: list[TableBall] = []
         self.moving: dict[int, TableBall] = {}
         self.damped: set[int] = set()  # the balls that move and are slowed by callbacks
-        self.ball_of: dict[pymunk.Body, TableBall] = {}  # the balls on the table
-        self.entries = 0  # how often a ball has come to the table
+        self.ball_of: dict[int, TableBall] = {}  # the balls on the table, by the ids of bodies
         self.sent: list[int] = []  # balls that were sent off while pymunk was stepping
         # In the present step the table has put these bodies at positions with velocities, and has
         # sent these balls off: what others have done to them in the step does not count.
         self.carried: dict[TableBall, tuple[float, ...]] = {}
         self.sent_off: set[TableBall] = set()
+        # The table or a step has moved these bodies since somebody was last looked for.
+        self.stirred: set[TableBall] = set()
+        self.joined: list[pymunk.Body | pymunk.Shape] = []  # what has come to the table since
         self.error: Exception | None = None
 
     # -- the clock -------------------------------------------------------------------------------
@@ -127,6 +99,7 @@ class LiveState:
         self.phase = Phase.STEPPING
         self.carried.clear()
         self.sent_off.clear()
+        self.stirred.update(self.moving.values())
 
     def note(self, error: Exception) -> None:
         """Keep an error until the step's end, because pymunk only prints what a callback raises."""
@@ -153,10 +126,12 @@ class LiveState:
             sensor.color = (0, 0, 0, 0)
         (x, y), (vx, vy) = body.position, body.velocity
         path = self.surface.path(self.now, (x, y), (vx, vy), roll)
-        ball = TableBall(self.engine.add_ball(path, radius, body.mass), circle, sensor, self.engine)
+        number = self.engine.add_ball(path, radius, body.mass)
+        ball = TableBall(number, circle, sensor, self.path_of)
         self.balls.append(ball)
         self.near.sensors.append(sensor)
         self._enter(ball)
+        ball.as_it_came = ball.features()
         if path.moves or self.phase is not Phase.BETWEEN:
             self.set_out([ball])
         elif not self.near.is_swept:
@@ -171,14 +146,13 @@ class LiveState:
             ball.sensor.body = ball.body
             self.join(ball.sensor)
         ball.sensor.collision_type = SENSOR
-        ball.type = ball.circle.collision_type
         self.near.numbers[ball.sensor] = ball.number
-        self.ball_of[ball.body] = ball
-        self.entries += 1
+        self.ball_of[ball.body_id] = ball
         ball.is_on_table = True
 
     def join(self, *things: pymunk.Body | pymunk.Shape) -> None:
-        """Put what is not in the space into it."""
+        """Put what is not in the space into it, and note that all of it is the table's now."""
+        self.joined += things
         self.space.add(*[thing for thing in things if thing.space is None])
 
     def take_out(self, *things: pymunk.Body | pymunk.Shape) -> None:
@@ -196,12 +170,6 @@ class LiveState:
             self.engine.remove(ball.number)
             self.take_out_gone()
 
-    def drop_lost(self) -> None:
-        """Take the balls off the table whose bodies or circles somebody took out of the space."""
-        for ball in self.on_table():
-            if not ball.body.space is ball.circle.space is self.space:
-                self.drop(ball)
-
     def take_out_gone(self) -> None:
         """Take the bodies and shapes of balls that have left the table out of the space."""
         while self.near.gone:
@@ -211,18 +179,33 @@ class LiveState:
             path = self.engine.paths[ball.number]
             ball.body.position = path.x, path.y
             ball.circle.collision_type = 0
-            del self.ball_of[ball.body]
+            del self.ball_of[ball.body_id]
             there = [each for each in ball.body.shapes if each.space is not None]
             self.take_out(ball.body, *there)
             if not self.alone and ball.sensor.space is None:
                 ball.sensor.body = None  # Its body may come back as another ball.
             ball.shapes = tuple([each for each in there if self.alone or each is not ball.sensor])
 
+    def path_of(self, i: int) -> Path:
+        """Return the exact path of ball ``i``."""
+        return self.engine.paths[i]
+
     def discs(self, without: TableBall | None = None) -> dict[TableBall, Disc]:
         """Return position and radius of each ball, perhaps ``without`` one."""
+        return self._discs(ball for ball in self.ball_of.values() if ball is not without)
+
+    def discs_near(self, place: Vector, radius: float) -> dict[TableBall, Disc]:
+        """Return position and radius of each ball that a disc may touch."""
+        (x, y), balls, numbers = place, self.balls, self.near.numbers
+        around = pymunk.BB(x - radius, y - radius, x + radius, y + radius)
+        found = [numbers.get(shape, -1) for shape in self.space.bb_query(around, EVERYTHING)]
+        # pymunk sorts shapes in anew in a step only, and these may have been moved since.
+        others = dict.fromkeys((*(balls[i] for i in found if i >= 0), *self.moving.values()))
+        return self._discs(each for each in (*others, *self.carried) if each.is_on_table)
+
+    def _discs(self, balls: Iterable[TableBall]) -> dict[TableBall, Disc]:
         now, paths = self.now, self.engine.paths
-        others = [ball for ball in self.ball_of.values() if ball is not without]
-        return {b: (motion_at(paths[b.number], now)[:2], b.radius) for b in others}
+        return {b: (motion_at(paths[b.number], now)[:2], b.radius) for b in balls}
 
     # -- balls on new paths ----------------------------------------------------------------------
 
@@ -288,21 +271,14 @@ class LiveState:
         self.space.add(ball.sensor)
         self.space.reindex_shapes_for_body(ball.body)
 
-    def beside(self, ball: TableBall, x: float, y: float) -> Vector:
-        """Return where a ball that was pushed into balls and walls touches them instead."""
-        radius = ball.radius
-        for (u, v), other in self.discs(without=ball).values():
-            touching = radius + other
-            if math.dist((x, y), (u, v)) < touching:
-                nx, ny = unit(x - u, y - v)
-                x, y = u + touching * nx, v + touching * ny
-        for wall in self.engine.walls:
-            for side in () if wall.is_pocket else wall.sides:
-                gap = side.gap(x, y, radius)
-                if -radius <= gap < 0.0:
-                    nx, ny = side.normal(x, y)
-                    x, y = x - gap * nx, y - gap * ny
-        return x, y
+    def mend(self, ball: TableBall) -> None:
+        """Take numbers that are not finite off a ball's body, which gets a new place."""
+        body = ball.body
+        if not all(map(math.isfinite, body.force)):
+            body.force = NOTHING
+        for key in ("angle", "angular_velocity", "torque"):
+            if not math.isfinite(getattr(body, key)):
+                setattr(body, key, 0.0)
 
     def restore(self, saved: TableState) -> None:
         """Put the balls back to where they were, and the clock."""
@@ -358,7 +334,7 @@ class LiveState:
             ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
             is_damped = self.surface.pull > 0.0 and not (self.has_joints and path.slows)
             if ball.number not in self.moving:
-                check_unchanged(ball, self.engine.masses[ball.number])
+                check_unchanged(ball)
                 self.moving[ball.number] = ball
                 self._slow_down(ball, is_damped)
             elif is_damped != (ball.number in self.damped):
@@ -366,6 +342,7 @@ class LiveState:
                 self._slow_down(ball, is_damped)
             self.next_stop = min(self.next_stop, path.end)
         self.carried[ball] = x, y, *goes
+        self.stirred.add(ball)
 
     def carry_all(self) -> None:
         """Put all moving bodies on their paths."""
@@ -391,13 +368,24 @@ class LiveState:
             self.damped.remove(ball.number)
             ball.body.velocity_func = pymunk.Body.update_velocity
         elif ball.joint is not None:
-            self.space.remove(ball.joint)
+            self._take_out_joint(ball.joint)
             ball.joint = ball.joint if self.alone else None
+
+    def _take_out_joint(self, joint: pymunk.PivotJoint) -> None:
+        """Take a joint out of the space, unless somebody has done so."""
+        if joint in self.space.constraints:
+            self.space.remove(joint)
+
+    def put_back_joints(self) -> None:
+        """Put the friction joints back that somebody has taken out of the space."""
+        there = self.space.constraints
+        joints = [ball.joint for ball in self.moving.values() if ball.joint is not None]
+        self.space.add(*[joint for joint in joints if joint not in there])
 
     def _damp(self, body: pymunk.Body, *_: object) -> None:
         """Give a body its path's mean velocity over the coming step, and keep earlier pushes."""
         try:
-            path = self.engine.paths[self.ball_of[body].number]
+            path = self.engine.paths[self.ball_of[body.id].number]
             velocity = self.mean_velocity(path, self.since + (self.count + 1) * self.dt)
             body.force = NOTHING
             if not self.alone:
@@ -413,7 +401,7 @@ class LiveState:
         """Give all moving balls new joints, which keep no impulse from a step of other length."""
         for ball in self.moving.values():
             if ball.joint is not None:
-                self.space.remove(ball.joint)
+                self._take_out_joint(ball.joint)
                 ball.joint = None
                 self._slow_down(ball, is_damped=False)
 

@@ -12,10 +12,11 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path
 from pool_pymunk.world.ball import HAIR, ContactEvent, TableBall
+from pool_pymunk.world.bodies import Snapshot
 from pool_pymunk.world.broad_phase import BroadPhase
-from pool_pymunk.world.checks import check_step
-from pool_pymunk.world.state import LiveState, Phase, Snapshot, read_bodies
-from pool_pymunk.world.walls import Walls
+from pool_pymunk.world.checks import check_sound, check_step
+from pool_pymunk.world.hands import WatchedState
+from pool_pymunk.world.state import NOTHING, Phase
 
 # At most this many quiet steps come between two calls of ``on_time``: they take some ms.
 MOST_QUIET = 1000.0
@@ -27,7 +28,7 @@ PendingCall = tuple[str, tuple[object, ...], dict[TableBall, Path]]
 class Callbacks(Recorder):
     """This recorder calls a table's callbacks for what happened, once an instant is over."""
 
-    def __init__(self, state: LiveState, table: object) -> None:
+    def __init__(self, state: WatchedState, table: object) -> None:
         self.state = state
         self.of = partial(getattr, table)
         self.pending: list[PendingCall] = []  # what has happened in the present instant
@@ -68,7 +69,7 @@ class Callbacks(Recorder):
                 continue
             for ball, path in paths.items():
                 ball.before = path
-            state.phase, self._before = Phase.TELLING, read_bodies(state.space)
+            state.phase, self._before = Phase.TELLING, state.bodies.read()
             try:
                 callback(*said)
                 self.follow()
@@ -81,28 +82,32 @@ class Callbacks(Recorder):
 
     def follow(self) -> None:
         """Follow what the present callback has done directly to bodies."""
-        state, now = self.state, read_bodies(self.state.space)
-        if now == self._before:
+        state, before = self.state, self._before
+        now = state.bodies.read()
+        if now.is_same(before):
             return
-        state.drop_lost()
-        before, moves = self._before.moves(), now.moves()
+        if not now.has_all_of(before):
+            state.follow_removals()
         for ball in state.on_table():
-            x, y, vx, vy = moves[ball.body_id][:4]
-            known = state.carried.get(ball) or before.get(ball.body_id, moves[ball.body_id])
-            there = None if (x, y) == known[:2] else state.beside(ball, x, y)
-            goes = None if (vx, vy) == known[2:4] else (vx, vy)
-            if there is not None or goes is not None:
-                state.send(ball, there, goes)
+            move = now.moves[ball.body_id]
+            known = state.carried.get(ball) or before.moves.get(ball.body_id, move)
+            if move[:4] == known[:4]:
+                continue
+            check_sound(ball, move)
+            there, goes = move[:2], move[2:4]
+            place = None
+            if there != known[:2]:
+                place = state.room_for(ball, there, state.discs(without=ball))
+            state.send(ball, place, None if goes == known[2:4] else goes)
 
 
-class Steps(LiveState):
+class Steps(WatchedState):
     """These are the steps and the state of a table whose space has nothing else in it."""
 
     def __init__(
         self, engine: ContactEngine, near: BroadPhase, max_dt: float, joints: bool, table: object
     ) -> None:
         super().__init__(engine, near, max_dt, joints)
-        self.walls = Walls(self)
         self.callbacks = engine.recorder = Callbacks(self, table)
         self._pymunk_step = self.space.step
         vars(self.space)["step"] = self.step_of_space
@@ -110,9 +115,6 @@ class Steps(LiveState):
     def step_of_space(self, dt: float) -> None:
         """Do what ``space.step(dt)`` does from now on."""
         raise setting_error("alone", True, "the space is the table's own: call table.step(dt)")
-
-    def catch_up(self) -> None:
-        """Do nothing: nothing else in this space can have moved the balls."""
 
     def refuse_in_step(self, call: str, value: object = "in a step") -> None:
         """Refuse a call that is for the time between two steps."""
@@ -122,6 +124,7 @@ class Steps(LiveState):
     def step(self, dt: float | None) -> None:
         """Make one step (s), by default as long as the last one."""
         self.refuse_in_step("step")
+        self._follow_all()
         is_other = dt is not None and dt != self.dt
         if dt is not None and is_other:
             check_step(dt, self.max_dt)
@@ -130,11 +133,13 @@ class Steps(LiveState):
         self._make_steps(1)
         if is_other:
             self.carry_all()
+        self.look()
         self.raise_noted()
 
     def play(self, on_time: Callable[[float], object] | None, latest: float) -> None:
         """Step until everything rests, until ``latest``, or until nothing more may happen."""
         self.refuse_in_step("play")
+        self._follow_all()
         engine, self.latest, self.wake = self.engine, latest, -math.inf  # A strike may have come.
         while self.moving and self.time < latest:
             # Unless sensors touch, nothing is due in at least this many steps.
@@ -148,7 +153,19 @@ class Steps(LiveState):
                 self.time = engine.now
                 self.stop_balls()
                 break
+        self.look()
         self.latest = math.inf
+
+    def _follow_all(self) -> None:
+        """Follow what somebody has done since the last step, and refuse what acts in a step."""
+        self.catch_up()
+        self.refuse_changes()
+        space, forces = self.space, {f"ball {b.number}: force": f for b, f in self.forces.items()}
+        acting = {"gravity": space.gravity, "damping": space.damping, **forces}
+        for key, value in acting.items():
+            if value not in (NOTHING, 1.0):
+                message = "acts on no ball of a table that is alone: leave out alone=True"
+                raise setting_error(key, value, message)
 
     def _make_steps(self, count: int) -> None:
         """Step the space until two sensors touch, but at most ``count`` times."""
@@ -172,7 +189,6 @@ class Steps(LiveState):
         """Answer the contacts and stops of the step that ``began`` at this time (s)."""
         engine, near = self.engine, self.near
         if near.pairs or self.sent or engine.upcoming() <= self.time:
-            self.walls.refuse_moved()
             engine.now, near.until = began, self.time
             near.foresee()
             if self.sent:

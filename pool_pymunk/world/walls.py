@@ -8,17 +8,20 @@ from collections.abc import Sequence
 import pymunk
 
 from pool_pymunk.model.places import said
-from pool_pymunk.model.problems import setting_error, shown
+from pool_pymunk.model.problems import SettingError, setting_error, shown
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.sides import RoundSide, Side, Wall, face_between
-from pool_pymunk.world.checks import Obstacle
+from pool_pymunk.world.ball import TYPES
+from pool_pymunk.world.checks import WALL, Obstacle, changed_error
 from pool_pymunk.world.state import LiveState, Phase
 
-WALL = 0x57616C6C  # This is our own collision type.
 # Lines from a place within walls cross an odd number of them, except through gaps and obstacles.
 # OFF is a share of the lines. Of 4,576 places on and off tables with six gaps, 32 or 64 lines
 # misjudge none, and 16 lines misjudge five; half or twice OFF misjudges 163 or 8.
 LINES, OFF = 32, 0.25
+
+Features = tuple[object, ...]  # the values of these keys, and of those of a kind of shapes
+BODY, SHAPE = ("body_type", "body.position", "body.angle"), ("radius", "sensor", "filter")
 
 
 class Walls:
@@ -29,8 +32,9 @@ class Walls:
         self.count = 0  # of walls that were ever put up
         self._unused: list[int] = []
         self.obstacles: dict[int, Obstacle] = {}  # by places
-        # the bodies of walls, each with its position (m) and angle
-        self._bodies: dict[pymunk.Body, tuple[Vector, float]] = {}
+        # the bodies of walls, and their shapes by places, as they came to the table
+        self._bodies: dict[pymunk.Body, Features] = {}
+        self._shapes: dict[int, Features] = {}
 
     def put_if_free(self, obstacle: Obstacle) -> int:
         """Put up a wall or a pocket if no ball lies in it now, and return its number."""
@@ -41,7 +45,7 @@ class Walls:
                 if center is not None:
                     message = "a ball lies within this pocket"
                     raise setting_error("position", list(center), message)
-                message = said(f"ball {ball.number}", "this wall", room, radius)
+                message = said(f"ball {ball.number}", "this wall", room, radius, None)
                 raise setting_error("shape", type(obstacle.shape).__name__, message)
         return self.put(obstacle)
 
@@ -50,12 +54,12 @@ class Walls:
         (shape, wall, _), state, walls = obstacle, self.state, self.state.engine.walls
         state.join(shape)
         assert shape.body is not None
-        self._bodies[shape.body] = shape.body.position, shape.body.angle
+        self._bodies[shape.body] = body_features(shape.body)
         self.count += not wall.is_pocket
         place = self._unused.pop() if self._unused else len(walls)
         walls[place : place + 1] = [wall]
         state.near.numbers[shape] = -1 - place
-        self.obstacles[place] = obstacle
+        self.obstacles[place], self._shapes[place] = obstacle, shape_features(shape)
         shape.collision_type = WALL
         if state.phase is Phase.TELLING:  # pymunk reports only in the next step what is near.
             for i in state.moving:
@@ -68,14 +72,28 @@ class Walls:
         place = next((k for k, wall in walls.items() if wall.number == number), None)
         if place is None:
             raise setting_error("wall", shown(number), "there is no wall of this number")
-        state, shape = self.state, self.obstacles.pop(place).shape
-        state.near.forget(shape)
-        shape.collision_type = 0
-        state.take_out(shape)
+        self._take_down([place])
+
+    def drop_lost(self) -> None:
+        """Take the walls and pockets down whose shapes somebody took out of the space."""
+        space, walls = self.state.space, self.obstacles.items()
+        lost = [place for place, each in walls if each.shape.space is not space]
+        if lost:
+            self._take_down(lost)
+
+    def _take_down(self, places: Sequence[int]) -> None:
+        """Take the walls and pockets at these places out of the engine, and out of the space."""
+        state = self.state
+        for place in places:
+            shape = self.obstacles.pop(place).shape
+            del self._shapes[place]
+            state.near.forget(shape)
+            shape.collision_type = 0
+            state.take_out(shape)
+            state.engine.walls[place] = Wall((), 0.0, 0.0, -1)
+            self._unused.append(place)
         bodies = {each.shape.body for each in self.obstacles.values()}
         self._bodies = {body: at for body, at in self._bodies.items() if body in bodies}
-        state.engine.walls[place] = Wall((), 0.0, 0.0, -1)
-        self._unused.append(place)
         state.predict_anew()
 
     def refuse_off_table(self, old: Vector, new: Vector) -> None:
@@ -87,15 +105,38 @@ class Walls:
         if is_judged and enclosed(old, shapes) > 0.5 and enclosed(new, shapes) < OFF:
             raise setting_error("position", list(new), "the ball would lie off the table")
 
-    def refuse_moved(self) -> None:
-        """Refuse the present step if walls have moved, and put the balls back on their paths."""
-        for body, (place, angle) in self._bodies.items():
-            if body.position != place or body.angle != angle:
-                self.state.tick(-1)
-                for ball in self.state.on_table():
-                    self.state.carry(ball)
-                message = "a wall's body stands still: to move a wall, remove it and add it again"
-                raise setting_error("position", list(body.position), message)
+    def refuse_changed(self) -> None:
+        """Refuse walls and pockets that somebody has moved or changed."""
+        for body, was in self._bodies.items():
+            if (now := body_features(body)) != was:
+                its = next(each for each in self.obstacles.values() if each.shape.body is body)
+                raise _changed(its, BODY, was, now)
+        for place, was in self._shapes.items():
+            shape = (its := self.obstacles[place]).shape
+            if (now := shape_features(shape)) != was:
+                keys = ("a", "b") if isinstance(shape, pymunk.Segment) else ("corners or offset",)
+                raise _changed(its, (*SHAPE, *keys), was, now)
+
+
+def body_features(body: pymunk.Body) -> Features:
+    """Return what nobody may change of the body of a wall."""
+    return TYPES[body.body_type], body.position, body.angle
+
+
+def shape_features(shape: pymunk.Shape) -> Features:
+    """Return what nobody may change of the shape of a wall."""
+    if isinstance(shape, pymunk.Segment):
+        return shape.radius, shape.sensor, shape.filter, shape.a, shape.b
+    if isinstance(shape, pymunk.Circle):
+        return shape.radius, shape.sensor, shape.filter, shape.offset
+    assert isinstance(shape, pymunk.Poly), "walls are segments, circles or polygons"
+    return shape.radius, shape.sensor, shape.filter, shape.get_vertices()
+
+
+def _changed(obstacle: Obstacle, keys: Sequence[str], was: Features, now: Features) -> SettingError:
+    wall = obstacle.wall
+    what = "pocket" if wall.is_pocket else "wall"
+    return changed_error(what, wall.number, zip(keys, now, was, strict=False))
 
 
 def enclosed(place: Vector, shapes: Sequence[pymunk.Shape]) -> float:

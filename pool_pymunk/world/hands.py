@@ -1,0 +1,161 @@
+"""This module follows what somebody does to balls and walls between two steps, or refuses it.
+
+What somebody has done is the difference from where the table put a ball, whatever it was before:
+the table compares each body that has moved with the ball's path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pool_pymunk.model.problems import SettingError
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.world.ball import HAIR, Disc, TableBall
+from pool_pymunk.world.bodies import Moves, Snapshot
+from pool_pymunk.world.checks import check_sound, check_unchanged, is_sound
+from pool_pymunk.world.outlook import beside, free_spot, is_free
+from pool_pymunk.world.state import LiveState, Phase
+from pool_pymunk.world.walls import Walls
+
+# A step of pymunk rounds velocity and place by less than this: a few roundings of EPSILON / 2.
+STEP_ROUNDING = 4.0 * EPSILON
+# A ball's new place (None: it is where it was) and velocity (m, m/s).
+NewMove = tuple[Vector | None, Vector]
+
+
+class WatchedState(LiveState):
+    """This state follows what somebody does to balls and walls."""
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self.walls = Walls(self)
+        # the bodies when all balls were last seen to be on their paths
+        self._seen = Snapshot()
+        self.forces: dict[TableBall, Vector] = {}  # N, on balls then
+        # Somebody gave these balls numbers that are not finite, or too large.
+        self._unsound: dict[TableBall, Moves] = {}
+        self._touched: set[TableBall] = set()  # by somebody, since the last step
+
+    def look(self) -> None:
+        """Note that all bodies are on their paths now."""
+        self._seen = self.bodies.read()
+        self.stirred = set() if self._seen.is_finite else set(self.on_table())
+        self.joined.clear()
+
+    def catch_up(self) -> None:
+        """Follow what has happened to the balls since the last look."""
+        seen, now, ball_of = self._seen, self.bodies.read(), self.ball_of
+        if not (self.stirred or self.joined) and now.is_same(seen):
+            return
+        is_lost = any(thing.space is not self.space for thing in self.joined)
+        if is_lost or not now.has_all_of(seen):
+            self.follow_removals()
+            now = self.bodies.read()
+        rows = {ball_of[body]: move for body, move in now.changes(seen) if body in ball_of}
+        for ball in self.stirred.difference(rows):
+            if ball.is_on_table:  # It is where it was, but that may not be on its path.
+                rows[ball] = now.moves[ball.body_id]
+        moved = self._follow(rows)
+        self._seen, self.stirred = now, set(self._unsound)
+        self.joined.clear()
+        if moved:
+            self.set_out(moved)
+            self.catch_up()  # This second look finds them on their paths.
+
+    def path_of(self, i: int) -> Path:
+        """Return the exact path of ball ``i``, after what somebody has done to it."""
+        if self.phase is Phase.BETWEEN:
+            self.catch_up()
+        return super().path_of(i)
+
+    def follow_removals(self) -> None:
+        """Take balls and walls off the table that somebody has taken out of the space."""
+        for ball in self.on_table():
+            if not ball.body.space is ball.circle.space is self.space:
+                self.drop(ball)
+            elif ball.sensor.space is None:
+                self.join(ball.sensor)
+        self.walls.drop_lost()
+
+    def refuse_changes(self) -> None:
+        """Refuse changes that the table cannot follow, before anything moves."""
+        for ball, move in self._unsound.items():
+            check_sound(ball, move)
+        for ball in self.moving.values():
+            if not ball.is_as_it_came():
+                check_unchanged(ball)
+        for ball in self._touched:
+            if ball.is_on_table:
+                check_unchanged(ball)
+        self._touched.clear()
+        if self.moving:
+            self.walls.refuse_changed()
+
+    # -- balls -----------------------------------------------------------------------------------
+
+    def _follow(self, rows: Mapping[TableBall, Moves]) -> list[TableBall]:
+        """Give balls new paths that somebody has moved off their own, and return them."""
+        new: dict[TableBall, NewMove] = {}
+        for ball, row in rows.items():
+            if (found := self._new_move(ball, row)) is not None:
+                new[ball] = found
+        doubtful = {*new, *self.forces}.intersection(rows)
+        self._unsound = {ball: rows[ball] for ball in doubtful if not is_sound(rows[ball])}
+        for ball in self._unsound:
+            new.pop(ball, None)
+            self.forces.pop(ball, None)
+        places = {ball: place for ball, (place, _) in new.items() if place is not None}
+        discs = self.discs() if places else {}
+        discs |= {ball: (place, ball.radius) for ball, place in places.items()}
+        for ball, (place, velocity) in new.items():
+            if place is not None:
+                del discs[ball]
+                place = self.room_for(ball, place, discs)
+                discs[ball] = place, ball.radius
+            self.begin_path(
+                ball, place or self.engine.paths[ball.number].at(self.time)[0], velocity
+            )
+        self._touched.update(new)
+        return list(new)
+
+    def _new_move(self, ball: TableBall, row: Moves) -> NewMove | None:
+        """Return how a ball moves that somebody has moved off its path; None if nobody has."""
+        x, y, vx, vy, fx, fy = row
+        if fx != 0.0 or fy != 0.0:
+            self.forces[ball] = fx, fy
+        elif self.forces:
+            self.forces.pop(ball, None)
+        now, path = self.time, self.engine.paths[ball.number]
+        px, py, pvx, pvy = motion_at(path, now)
+        ex, ey = self.mean_of(path, path.end - now, pvx, pvy)
+        off, gain = abs(x - px) + abs(y - py), abs(vx - ex) + abs(vy - ey)
+        share = late = speed = 0.0
+        if path.end > now:
+            # All its steps along the path have rounded place, velocity and the clock (s).
+            share = STEP_ROUNDING * (2.0 + min((now - path.t) / self.dt, self.count))
+            speed, late = self.engine.speeds[ball.number], 2.0 * EPSILON * now
+        size = abs(x) + abs(y) + speed * (now - path.t) + ball.radius
+        is_there = off <= share * size + late * speed
+        is_as_fast = gain <= share * speed + late * self.surface.pull
+        if is_there and is_as_fast:
+            return None
+        if is_as_fast:  # Only its place is new.
+            vx, vy = pvx, pvy
+        elif gain <= HAIR * (abs(vx) + abs(vy) + abs(ex) + abs(ey)):  # It is a push.
+            vx, vy = pvx + vx - ex, pvy + vy - ey
+        return None if is_there else (x, y), (vx, vy)
+
+    def room_for(self, ball: TableBall, place: Vector, discs: Mapping[TableBall, Disc]) -> Vector:
+        """Return where a ball that was pushed into balls and walls touches them instead."""
+        walls = [each for each in self.walls.obstacles.values() if not each.wall.is_pocket]
+        others = list(discs.values())
+        pushed = beside(place, ball.radius, others, walls)
+        if is_free(pushed, ball.radius, others, walls):
+            return pushed
+        try:
+            return free_spot(place, ball.radius, others, walls)
+        except SettingError:  # There is no room for it: it stays where it was.
+            return self.engine.paths[ball.number].at(self.now)[0]
