@@ -40,7 +40,7 @@ class Snapshot:
         return zip(memoryview(ids).cast("P"), iter_unpack(f"{NUMBERS}d", numbers), strict=True)
 
     def is_same(self, other: Snapshot) -> bool:
-        """Tell whether another snapshot has the same bodies and shapes, which move in one way."""
+        """Tell whether another snapshot has the same bodies and shapes, and they move alike."""
         are_same = self.numbers == other.numbers and self.ids == other.ids
         return are_same and self.shapes == other.shapes
 
