@@ -28,6 +28,7 @@ from pool_pymunk import (
     load,
     simulate,
 )
+from pool_pymunk.model.inputs import with_inputs
 from pool_pymunk.render.atlas import atlas_picture
 from pool_pymunk.studies.atlas import MAPS
 
@@ -51,6 +52,37 @@ def test_every_pixel_is_an_exact_shot() -> None:
         first = [b if a == "C" else a for a, b in hits if "C" in (a, b)]
         number = scene.index[first[0]] if first else -1
         assert found.first_hit[row, column] == number
+
+
+@pytest.mark.parametrize("anew", [False, True])
+def test_a_shot_is_aimed_once_or_in_each_pixel(anew: bool) -> None:
+    scene = load("report")
+    axes = {"x.1": (1.0, 1.04), "y.1": (0.5, 0.55)}
+    found = atlas(scene, 4, axes=axes, size=(2, 2), ball="C", aims_anew=anew)
+    velocity = scene.start(scene.shots[3]).velocity[scene.index["C"]]
+    held = Shot("held", "C", velocity=velocity)
+    for row, y in enumerate(axes["y.1"]):
+        for column, x in enumerate(axes["x.1"]):
+            moved = with_inputs(scene, {"x.1": x, "y.1": y})
+            moved = replace(moved, shots=(moved.shots[3] if anew else held,))
+            end = simulate(moved, solver="event-driven").final["C"]
+            assert tuple(found.end[row, column]) == end
+
+
+def test_a_search_and_derivatives_hold_the_direction_of_an_aimed_shot() -> None:
+    scene = load("report")
+    aimed, names = replace(scene, shots=scene.shots[3:]), ("x.1", "y.C")
+    velocity = scene.start(scene.shots[3]).velocity[scene.index["C"]]
+    held = replace(scene, shots=(Shot("held", "C", velocity=velocity),))
+    runs = [simulate(one, solver="event-driven", law="coulomb") for one in (aimed, held)]
+    one, other = (run.derivatives(names).final for run in runs)
+    np.testing.assert_array_equal(one, other)
+    how: dict[str, Any] = {
+        "speed": (1.0, 2.0), "errors": {"y.1": 0.01}, "tries": 2_000, "samples": 500, "best": 2,
+    }  # fmt: skip
+    found = [find(each, 1, lambda batch: batch.hits > 1, **how) for each in (aimed, held)]
+    assert len(found[0]) == 2
+    assert [(f.angle, f.share) for f in found[0]] == [(f.angle, f.share) for f in found[1]]
 
 
 def test_the_ball_is_the_aimed_one_or_the_nearest() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from hard_scenes import disc, exact, persistent, squeezed
+from scenes import INCH, largest_distance
 
 from pool_pymunk import (
     Ball,
@@ -25,6 +26,8 @@ from pool_pymunk import (
     load,
     simulate,
 )
+from pool_pymunk.model import Point
+from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.studies.tolerance import simulate_within
 
 R = 0.05
@@ -79,6 +82,79 @@ def test_contacts_whose_order_does_not_matter_give_no_warning() -> None:
     assert not run.warnings
     assert run.policies == frozenset()
     assert run.policy_shift == 0.0
+
+
+# -- zero slip -------------------------------------------------------------------------------------
+
+
+def head_on(
+    speeds: Point, along: float = 0.0, turns: Point = (0.0, 0.0), apart: float = 0.3, e: float = 0.9
+) -> Scene:
+    """Return two balls that hit head-on along a direction (rad), up to small ``turns`` (rad)."""
+    balls = []
+    for k, (speed, turn) in enumerate(zip(speeds, turns, strict=True)):
+        place = (k * apart * math.cos(along), k * apart * math.sin(along))
+        velocity = (speed * math.cos(along + turn), speed * math.sin(along + turn))
+        balls.append(disc("ab"[k], place, velocity))
+    friction, physics = Friction(0.1, ball_ball=0.05), Physics(law="published")
+    return Scene(tuple(balls), None, Restitution(e), friction, physics)
+
+
+@pytest.mark.parametrize("along", [0.0, 0.3, -1.2])
+@pytest.mark.parametrize("speeds", [(1.0, 0.0), (0.0, -1.0), (1.0, -1.0), (1.0, 0.5)])
+def test_the_figure_of_a_zero_slip_is_the_largest_shift_of_tiny_turns(
+    speeds: Point, along: float
+) -> None:
+    """Each ball that moves is turned by some millionths of a radian, to both sides."""
+    run = exact(head_on(speeds, along))
+    assert run.policies == {"zero slip"}
+    moved = [
+        largest_distance(run, exact(head_on(speeds, along, (1e-6 * one, 1e-6 * other))))
+        for one in range(-4, 5)
+        for other in range(-4, 5)
+    ]
+    assert max(moved) == pytest.approx(run.policy_shift, rel=1e-3, abs=0.0)
+    assert max(moved) > 0.005
+
+
+def test_simulation_4_says_the_larger_of_two_shifts() -> None:
+    run = simulate(load("report"), 4, solver="event-driven")
+    shot, (vx, vy) = run.shot, run.knots[0][0, 3:5].tolist()
+    assert shot is not None
+    moved = []
+    for turn in (1e-6, -1e-6):
+        angle = math.degrees(math.atan2(vy, vx)) + turn
+        turned = replace(run.scene, shots=(replace(shot, aim=None, angle=angle),))
+        moved.append(largest_distance(run, exact(turned)) / INCH)
+    assert moved == pytest.approx([2.45, 2.07], abs=0.01)
+    assert run.policy_shift / INCH == pytest.approx(max(moved), abs=1e-4)
+    [said] = [line for line in shot_lines(run) if "have no exact answer" in line]
+    assert said.strip() == (
+        "The ends may lie up to 2.5 in elsewhere, because some contacts have no exact answer "
+        "(zero slip)"
+    )
+
+
+@pytest.mark.parametrize("speed", [0.005, 1.0])
+def test_only_what_is_sampled_has_a_factor(speed: float) -> None:
+    """One hit has a zero slip, and two other balls press on each other for long."""
+    hit = head_on((speed, 0.0), apart=2 * R + 1e-6, e=0.0)
+    near, far = persistent(0.0).balls
+    pair = (
+        replace(near, id="c", position=(0.0, 9.0)),
+        replace(far, id="d", position=(0.101, 9.0)),
+    )
+    run = exact(replace(hit, balls=(*hit.balls, *pair)))
+    assert run.policies == {"zero slip", "persistent contact"}
+    assert run.again is not None
+    slips, others = (
+        max(largest_distance(run, run.again(v)) for v in run.variants if (v.slip is None) == other)
+        for other in (False, True)
+    )
+    assert min(slips, others) > 0.0
+    assert run.policy_shift == max(slips, 4.0 * others)
+    [said] = [line for line in run.warnings if "have no exact answer" in line]
+    assert ("This is 4 times" in said) == (4.0 * others > slips) == (speed < 0.1)
 
 
 # -- persistent contact ----------------------------------------------------------------------------

@@ -192,6 +192,22 @@ def test_a_rounding_error_moves_ball_9() -> None:
     assert f"moves ball 9 by {math.dist(*ends) / INCH:.2f} in" in text("docs/report.md")
 
 
+def test_simulation_4_has_three_ends() -> None:
+    page = text("docs/report.md")
+    names, out = played("docs/report.md")
+    assert out == blocks("docs/report.md")[1]
+    aimed, published = simulate(names["scene"], 4, solver="event-driven"), names["shot"].published
+    assert "({:.2f}, {:.2f}) in".format(*(x / INCH for x in published["9"])) in page
+    assert f"ends may lie elsewhere: {aimed.policy_shift / INCH:.2g} in" in page
+    ends = re.findall(r"ends at \(([\d.]+), ([\d.]+)\) in", out)
+    plus, own, minus = ((float(x), float(y)) for x, y in ends)
+    far = math.dist(plus, own), math.dist(minus, own)
+    assert "of ball 9 ({:.2f} and {:.2f} in)".format(*far) in page
+    anew = sensitivity(names["scene"], 4, spread(4).uncertainty, aims_anew=True).worst.deviation
+    assert f"deviation of {spread(4).worst.deviation / INCH:.2g} in" in page
+    assert f"one of {anew / INCH:.2g} in for a player who" in page
+
+
 def test_eight_things_were_found() -> None:
     lines = (HOME / "docs" / "report.md").read_text(encoding="utf-8")
     assert re.findall(r"^(\d)\. ", lines, flags=re.MULTILINE) == list("12345678")

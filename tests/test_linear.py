@@ -20,13 +20,14 @@ INCH = 0.0254
 ERRORS = Uncertainty(0.005 * INCH, speed=0.01, angle=0.001)
 
 
-def assert_agree(scene: Scene, shot: int, errors: Uncertainty) -> None:
+def assert_agree(scene: Scene, shot: int, errors: Uncertainty, aims_anew: bool = False) -> None:
     """Where the derivatives hold, samples spread as they say."""
-    found = linear(scene, shot, errors)
+    found = linear(scene, shot, errors, aims_anew=aims_anew)
     assert found.holds > 0.0
     within = errors.scaled(min(found.holds, 1.0) / 2.0)
-    sampled = np.array([b.std for b in sensitivity(scene, shot, within, 4000).balls])
-    said = linear(scene, shot, within).std
+    played = sensitivity(scene, shot, within, 4000, aims_anew=aims_anew)
+    sampled = np.array([ball.std for ball in played.balls])
+    said = linear(scene, shot, within, aims_anew=aims_anew).std
     assert np.allclose(sampled, said, rtol=0.08, atol=0.02 * said.max())
 
 
@@ -35,14 +36,16 @@ def test_samples_spread_as_the_derivatives_say(shot: int) -> None:
     assert_agree(load("report"), shot, ERRORS)
 
 
-def test_a_shot_that_aims_aims_at_where_the_ball_is() -> None:
+@pytest.mark.parametrize("anew", [False, True])
+def test_a_shot_is_aimed_once_or_at_where_the_ball_is(anew: bool) -> None:
     aimed = Shot("aimed", "C", speed=2.0, aim="6")
     scene = replace(load("report"), shots=(aimed,))
-    assert_agree(scene, 1, Uncertainty(1e-4))
+    assert_agree(scene, 1, Uncertainty(1e-4), anew)
     velocity = scene.start(aimed).velocity[scene.index[aimed.ball]]
     held = replace(scene, shots=(Shot("held", aimed.ball, velocity=velocity),))
-    turned = linear(scene, 1, Uncertainty(1e-4)).std - linear(held, 1, Uncertainty(1e-4)).std
-    assert np.abs(turned).max() > 1e-4
+    own = linear(scene, 1, Uncertainty(1e-4), aims_anew=anew).std
+    turned = np.abs(own - linear(held, 1, Uncertainty(1e-4)).std).max()
+    assert turned > 1e-4 if anew else turned == 0.0
 
 
 def test_a_chain_of_shots_is_differentiated_through() -> None:

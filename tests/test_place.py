@@ -144,7 +144,7 @@ def test_a_place_that_a_ball_has_come_to_is_refused_when_it_is_played() -> None:
 def test_derivatives_by_the_place_are_those_of_shifted_places() -> None:
     names, step = ("x.C", "y.C", "x.A"), 1e-6
     runs = dict(enumerate(simulate_all(SCENE, solver="event-driven"), start=1))
-    for k, found in follow(runs, names):
+    for k, found in follow(runs, names, aims_anew=True):
         for p, name in enumerate(names):
             own = {"x.C": 0.5, "y.C": 0.5, "x.A": 1.0}[name]
             low, high = (
@@ -177,8 +177,9 @@ def test_studies_begin_at_the_place(tmp_path: Path) -> None:
 def test_a_search_puts_the_ball_where_it_is_told(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     varied = sweep(
-        SCENE, 1, grid={"x.C": (0.2, 0.6, 3), "y.C": (0.3, 0.7, 3)}, out=tmp_path / "grid"
-    )
+        SCENE, 1, grid={"x.C": (0.2, 0.6, 3), "y.C": (0.3, 0.7, 3)}, out=tmp_path / "grid",
+        aims_anew=True,
+    )  # fmt: skip
     assert varied.played == 9
     for k, end in enumerate(ends(varied)):
         place = (0.2 + 0.2 * (k // 3), 0.3 + 0.2 * (k % 3))

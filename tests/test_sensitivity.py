@@ -29,6 +29,7 @@ from pool_pymunk import (
     load,
     rack,
     sensitivity,
+    simulate_all,
     written_uncertainty,
 )
 from pool_pymunk.model.scenario import bundled
@@ -323,14 +324,72 @@ def test_a_shot_that_goes_on_spreads_by_both() -> None:
     assert found.balls[0].std[0] == pytest.approx(RESTITUTION**4 * STD, rel=0.1)
 
 
-def test_a_shot_that_aims_follows_its_ball() -> None:
-    pair = head_on_pair()
-    aimed = Scene(
-        pair.balls, None, pair.restitution, pair.friction,
-        shots=(Shot("aimed", "A", speed=SPEED, aim="B"),),
+def with_directions(scene: Scene) -> Scene:
+    """Return the scene whose shots have the velocities that their aims give them."""
+    runs = simulate_all(scene, solver="event-driven")
+    return replace(
+        scene,
+        shots=tuple(
+            replace(shot, aim=None, speed=None, velocity=run.knots[0][0, 3:5].tolist())
+            for shot, run in zip(scene.shots, runs, strict=True)
+        ),
+    )
+
+
+@pytest.mark.parametrize("shot", [1, 2])
+def test_a_shot_is_aimed_once_or_follows_its_ball(shot: int) -> None:
+    """So it is if it goes on from another one, too."""
+    shots = tuple(Shot(str(k), "A", speed=SPEED, aim="B", from_previous=k > 1) for k in (1, 2))
+    aimed, errors = replace(head_on_pair(), shots=shots), Uncertainty(HALF)
+    once, held = (sensitivity(one, shot, errors, 300) for one in (aimed, with_directions(aimed)))
+    assert not once.aims_anew
+    assert (once.ends == held.ends).all()
+    anew = sensitivity(aimed, shot, errors, 300, aims_anew=True)
+    assert anew.aims_anew and anew.as_dict()["aims_anew"]
+    assert anew.worst.deviation < 0.2 * once.worst.deviation
+
+
+def test_each_cause_alone_aims_as_all_of_them_do() -> None:
+    aimed = replace(head_on_pair(), shots=(Shot("aimed", "A", speed=SPEED, aim="B"),))
+    for anew in (False, True):
+        errors = Uncertainty(HALF, speed=1e-9)
+        found = sensitivity(aimed, 1, errors, 300, aims_anew=anew)
+        alone = by_causes(found)["starts"]
+        assert alone.aims_anew is anew
+        assert alone.worst.deviation == pytest.approx(found.worst.deviation, rel=1e-3)
+
+
+def test_a_sample_whose_target_lies_in_a_pocket_is_played() -> None:
+    """Only a shot that aims anew cannot be played there."""
+    second = Shot("on", "cue", speed=1.0, aim="B", from_previous=True)
+    balls = (
+        Ball("cue", (0.0, 0.0), RADIUS, 0.2, cue=True), Ball("B", (0.5, 0.0), RADIUS, 0.2),
     )  # fmt: skip
-    fixed, following = (played(scene, Uncertainty(HALF), 300) for scene in (pair, aimed))
-    assert following.worst.deviation < 0.2 * fixed.worst.deviation
+    hole = Pocket("hole", (0.95, 0.0), 0.06)
+    stops = Scene(
+        balls, None, Restitution(RESTITUTION), Friction(0.2), pockets=(hole,),
+        shots=(Shot("first", "cue", speed=1.85, angle=0.0), second),
+    )  # fmt: skip
+    errors = Uncertainty(0.0, speed=0.3)
+    once, anew = (sensitivity(stops, 2, errors, 200, aims_anew=it) for it in (False, True))
+    assert once.unfinished == 0 < anew.unfinished < 200
+
+
+@pytest.mark.parametrize("option", [(), ("--aim-anew",)])
+def test_the_command_says_when_it_aims(
+    option: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = tmp_path / "data.json"
+    options = ["--samples", 200, "--no-pictures", "--out", tmp_path, "--json", data, *option]
+    assert exit_code("sensitivity", "report", "--shot", 4, *options) == 0
+    said = "aimed anew in each sample" if option else "aimed once, in the scenario as it is"
+    assert f"Shots that aim at a ball are {said}" in capsys.readouterr().out
+    [record] = json.loads(data.read_text(encoding="utf-8"))["shots"]
+    assert record["aims_anew"] is bool(option)
+    deviation = record["balls"]["9"]["deviation"] / 0.0254
+    assert deviation == pytest.approx(0.028 if option else 2.2, rel=0.1)
+    assert exit_code("sensitivity", "report", "--shot", 3, *options) == 0
+    assert "that aim at a ball" not in capsys.readouterr().out
 
 
 def test_a_scene_without_shots() -> None:

@@ -112,9 +112,22 @@ def test_what_is_varied_lies_in_its_range() -> None:
     assert np.abs(moved).max() <= 1e-4
 
 
-def test_an_aimed_shot_aims_at_where_the_ball_is() -> None:
+@pytest.mark.parametrize("key", ["start", "y.1"])
+def test_an_aimed_shot_is_aimed_once(key: str) -> None:
+    """A speed or a turn changes this one direction."""
     scene = load("eight-ball")
-    found = plan(scene, vary={"start": 1e-3}).draw(range(50))
+    cue, vary = scene.index["cue"], {key: 1e-3 if key == "start" else (0.63, 0.64)}
+    own = np.array(scene.start(scene.shots[0]).velocity[cue])
+    found = plan(scene, vary=vary).draw(range(50))
+    assert (found.velocity[:, cue] == own).all()
+    turned = plan(scene, vary={**vary, "turn": (90.0, 90.0), "speed": (2.0, 2.0)}).draw(range(50))
+    expected = 2.0 * np.array([-own[1], own[0]]) / np.hypot(*own)
+    np.testing.assert_allclose(turned.velocity[:, cue], np.tile(expected, (50, 1)), atol=1e-12)
+
+
+def test_an_aimed_shot_may_aim_at_where_the_ball_is() -> None:
+    scene = load("eight-ball")
+    found = plan(scene, vary={"start": 1e-3}, aims_anew=True).draw(range(50))
     cue, target = scene.index["cue"], scene.index["1"]
     offset = found.position[:, target] - found.position[:, cue]
     velocity = found.velocity[:, cue]
@@ -237,10 +250,11 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
         ({"samples": 201}, "another samples"),
         ({"chunk": 10}, r"another chunk \(50\)"),
         ({"shot": 2}, "another shot"),
+        ({"aims_anew": True}, "another shot"),
     ],
 )
 def test_another_sweep_is_refused(tmp_path: Path, change: dict[str, Any], word: str) -> None:
-    how: dict[str, Any] = {"shot": 1, "vary": VARY, "samples": 200, "chunk": 50}
+    how: dict[str, Any] = {"shot": 4, "vary": VARY, "samples": 200, "chunk": 50}
     scene = load("report")
     sweep(scene, **how, out=tmp_path)
     with pytest.raises(SettingError, match=f"has a sweep with {word}.*: begin anew with resume=F"):

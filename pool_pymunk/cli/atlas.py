@@ -27,6 +27,7 @@ def atlas(
     ] = None,
     show: Annotated[str, opt.option("What is drawn.", "|".join(opt.SHOWS))] = "end",
     out: Annotated[Path | None, opt.option("A png, svg or pdf file.", "FILE", "--out")] = None,
+    aims_anew: opt.AimAnew = False,
     law: opt.LawName = None,
     max_time: opt.MaxTime = None,
 ) -> int:
@@ -49,7 +50,8 @@ def atlas(
         found = lib.atlas.atlas(
             scene, chosen, angle=read.interval("--angle", angle, units, "angle"), size=pixels,
             speed=None if speed is None else read.interval("--speed", speed, units, "speed"),
-            ball=ball, law=law, axes=_axes(scene, across, up), show=show, on_done=bar.step,
+            ball=ball, law=law, axes=_axes(scene, across, up), aims_anew=aims_anew, show=show,
+            on_done=bar.step,
         )  # fmt: skip
     lib.maps.atlas_picture(found, show, path)
     typer.echo(f"{count:,} shots in {time.perf_counter() - began:.1f} s: {path}")

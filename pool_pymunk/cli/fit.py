@@ -32,6 +32,7 @@ def fit(
     ] = None,
     starts: Annotated[int, opt.option("Number of starts of the fit.", "N")] = 8,
     seed: Annotated[int, opt.option("Seed of the random starts.", "N")] = 0,
+    aims_anew: opt.AimAnew = False,
     json: opt.JsonFile = None,
     out: Annotated[
         Path | None, opt.option("Default: renders/<scenario>/fit, fit-2, ...", "DIR", "--out")
@@ -53,7 +54,7 @@ def fit(
     try:
         with lib.terminal.progress("fitting", 1) as bar:
             found = lib.fit.fit(
-                scene, measured, names, error=sigma, starts=starts, seed=seed,
+                scene, measured, names, error=sigma, starts=starts, seed=seed, aims_anew=aims_anew,
                 on_done=lambda done, total: bar.update(bar.task, completed=done, total=total),
             )  # fmt: skip
     except ImportError as missing:

@@ -71,6 +71,11 @@ FrictionBy = Annotated[
         "|".join(FRICTION), "--friction", autocompletion=among(FRICTION),
     ),
 ]  # fmt: skip
+AimAnew = Annotated[
+    bool,
+    option("Aim again wherever the ball lies; default: aim once, as the scenario is.",
+           None, "--aim-anew"),
+]  # fmt: skip
 MaxTime = Annotated[str | None, option("End each shot at this time (s).", "S", "--max-time")]
 Step = Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT", "--dt")]
 ShotName = Annotated[str | None, option("One shot only: its number or its name.", "K", "--shot")]

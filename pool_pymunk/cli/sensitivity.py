@@ -16,6 +16,8 @@ from pool_pymunk.safety.files import whole
 if TYPE_CHECKING:
     Alone = Mapping[str, lib.Sensitivity]  # by the cause that acts alone
 
+AIMED_ONCE = "Shots that aim at a ball are aimed once, in the scenario as it is (see --aim-anew)."
+AIMED_ANEW = "Shots that aim at a ball are aimed anew in each sample."
 HALF = "Each ± is half the width of a uniform distribution; what follows are standard deviations."
 
 
@@ -33,6 +35,7 @@ def sensitivity(
         int | None, opt.option("Threads; default: one per core.", "N", "--threads", "--processes")
     ] = None,
     shot: opt.ShotName = None,
+    aims_anew: opt.AimAnew = False,
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
     pictures: Annotated[bool, opt.option("Draw the cloud of ends of every ball.")] = True,
@@ -62,14 +65,17 @@ def sensitivity(
         cloud = line = None
         alone: Alone = {}
         if samples:
-            cloud, alone = _played(scene, one, uncertainty, (samples, seed, threads))
+            how = {"samples": samples, "seed": seed, "threads": threads, "aims_anew": aims_anew}
+            cloud, alone = _played(scene, one, uncertainty, how)
             found.append(cloud)
         if by_derivatives:
-            line = lib.sensitivity.linear(scene, one, uncertainty, seed=seed)
+            line = lib.sensitivity.linear(scene, one, uncertainty, seed=seed, aims_anew=aims_anew)
         if not records:
             what = uncertainty.described(scene)
             played = f"{samples:,} samples a shot with {what}; seed {seed}"
             typer.echo(f"{played if samples else f'By derivatives, with {what}'}\n{HALF}")
+            if any(each.aim for each in shots if each):
+                typer.echo(AIMED_ANEW if aims_anew else AIMED_ONCE)
         records.append(_print(cloud, line, alone))
         _save(found, line, folder, pictures)
         write_json(json, {"shots": records}, scenario, scene.title)
@@ -101,14 +107,16 @@ def _uncertainty(
 
 
 def _played(
-    scene: lib.Scene, shot: lib.Shot | None, uncertainty: lib.uncertainty.Uncertainty, how: Any
+    scene: lib.Scene,
+    shot: lib.Shot | None,
+    uncertainty: lib.uncertainty.Uncertainty,
+    how: dict[str, Any],
 ) -> tuple[lib.Sensitivity, Alone]:
-    """Play a shot's samples (``how``: their number, seed and threads), and each cause alone."""
-    samples, _, threads = how
-    causes = len(uncertainty.causes(scene))
+    """Play a shot's samples (``how``: their number, seed, ...), and each cause alone."""
+    samples, causes = how["samples"], len(uncertainty.causes(scene))
     with lib.terminal.progress("playing", samples * (1 + causes if causes > 1 else 1)) as bar:
-        cloud = lib.sensitivity.sensitivity(scene, shot, uncertainty, *how, on_done=bar.step)
-        return cloud, lib.sensitivity.by_causes(cloud, threads, on_done=bar.step)
+        cloud = lib.sensitivity.sensitivity(scene, shot, uncertainty, **how, on_done=bar.step)
+        return cloud, lib.sensitivity.by_causes(cloud, how["threads"], on_done=bar.step)
 
 
 def _print(

@@ -40,6 +40,7 @@ def sweep(
         str | None, opt.option("A Dask scheduler: tcp://host:8786.", "ADDRESS")
     ] = None,
     restart: Annotated[bool, opt.option("Replace what is there.", None, "--restart")] = False,
+    aims_anew: opt.AimAnew = False,
     law: opt.LawName = None,
     max_time: opt.MaxTime = None,
 ) -> int:
@@ -62,7 +63,8 @@ def sweep(
         try:
             done = lib.sweep.sweep(
                 scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
-                chunk=chunk, law=law, executor=executor, resume=not restart, on_done=counter.take,
+                chunk=chunk, law=law, aims_anew=aims_anew, executor=executor, resume=not restart,
+                on_done=counter.take,
             )  # fmt: skip
         except lib.problems.SettingError as error:
             raise read.InputError(str(error).replace("resume=False", "--restart")) from None

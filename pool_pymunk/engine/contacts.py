@@ -119,6 +119,7 @@ class ContactEngine:
     def vary(self, variant: Variant, measures: bool, touch: bool = True) -> None:
         """Play this variant of the run; with ``touch`` its policy looks at what touches."""
         self.policy = variant.policy(self.resolver, measures)
+        self.resolver.slip = variant.slip
         for i, path in enumerate(self.paths if touch and self.is_finite else ()):
             if path.moves:
                 self.policy.begin(self, self.touching((), [i]))

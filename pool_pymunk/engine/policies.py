@@ -15,24 +15,35 @@ from pool_pymunk.engine.orders import Doubts, moved, with_gaps
 from pool_pymunk.engine.recorder import Motions
 from pool_pymunk.engine.resolver import Resolver, distinct
 from pool_pymunk.physics.contact import Vector, Velocities
+from pool_pymunk.physics.laws import Slip
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE
 
 if TYPE_CHECKING:
     from pool_pymunk.engine.contacts import ContactEngine
 
+SURE = 4.0  # A figure is this many times the largest change of some variants.
+
 
 class Variant(NamedTuple):
     """A variant of a run shows what policies and rounding decide.
 
-    With ``longer``, slips of rounding size count, too, and balls that press on each other count
-    as touching when another hits them.
+    With ``longer``, balls that press on each other count as touching when another hits them.
     """
 
     longer: float | None = None  # the factor of the contact times
     gaps: int | None = None  # the pattern of gaps of contacts of one instant (engine/orders.py)
     seed: int | None = None  # of random errors of places and velocities, of the size of rounding
     opened: int | None = None  # the number of a pattern of gaps at the start (solvers/frozen.py)
+    slip: Slip | None = None  # of balls whose slip is rounding, where the law jumps
+
+    @property
+    def sure(self) -> float:
+        """A figure is this many times the change that this variant shows.
+
+        Variants of a slip are all that there are; other variants are some of many.
+        """
+        return SURE if self.slip is None else 1.0
 
     def policy(self, resolver: Resolver, measures: bool = False) -> Policy:
         """Return this variant's policy; with ``measures`` the run's own tries other orders."""
@@ -128,12 +139,12 @@ class Measuring(Policy):
 
 
 class Otherwise(Policy):
-    """Contact times are longer, slips of rounding count, and persistent pairs have no gap."""
+    """Contact times are longer, and persistent pairs have no gap."""
 
     def __init__(self, errors: RandomErrors, resolver: Resolver, longer: float) -> None:
         super().__init__(errors)
         self.persistent = resolver.persistent
-        resolver.jumps, self.persistent.longer = True, longer
+        self.persistent.longer = longer
 
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         """Tell whether one of these hits strikes a ball that presses on a third one."""

@@ -27,7 +27,7 @@ from pool_pymunk.physics.contact import (
     groups,
 )
 from pool_pymunk.physics.impulses import Call, Shared, along_normal, slowing
-from pool_pymunk.physics.laws import Law, respond, settle
+from pool_pymunk.physics.laws import Law, Slip, respond, settle
 from pool_pymunk.physics.path import NOISE
 from pool_pymunk.physics.surface import GYRATION, Push, as_rolling, turns_in_time
 from pool_pymunk.physics.together import push_apart, push_off
@@ -82,14 +82,14 @@ class Resolution:
 
 
 class Resolver:
-    """The resolver answers contacts by a law; with ``jumps`` slips of rounding have friction."""
+    """The resolver answers contacts by a law; ``slip`` stands for slips that are rounding."""
 
     def __init__(self, law: Law, persistent: PersistentContacts, noises: Sequence[float]) -> None:
         self.law = law
         self.noises = noises
         self.persistent = persistent
         self.history = persistent.history
-        self.jumps = False
+        self.slip: Slip | None = None  # Friction is left out where the law jumps.
         self.collapses = 0  # of more than two contacts, so far
 
     def resolve(
@@ -154,7 +154,7 @@ class Resolver:
 
     def respond(self, contact: Contact, velocity: Velocities) -> bool:
         """Answer one contact by the law; return whether the law jumps there."""
-        return respond(self.law, contact, velocity, self.jumps)
+        return respond(self.law, contact, velocity, self.slip)
 
     def _answer_alone(self, hit: Answer, velocity: Velocities, now: float) -> tuple[int, ...]:
         """Answer a hit that comes alone, and return which balls roll on through it."""
@@ -165,7 +165,7 @@ class Resolver:
         i = hit.contact.a
         before = velocity[i]
         if hit.kind != MICRO or closing_speed(hit.contact, velocity) > 0.0:
-            if respond(self.law, hit.contact, velocity, self.jumps):
+            if self.respond(hit.contact, velocity):
                 hit.notes += (ZERO_SLIP,)
             hit.changed = before, velocity[i]
         self._push(hit, velocity, now)
@@ -185,7 +185,7 @@ class Resolver:
         m_a, m_b = (as_rolling(m, i in rolling) for i, m in zip(contact[:2], pair, strict=False))
         heavier = contact._replace(pair=pair._replace(m_a=m_a, m_b=m_b))
         if closing_speed(heavier, after) > 0.0:
-            respond(self.law, heavier, after, self.jumps)
+            self.respond(heavier, after)
         push = Answer(heavier, MICRO)
         push.parting = hit.parting
         self._push(push, after, now)

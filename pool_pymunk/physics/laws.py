@@ -34,6 +34,8 @@ from pool_pymunk.physics.contact import (
 # or twice of it keeps all ends of tests.halved.
 ZERO_SLIP = 1e-9
 
+Slip = tuple[float, float]  # of A and B along the tangent, as multiples of the least that counts
+
 
 def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
     """Answer a hit by Eqs. 1-7, with Coulomb friction against the slip.
@@ -210,10 +212,27 @@ def find_law(law: str | Law) -> Law:
     return law if isinstance(law, Law) else LAWS[law]
 
 
-def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False) -> bool:
+def slipping(a: NT, b: NT, slip: Slip) -> tuple[NT, NT]:
+    """Return velocities that slip by the least that is no rounding; a ball at rest stays at rest.
+
+    ``slip`` says how many times ``ZERO_SLIP`` of the closing speed A and B get along the tangent.
+
+    >>> slipping(NT(2.0, 0.0), NT(0.0, 0.0), (-1.0, 1.0))
+    (NT(n=2.0, t=-2e-09), NT(n=0.0, t=0.0))
+    """
+    least = ZERO_SLIP * (a.n - b.n)
+    moved_a, moved_b = (
+        NT(v.n, v.t + share * least) if v != (0.0, 0.0) else v
+        for v, share in zip((a, b), slip, strict=True)
+    )
+    return moved_a, moved_b
+
+
+def respond(law: Law, contact: Contact, velocity: Velocities, slip: Slip | None = None) -> bool:
     """Answer one contact by a law, and change ``velocity`` (m/s).
 
-    Return whether the law jumps there. If it does, leave friction out unless ``jump`` is set.
+    Return whether the law jumps there. If it does, leave friction out, or answer with this ``slip``
+    (:func:`slipping`) instead of the one that only rounding knows.
     """
     i, j, normal, pair = contact[:4]
     a = split(velocity[i], normal)
@@ -223,9 +242,10 @@ def respond(law: Law, contact: Contact, velocity: Velocities, jump: bool = False
         return False
     b = split(velocity[j], normal)
     jumps = law.jumps(a, b, pair)
-    if jumps and not jump:
+    if jumps and slip is None:
         pair = pair._replace(friction=0.0)
-    new_a, new_b = law.ball_ball(a, b, pair)
+    sliding = slipping(a, b, slip) if jumps and slip is not None else (a, b)
+    new_a, new_b = law.ball_ball(*sliding, pair)
     velocity[i] = changed(velocity[i], a, new_a, normal)
     velocity[j] = changed(velocity[j], b, new_b, normal)
     return jumps

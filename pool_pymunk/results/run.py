@@ -37,7 +37,6 @@ Times = Array | Sequence[float] | float
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
-SURE = 4.0  # A figure is this many times the largest change that was seen.
 COLUMNS = ("t", "ball", "x", "y", "vx", "vy")  # of a table of samples
 
 STATUSES: Mapping[str, str] = {
@@ -304,11 +303,12 @@ class Run:
     def policy_shift(self) -> float:
         """Return how far (m) the ends would move if policies had answered otherwise.
 
-        It is 0 where everything had an exact answer, and nan where it is not known. Otherwise it is
-        four times the largest change in some more runs, or the table's diagonal if that is less. In
-        these runs persistent contacts take longer, a slip of rounding size counts as slip, tiny
-        gaps give the contacts of one instant another order, and balls that touch at the start have
-        gaps of 1e-13 to 4e-6 m.
+        It is 0 where everything had an exact answer, and nan where it is not known. Otherwise it
+        comes from some more runs. In some of them a slip of rounding size has the one sign and the
+        other; the figure is the larger change. In others persistent contacts take longer, tiny gaps
+        give the contacts of one instant another order, and balls that touch at the start have gaps
+        of 1e-13 to 4e-6 m. These are some of many answers, so the figure is four times their
+        largest change, if that is larger. It is at most the table's diagonal.
         """
         if not self.policies:
             return 0.0
@@ -317,14 +317,15 @@ class Run:
         return min(self._moved(self.variants), self.scene.diagonal)
 
     def _moved(self, variants: Iterable[Variant], most: int | None = None) -> float:
-        """Return SURE times how far (m) variants of the run, cut at ``most`` events, move ends."""
+        """Return how far (m) ends may move, by variants of the run, cut at ``most`` events."""
         assert self.again is not None
         apart = []
-        for other in (self.again(variant, most) for variant in variants):
+        for variant in variants:
+            other = self.again(variant, most)
             is_cut = "max_events" in (self.status, other.status)
             t = (min if is_cut else max)(self.duration, other.duration)
-            apart.append(max(map(math.dist, self.at(t)[0], other.at(t)[0])))
-        return SURE * max(apart)
+            apart.append(variant.sure * max(map(math.dist, self.at(t)[0], other.at(t)[0])))
+        return max(apart)
 
     @cached_property
     def energy(self) -> dict[str, float]:

@@ -31,6 +31,9 @@ FROZEN = "frozen balls"
 
 # These variants of a run show what policies decide; their contact times are longer by a factor.
 OTHERWISE = tuple(Variant(longer=longer) for longer in (1.5, 3.0, 7.0))
+# These variants have both signs of a slip that is rounding: of balls that move against each other
+# along the tangent, and of balls that both move to one side. So `published` gives all its answers.
+SLIPS = tuple(Variant(slip=slip) for slip in ((1.0, -1.0), (-1.0, 1.0), (-1.0, -2.0), (1.0, 2.0)))
 # Runs with other orders of the contacts of one instant show what these change: MOST_ORDERS runs, or
 # fewer with EVENTS events in all. ENOUGH_ORDERS runs repeat the orders, if few, with other errors.
 FEWEST_ORDERS, ENOUGH_ORDERS, MOST_ORDERS = 4, 8, 12
@@ -72,10 +75,9 @@ class Trace:
         gaps = [Variant(gaps=orders[k % len(orders)], seed=k) for k in range(count)]
         if self.touch:
             gaps += [Variant(opened=k) for k in range(min(ENOUGH_ORDERS, most))]
-        if PERSISTENT in self.policies:
-            return (*OTHERWISE, *gaps)
-        has_others = bool(self.policies - {ONE_INSTANT, FROZEN})
-        return (*OTHERWISE[:has_others], *gaps)
+        slips = SLIPS if ZERO_SLIP in self.policies else ()
+        longer = len(OTHERWISE) if PERSISTENT in self.policies else int(COLLAPSE in self.policies)
+        return (*OTHERWISE[:longer], *gaps, *slips)
 
     def breakpoint(
         self,

@@ -22,7 +22,7 @@ from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.physics.path import from_breakpoint, motion_at
-from pool_pymunk.results.run import SURE, Event, Run, read_times
+from pool_pymunk.results.run import Event, Run, read_times
 from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Trace
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
@@ -131,17 +131,20 @@ class Request(NamedTuple):
         is_measured = self.settings.measures_policies and wall_time <= QUICK
         if trace.policies == {ZERO_SLIP} or not is_measured:
             return None  # A zero slip has its own warning.
-        changed = 0.0
+        changed, sure = 0.0, 1.0
         for variant in trace.variants:
             if changed <= self.scene.diagonal:  # A larger shift is not reported.
-                changed = max(changed, SURE * farthest(trace, self._solve(state, variant)))
-        shift = min(changed, self.scene.diagonal)
-        said = f"{SURE:g} times what other answers change"
+                other = farthest(trace, self._solve(state, variant))
+                changed, sure = max((changed, sure), (variant.sure * other, variant.sure))
+        shift, said = min(changed, self.scene.diagonal), ""
+        if shift < changed:
+            said = ". This is the diagonal of the table"
+        elif sure > 1.0:
+            said = f". This is {sure:g} times what other answers change"
         far = f"{self.scene.units.from_si(shift, 'length'):.2g} {self.scene.units.length}"
         trace.warn(
             f"the ends may lie up to {far} elsewhere, because some contacts have no exact answer "
-            f"({', '.join(sorted(trace.policies))}). This is "
-            f"{said if shift == changed else 'the diagonal of the table'}",
+            f"({', '.join(sorted(trace.policies))}){said}",
             trace.duration,
         )
         return shift

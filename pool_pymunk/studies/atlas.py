@@ -74,6 +74,7 @@ def atlas(
     ball: str | None = None,
     law: str | Law | None = None,
     max_time: float | None = None,
+    aims_anew: bool = False,
     show: str | None = None,
     on_done: Callable[[int], object] | None = None,
 ) -> Atlas:
@@ -82,9 +83,10 @@ def atlas(
     By default the speeds go from 0.25 to 1.5 times the shot's. ``axes`` has
     two other inputs with their ranges (SI), the one across first, named as in a sweep
     (:class:`~pool_pymunk.studies.sweep.plan.Plan`). ``ball`` is the id of the ball whose end is
-    kept, by default the one aimed at or the nearest. ``show``, one of ``MAPS``, keeps only what
-    this map shows: 4 or 8 bytes a shot instead of 36. ``on_done(n)`` is called whenever ``n`` more
-    shots are done. Raises SettingError, which names the argument.
+    kept, by default the one aimed at or the nearest. A shot that aims at a ball is aimed once, in
+    the scene as it is; with ``aims_anew`` it is aimed in each pixel. ``show``, one of ``MAPS``,
+    keeps only what this map shows: 4 or 8 bytes a shot instead of 36. ``on_done(n)`` is called
+    whenever ``n`` more shots are done. Raises SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> found = atlas(load("report"), 1, size=(9, 5))
@@ -108,7 +110,7 @@ def atlas(
     width, height = argument("width", wide, whole(2)), argument("height", high, whole(2))
     (across, columns), (up, rows) = ranges.items()
     grid = {up: (*rows, height), across: (*columns, width)}
-    plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time)
+    plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time, aims_anew)
     watched = struck = scene.index[chosen.ball]
     if ball is not None or chosen.aim not in (None, NEAREST):
         watched = ball_number(scene, str(chosen.aim) if ball is None else ball)

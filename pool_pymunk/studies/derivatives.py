@@ -4,7 +4,7 @@ Between contacts and through them everything is differentiable in closed form, s
 again: the changes of the balls' states follow the run from event to event
 (:mod:`pool_pymunk.physics.saltation`), and contact times move with them. Shots that go on from the
 one before are followed through the whole chain: the changes of one shot's ends are changes of the
-next start, and they turn a shot that aims at a ball.
+next start, and they turn a shot that aims at a ball anew.
 """
 
 from __future__ import annotations
@@ -121,20 +121,28 @@ def differentiated(run: Run, names: Names, inputs: VariedInputs) -> Derivatives:
 # -- through a chain of shots ----------------------------------------------------------------------
 
 
-def follow(runs: Mapping[int, Run], names: Names) -> Iterator[tuple[int, Derivatives]]:
-    """Yield the number of each run of a chain, and its derivatives by names such as "turn.2"."""
+def follow(
+    runs: Mapping[int, Run], names: Names, aims_anew: bool = False
+) -> Iterator[tuple[int, Derivatives]]:
+    """Yield the number of each run of a chain, and its derivatives by names such as "turn.2".
+
+    A shot that aims at a ball keeps its direction, unless it ``aims_anew`` where balls move.
+    """
     last: Derivatives | None = None
     for k, run in runs.items():
         before = last if run.shot is not None and run.shot.from_previous else None
-        last = differentiated(run, names, _Chained(run, names, k, before))
+        last = differentiated(run, names, _Chained(run, names, k, before, aims_anew))
         yield k, last
 
 
 class _Chained(VariedInputs):
     """These inputs change a shot and its start, which is the end of the shot ``before``."""
 
-    def __init__(self, run: Run, names: Names, number: int, before: Derivatives | None) -> None:
+    def __init__(
+        self, run: Run, names: Names, number: int, before: Derivatives | None, aims_anew: bool
+    ) -> None:
         super().__init__(run, names)
+        self.aims_anew = aims_anew
         ours = {"", str(number)}
         self.shots = [n for n in names if TABLE[parts(n)[0]].of == SHOT and parts(n)[1] in ours]
         others = [n for n in names if TABLE[parts(n)[0]].of != SHOT]
@@ -151,7 +159,7 @@ class _Chained(VariedInputs):
             i = self.run.scene.index[shot.ball]
             change = changes[i]
             change[2:] = self.by_names(self.shots)[i, 2:]
-            if shot.aim is not None and self.carried[:, :2].any():
+            if self.aims_anew and shot.aim is not None and self.carried[:, :2].any():
                 vx, vy = self.run.knots[i][0, 3:5]
                 turned = np.outer((-vy, vx), turn(self.run, shot, self.carried[:, :2]))
                 change[2:4] += turned

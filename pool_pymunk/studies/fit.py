@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.model import Scene, inputs
-from pool_pymunk.model.plain import argument, size, whole
+from pool_pymunk.model.plain import argument, flag, size, whole
 from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
@@ -144,6 +144,7 @@ def fit(
     starts: int = 8,
     seed: int = 0,
     law: str | Law | None = None,
+    aims_anew: bool = False,
     on_done: Callable[[int, int], object] | None = None,
 ) -> Fit:
     """Fit numbers of a scene to where its balls were measured.
@@ -158,8 +159,10 @@ def fit(
     measured coordinate; by default it is estimated. The loss is robust, so a few blunders do no
     harm. The search starts from the scene's own numbers and from ``starts`` - 1 others, the best of
     a first look with the random numbers of ``seed``. ``law`` is that of every contact (default: the
-    scene's). All runs are exact. ``on_done(done, planned)`` is called after each try of a look and
-    each search, which counts as 60 tries; more is planned where the residuals are implausible.
+    scene's). A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it
+    goes to where each try of the search has the ball. All runs are exact. ``on_done(done,
+    planned)`` is called after each try of a look and each search, which counts as 60 tries; more is
+    planned where the residuals are implausible.
     Raises SceneError or SettingError, one line a problem, and ImportError without SciPy.
 
     >>> from pool_pymunk import load, simulate
@@ -176,7 +179,8 @@ def fit(
     if error is not None:
         error = argument("error", error, size)
     count, first = argument("starts", starts, whole(1)), argument("seed", seed, whole(0))
-    return _Minimizer(Forecast(scene, names, rows, law), error, first, on_done).fit(count)
+    anew = argument("aims_anew", aims_anew, flag)
+    return _Minimizer(Forecast(scene, names, rows, law, anew), error, first, on_done).fit(count)
 
 
 def input_names(scene: Scene, free: str | Sequence[str], shots: Sequence[int] = ()) -> inputs.Names:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
@@ -183,18 +184,41 @@ class _Reader:
                 self.problems.append(Problem(f"{of}{key}", value / self.unit, message))
 
 
+def aimed_once(scene: Scene, numbers: Iterable[int], names: Names, law: str | Law | None) -> Scene:
+    """Return the scene in which shots of these ``numbers`` keep the directions of their aims.
+
+    A shot goes on aiming if neither the inputs ``names`` nor a shot before it move a ball.
+
+    >>> from pool_pymunk import load
+    >>> shot = aimed_once(load("report"), [4], ("x.1",), None).shots[3]
+    >>> shot.aim, round(shot.angle, 3)
+    (None, -178.298)
+    """
+    moved = any(TABLE[parts(name)[0]].group == "position" for name in names)
+    shots = [scene.shots[k - 1] for k in numbers if scene.shots]
+    aiming = [shot for shot in shots if shot.aim is not None and (moved or shot.from_previous)]
+    aimed = {}
+    for run in simulate_all(scene, aiming, solver=reference_solver().name, law=law):
+        assert run.shot is not None
+        vx, vy = run.knots[scene.index[run.shot.ball]][0, 3:5].tolist()
+        aimed[run.shot] = replace(run.shot, aim=None, angle=math.degrees(math.atan2(vy, vx)))
+    return replace(scene, shots=tuple(aimed.get(shot, shot) for shot in scene.shots))
+
+
 class Forecast:
     """A forecast knows the scene, what is varied, and what was measured.
 
     For numbers ``values`` (P,) it gives the residuals (M, 2) in m, measured less predicted, and the
     derivatives (M, 2, P) of the predicted places. ``own`` (P,) are the scene's numbers, ``low`` and
-    ``high`` their bounds, and ``sizes`` (P,) the changes that matter.
+    ``high`` their bounds, and ``sizes`` (P,) the changes that matter. Shots that aim at a ball are
+    aimed once, in this scene, unless they ``aims_anew`` wherever these numbers have the ball.
     """
 
     def __init__(
-        self, scene: Scene, names: Names, measured: Sequence[Measurement], law: str | Law | None
-    ) -> None:
-        self.scene, self.names, self.measured, self.law = scene, names, measured, law
+        self, scene: Scene, names: Names, measured: Sequence[Measurement], law: str | Law | None,
+        aims_anew: bool = False,
+    ) -> None:  # fmt: skip
+        self.names, self.measured, self.law, self.aims_anew = names, measured, law, aims_anew
         rows = [TABLE[parts(name)[0]] for name in names]
         self.own = np.array([input_value(scene, name) for name in names])
         self.low = np.array([row.low for row in rows])
@@ -209,6 +233,7 @@ class Forecast:
             if k in chain and scene.shots[k - 1].from_previous:
                 chain.add(k - 1)
         self.chain = sorted(chain)
+        self.scene = scene if aims_anew else aimed_once(scene, self.chain, names, law)
         self._played = lru_cache(KEPT)(self._play)
         self._differentiated = lru_cache(KEPT)(self._differentiate)
 
@@ -251,7 +276,7 @@ class Forecast:
         assert runs is not None, "these numbers could be played"
         found = np.zeros((len(self.measured), 2, len(self.names)))
         warnings: dict[str, None] = {}
-        for k, known in follow(runs, self.names):
+        for k, known in follow(runs, self.names, self.aims_anew):
             run = known.run
             warnings |= dict.fromkeys(f"{run.name}: {warning}" for warning in known.warnings)
             for i in np.unique(self.balls[self.shots == k]):

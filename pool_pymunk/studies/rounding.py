@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pool_pymunk.engine.policies import SURE
 from pool_pymunk.model import SettingError
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.motion import EPSILON, Array, free_motions
 from pool_pymunk.physics.saltation import AGREE, Geometry, most_of_roll, slowed_roll
 from pool_pymunk.physics.surface import roll_rates, rolls_of
-from pool_pymunk.results.run import SURE, Event, Run
+from pool_pymunk.results.run import Event, Run
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.studies import Mask
 from pool_pymunk.studies.contacts import Contacts, through

@@ -3,8 +3,9 @@
 The exact solver plays every draw, so the spread comes from the scene alone. For small errors the
 derivatives D give the same without samples: if errors are uniform within +-h, the covariance of the
 ends is D diag(h^2 / 3) D^T. Larger errors put contacts in another order; a few samples find out
-where that begins. In each sample a shot aims at where its target lies, and a shot that goes on from
-another one starts where that one ends.
+where that begins. A shot that goes on from another one starts where that one ends. A shot that aims
+at a ball is aimed once, in the reference run, because a player does not know the errors of the
+starts; if it ``aims_anew``, each sample aims at where the ball lies there.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +26,12 @@ from pool_pymunk.fast.batch import STATUSES
 from pool_pymunk.fast.many import empty, play_all
 from pool_pymunk.fast.shots import opening, read_source
 from pool_pymunk.model import Point, Scene, Shot, inputs
-from pool_pymunk.model.plain import argument, whole
+from pool_pymunk.model.plain import argument, flag, whole
 from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES as ENDS
 from pool_pymunk.results.run import Run, points, write_rows
-from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simulate, simulate_all
+from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simulate_all
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.compare import Beside, Reference, reference_of
@@ -116,6 +117,7 @@ class Sensitivity:
     ``same_contacts`` (S,) says whether every ball met the same others in the same order, and
     ``pocketed`` (S, N) which pocket has each ball at the end (-1: none). ``rejected`` counts balls
     that overlapped something as drawn and were moved apart, ``unfinished`` samples left out.
+    ``aims_anew`` says whether each sample aimed anew.
     """
 
     reference: Run
@@ -130,6 +132,7 @@ class Sensitivity:
     rejected: int
     unfinished: int
     wall_time: float
+    aims_anew: bool = False
 
     @property
     def samples(self) -> int:
@@ -166,6 +169,7 @@ class Sensitivity:
             "name": self.reference.name,
             "uncertainty": {"position": widths, **of_shot, **errors.inputs},
             **{key: getattr(self, key) for key in counts},
+            "aims_anew": self.aims_anew,
             "same_contacts": self.same,
             "agree": self.agree,
             "horizon": known(self.horizon),
@@ -218,15 +222,23 @@ class Study:
     """A study plays samples of a ``chain`` of shots, and compares them with the reference run.
 
     ``widths`` are half the ranges of uncertain inputs, by names such as "turn.2", and ``places``
-    (m) are those of the balls as the first shot of the chain begins.
+    (m) are those of the balls as the first shot of the chain begins. ``runs`` has the run of each
+    shot of the chain, and the last one is the reference run. If a sample ``aims_anew``, its shots
+    do not have the directions of these runs.
     """
 
     chain: tuple[Shot | None, ...]
-    reference: Run
+    runs: tuple[Run, ...]
     beside: Reference
     law: Law
     widths: Mapping[str, float]
     places: Array
+    aims_anew: bool
+
+    @property
+    def reference(self) -> Run:
+        """The run of the scene's own numbers."""
+        return self.runs[-1]
 
     def draw(self, samples: int, seed: int, scale: float = 1.0) -> tuple[dict[str, Array], int]:
         """Draw errors (S,) of the inputs by their names, and count balls that were moved apart."""
@@ -300,8 +312,12 @@ class Study:
         self, k: int, shot: Shot, there: Array, errors: Mapping[str, Array]
     ) -> tuple[Array, dict[str, Any], Mask]:
         """Return the ball's velocities (S, 2), its other inputs, and where (S,) its aim is off."""
-        own = launched(self.reference.scene, shot, there)
-        is_off = np.isnan(there[:, self.reference.scene.index[shot.ball]]).any(axis=-1)
+        ball = self.reference.scene.index[shot.ball]
+        if self.aims_anew:
+            own = launched(self.reference.scene, shot, there)
+        else:
+            own = np.tile(self.runs[k - 1].knots[ball][0, 3:5], (len(there), 1))
+        is_off = np.isnan(there[:, ball]).any(axis=-1)
         is_lost = np.isnan(own).any(axis=-1) & ~is_off
         own[is_off | is_lost] = 0.0
         faster, turn, roll = (errors.get(f"{n}.{k}", 0.0) for n in ("speed", "turn", "roll"))
@@ -313,7 +329,11 @@ class Study:
 
 
 def read_study(
-    scene: Scene, shot: Shot | None, uncertainty: Uncertainty, law: str | Law | None = None
+    scene: Scene,
+    shot: Shot | None,
+    uncertainty: Uncertainty,
+    law: str | Law | None = None,
+    aims_anew: bool = False,
 ) -> Study:
     """Play the reference run; raise SettingError where the shot cannot be studied."""
     chain, widths = [shot], dict[str, float]()
@@ -327,14 +347,17 @@ def read_study(
         shots = range(1, len(chain) + 1)
         its = [f"{name}.{k}" for k in shots] if row.of == inputs.SHOT else [name]
         widths |= dict.fromkeys(its, width)
-    reference = simulate(scene, shot, solver=reference_solver().name, law=law)
+    *_, reference = runs = tuple(
+        simulate_all(scene, chain, solver=reference_solver().name, law=law)
+    )
     if not reference.success:
         raise SettingError(f"shot = {reference.name}: {ENDS[reference.status]}")
     digit = 2.0 * float(uncertainty.widths(scene).max())
     agree = digit or scene.units.to_si(10.0**-PRINTED_DECIMALS, "length")
     law, beside = find_law(law or reference.scene.physics.law), reference_of(reference, agree)
     places = np.array(reference.scene.start(first).position)
-    return Study(tuple(chain), reference, beside, law, widths, places)
+    anew = argument("aims_anew", aims_anew, flag)
+    return Study(tuple(chain), runs, beside, law, widths, places, anew)
 
 
 def sensitivity(
@@ -346,12 +369,15 @@ def sensitivity(
     threads: int | None = None,
     *,
     law: str | Law | None = None,
+    aims_anew: bool = False,
     on_done: Callable[[int], object] | None = None,
     processes: int | None = None,
 ) -> Sensitivity:
     """Play ``samples`` starts drawn within ``uncertainty``, with the exact solver.
 
     ``shot`` is chosen as in :func:`~pool_pymunk.simulate`, and so is the ``law`` of every contact.
+    A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it is aimed
+    in each sample, at where the ball lies there.
     ``threads`` (None: one for each core; ``processes`` is its old name) share the work, and the
     numbers depend only on ``seed``. With numba installed (``pip install 'pool-pymunk[fast]'``)
     samples are compiled, and give the same numbers. ``on_done(n)`` is called whenever ``n`` more
@@ -369,7 +395,7 @@ def sensitivity(
         threads = processes
     began = time.perf_counter()
     samples, seed = argument("samples", samples, whole(2)), argument("seed", seed, whole(0))
-    study = read_study(scene, find_shot(scene, shot), uncertainty, law)
+    study = read_study(scene, find_shot(scene, shot), uncertainty, law, aims_anew)
     errors, rejected = study.draw(samples, seed)
     arrays, finished = study.play(errors, threads, on_done)
     if not finished.any():
@@ -378,6 +404,7 @@ def sensitivity(
     return Sensitivity(
         study.reference, uncertainty, seed, study.beside.agree, **arrays, rejected=rejected,
         unfinished=int((~finished).sum()), wall_time=time.perf_counter() - began,
+        aims_anew=study.aims_anew,
     )  # fmt: skip
 
 
@@ -401,9 +428,9 @@ def by_causes(
     causes = found.uncertainty.causes(run.scene)
     if len(causes) < 2:
         return dict.fromkeys(causes, found)
-    how, law = (samples, found.seed, threads), law_of(run)
+    how = partial(sensitivity, law=law_of(run), aims_anew=found.aims_anew, on_done=on_done)
     return {
-        name: sensitivity(run.scene, run.shot, one, *how, law=law, on_done=on_done)
+        name: how(run.scene, run.shot, one, samples, found.seed, threads)
         for name, one in causes.items()
     }
 
@@ -470,6 +497,7 @@ def linear(
     *,
     seed: int = 0,
     law: str | Law | None = None,
+    aims_anew: bool = False,
 ) -> Linear:
     """Differentiate a shot's ends, and find out how far the derivatives can be believed.
 
@@ -481,12 +509,9 @@ def linear(
     >>> round(float(found.std.max()) / 0.0254, 4), found.holds > 1.0
     (0.0034, True)
     """
-    study = read_study(scene, find_shot(scene, shot), uncertainty, law)
-    exact = reference_solver().name
-    runs = simulate_all(study.reference.scene, study.chain, solver=exact, law=study.law)
-    *_, last = chain = [
-        found for _, found in follow(dict(enumerate(runs, start=1)), tuple(study.widths))
-    ]
+    study = read_study(scene, find_shot(scene, shot), uncertainty, law, aims_anew)
+    runs = dict(enumerate(study.runs, start=1))
+    *_, last = chain = [found for _, found in follow(runs, tuple(study.widths), study.aims_anew)]
     warned = dict.fromkeys(warning for found in chain for warning in found.warnings)
     by_errors = last.final * np.array(list(study.widths.values()))
     low, high = least, _ = math.log2(NARROWEST), math.log2(WIDEST)

@@ -69,6 +69,7 @@ def sweep(
     chunk: int = CHUNK,
     law: str | Law | None = None,
     max_time: float | None = None,
+    aims_anew: bool = False,
     executor: Executor | None = None,
     resume: bool = True,
     on_done: Callable[[Done], object] | None = None,
@@ -77,6 +78,8 @@ def sweep(
 
     ``vary`` has the ranges from which inputs are drawn, ``grid`` those taken in equal
     steps (:class:`~pool_pymunk.studies.sweep.plan.Plan` says how); all in SI, angles in degrees.
+    A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it is aimed
+    at where the ball lies in each of the shots.
     Each shot has the same input and the same bits, whatever ``chunk`` (shots a file), worker or
     machine plays it. ``executor`` is any ``concurrent.futures.Executor``, such as a process pool or
     ``dask.distributed.Client(...).get_executor()``; its workers must see the folder and be able to
@@ -96,7 +99,7 @@ def sweep(
         message = "a sweep needs pyarrow: pip install 'pool-pymunk[fast,sweep]'"
         raise setting_error("out", str(out), message)
     began = time.perf_counter()
-    plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time)
+    plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time, aims_anew)
     folder, tell = Path(out), on_done or (lambda done: None)
     todo = begin(folder, plan, resume)
     tell(Done(plan.samples - sum(len(plan.shots_of(part)) for part in todo), 0, plan.samples))

@@ -19,7 +19,7 @@ import numpy as np
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.fast.shots import opening
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
-from pool_pymunk.model.plain import argument, between, whole
+from pool_pymunk.model.plain import argument, between, flag, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
 from pool_pymunk.physics.laws import Law
@@ -61,8 +61,9 @@ class Plan:
     (degrees) are the standard deviations of the player's errors. ``grid`` has (low, high, count)
     for each key that takes values at equal distances, ends included; all are combined, and those
     of the last key change fastest. Keys are names of inputs (:mod:`pool_pymunk.model.inputs`);
-    ``angle`` (degrees) is relative to the shot's, and ``mass`` (kg) that of the struck ball. The
-    manifest has only the name of the ``law`` of every contact.
+    ``angle`` (degrees) is relative to the shot's, and ``mass`` (kg) that of the struck ball. A shot
+    that aims at a ball is aimed once, in the scene as it is, unless it ``aims_anew`` in each shot
+    that is played. The manifest has only the name of the ``law`` of every contact.
     """
 
     scene: Scene
@@ -73,6 +74,7 @@ class Plan:
     seed: int
     chunk: int
     law: Law
+    aims_anew: bool = False
 
     @property
     def parts(self) -> int:
@@ -90,7 +92,8 @@ class Plan:
 
         shot, its = self.shot, None
         if shot is not None:
-            its = [shot.name, shot.ball, *self._struck_velocity, shot.aim]
+            aim = shot.aim if self.aims_anew else None
+            its = [shot.name, shot.ball, *self._struck_velocity, aim]
             its += [shot.roll] * self.scene.surface.rolls + list(shot.place or ())
         said = {
             "format": 1,
@@ -194,9 +197,9 @@ class Plan:
     def _of_shot(
         self, columns: Mapping[str, Array], position: Array, velocity: Array
     ) -> dict[str, Any]:
-        """Return the speed, turn and roll of the struck ball; an aimed shot turns with its aim."""
+        """Return the speed, turn and roll of the struck ball."""
         moves = "start" in self.vary or any(key[:2] in ("x.", "y.") for key in columns)
-        if self.shot is not None and self.shot.aim is not None and moves:
+        if self.aims_anew and self.shot is not None and self.shot.aim is not None and moves:
             velocity[:, self.ball] = launched(self.scene, self.shot, position)
         its: dict[str, Any] = {"roll": columns.get("roll", self._share)}
         if columns.keys() & (OF_SHOT - {"roll"}):
@@ -225,6 +228,7 @@ def make_plan(
     chunk: int,
     law: str | Law | None,
     max_time: float | None,
+    aims_anew: bool = False,
 ) -> Plan:
     """Return the plan of a sweep; raise SettingError, in one line that names the argument."""
     asked = request(scene, reference_solver().name, law=law, max_time=max_time)
@@ -242,7 +246,8 @@ def make_plan(
         raise setting_error("samples", total, f"the grid has {points:,} points")
     chosen, seed = find_shot(scene, shot), argument("seed", seed, whole(0))
     chunk, used = argument("chunk", chunk, whole(1)), asked.settings.law_of(scene)
-    plan = Plan(scene, chosen, varied, steps, total, seed, chunk, used)
+    anew = argument("aims_anew", aims_anew, flag)
+    plan = Plan(scene, chosen, varied, steps, total, seed, chunk, used, anew)
     seen: dict[str, str] = {}
     for key in (*plan.vary, *plan.grid):
         other = seen.setdefault(plan.meaning(key), key)
