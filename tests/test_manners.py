@@ -488,6 +488,13 @@ def test_to_frame_is_the_table_of_samples(monkeypatch: pytest.MonkeyPatch) -> No
         run.to_frame()
 
 
+@pytest.mark.parametrize("what", ["start", "end", "energy"])
+def test_a_notebook_shows_a_figure_without_a_backend(what: Any) -> None:
+    """IPython asks for this picture where no line has chosen a backend of matplotlib."""
+    png = simulate(load("two-balls"), max_time=1.0).plot(what)._repr_png_()
+    assert png.startswith(b"\x89PNG") and len(png) > 1000
+
+
 def test_paths_may_be_text(tmp_path: Path) -> None:
     run = simulate(load("two-balls"))
     for name in ("write_npz", "write_csv", "write_events_csv", "save"):

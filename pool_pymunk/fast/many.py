@@ -35,7 +35,7 @@ Done = Callable[[int], object]  # Its argument is how many more shots are done.
 CHUNK, FEW = 4_096, 512
 POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
-    "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
+    "but is some hundred times slower: pip install '.[fast]' in a clone"  # fmt: skip
 FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
@@ -77,7 +77,7 @@ def simulate_many(
     ``derivatives`` names the inputs of ``batch.derivatives``, as :meth:`Run.derivatives` does.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
-    'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 64 balls,
+    '.[fast]'`` in a clone) ordinary shots are compiled; others, and all with more than 64 balls,
     other radii or a law of your own for single hits, take the Python solver. A shot takes 27 + 21 N
     bytes in the result. Raises SettingError, in one line that names the argument.
 
