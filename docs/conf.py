@@ -23,10 +23,10 @@ release = version = pool_pymunk.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "sphinx_gallery.gen_gallery",
     "commands",
+    "formulas",
     "gallery",
 ]
 exclude_patterns = ["_build", "figures", "extensions", "static"]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 
+import pytest
 from scenes import at_a_terminal
 
 TIMEOUT = 60.0  # s
@@ -18,6 +18,8 @@ MOST_BYTES = 20_000  # A file on the full disk can have this many bytes.
 
 def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:
     """Start ``pool-pymunk`` with these arguments, in a process and group of its own."""
+    if sys.platform == "win32":
+        pytest.skip("Windows has no groups of processes that a Ctrl-C reaches")
     return subprocess.Popen(
         [sys.executable, "-m", "pool_pymunk", *map(str, arguments)],
         stdout=subprocess.PIPE,
@@ -30,6 +32,8 @@ def start(*arguments: object, limited: bool = False) -> subprocess.Popen[str]:
 
 def _on_a_full_disk() -> None:
     """Limit the size of files, so that writing more fails as it does on a full disk."""
+    import resource  # Windows has none.
+
     at_a_terminal()
     resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES, MOST_BYTES))
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import exit_code, refusal
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scenes import sliding
 
@@ -29,6 +30,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.model.inputs import with_inputs
+from pool_pymunk.render import atlas as drawing
 from pool_pymunk.render.atlas import atlas_picture
 from pool_pymunk.studies.atlas import MAPS
 
@@ -83,6 +85,22 @@ def test_a_search_and_derivatives_hold_the_direction_of_an_aimed_shot() -> None:
     found = [find(each, 1, lambda batch: batch.hits > 1, **how) for each in (aimed, held)]
     assert len(found[0]) == 2
     assert [(f.angle, f.share) for f in found[0]] == [(f.angle, f.share) for f in found[1]]
+
+
+@pytest.mark.parametrize("axes", [("angle", "speed"), ("speed", "turn"), ("mass", "speed")])
+def test_an_axis_of_angles_says_what_they_are_turned_from(
+    axes: tuple[str, str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The angles of an atlas are relative, and those of a scenario file are not."""
+    drawn: list[Figure] = []
+    monkeypatch.setattr(drawing, "save_figure", lambda figure, *_: drawn.append(figure))
+    ranges = {"angle": (-1, 1), "turn": (-1, 1), "speed": (2, 3), "mass": (0.1, 0.2)}
+    found = atlas(load("report"), 1, axes={axis: ranges[axis] for axis in axes}, size=(2, 2))
+    atlas_picture(found, "hits", tmp_path / "atlas.png")
+    map_ = drawn[0].axes[0]
+    for axis, label in zip(axes, (map_.get_xlabel(), map_.get_ylabel()), strict=True):
+        assert label.startswith("turned from the shot's angle (") == (axis in ("angle", "turn"))
+        assert "angle of the shot" not in label
 
 
 def test_the_ball_is_the_aimed_one_or_the_nearest() -> None:

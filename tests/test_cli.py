@@ -96,6 +96,8 @@ def test_the_json_has_everything(report_run: tuple[str, Path]) -> None:
     assert first["final"]["8"] == pytest.approx([0.374564807887, 0.238579756841], abs=1e-11)
     assert first["events"][0] == {
         "t": pytest.approx(0.13880005116119, abs=1e-13), "kind": "ball-ball", "balls": ["C", "1"],
+        "impulse": pytest.approx(0.57526459879793), "tangential": pytest.approx(0.02876322993990),
+        "tangential_first": pytest.approx(0.02876322993990),
     }  # fmt: skip
     cushions = [e["cushion"] for e in first["events"] if e["kind"] == "ball-cushion"]
     assert cushions == [0, 0, 3, 3, 2]

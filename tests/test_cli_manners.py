@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
@@ -11,6 +12,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -45,6 +47,7 @@ from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.solvers import Settings
+from pool_pymunk.solvers.request import Request
 from pool_pymunk.studies.tradeoff import Estimate, estimate
 
 pytestmark = pytest.mark.heavy
@@ -546,3 +549,56 @@ def test_a_solver_tells_how_far_it_has_come_and_the_run_is_the_same(solver: str)
     assert times == sorted(times)
     assert len(times) > 10
     assert max(b - a for a, b in pairwise([0.0, *times, run.duration])) < 0.2
+
+
+WRITERS = {
+    "run": ("two-balls", "--max-time", 1),
+    "compare": ("two-balls", "--max-time", 1),
+    "sensitivity": ("report", "--shot", 3),
+    "tradeoff": ("report", "--shot", 3),
+    "render": ("two-balls", "--max-time", 1),
+    "stability": ("--quick",),
+    "sweep": ("report", "--shot", 1, "--samples", 2, "--vary", "angle=1"),
+    "fit": ("report", "--measured", "published", "--free", "restitution"),
+}
+FILE_WRITERS = {
+    "page": ("two-balls", ".html"),
+    "atlas": ("report", ".png"),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_place_that_cannot_be_written_is_refused_before_the_run(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    """Rights do not tell: root has all of them. So a file is made, and nothing is left."""
+    if command in ("collide", "play", "check"):
+        return
+
+    def no_file(*_: object, **__: object) -> None:
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(tmp_path / "tmpx"))
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", no_file)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Request, "play", no_file)
+    words, suffix = WRITERS.get(command), ""
+    if words is None:
+        scenario, suffix = FILE_WRITERS[command]
+        words = (scenario,)
+    out = f"zz{suffix}"
+    assert refusal(capsys, command, *words, "--out", out) == f"error: {out}: Permission denied"
+    if command != "sweep":  # It has no place of its own.
+        line = refusal(capsys, command, *words)
+        assert line.startswith("error: renders") and line.endswith("Permission denied"), line
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no folder without files")
+def test_a_folder_that_takes_no_files_is_refused_before_the_run(capsys: Capture) -> None:
+    assert refusal(capsys, "run", "two-balls", "--out", "/proc/zz").startswith("error: /proc/zz: ")
+
+
+def test_a_folder_in_place_of_a_file_is_refused(tmp_path: Path, capsys: Capture) -> None:
+    (tmp_path / "a.html").mkdir()
+    line = refusal(capsys, "page", "two-balls", "--out", tmp_path / "a.html")
+    assert line == f"error: {tmp_path / 'a.html'}: Is a directory"

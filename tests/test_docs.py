@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -45,6 +46,14 @@ NEEDS = {
 def text_of(page: Path) -> str:
     """Return what a page says."""
     return page.read_text(encoding="utf-8")
+
+
+def test_nothing_asks_for_a_release_that_is_not_there() -> None:
+    """There is no release: all is installed from a clone."""
+    known = [*PAGES, CONTRIBUTING, *(HOME / "pool_pymunk").rglob("*.py")]
+    for path in [*known, *(HOME / "examples").glob("*.py"), *(HOME / "torture").rglob("*.py")]:
+        asks = r"(?:install|add|uvx|pipx run|--from)\s+['\"`]*pool[-_]pymunk"
+        assert not re.search(asks, text_of(path)), path
 
 
 def python_blocks(page: Path) -> list[str]:
@@ -206,20 +215,92 @@ def test_every_file_that_contributing_names_is_there() -> None:
         assert (HOME / name).exists() or (HOME / "pool_pymunk" / name).exists(), name
 
 
-@pytest.mark.docs
-def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
-    needed = ("sphinx", "sphinx_gallery", "furo", "myst_parser", "numba", "pygame", "gymnasium")
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the documentation once, and return its folder."""
+    needed = ("sphinx", "sphinx_gallery", "furo", "myst_parser", "latex2mathml", "numba", "pygame",
+              "gymnasium")  # fmt: skip
     if any(importlib.util.find_spec(name) is None for name in needed):
         pytest.skip("the documentation needs pip install '.[docs]'")
+    folder = tmp_path_factory.mktemp("docs")
     result = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", DOCS, tmp_path],
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", DOCS, folder],
         capture_output=True,
         text=True,
         check=False,
     )
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
-    assert (tmp_path / "index.html").exists()
-    shown = text_of(tmp_path / "examples" / "index.html")
+    return folder
+
+
+@pytest.mark.docs
+def test_the_documentation_builds_without_a_warning(built: Path) -> None:
+    assert (built / "index.html").exists()
+    shown = text_of(built / "examples" / "index.html")
     for example in (HOME / "examples").glob("*.py"):
         assert f"images/sphx_glr_{example.stem}_thumb.png" in shown
+
+
+class Loads(HTMLParser):
+    """This parser notes what a page loads: scripts, styles, pictures, frames, fonts."""
+
+    LINKS = ("stylesheet", "preload", "modulepreload", "prefetch", "preconnect", "dns-prefetch",
+             "icon", "manifest")  # fmt: skip
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.found: list[str] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        has = {key: value or "" for key, value in attrs}
+        sources = [has.get("src"), has.get("srcset"), has.get("poster"), has.get("data")]
+        if tag == "link" and set(has.get("rel", "").split()) & {*self.LINKS}:
+            sources.append(has.get("href"))
+        self.found += list(filter(None, sources))
+
+
+def from_elsewhere(text: str, is_page: bool) -> list[str]:
+    """Return the addresses on other hosts from which a page or a style loads something."""
+    found = Loads(text).found if is_page else []
+    style = r"url\(\s*['\"]?([^'\")]+)|@import\s+['\"]([^'\"]+)"
+    found += ["".join(pair) for pair in re.findall(style, text)]
+    return [each for each in found if re.match(r"\s*(https?:)?//", each)]
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ('<script async src="https://host/es5/tex-mml-chtml.js"></script>', 1),
+        ('<link rel="stylesheet" href="//host/a.css">', 1),
+        (
+            "<style>@import 'https://host/a.css'; a { background: url(http://host/b.png) }</style>",
+            2,
+        ),
+        ('<img src="https://host/a.png"><iframe src="http://host"></iframe>', 2),
+        ('<a href="https://host">host</a><img src="a.png"><link rel="next" href="//host/b">', 0),
+    ],
+)
+def test_what_comes_from_elsewhere_is_found(text: str, count: int) -> None:
+    assert len(from_elsewhere(text, is_page=True)) == count
+
+
+@pytest.mark.docs
+def test_no_page_loads_from_another_host(built: Path) -> None:
+    """So the documentation can be read offline, formulas included."""
+    pages = [*built.rglob("*.html"), *built.rglob("*.css")]
+    assert len(pages) > 50
+    for page in pages:
+        assert not from_elsewhere(text_of(page), page.suffix == ".html"), page
+    formulas = text_of(built / "physics.html").count("<math")
+    assert formulas > 20 and "MathJax" not in text_of(built / "physics.html")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_formulas_can_be_written_as_mathml(page: Path) -> None:
+    """A command that the converter does not know would stand in the formula as it is."""
+    convert = pytest.importorskip("latex2mathml.converter").convert
+    text = re.sub(r"^```.*?^```|`[^`\n]*`", "", text_of(page), flags=re.DOTALL | re.MULTILINE)
+    for block, line in re.findall(r"\$\$(.+?)\$\$|(?<!\\)\$([^$]+?)\$", text, re.DOTALL):
+        assert "\\" not in re.sub(r"<[^>]*>", "", convert(block or line)), block or line

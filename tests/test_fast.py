@@ -41,6 +41,7 @@ from pool_pymunk import (
     Table,
     Uncertainty,
     load,
+    loads,
     sensitivity,
     simulate,
     simulate_many,
@@ -330,7 +331,7 @@ def test_without_numba_the_bits_are_the_same(
     scene, position, velocity = simulation_1(3, rolls)
     usual = simulate_many(scene, position, velocity)
     monkeypatch.setattr(compiled, "is_there", lambda: False)
-    with pytest.warns(UserWarning, match=r"pip install 'pool-pymunk\[fast\]'"):
+    with pytest.warns(UserWarning, match=r"pip install '.\[fast\]' in a clone"):
         slow = simulate_many(scene, position, velocity)
     assert slow.by_reference == 3
     np.testing.assert_array_equal(usual.final, slow.final)
@@ -702,3 +703,84 @@ def test_it_is_free_of_the_interpreters_lock() -> None:
     stop.set()
     other.join()
     assert len(ticks) > 5
+
+
+# -- a shot in place of positions and velocities ---------------------------------------------------
+
+
+ROLLS_ON = """
+restitution = { ball_ball = 0.9 }
+[friction]
+surface = 0.2
+rolling = 0.01
+[ball]
+radius = 0.03
+mass = 0.17
+[[balls]]
+id = "1"
+cue = true
+position = [0.0, 0.0]
+[[balls]]
+id = "2"
+position = [0.5, 0.0]
+[[shots]]
+name = "a"
+velocity = [1.0, 0.0]
+[[shots]]
+name = "b"
+ball = "2"
+velocity = [0.0, 1.0]
+roll = 0.3
+"""
+
+
+@pytest.mark.parametrize("name", ["report", "follow-and-draw", "nine-ball", "stadium"])
+def test_a_shot_is_that_of_simulate(name: str) -> None:
+    """A Shot, its name and its number mean the same, by place and by keyword."""
+    scene = load(name)
+    for number, shot in enumerate(scene.shots, start=1):
+        run = simulate(scene, shot, solver="event-driven", max_time=3.0)
+        for said in (shot, shot.name, number, np.int64(number)):
+            batch = simulate_many(scene, said, max_time=3.0)
+            assert np.array_equal(batch.final[0], run.end.position), (name, said)
+            assert batch.run(0).events == run.events
+        assert np.array_equal(simulate_many(scene, shot=number, max_time=3.0).final, batch.final)
+
+
+def test_a_shot_goes_on_from_the_one_before() -> None:
+    scene = loads(ROLLS_ON + "from_previous = true\n")
+    run = simulate(scene, "b", solver="event-driven")
+    assert np.array_equal(simulate_many(scene, "b").final[0], run.end.position)
+    assert run.final["1"][0] > 0.1
+
+
+def test_what_varies_is_that_of_the_ball_of_the_shot() -> None:
+    """That ball is not the cue ball, and its roll stays its share of the speed."""
+    scene = loads(ROLLS_ON)
+    batch = simulate_many(scene, "b", vary={"speed": [0.5, 0.8]})
+    for k, speed in enumerate((0.5, 0.8)):
+        faster = replace(scene, shots=(replace(scene.shots[1], velocity=(0.0, speed)),))
+        run = simulate(faster, 1, solver="event-driven")
+        assert np.allclose(batch.final[k], run.end.position, rtol=0.0, atol=1e-12)
+        assert batch.run(k).struck == "2"
+    drawn = simulate_many(scene, "b", vary={"roll": [-0.2, 0.3]})
+    assert drawn.final[0, 1, 1] < drawn.final[1, 1, 1] == simulate_many(scene, "b").final[0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        ({"shot": 7}, r"^shot = 7: there is no such shot \(there are: 1 \(Offset hit\)\)$"),
+        ({"position": "Ofset hit"}, r"^shot = Ofset hit: there is no such shot .*Offset hit"),
+        ({"position": True}, r"^shot = true: must be a Shot, a name or a number from 1$"),
+        ({"shot": [1, 2]}, r"^shot = .*: must be a Shot, a name or a number from 1$"),
+        ({"shot": 1, "position": np.zeros((2, 2))}, r"^position = .*: leave it out: the shot has"),
+        ({"shot": 1, "velocity": np.zeros((2, 2))}, r"^velocity = .*: leave it out: the shot has"),
+        ({"position": 1, "velocity": np.zeros((2, 2))}, r"^velocity = .*: leave it out"),
+        ({"position": 1, "roll": np.zeros((2, 2))}, r"^roll = .*: leave it out: the shot has"),
+    ],
+)
+def test_shots_that_make_no_sense(given: dict[str, Any], line: str) -> None:
+    with pytest.raises(SettingError, match=line) as caught:
+        simulate_many(load("two-balls"), max_time=1.0, **given)
+    assert "\n" not in str(caught.value)

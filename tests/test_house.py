@@ -148,6 +148,72 @@ def test_solvers_do_not_know_each_other() -> None:
             assert found.target.removeprefix("pool_pymunk.solvers.") not in files, found
 
 
+# Windows has none of these, nor other signals and functions of processes than those in ANYWHERE.
+UNIX_MODULES = {"crypt", "curses", "fcntl", "grp", "nis", "ossaudiodev", "posix", "pty", "pwd",
+                "readline", "resource", "spwd", "syslog", "termios", "tty", "uvloop"}  # fmt: skip
+UNIX_ONLY = re.compile(
+    r"signal\.(SIG\w+|ITIMER_\w+|setitimer|getitimer|alarm|pause|siginterrupt|sig\w+|pthread_\w+)"
+    r"|os\.(fork\w*|killpg|set[ug]id|get[e]?[ug]id|getpg\w+|setpg\w+|setsid|mkfifo|openpty|wait\w*"
+    r"|W[A-Z]+|sched_\w+|uname|getloadavg|nice|ch(own|root)|O_NONBLOCK|O_CLOEXEC|register_at_fork)"
+)
+ANYWHERE = {"SIGABRT", "SIGFPE", "SIGILL", "SIGINT", "SIGSEGV", "SIGTERM", "SIG_DFL", "SIG_IGN",
+            "waitpid"}  # fmt: skip
+
+
+def unix_only(node: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield what runs when a module is imported, and needs Unix, with its line.
+
+    That is all but the bodies of functions. A module may try whether there is such a thing: then
+    it stands in a ``try`` or ``if``.
+    """
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        for name in names:
+            if name.split(".")[0] in UNIX_MODULES:
+                yield node.lineno, name
+    if isinstance(node, ast.Attribute):
+        text = ast.unparse(node)
+        if UNIX_ONLY.fullmatch(text) and node.attr not in ANYWHERE:
+            yield node.lineno, text
+    parts: list[ast.AST] = list(ast.iter_child_nodes(node))
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+        parts = [*node.decorator_list, node.args]
+    elif isinstance(node, ast.Lambda):
+        parts = [node.args]
+    elif isinstance(node, ast.Try | ast.If):
+        parts = []
+    for part in parts:
+        yield from unix_only(part)
+
+
+@pytest.mark.parametrize("folder", ["pool_pymunk", "tests", "torture", "docs", "examples"])
+def test_every_module_can_be_imported_on_windows(folder: str) -> None:
+    """There ``import resource`` at the top of one module ended the search for tests."""
+    paths = sorted((HOME.parent / folder).rglob("*.py"))
+    assert paths
+    for path in paths:
+        found = list(unix_only(ast.parse(path.read_text(encoding="utf-8"))))
+        assert not found, (path, found)
+
+
+@pytest.mark.parametrize(
+    ("code", "count"),
+    [
+        ("import resource", 1),
+        ("from fcntl import flock", 1),
+        ("import os\nasked = os.geteuid()", 1),
+        ("import signal\nclass A:\n    heard = (signal.SIGALRM, signal.SIGINT)", 1),
+        ("import signal\n@wraps(signal.SIGKILL)\ndef f(): pass", 1),
+        ("import signal\ndef f(number=signal.SIGUSR1): pass", 1),
+        ("def f():\n    import resource", 0),
+        ("try:\n    import fcntl\nexcept ImportError:\n    fcntl = None", 0),
+    ],
+)
+def test_what_needs_unix_is_found(code: str, count: int) -> None:
+    assert len(list(unix_only(ast.parse(code)))) == count
+
+
 def test_no_test_file_imports_another() -> None:
     for path in Path(__file__).parent.glob("**/test_*.py"):
         assert not re.findall(r"^(?:from|import) test_\w+", path.read_text("utf-8"), re.M), path

@@ -30,6 +30,7 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
+    SettingError,
     Shot,
     State,
     Table,
@@ -472,12 +473,26 @@ def test_to_frame_is_the_table_of_samples(monkeypatch: pytest.MonkeyPatch) -> No
     pandas.DataFrame = lambda rows, columns: (rows, columns)
     monkeypatch.setitem(sys.modules, "pandas", pandas)
     rows, columns = run.to_frame()
-    assert columns == ["t", "ball", "x", "y", "vx", "vy"]
+    assert columns == ["t", "ball", "x", "y", "vx", "vy", "energy"]
     assert [row[:2] for row in rows] == [[0.0, "A"], [0.0, "B"], [0.5, "A"], [0.5, "B"]]
-    assert rows[3][2:] == [*run.position[1, 1], *run.velocity[1, 1]]
+    assert rows[3][2:6] == [*run.position[1, 1], *run.velocity[1, 1]]
+    assert rows[2][6] + rows[3][6] == pytest.approx(float(run.energy_at(0.5)))
+    [hit], columns = run.to_frame("events")
+    assert columns[:6] == ["t", "kind", "ball", "other", "cushion", "pocket"]
+    assert columns[6:] == ["impulse", "tangential", "tangential_first"]
+    assert hit == (run.events[0].t, "ball-ball", "A", "B", None, None, *run.events[0].impulses)
+    with pytest.raises(SettingError, match=r"^what = "):
+        run.to_frame("shots")  # type: ignore[arg-type]
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match=r"^to_frame needs pandas: pip install pandas$"):
         run.to_frame()
+
+
+@pytest.mark.parametrize("what", ["start", "end", "energy"])
+def test_a_notebook_shows_a_figure_without_a_backend(what: Any) -> None:
+    """IPython asks for this picture where no line has chosen a backend of matplotlib."""
+    png = simulate(load("two-balls"), max_time=1.0).plot(what)._repr_png_()
+    assert png.startswith(b"\x89PNG") and len(png) > 1000
 
 
 def test_paths_may_be_text(tmp_path: Path) -> None:

@@ -252,8 +252,9 @@ def test_a_run_is_saved_written_and_loaded_with_its_pockets(tmp_path: Path) -> N
     assert event | {"t": 0} == {"t": 0, "kind": "pocket", "balls": ["1"], "pocket": "hole"}
     run.write_events_csv(tmp_path / "events.csv")
     lines = (tmp_path / "events.csv").read_text().splitlines()
-    assert lines[0] == "t,kind,ball,other,cushion,pocket"
-    assert lines[3].endswith(",pocket,1,,,hole")
+    impulses = "impulse (N s),tangential (N s),tangential_first (N s)"
+    assert lines[0] == f"t,kind,ball,other,cushion,pocket,{impulses}"
+    assert lines[3].endswith(",pocket,1,,,hole,,,")
 
 
 def test_a_run_without_pockets_has_nobody_pocketed() -> None:

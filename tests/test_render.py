@@ -21,7 +21,6 @@ import pytest
 from commands import refusal
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
@@ -43,6 +42,7 @@ from pool_pymunk.render import (
 )
 from pool_pymunk.render.balls import DrawnBall, Labels, track_of, track_width, tracks
 from pool_pymunk.render.canvas import Sprite, pixels
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import film_layout, picture_layout
 from pool_pymunk.render.stage import TRACK_STRENGTH, Stage

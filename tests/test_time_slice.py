@@ -172,7 +172,7 @@ def assert_same_bits(scene: Scene, shot: Shot | None, dt: float, max_time: float
     ids = [ball.id for ball in scene.balls]
     events = [
         (t, kind, tuple(ids[i] for i in balls), number)
-        for t, kind, balls, number in sorted(plain.events, key=lambda event: event[0])
+        for t, kind, balls, number, _ in sorted(plain.events, key=lambda event: event[0])
     ]
     assert [(e.t, e.kind, e.balls, e.cushion) for e in run.events] == events
     plain.complete(scene.surface)

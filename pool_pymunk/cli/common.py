@@ -14,7 +14,7 @@ import typer
 from pool_pymunk import __version__
 from pool_pymunk.cli import lib, read
 from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.safety.files import whole
+from pool_pymunk.safety.files import check_place, whole
 
 
 class Setup(NamedTuple):
@@ -114,8 +114,10 @@ def say(lines: Iterable[str]) -> None:
 
 
 def place(out: Path | None, scenario: str, inside: str = "") -> Path:
-    """Return where files go: as typed, or in renders/<scenario>."""
-    return out or Path("renders") / Path(scenario).stem / inside
+    """Return where files go: as typed, or in renders/<scenario>. Raises OSError if none can."""
+    folder = out or Path("renders") / Path(scenario).stem / inside
+    check_place(folder, is_folder=True)
+    return folder
 
 
 def stem(run: lib.Run) -> str:

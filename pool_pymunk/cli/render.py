@@ -64,8 +64,8 @@ def render(
         raise read.InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
     read.one_of("--picture-format", picture_format, opt.PICTURES)
     runs += [] if overlay is None else [read_setting(overlay)]
-    shows = [lib.render.Show(each, side_by_side) for each in simulate_beside(scene, shots, runs)]
     folder = place(out, scenario)
+    shows = [lib.render.Show(each, side_by_side) for each in simulate_beside(scene, shots, runs)]
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
     written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:

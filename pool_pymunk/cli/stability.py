@@ -28,7 +28,7 @@ def stability(
         lib.solvers.find_solver(name)
     if processes < 1:
         raise read.InputError(f"--processes = {processes}: must be 1 or more")
-    cells: list[lib.suite.Cell] = []
+    folder, cells = place(out, "stability"), list[lib.suite.Cell]()
     try:
         with lib.terminal.progress("measuring", len(extremes) * len(chosen)) as bar:
             for cell in lib.suite.check_all(extremes, chosen, quick, processes):
@@ -36,7 +36,7 @@ def stability(
                 bar.step()
     finally:
         if cells:
-            _report(lib.suite.in_order(cells), place(out, "stability"))
+            _report(lib.suite.in_order(cells), folder)
     return 0
 
 

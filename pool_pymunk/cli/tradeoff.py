@@ -41,7 +41,7 @@ def tradeoff(
     ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names("--solvers", solvers))
     played = how.options_of(scene, ladders, named=solvers is not None)
     ladders = {name: ladders[name] for name in played}
-    shots = read.shots(scene, shot)
+    shots, folder = read.shots(scene, shot), place(out, scenario)
     so_far: list[lib.tradeoff.Tradeoff] = []
     try:
         with lib.terminal.progress("measuring", 1 + sum(map(len, ladders.values()))) as bar:
@@ -62,7 +62,7 @@ def tradeoff(
             )  # fmt: skip
     finally:
         if so_far:
-            _report(so_far[-1], seed, place(out, scenario))
+            _report(so_far[-1], seed, folder)
     return 0
 
 

@@ -97,7 +97,7 @@ class ContactEngine:
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
         self.policy = PLAIN
-        self._reported: tuple[Answer, ...] = ()  # the answer that is reported now
+        self.reported: list[Answer] = []  # the answer that is reported now; recorders may look
 
     # -- setting up ----------------------------------------------------------------------------
 
@@ -420,8 +420,9 @@ class ContactEngine:
             self.instant = Instant(self.now)
         instant = self.instant
         instant.rounds += 1
-        instant.met.update(dict.fromkeys(hits))
-        instant.before = {**before, **instant.before}
+        for hit in hits:
+            instant.met[hit] = None
+        instant.before = {**before, **instant.before} if instant.before else dict(before)
         return instant
 
     def answer_cluster(self, closing: Collection[Contact]) -> None:
@@ -494,7 +495,7 @@ class ContactEngine:
         for answer in resolution.answers:
             if answer.kind == HIT:
                 tally.listed += 1
-                self._reported = (answer,)
+                self.reported[:] = (answer,)
                 self.recorder.contact(answer.contact, self.now)
         tally.unlisted += tally.listed == listed
         for answer in resolution.answers:
@@ -505,11 +506,6 @@ class ContactEngine:
                     self.rested[i] = math.inf
             for note in answer.notes:
                 getattr(self.recorder, note)(answer.contact, self.now)
-
-    @property
-    def impulse(self) -> float:
-        """Return the impulse (N s) of the reported contact, along its normal."""
-        return self._reported[0].impulse
 
     def _stop(self, i: int, t: float, position: Vector) -> None:
         self.tally.listed += 1

@@ -26,7 +26,15 @@ from pool_pymunk.physics.contact import (
     closing_speed,
     groups,
 )
-from pool_pymunk.physics.impulses import Call, Shared, along_normal, slowing
+from pool_pymunk.physics.impulses import (
+    Call,
+    Impulse,
+    Shared,
+    impulse_of,
+    pushed_along,
+    slowing,
+    tangent,
+)
 from pool_pymunk.physics.laws import Law, Slip, respond, settle
 from pool_pymunk.physics.path import NOISE
 from pool_pymunk.physics.surface import GYRATION, Push, as_rolling, turns_in_time
@@ -54,20 +62,25 @@ class Answer:
     time = 0.0  # s; the contact time
     parting = 0.0  # m/s; the least bounce of a persistent contact
     taken = 0.0  # m/s; this part of the roll into a cushion feeds the least bounce
-    pushed = 0.0  # N s; added to that of ``changed`` or ``shared``
-    changed: tuple[Vector, Vector] | None = None  # m/s; of ball a, before and after a hit
+    pushed = rubbed = 0.0  # N s; along n and t, beside those of ``changed`` or ``shared``
+    # m/s; of the balls, before and after a hit that came alone
+    changed: tuple[Sequence[Vector], Sequence[Vector]] | None = None
     shared: Shared | None = None
 
     def __init__(self, contact: Contact, kind: str = MISSED) -> None:
         self.contact = contact
         self.kind = kind
 
-    @property
-    def impulse(self) -> float:
-        """Return the impulse (N s) along the normal that drives the two sides apart."""
+    def impulse(self) -> Impulse:
+        """Return the impulse that drives the two sides apart, and that of friction."""
         if self.changed is not None:
-            return self.pushed + along_normal(self.contact, *self.changed)
-        return self.pushed + (self.shared.impulse(self.contact) if self.shared else 0.0)
+            found = impulse_of(self.contact, *self.changed)
+        else:
+            found = self.shared.impulse(self.contact) if self.shared else Impulse(0.0, 0.0)
+        if self.pushed == self.rubbed == 0.0:
+            return found
+        normal, tangential, first = found
+        return Impulse(self.pushed + normal, self.rubbed + tangential, first)
 
 
 class Resolution:
@@ -162,12 +175,13 @@ class Resolver:
             rolling = self._roll_through(hit, velocity, now)
             if rolling:
                 return rolling
-        i = hit.contact.a
-        before = velocity[i]
-        if hit.kind != MICRO or closing_speed(hit.contact, velocity) > 0.0:
-            if self.respond(hit.contact, velocity):
+        contact = hit.contact
+        i, j = contact[:2] if contact.b != NO_BALL else (contact.a, contact.a)
+        before = velocity[i], velocity[j]
+        if hit.kind != MICRO or closing_speed(contact, velocity) > 0.0:
+            if self.respond(contact, velocity):
                 hit.notes += (ZERO_SLIP,)
-            hit.changed = before, velocity[i]
+            hit.changed = before, (velocity[i], velocity[j])
         self._push(hit, velocity, now)
         return ()
 
@@ -256,9 +270,11 @@ class Resolver:
         if contact.b != NO_BALL:
             hit.pushed += push_apart(contact, parting, velocity)
             return
-        into = self.persistent.roll_into(contact, now)
+        into, before = self.persistent.roll_into(contact, now), velocity[contact.a]
         pushed, hit.taken = push_off(contact, parting, velocity, into)
         hit.pushed += pushed
+        across, m_a, after = tangent(contact.normal), contact.pair.m_a, velocity[contact.a]
+        hit.rubbed += pushed_along(across, m_a, before, after)
 
     def _at_wall(self, contact: Contact, now: float) -> Answer:
         """Answer the contact of a ball that lies at a wall; its roll may press it there."""
@@ -283,7 +299,7 @@ class Resolver:
                 n = before[0] * nx + before[1] * ny
                 velocity[contact.a] = after = before[0] - n * nx, before[1] - n * ny
                 resolution.velocity[contact.a] = after
-                answer.changed = before, after
+                answer.changed = [before], [after]
             else:
                 resolution.missed.append(contact)
 
@@ -294,7 +310,10 @@ class Resolver:
         fastest = noise = 0.0  # the square of a speed, and a speed
         for i, (wx, wy) in before.items():
             vx, vy = velocity[i]
-            fastest = max(fastest, vx * vx + vy * vy, wx * wx + wy * wy)
+            if (square := vx * vx + vy * vy) > fastest:
+                fastest = square
+            if (square := wx * wx + wy * wy) > fastest:
+                fastest = square
             if self.noises[i] > noise:
                 noise = self.noises[i]
         to.noise = noise = decisions.noise_after(fastest, noise)
@@ -344,7 +363,7 @@ def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:
     for answer in resolution.answers:
         contact = answer.contact
         if contact.b == NO_BALL and answer.kind != MISSED:
-            slows = slowing(contact.pair.friction, answer.impulse, contact.pair.m_a)
+            slows = slowing(contact.pair.friction, answer.impulse().normal, contact.pair.m_a)
             slows += GYRATION * answer.taken
             pushes.setdefault(contact.a, []).append((contact.normal, slows))
     return pushes

@@ -33,7 +33,8 @@ class Batch:
     - ``hits``, ``cushions`` and ``events`` (S,): the numbers of hits of two balls, of hits on
       cushions, and of all events, stops and pockets included.
     - ``first_hit`` (S,): the number of the ball that the cue ball met first, -1 for none; ``met``
-      (S, N): which balls it met. Without a cue ball both are of the first ball that moves.
+      (S, N): which balls it met. Both are of the shot's ball if there is a shot; without one and
+      without a cue ball they are of the first ball that moves.
     - ``pocketed`` (S, N): the number of the pocket that took each ball in, -1 for none.
     - ``status`` (S,): 0 settled, 1 max_time, 2 max_events, 3 non_finite, 4 cannot_start: balls
       overlap, or one is off the table or within a pocket. ``statuses`` has the names. In

@@ -18,12 +18,13 @@ from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
 from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.loop import HARD
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, tracks
-from pool_pymunk.fast.shots import Source, is_gone, read_source
+from pool_pymunk.fast.shots import Source, is_gone, read_source, refuse_given
 from pool_pymunk.fast.tables import can_compile, table_of, walls_differ
-from pool_pymunk.model import Scene, SceneError, inputs
+from pool_pymunk.model import Scene, SceneError, Shot, inputs
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
+from pool_pymunk.solvers import find_shot
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -34,7 +35,7 @@ Done = Callable[[int], object]  # Its argument is how many more shots are done.
 CHUNK, FEW = 4_096, 512
 POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
-    "but is some hundred times slower: pip install 'pool-pymunk[fast]'"  # fmt: skip
+    "but is some hundred times slower: pip install '.[fast]' in a clone"  # fmt: skip
 FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
@@ -48,6 +49,7 @@ def simulate_many(
     position: Any = None,
     velocity: Any = None,
     *,
+    shot: Shot | str | int | None = None,
     roll: Any = None,
     law: str | Law | None = None,
     vary: Mapping[str, Any] | None = None,
@@ -60,18 +62,22 @@ def simulate_many(
 
     ``position`` (m) and ``velocity`` (m/s) are arrays (S, N, 2), for S shots and the scene's N
     balls, or (N, 2) for all shots (default: the scene's own). NaN as a position means that the ball
-    is off the table. ``vary`` has what else differs from shot to shot: arrays (S,) by the names of
-    the table of inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``. ``speed``, ``angle``,
-    ``turn`` and ``roll`` are those of the cue ball or, without one, of the first ball that moves.
-    ``mass`` (kg) is that of all balls, and may be (S, N) too. The argument ``roll`` has the rolls
-    (m/s) in an array like ``velocity``. By default a ball's roll is its own share of its velocity;
-    for the ball of the scene's first shot it is the share of that shot. ``law`` and ``max_time``
-    (s) are by default the scene's. ``threads`` (default: as many as cores) share the work, and
-    change no result. ``on_done(n)`` is called whenever ``n`` more shots are done.
+    is off the table. ``shot`` takes the place of both: a Shot of the scene, its name or its number
+    from 1. All shots then begin as in :func:`simulate`; ``simulate_many(scene, 1)`` is enough.
+
+    ``vary`` has what else differs from shot to shot: arrays (S,) by the names of the table of
+    inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``. ``speed``, ``angle``, ``turn`` and
+    ``roll`` are those of the shot's ball; without a shot, of the cue ball or else of the first ball
+    that moves. ``mass`` (kg) is that of all balls, and may be (S, N) too. The argument ``roll`` has
+    the rolls (m/s) in an array like ``velocity``. By default a ball's roll is its own share of its
+    velocity; for the ball of the shot, or of the scene's first shot, it is the share of that shot.
+    ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` (default: as many as cores)
+    share the work, and change no result. ``on_done(n)`` is called whenever ``n`` more shots are
+    done.
     ``derivatives`` names the inputs of ``batch.derivatives``, as :meth:`Run.derivatives` does.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
-    'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 64 balls,
+    '.[fast]'`` in a clone) ordinary shots are compiled; others, and all with more than 64 balls,
     other radii or a law of your own for single hits, take the Python solver. A shot takes 27 + 21 N
     bytes in the result. Raises SettingError, in one line that names the argument.
 
@@ -85,6 +91,9 @@ def simulate_many(
     ([1, 1, 1], True)
     """
     began = time.perf_counter()
+    if shot is not None:
+        refuse_given("the shot has its own", position=position)
+        position = find_shot(scene, shot)
     source = read_source(scene, position, velocity, vary, law, max_time, roll)
     out, derived, follower = empty(*source.position.shape[:2]), dict[str, Any](), None
     if derivatives is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import reference_solver, request
+from pool_pymunk.solvers import find_shot, reference_solver, request
 from pool_pymunk.solvers.request import Request
 
 Floats = NDArray[np.float64]
@@ -31,7 +32,7 @@ class Source(NamedTuple):
 
     ``position`` and ``velocity`` may be views that repeat one start for all shots (S, N, 2).
     ``vary`` has what differs from shot to shot besides: coefficients (S,), and masses and radii
-    (S, N). ``roll`` (S, N, 2) is there where balls roll.
+    (S, N). ``roll`` (S, N, 2) is there where balls roll. ``struck`` is the number of a shot's ball.
     """
 
     scene: Scene
@@ -40,11 +41,12 @@ class Source(NamedTuple):
     velocity: Floats
     vary: Mapping[str, Floats]
     roll: Floats | None = None
+    struck: int | None = None
 
     @property
     def watched(self) -> int:
-        """The number of the cue ball, or of the first ball that moves in the first shot."""
-        return _watched(self.scene, self.velocity)
+        """The number of the struck ball, of the cue ball, or of the first ball that moves."""
+        return _watched(self.scene, self.velocity) if self.struck is None else self.struck
 
     @property
     def law(self) -> Law:
@@ -211,9 +213,18 @@ def read_source(
 ) -> Source:
     """Check the arguments of many shots, and bring them all to one number of shots.
 
-    Raises SettingError, in one line that names the argument.
+    ``position`` may be a shot, its name or its number, from which all of them begin. Raises
+    SettingError, in one line that names the argument.
     """
     asked = request(scene, reference_solver().name, law=law, max_time=max_time)
+    first, struck = scene.shots[0] if scene.shots else None, None
+    if isinstance(position, Shot | str | Integral):
+        refuse_given("the shot has its own", velocity=velocity, roll=roll)
+        first = find_shot(scene, position)  # type: ignore[arg-type]
+        assert first is not None, "it raises for a shot that is not there"
+        struck, state = scene.index[first.ball], asked.start(first)
+        position, velocity, roll = _of_state(scene, state)
+        vary = {**({} if roll is None else {"roll": [first.roll]}), **(vary or {})}
     own = [ball.velocity for ball in scene.balls]
     given = {
         "position": _points("position", position, [ball.position for ball in scene.balls]),
@@ -237,13 +248,26 @@ def read_source(
         {key: np.broadcast_to(each, (count, *each.shape[1:])) for key, each in some.items()}
         for some in (given, varied)
     )
-    first = scene.shots[0] if scene.shots else None
     places, velocities, others, rolls = opening(
-        scene, given["position"], given["velocity"], varied, None, given.get("roll"), first
+        scene, given["position"], given["velocity"], varied, struck, given.get("roll"), first
     )
-    source = Source(asked.scene, asked, places, velocities, _of_balls(scene, others), rolls)
+    source = Source(asked.scene, asked, places, velocities, _of_balls(scene, others), rolls, struck)
     _check_that_it_ends(source)
     return source
+
+
+def refuse_given(message: str, **arguments: Any) -> None:
+    """Raise SettingError for the first of these arguments that is given."""
+    for name, value in arguments.items():
+        if value is not None:
+            raise setting_error(name, f"shape {np.shape(value)}", f"leave it out: {message}")
+
+
+def _of_state(scene: Scene, state: State) -> tuple[Floats, Floats, Floats | None]:
+    """Return the positions, velocities and rolls (N, 2) of a state; NaN for balls off the table."""
+    position, velocity = np.array(state.position), np.array(state.velocity)
+    position[[scene.index[id_] for id_ in state.off]] = np.nan
+    return position, velocity, None if state.roll is None else np.array(state.roll)
 
 
 def _of_balls(scene: Scene, vary: Mapping[str, Floats]) -> dict[str, Floats]:

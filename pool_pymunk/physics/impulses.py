@@ -1,7 +1,7 @@
 """This module finds the impulses of contacts of one instant, once their velocities are known.
 
-A contact's impulse is the change of momentum that it gives its two sides along its normal. In a
-single hit the change of one velocity tells it. For contacts that a law has answered together there
+A contact's impulse is the change of momentum that it gives its two sides. In a single hit the
+changes of their velocities tell it. For contacts that a law has answered together there
 are three methods, and the first one that explains the change of all velocities counts:
 
 1. The law has called ``respond`` for each contact, perhaps in several orders, of which it has taken
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed, groups
 from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
@@ -25,6 +26,42 @@ EXPLAINED = 1e-9
 UNIT = Pair(1.0, 1.0, 0.0, 0.0)  # The masses are in the momenta.
 
 Call = tuple[Contact, Sequence[Vector], Sequence[Vector]]  # its balls' velocities before and after
+
+
+class Impulse(NamedTuple):
+    """An impulse (N s) is the change of momentum that a contact gives its two sides.
+
+    ``normal`` drives them apart along the normal n. ``tangential`` is along t = (-n_y, n_x), on the
+    second ball, or on the ball at a cushion; ``tangential_first`` is that on the first of two
+    balls. They are opposite where the law keeps momentum.
+    """
+
+    normal: float
+    tangential: float
+    tangential_first: float | None = None
+
+
+def impulse_of(contact: Contact, before: Sequence[Vector], after: Sequence[Vector]) -> Impulse:
+    """Return the impulse of a contact that has changed the velocities (m/s) of its balls.
+
+    >>> from pool_pymunk.physics.contact import Pair
+    >>> cushion = Contact(0, NO_BALL, (0.0, 1.0), Pair(0.5, 0.0, 0.5, 0.1))
+    >>> impulse_of(cushion, [(1.0, -2.0)], [(0.75, 1.0)])
+    Impulse(normal=1.5, tangential=0.125, tangential_first=None)
+    """
+    _, b, (nx, ny), (m_a, m_b, _, _), *_ = contact
+    (vx, vy), (ux, uy) = before[0], after[0]
+    x, y = ux - vx, uy - vy
+    normal, first = m_a * (x * nx + y * ny), m_a * (y * nx - x * ny)
+    if b == NO_BALL:
+        return Impulse(normal, first)
+    (vx, vy), (ux, uy) = before[1], after[1]
+    return Impulse(-normal, m_b * ((uy - vy) * nx - (ux - vx) * ny), first)
+
+
+def tangent(normal: Vector) -> Vector:
+    """Return the unit vector (-n_y, n_x), a quarter turn to the left of a normal."""
+    return -normal[1], normal[0]
 
 
 def along_normal(contact: Contact, before: Vector, after: Vector) -> float:
@@ -61,37 +98,39 @@ class Shared:
         calls: Sequence[Call] = (),
     ) -> None:
         self.contacts, self.before, self.after, self.calls = contacts, before, after, calls
-        self._found: dict[Contact, float] = {}
+        self._found: dict[Contact, Impulse] = {}
 
-    def impulse(self, contact: Contact) -> float:
-        """Return the impulse (N s) along the normal of one of the contacts."""
+    def impulse(self, contact: Contact) -> Impulse:
+        """Return the impulse of one of the contacts."""
         if not self._found:
             for group in groups(self.contacts):
                 self._found.update(zip(group, self._of_group(group), strict=True))
         return self._found[contact]
 
-    def _of_group(self, group: Sequence[Contact]) -> list[float]:
-        """Return the impulses (N s) of contacts that share balls."""
+    def _of_group(self, group: Sequence[Contact]) -> list[Impulse]:
+        """Return the impulses of contacts that share balls."""
         balls = sorted({i for contact in group for i in contact.balls})
         change = {i: _less(self.after[i], self.before[i]) for i in balls}
         found = self._of_calls(group, change)
         if found is not None:
             return found
         solved = dict(self.before)
-        found = at_once(group, solved)
-        if found is not None and all(solved[i] == self.after[i] for i in balls):
-            return found
+        both = at_once(group, solved)
+        if both is not None and all(solved[i] == self.after[i] for i in balls):
+            return _opposite(group, *both)
         return _least(group, change)
 
     def _of_calls(
         self, group: Sequence[Contact], change: Mapping[int, Vector]
-    ) -> list[float] | None:
+    ) -> list[Impulse] | None:
         """Return the calls' summed impulses over the common number that explains all changes."""
-        impulses = dict.fromkeys([contact[:3] for contact in group], 0.0)
+        impulses = {contact[:3]: (0.0, 0.0, 0.0) for contact in group}
         total: dict[int, Vector] = dict.fromkeys(change, (0.0, 0.0))
         for contact, before, after in self.calls:
             if contact[:3] in impulses:
-                impulses[contact[:3]] += along_normal(contact, before[0], after[0])
+                one, (n, t, first) = impulse_of(contact, before, after), impulses[contact[:3]]
+                more = one.tangential_first or 0.0
+                impulses[contact[:3]] = n + one.normal, t + one.tangential, first + more
                 for i, old, new in zip(contact.balls, before, after, strict=True):
                     total[i] = _less(total[i], _less(old, new))
         pairs = [(x, y) for i in change for x, y in zip(total[i], change[i], strict=True)]
@@ -99,14 +138,28 @@ class Shared:
         share = math.fsum(x * y for x, y in pairs) / size if size > 0.0 else 0.0
         if max(abs(share * x - y) for x, y in pairs) > EXPLAINED * max(abs(y) for _, y in pairs):
             return None
-        return [share * impulse for impulse in impulses.values()]
+        scaled = [(share * n, share * t, share * first) for n, t, first in impulses.values()]
+        return [_impulse(contact, *each) for contact, each in zip(group, scaled, strict=True)]
+
+
+def _impulse(contact: Contact, normal: float, tangential: float, first: float) -> Impulse:
+    """Return an impulse; one of a cushion has no first ball."""
+    return Impulse(normal, tangential, None if contact.b == NO_BALL else first)
+
+
+def _opposite(
+    group: Sequence[Contact], normal: Sequence[float], tangential: Sequence[float]
+) -> list[Impulse]:
+    """Return impulses (N s) that push two balls by as much, in opposite directions."""
+    each = zip(group, normal, tangential, strict=True)
+    return [_impulse(contact, n, t, -t) for contact, n, t in each]
 
 
 def _less(one: Vector, other: Vector) -> Vector:
     return one[0] - other[0], one[1] - other[1]
 
 
-def _least(group: Sequence[Contact], change: Mapping[int, Vector]) -> list[float]:
+def _least(group: Sequence[Contact], change: Mapping[int, Vector]) -> list[Impulse]:
     """Return the impulses of least norm that explain the changes of velocity (m/s)."""
     masses = {i: m for contact in group for i, m in zip(contact.balls, contact.pair, strict=False)}
     momentum = {i: (masses[i] * x, masses[i] * y) for i, (x, y) in change.items()}
@@ -116,4 +169,4 @@ def _least(group: Sequence[Contact], change: Mapping[int, Vector]) -> list[float
         own.response[k] = [coupling(line, other) for other in both]
         own.wanted[k], own.pushing[k] = -closing_speed(line, momentum), True
     least_impulses(own, len(both))
-    return list(own.impulse[::2])
+    return _opposite(group, own.impulse[::2], own.impulse[1::2])

@@ -121,14 +121,20 @@ def room(count: int) -> Room:
     return Room(response, factor, wanted, unit, impulse, rest, pushing, chosen, {})
 
 
-def at_once(contacts: Sequence[Contact], velocity: Velocities) -> list[float] | None:
-    """Give contacts all impulses at once; return the normal ones (N s), or None if unknown."""
+def at_once(
+    contacts: Sequence[Contact], velocity: Velocities
+) -> tuple[list[float], list[float]] | None:
+    """Give contacts all impulses at once; return those along n and t (N s), or None if unknown."""
     own = room(len(contacts))
-    return list(own.impulse) if push_at_once(contacts, len(contacts), velocity, own) else None
+    is_known = push_at_once(contacts, len(contacts), velocity, own)
+    return (list(own.impulse), list(own.rest)) if is_known else None
 
 
 def push_at_once(contacts: Any, count: int, velocity: Any, room: Room) -> bool:
-    """Give contacts all impulses at once, and keep the normal ones; return False if unknown."""
+    """Give contacts all impulses at once; return False if they are unknown.
+
+    ``room.impulse`` keeps those along the normals, ``room.rest`` those along the tangents.
+    """
     shares, impulse, rest = room.shares, room.impulse, room.rest
     for k in range(count):
         one = contacts[k]

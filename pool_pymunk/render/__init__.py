@@ -3,9 +3,8 @@
 matplotlib is imported here and nowhere else in the package.
 """
 
-from matplotlib.figure import Figure
-
 from pool_pymunk.render.encode import join
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.films import film, frame_count
 from pool_pymunk.render.pictures import figure_of, picture, save_figure
 from pool_pymunk.render.plots import energy_figure

@@ -13,13 +13,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgb
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pool_pymunk.model.inputs import in_units, unit_of
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import dress
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.render.style import SCREEN, Style, default_color
 from pool_pymunk.studies.atlas import Atlas
@@ -41,6 +41,7 @@ TITLES = {
     "pocket": "which pocket takes ball {}",
     "duration": "when all balls rest",
 }
+TURNED = "turned from the shot's angle"  # All angles of an atlas are relative to the shot's.
 MOST_HITS = 0.995  # This share of the shots has no more hits than the scale shows.
 # A map is coloured and drawn in pieces of this number of rows: a pixel takes 24 bytes while it is
 # coloured, and about 110 bytes while matplotlib draws it.
@@ -93,7 +94,7 @@ def _axis(found: Atlas, name: str, values: Array) -> tuple[float, float, float, 
         in_units(units, meaning, float(v)) for v in (*values[[0, -1]], found.plan.own(name))
     )
     half = (high - low) / (len(values) - 1) / 2.0
-    unit, text = unit_of(units, meaning), "angle of the shot" if name == "angle" else name
+    unit, text = unit_of(units, meaning), TURNED if meaning == "turn" else name
     return low - half, high + half, own, f"{text} ({unit})" if unit else text
 
 

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.style import Style
 
 Pixels = NDArray[np.uint8]

@@ -8,13 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import CircleCollection
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
 from pool_pymunk.fast import Batch
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import DrawnBall, circle, discs, draw_balls, draw_rings
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.pictures import as_set_up, save_figure
 from pool_pymunk.render.sheet import Sheet, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import LOOK, PRINT, Style, halo_color

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from pool_pymunk.model import Point, Units
 from pool_pymunk.physics.laws import find_law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Label, place_labels
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.report.collide import Collision
 

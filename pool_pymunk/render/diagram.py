@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from pool_pymunk.render.canvas import Label, place_labels
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver

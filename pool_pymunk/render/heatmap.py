@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from pool_pymunk.model import Point
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import find_solver

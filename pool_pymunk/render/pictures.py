@@ -7,12 +7,12 @@ from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pool_pymunk.model import Scene
 from pool_pymunk.model.plain import argument, choice, size
 from pool_pymunk.render import balls
 from pool_pymunk.render.balls import discs, track_of
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.sheet import draw_caption, draw_sheet, draw_tray, picture_layout
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.render.view import Show, View

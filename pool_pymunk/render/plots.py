@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import dress
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.style import LOOK, PRINT, Style, ball_colors
 from pool_pymunk.render.view import Show
 from pool_pymunk.results.run import Run

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 from numpy.linalg import norm
 from numpy.typing import NDArray
 
 from pool_pymunk.render.canvas import dress
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.studies.fit import Fit

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Point
 from pool_pymunk.render.balls import discs, draw_balls
 from pool_pymunk.render.canvas import canvas, draw_text
+from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.plots import KEY_ROWS, plot_distances
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.table import draw_plane, draw_pockets_and_posts, draw_table

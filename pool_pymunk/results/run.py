@@ -37,7 +37,9 @@ Times = Array | Sequence[float] | float
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
-COLUMNS = ("t", "ball", "x", "y", "vx", "vy")  # of a table of samples
+COLUMNS = ("t", "ball", "x", "y", "vx", "vy", "energy")  # of a table of samples
+EVENTS = ("t", "kind", "ball", "other", "cushion", "pocket")  # of a table of events, and IMPULSES
+IMPULSES = ("impulse", "tangential", "tangential_first")
 
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
@@ -49,23 +51,45 @@ STATUSES: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An event is a contact, or a ball that begins to roll, stops or is pocketed, at ``t`` (s)."""
+    """An event is a contact, or a ball that begins to roll, stops or is pocketed, at ``t`` (s).
+
+    A contact has an ``impulse`` (N s) along its normal n, which points from the first ball to the
+    second, or from the cushion to the ball. It drives the two apart: the second ball, or the ball
+    at a cushion, gets +impulse, the first of two balls -impulse. ``tangential`` (N s) is what the
+    second ball, or the ball at a cushion, gets along t = (-n_y, n_x), and ``tangential_first`` what
+    the first of two balls gets along t. That is -tangential, unless the law keeps no momentum there
+    (``published``). All are None for events that are no contacts.
+
+    >>> from pool_pymunk import load, simulate
+    >>> hit = simulate(load("two-balls"), max_time=2.0).events[0]
+    >>> hit.kind, round(hit.impulse, 6), round(hit.tangential, 6), round(hit.tangential_first, 6)
+    ('ball-ball', 0.262301, -0.013115, 0.013115)
+    """
 
     t: float
     kind: str  # ball-ball | ball-cushion | roll | stop | pocket
     balls: tuple[str, ...]
     cushion: int | None = None
     pocket: str | None = None  # its id
+    impulse: float | None = None
+    tangential: float | None = None
+    tangential_first: float | None = None
 
     @property
     def is_contact(self) -> bool:
         """Tell whether balls meet each other or a cushion."""
         return self.kind in ("ball-ball", "ball-cushion")
 
+    @property
+    def impulses(self) -> tuple[float | None, ...]:
+        """Return the impulses (N s), as in IMPULSES."""
+        return self.impulse, self.tangential, self.tangential_first
+
     def as_dict(self) -> dict[str, object]:
         """Return the event as it stands in the JSON."""
         said = {"t": self.t, "kind": self.kind, "balls": list(self.balls)}
         said |= {"cushion": self.cushion, "pocket": self.pocket}
+        said |= dict(zip(IMPULSES, self.impulses, strict=True))
         return {key: value for key, value in said.items() if value is not None}
 
 
@@ -412,15 +436,20 @@ class Run:
 
         return run_in_notebook(self)
 
-    def to_frame(self) -> Any:
-        """Make a pandas DataFrame, a row for each time and ball: t, ball, x, y, vx, vy (SI).
+    def to_frame(self, what: Literal["samples", "events"] = "samples") -> Any:
+        """Make a pandas DataFrame, a row for each time and ball, or one for each event, in SI.
 
-        Raises ImportError where pandas is not installed.
+        The columns of samples are t, ball, x, y, vx, vy and energy, those of events are t, kind,
+        ball, other, cushion, pocket, impulse, tangential and tangential_first. Raises ImportError
+        where pandas is not installed.
         """
+        argument("what", what, choice(("samples", "events")))
         try:
             frame = import_module("pandas").DataFrame
         except ImportError:
             raise ImportError("to_frame needs pandas: pip install pandas") from None
+        if what == "events":
+            return frame(list(self._event_rows()), columns=[*EVENTS, *IMPULSES])
         return frame(list(self._rows(Units())), columns=list(COLUMNS))
 
     def save(self, path: str | Path) -> None:
@@ -442,16 +471,25 @@ class Run:
     def _rows(self, units: Units) -> Iterator[list[float | str]]:
         """Yield one row for each time and ball, as in COLUMNS."""
         length, speed = units.to_si(1.0, "length"), units.to_si(1.0, "speed")
-        samples = np.concatenate((self.position / length, self.velocity / speed), axis=2)
+        energies = self._energies(self.t)[..., np.newaxis]
+        samples = np.concatenate((self.position / length, self.velocity / speed, energies), axis=2)
         for t, rows in zip(self.t.tolist(), samples.tolist(), strict=True):
             for ball, row in zip(self.scene.balls, rows, strict=True):
                 yield [t, ball.id, *row]
 
+    def _event_rows(self) -> Iterator[Iterable[object]]:
+        """Yield one row for each event, as in EVENTS and IMPULSES."""
+        for e in self.events:
+            yield (e.t, e.kind, *_two(e.balls), e.cushion, e.pocket, *e.impulses)
+
     def write_npz(self, path: str | Path) -> None:
         """Write t, position, velocity (SI), the balls' ids and the events as a NumPy archive.
 
-        An event without a cushion has -1 there, one without a pocket an empty text.
+        An event without a cushion has -1 there, one without a pocket an empty text, and one without
+        impulses nan.
         """
+        pushes = np.array([event.impulses for event in self.events], dtype=float).reshape(-1, 3)
+        impulses: Any = {f"event_{name}": p for name, p in zip(IMPULSES, pushes.T, strict=True)}
         cushions = [-1 if event.cushion is None else event.cushion for event in self.events]
         np.savez_compressed(
             path,
@@ -464,6 +502,7 @@ class Run:
             event_balls=np.array([_two(event.balls) for event in self.events], dtype=str),
             event_cushion=np.array(cushions, dtype=int),
             event_pocket=np.array([event.pocket or "" for event in self.events], dtype=str),
+            **impulses,
         )
 
     def write_csv(self, path: str | Path, units: Units | None = None) -> None:
@@ -474,15 +513,17 @@ class Run:
         """
         units = argument("units", units or Units(), made(Units))
         said = ("s", "", *[units.length] * 2, *[units.speed] * 2, "J")
-        heading = zip((*COLUMNS, "energy"), said, strict=True)
-        energies = self._energies(self.t).ravel().tolist()
-        rows = ([*row, energy] for row, energy in zip(self._rows(units), energies, strict=True))
-        write_rows(path, (f"{name} ({unit})" if unit else name for name, unit in heading), rows)
+        heading = zip(COLUMNS, said, strict=True)
+        names = (f"{name} ({unit})" if unit else name for name, unit in heading)
+        write_rows(path, names, self._rows(units))
 
     def write_events_csv(self, path: str | Path) -> None:
-        """Write a row for each event: t (s), kind, ball, other (of two), cushion, pocket."""
-        rows = ((e.t, e.kind, *_two(e.balls), e.cushion, e.pocket) for e in self.events)
-        write_rows(path, ("t", "kind", "ball", "other", "cushion", "pocket"), rows)
+        """Write a row for each event: t (s), kind, ball, other (of two), cushion, pocket, impulses.
+
+        The impulses are in N s, as the heading says.
+        """
+        heading = [*EVENTS, *(f"{name} (N s)" for name in IMPULSES)]
+        write_rows(path, heading, self._event_rows())
 
 
 # Every file that `run --out` writes of a shot: the end of its name, and the method that writes it.

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.policies import Variant
+from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path, standing
 from pool_pymunk.physics.surface import NO_ROLL, Surface
 
@@ -18,6 +19,11 @@ if TYPE_CHECKING:
 Breakpoint = tuple[float, ...]
 UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface determines
 NONE = (0.0, 0.0)
+
+# It finds a contact's impulse when asked, because in a rack that takes as long as the answer.
+Push = Callable[[], Impulse]
+# the time, the kind, the balls, the number of the cushion or of the pocket, a contact's impulse
+Row = tuple[float, str, tuple[int, ...], int | None, Push | None]
 
 ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
 POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
@@ -52,8 +58,7 @@ class Trace:
             for p, v, a, w in zip(start.position, start.velocity, pulls, rolls, strict=True)
         ]
         self.no_roll = () if start.roll is None else NONE  # what a ball at rest has for a roll
-        # the time, the kind, the balls, and the number of the cushion or of the pocket
-        self.events: list[tuple[float, str, tuple[int, ...], int | None]] = []
+        self.events: list[Row] = []
         # when first, how often, and the largest figure
         self.warned: dict[str, tuple[float, int, float]] = {}
         self.policies: set[str] = set()  # those that answered something that has no exact answer
@@ -98,20 +103,20 @@ class Trace:
 
     def roll(self, i: int, t: float) -> None:
         """Ball ``i`` began to roll."""
-        self.events.append((t, ROLL, (i,), None))
+        self.events.append((t, ROLL, (i,), None, None))
 
-    def ball_ball(self, t: float, i: int, j: int) -> None:
+    def ball_ball(self, t: float, i: int, j: int, push: Push | None = None) -> None:
         """Balls ``i`` and ``j`` met."""
-        self.events.append((t, "ball-ball", (i, j), None))
+        self.events.append((t, "ball-ball", (i, j), None, push))
 
-    def ball_cushion(self, t: float, i: int, cushion: int) -> None:
+    def ball_cushion(self, t: float, i: int, cushion: int, push: Push | None = None) -> None:
         """Ball ``i`` met a cushion."""
-        self.events.append((t, "ball-cushion", (i,), cushion))
+        self.events.append((t, "ball-cushion", (i,), cushion, push))
 
     def stop(self, i: int, t: float, position: Point) -> None:
         """Ball ``i`` came to rest."""
         self.breakpoint(i, t, position, NONE, NONE)
-        self.events.append((t, "stop", (i,), None))
+        self.events.append((t, "stop", (i,), None, None))
         self.duration = max(self.duration, t)
 
     def pocketed(
@@ -125,12 +130,12 @@ class Trace:
         """Ball ``i`` came to a pocket with this ``motion`` (m, m/s), and lies at its ``center``."""
         self.breakpoint(i, t, motion[:2], motion[2:], NONE)
         self.breakpoint(i, t, center, NONE, NONE)
-        self.events.append((t, POCKET, (i,), pocket))
+        self.events.append((t, POCKET, (i,), pocket, None))
         self.duration = max(self.duration, t)
 
     def stop_revoked(self, i: int, t: float) -> None:
         """Ball ``i`` had not come to rest at ``t`` after all."""
-        stop = (t, "stop", (i,), None)
+        stop = (t, "stop", (i,), None, None)
         del self.events[len(self.events) - 1 - self.events[::-1].index(stop)]
 
     def cut(self, most: int) -> None:

@@ -21,13 +21,21 @@ class RenderError(RuntimeError):
 
 
 def check_place(path: Path, is_folder: bool = False) -> None:
-    """Raise OSError if no file can be made at ``path``, or in it if it is to be a folder."""
+    """Raise OSError if no file can be made at ``path``, or in it if it is to be a folder.
+
+    A file without a name is made in the nearest folder that is there, and is gone at once.
+    """
+    if not is_folder and path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     places = (path, *path.absolute().parents) if is_folder else path.absolute().parents
     there = next(place for place in places if place.exists())
     if not there.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
-    if not os.access(there, os.W_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+    try:
+        tempfile.TemporaryFile(dir=there).close()
+    except OSError as error:  # Rights do not tell: root has all, and some folders take no files.
+        number = errno.EACCES if error.errno in (None, errno.ENOENT) else error.errno
+        raise OSError(number, os.strerror(number), str(path)) from None
 
 
 @contextmanager

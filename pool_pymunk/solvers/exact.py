@@ -55,13 +55,14 @@ class EngineTrace(Trace, Recorder):
 
     def __init__(self, scene: Scene, start: State, engine: ContactEngine) -> None:
         super().__init__(start, engine.paths)
-        self.scene, self.law = scene, engine.resolver.law
+        self.scene, self.reported, self.law = scene, engine.reported, engine.resolver.law
 
     def contact(self, contact: Contact, t: float) -> None:
+        push = self.reported[0].impulse
         if contact.cushion is None:
-            self.ball_ball(t, contact.a, contact.b)
+            self.ball_ball(t, contact.a, contact.b, push)
         else:
-            self.ball_cushion(t, contact.a, contact.cushion)
+            self.ball_cushion(t, contact.a, contact.cushion, push)
 
     def zero_slip(self, contact: Contact, t: float) -> None:
         text = (

@@ -14,8 +14,10 @@ from itertools import pairwise
 
 import pymunk
 
-from pool_pymunk.model import Scene, State
+from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.model.scene import ball_ball_restitution
+from pool_pymunk.physics.contact import split
+from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
@@ -31,6 +33,22 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     return Builtin(scene, start, settings.dt).play(settings)
 
 
+class Overlap:
+    """An overlap adds up the momentum (N s) that pymunk gives two shapes while they touch."""
+
+    def __init__(self, normal: Point, is_pair: bool) -> None:
+        self.normal, self.is_pair = normal, is_pair
+        self.total = (0.0, 0.0)  # on the second ball, or on the ball at a cushion
+
+    def add(self, impulse: Point) -> None:
+        self.total = self.total[0] + impulse[0], self.total[1] + impulse[1]
+
+    def impulse(self) -> Impulse:
+        """Return the impulse along the normal of the first step, and across it."""
+        normal, tangential = split(self.total, self.normal)
+        return Impulse(normal, tangential, -tangential if self.is_pair else None)
+
+
 class Builtin(Stepping):
     """This is a stock pymunk space with a scene's balls and cushions."""
 
@@ -42,6 +60,7 @@ class Builtin(Stepping):
         self.space.collision_slop = 1e-3 * min(ball.radius for ball in scene.balls)
         self.bodies: dict[int, pymunk.Body] = {}  # of the balls on the table
         self.number: dict[pymunk.Shape, int] = {}
+        self.overlaps: dict[tuple[pymunk.Shape, pymunk.Shape], Overlap] = {}
         for i in range(len(scene.balls)):
             self._add_ball(i, start)
         for id_ in start.off:
@@ -102,14 +121,20 @@ class Builtin(Stepping):
             self.number[shape] = number
 
     def _met(self, arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
-        if not arbiter.is_first_contact:
-            return
         a, b = arbiter.shapes
         i, j = self.number[a], self.number[b]
-        if b.collision_type == CUSHION:
-            self.trace.ball_cushion(self.time, i, j)
-        else:
-            self.trace.ball_ball(self.time, min(i, j), max(i, j))
+        is_pair, (nx, ny), (x, y) = b.collision_type == BALL, arbiter.normal, arbiter.total_impulse
+        # pymunk's normal points from a to b, and its impulse is that on a.
+        to = 1.0 if is_pair and i < j else -1.0
+        if arbiter.is_first_contact:
+            overlap = self.overlaps[a, b] = self.overlaps[b, a] = Overlap(
+                (to * nx, to * ny), is_pair
+            )
+            if is_pair:
+                self.trace.ball_ball(self.time, min(i, j), max(i, j), overlap.impulse)
+            else:
+                self.trace.ball_cushion(self.time, i, j, overlap.impulse)
+        self.overlaps[a, b].add((-x, -y) if is_pair and i < j else (x, y))
 
     def advance(self, most: float) -> None:
         """Make one step of the space, and now and then note who moves and who has stopped."""

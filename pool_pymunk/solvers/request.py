@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -16,14 +16,14 @@ import numpy as np
 
 from pool_pymunk.engine.decisions import NEVER_SETTLES
 from pool_pymunk.engine.policies import AS_IT_IS, Variant
-from pool_pymunk.model import Scene, Shot, State
+from pool_pymunk.model import Pocket, Scene, Shot, State
 from pool_pymunk.model.plain import Reader, Value, argument, size, whole
 from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Event, Run, read_times
-from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Trace
+from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Row, Trace
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
 from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
@@ -78,11 +78,7 @@ class Request(NamedTuple):
     def play(self, shot: Shot | None, start: State | None = None) -> Run:
         """Simulate a shot from ``start``; by default from the scene's own, or as the shot says."""
         scene, settings = self.scene, self.settings
-        if start is None and shot is not None and shot.from_previous:
-            bounds = settings._replace(max_time=scene.physics.max_time)
-            alone = self._replace(settings=bounds, times=None)
-            start = alone.play(shot_before(scene, shot)).end
-        state = scene.start(shot, start)
+        state = self.start(shot, start)
         drifts = settings.max_time is None and not scene.always_rests
         if drifts and any(v != (0.0, 0.0) for v in (*state.velocity, *(state.roll or ()))):
             friction = "rolling" if scene.surface.rolls else "surface"
@@ -101,6 +97,14 @@ class Request(NamedTuple):
         if not self.solver.own_law and not settings.law_of(scene).hits_are_coulombs:
             warn_of_gained_energy(trace, scene)
         return asked._run(shot, state, trace, wall_time, shift)
+
+    def start(self, shot: Shot | None, before: State | None = None) -> State:
+        """Return the state at the moment of a shot, which may go on from the end of another."""
+        if before is None and shot is not None and shot.from_previous:
+            bounds = self.settings._replace(max_time=self.scene.physics.max_time)
+            alone = self._replace(settings=bounds, times=None)
+            before = alone.play(shot_before(self.scene, shot)).end
+        return self.scene.start(shot, before)
 
     def spread(self, start: State) -> float:
         """Play a run, and return by how much (m/s) orders of one instant change velocities."""
@@ -152,7 +156,8 @@ class Request(NamedTuple):
     def _run(
         self, shot: Shot | None, start: State, trace: Trace, wall_time: float, shift: float | None
     ) -> Run:
-        events = tuple([self._event(*event) for event in trace.events])
+        ids, holes = tuple(self.scene.index), self.scene.pockets
+        events = tuple([_event(row, ids, holes) for row in trace.events])
         taken = {event.balls[0] for event in events if event.pocket is not None}
         return Run(
             scene=self.scene,
@@ -176,13 +181,6 @@ class Request(NamedTuple):
             law_used=None if self.solver.own_law else self.settings.law_of(self.scene),
         )
 
-    def _event(self, t: float, kind: str, balls: tuple[int, ...], where: int | None) -> Event:
-        """Return the event with the balls' ids, and with the pocket's."""
-        names = tuple([self.scene.balls[i].id for i in balls])
-        if kind == POCKET and where is not None:
-            return Event(t, kind, names, pocket=self.scene.pockets[where].id)
-        return Event(t, kind, names, where)
-
     def _again(
         self, shot: Shot | None, start: State, variant: Variant, most: int | None = None
     ) -> Run:
@@ -191,6 +189,17 @@ class Request(NamedTuple):
         bounds = self.settings._replace(max_events=min(most or listed, listed))
         trace = self._replace(settings=bounds)._solve(start, variant)
         return self._run(shot, start, trace, 0.0, None)
+
+
+def _event(row: Row, ids: Sequence[str], holes: Sequence[Pocket]) -> Event:
+    """Return the event with the balls' ids, with the pocket's, and with its impulse."""
+    t, kind, balls, where, push = row
+    names = tuple([ids[i] for i in balls])
+    if kind == POCKET and where is not None:
+        return Event(t, kind, names, pocket=holes[where].id)
+    if push is None:
+        return Event(t, kind, names, where)
+    return Event(t, kind, names, where, None, *push())
 
 
 def request(
@@ -281,20 +290,22 @@ def farthest(one: Trace, other: Trace) -> float:
 
 def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
     """Warn if contacts gained kinetic energy: how much, how often, and which was the first."""
-    initial, changes = 0.0, defaultdict[float, dict[str, float]](dict)  # J, by time and ball
+    initial, changes = 0.0, defaultdict[float, float](float)  # J, by time
     for ball, rows in zip(scene.balls, trace.knots, strict=True):
+        half = 0.5 * ball.mass
         initial += kinetic_energy(ball.mass, *rows[0][3:5])
         for (began, _, _, vx, vy, ax, ay, *_), (t, _, _, ux, uy, *_) in pairwise(rows):
-            time, after = t - began, kinetic_energy(ball.mass, ux, uy)
-            gain = after - kinetic_energy(ball.mass, vx + time * ax, vy + time * ay)
-            changes[t][ball.id] = changes[t].get(ball.id, 0.0) + gain
-    gains = {t: sum(each.values()) for t, each in changes.items()}
-    gains = {t: gain for t, gain in gains.items() if gain > GAINED * initial}
+            time = t - began
+            wx, wy = vx + time * ax, vy + time * ay
+            changes[t] += half * (ux * ux + uy * uy - wx * wx - wy * wy)
+    gains = {t: gain for t, gain in changes.items() if gain > GAINED * initial}
     if gains:
         first = min(gains)
+        each = zip(scene.balls, trace.knots, strict=True)
+        who = [b.id for b, rows in each if any(row[0] == first for row in rows[1:])]
         trace.warn(
             f"{counted(len(gains), 'contact')} gained energy, as the law may: in all "
             f"{sum(gains.values()) / initial:.3g} times the kinetic energy of the start. The first "
-            f"is that of {', '.join(changes[first])}",
+            f"is that of {', '.join(who)}",
             first,
         )

@@ -16,15 +16,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from itertools import combinations
 from math import atan2, copysign, cos, hypot, pi, sin
 
 from pool_pymunk.model import Point, Scene, State, Table
-from pool_pymunk.physics.contact import NT
+from pool_pymunk.physics.contact import NO_BALL, NT, Contact, Pair
+from pool_pymunk.physics.impulses import impulse_of
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.sides import Wall
 from pool_pymunk.physics.surface import GYRATION, NO_ROLL, SHARE
-from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.trace import Push, Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
 Motion = list[float]  # x, y (m), vx, vy (m/s)
@@ -139,6 +141,9 @@ class Slices(Stepping):
                 self._pair(i, j, active)
         self.moving = sorted(i for i in active if self._moves(i))
 
+    def _velocity(self, i: int) -> Point:
+        return self.motion[i][2], self.motion[i][3]
+
     def _moves(self, i: int) -> bool:
         _, _, vx, vy = self.motion[i]
         return vx != 0.0 or vy != 0.0 or self.roll[i] != NO_ROLL
@@ -159,12 +164,14 @@ class Slices(Stepping):
             at, approach = motion[axis], motion[axis + 2]
             if at > high or at < low:
                 motion[axis] = min(max(at, low), high)
-                wall = self.scene.cushions[numbers[at > high]]
+                wall, before = self.scene.cushions[numbers[at > high]], self._velocity(i)
                 motion[axis + 2], motion[3 - axis] = self.law.cushion(
                     NT(approach, motion[3 - axis]), wall.restitution, wall.friction
                 )
                 self._rub(i, wall, (1.0 - axis, 0.0 + axis), motion[axis + 2] - approach)
-                self._note_cushion(i, wall.number, approach)
+                inwards = -1.0 if at > high else 1.0
+                normal = (inwards * (1.0 - axis), inwards * axis)
+                self._note_cushion(i, wall, approach, normal, before)
 
     def _overlaps(self, i: int) -> None:
         """Answer a ball's overlaps with the sides of walls, one by one, by the listing's rule."""
@@ -177,14 +184,14 @@ class Slices(Stepping):
                     self._bounce(i, wall, side.normal(x, y), -gap)
 
     def _bounce(self, i: int, wall: Wall, normal: Point, depth: float) -> None:
-        (x, y, vx, vy), (nx, ny) = self.motion[i], normal
+        (x, y, vx, vy), (nx, ny), before = self.motion[i], normal, self._velocity(i)
         v = NT(vx * nx + vy * ny, vy * nx - vx * ny)
         if v.n < 0.0:
             n, s = self.law.cushion(v, wall.restitution, wall.friction)
             vx, vy = n * nx - s * ny, n * ny + s * nx
             self._rub(i, wall, normal, n - v.n)
         self.motion[i][:] = x + depth * nx, y + depth * ny, vx, vy
-        self._note_cushion(i, wall.number, min(v.n, 0.0))
+        self._note_cushion(i, wall, min(v.n, 0.0), normal, before)
 
     def _rub(self, i: int, wall: Wall, normal: Point, change: float) -> None:
         """Let friction slow the roll into a cushion that changed the normal velocity (m/s)."""
@@ -195,10 +202,15 @@ class Slices(Stepping):
         less = copysign(min(wall.friction * abs(change) / GYRATION, abs(n)), n)
         self.roll[i] = wx - less * nx, wy - less * ny
 
-    def _note_cushion(self, i: int, number: int, approach: float) -> None:
+    def _note_cushion(
+        self, i: int, wall: Wall, approach: float, normal: Point, before: Point
+    ) -> None:
         """List a hit, or none if the ball came to rest in this slice and is only put back."""
         if abs(approach) > self.press:
-            self.trace.ball_cushion(self.time, i, number)
+            pair = Pair(self.scene.balls[i].mass, math.inf, wall.restitution, wall.friction)
+            contact = Contact(i, NO_BALL, normal, pair)
+            push = partial(impulse_of, contact, [before], [self._velocity(i)])
+            self.trace.ball_cushion(self.time, i, wall.number, push)
         self._note(i, lists=approach != 0.0)
 
     def _pair(self, i: int, j: int, active: set[int]) -> None:
@@ -212,9 +224,9 @@ class Slices(Stepping):
         if (i, j) not in self.colliding or closing > 0.0:
             self.colliding.add((i, j))
             if self._moves(i) or self._moves(j):
-                self._collide(i, j)
+                push = self._collide(i, j)
                 if not self.rolls or closing > 2.0 * self.press:
-                    self.trace.ball_ball(self.time, i, j)
+                    self.trace.ball_ball(self.time, i, j, push)
                 active.update((i, j))
                 self._note(i)
                 self._note(j)
@@ -225,8 +237,12 @@ class Slices(Stepping):
         apart = hypot(x - u, y - v)
         return ((u - x) * (vx - ux) + (v - y) * (vy - uy)) / apart if apart > 0.0 else 0.0
 
-    def _collide(self, i: int, j: int) -> None:
-        """Answer a hit by Listing 3: turn to the frame of impact, apply the law, turn back."""
+    def _collide(self, i: int, j: int) -> Push:
+        """Answer a hit by Listing 3: turn to the frame of impact, apply the law, turn back.
+
+        Return what finds its impulse.
+        """
+        before = [self._velocity(i), self._velocity(j)]
         (x, y, _, _), (u, v, _, _) = self.motion[i], self.motion[j]
         impact = atan2(v - y, u - x)
         a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
@@ -242,6 +258,8 @@ class Slices(Stepping):
                 cos(impact) * after.n - cos(pi / 2 - impact) * after.t,
                 sin(impact) * after.n + sin(pi / 2 - impact) * after.t,
             )
+        contact = Contact(i, j, (cos(impact), sin(impact)), pair)
+        return partial(impulse_of, contact, before, [self._velocity(i), self._velocity(j)])
 
     def _in_frame(self, i: int, impact: float) -> NT:
         _, _, vx, vy = self.motion[i]

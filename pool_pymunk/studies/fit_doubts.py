@@ -50,7 +50,7 @@ def scipy(part: str) -> Any:
     try:
         return import_module(f"scipy.{part}")
     except ImportError:
-        raise ImportError("fit needs SciPy: pip install 'pool-pymunk[fit]'") from None
+        raise ImportError("fit needs SciPy: pip install '.[fit]' in a clone") from None
 
 
 def weights(residuals: Array, scale: float) -> Array:

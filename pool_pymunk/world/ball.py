@@ -87,7 +87,8 @@ class ContactEvent(NamedTuple):
     ``balls`` are two balls, or one ball that met the wall of number ``wall``. They touched at
     ``point`` (m). ``normal`` is the unit vector from the first ball to the second, or from the wall
     to the ball, ``closing`` (m/s) is how fast they came together, and ``impulse`` (N s) how much
-    momentum along the normal each gave to the other. ``ball.path.at(event.t)`` has a ball's place
+    momentum along the normal each gave to the other. ``tangential`` (N s) is what the second ball,
+    or the ball at a wall, got along (-n_y, n_x). ``ball.path.at(event.t)`` has a ball's place
     and velocity before the contact; its body is still where the step took it.
     """
 
@@ -98,6 +99,7 @@ class ContactEvent(NamedTuple):
     normal: Vector
     closing: float
     impulse: float
+    tangential: float
 
 
 def same_balls(

@@ -40,8 +40,11 @@ class Callbacks(Recorder):
         if self.of("on_contact") is not None:
             balls = tuple(self.state.balls[i] for i in contact.balls)
             closing = closing_speed(contact, {ball.number: ball.path.at(t)[1] for ball in balls})
-            where, impulse = (contact.point, contact.normal), self.state.engine.impulse
-            event = ContactEvent(t, balls, contact.cushion, *where, closing, impulse)
+            where, impulse = (
+                (contact.point, contact.normal),
+                self.state.engine.reported[0].impulse(),
+            )
+            event = ContactEvent(t, balls, contact.cushion, *where, closing, *impulse[:2])
             self._tell("on_contact", event, balls=balls)
 
     def stop(self, i: int, t: float, position: Vector) -> None:

@@ -6,7 +6,6 @@ It also has the processor time of drawing and of encoding together.
 
 from __future__ import annotations
 
-import resource
 import subprocess
 import sys
 import time
@@ -40,6 +39,7 @@ def test_render_report_is_faster_than_its_films(benchmark: Any, tmp_path: Path) 
         return time.perf_counter() - began
 
     wall = benchmark.pedantic(render, rounds=3)
+    resource = pytest.importorskip("resource", reason="Windows does not count this time")
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     benchmark.extra_info["wall over the combined film"] = wall / film_length()
     benchmark.extra_info["wall over all films"] = wall / (2 * film_length())

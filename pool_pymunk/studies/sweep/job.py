@@ -86,7 +86,8 @@ def sweep(
     import a law of your own, which is known by its name. Without one, all cores of this machine
     play. With ``resume=False`` a sweep in the folder is begun anew. ``on_done(done)`` is called
     after each part, and first with what was there already. Raises SettingError for what makes no
-    sense, and for a folder that has another sweep. Needs ``pip install 'pool-pymunk[fast,sweep]'``.
+    sense, and for a folder that has another sweep. It needs ``pip install '.[fast,sweep]'`` in a
+    clone.
 
     >>> import tempfile
     >>> from pool_pymunk import load
@@ -96,7 +97,7 @@ def sweep(
     (100, 100)
     """
     if find_spec("pyarrow") is None:
-        message = "a sweep needs pyarrow: pip install 'pool-pymunk[fast,sweep]'"
+        message = "a sweep needs pyarrow: pip install '.[fast,sweep]' in a clone"
         raise setting_error("out", str(out), message)
     began = time.perf_counter()
     plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time, aims_anew)
