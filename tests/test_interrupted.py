@@ -120,8 +120,7 @@ def test_ctrl_c_keeps_the_shots_that_were_compared(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     compared = importlib.import_module("pool_pymunk.cli.compare")
-    twice = twice_then_ctrl_c(compared.simulate_beside)
-    monkeypatch.setattr(compared, "simulate_beside", twice)
+    monkeypatch.setattr(compared, "_print", twice_then_ctrl_c(compared._print))
     results = tmp_path / "all.json"
     arguments = ("compare", "report", "--solvers", "pymunk", "--json", str(results))
     assert exit_code(*arguments, "--out", str(tmp_path / "out")) == 130
