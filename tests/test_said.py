@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import pty
@@ -24,10 +25,13 @@ from pool_pymunk.fast import compiled
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.studies.find import find
 from pool_pymunk.studies.sweep import job
-from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, ladders_of, planned
+from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, planned
 from pool_pymunk.studies.uncertainty import digits_sentence
 
 pytestmark = pytest.mark.heavy
+
+# Its name is also that of a function.
+tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 
 FOURTH = ("report", "--shot", 4)
 FEW = ("--budget", 0, "--samples", 2, "--solvers", "pymunk")
@@ -215,12 +219,13 @@ def test_a_bar_estimates_from_what_is_done_and_from_a_guess(
 
 
 @pytest.mark.parametrize(
-    ("parts", "says"), [(10, r"playing: about \d+ s left"), (None, "playing: no estimate yet, .*")]
+    ("parts", "says"), [(1, r"playing: about \d+ s left"), (None, "playing: no estimate yet, .*")]
 )
 def test_a_pipe_is_soon_told_how_long_a_job_takes(
     parts: int | None, says: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     monkeypatch.setattr(terminal, "FIRST", 0.05)
+    monkeypatch.setattr(terminal, "SECOND", 0.1)
     with progress("playing", 1_000) as bar:
         if parts is not None:
             bar.step(parts)
@@ -249,14 +254,19 @@ def test_runs_count_by_their_cost() -> None:
         assert bar.tasks[0].completed == pytest.approx(2.0)
 
 
-def test_a_measurement_is_planned_by_its_budget_and_its_costs() -> None:
-    scene, ladders = load("report"), ladders_of(["time-slice", "event-driven"])
-    shots = scene.shots[:1]
-    once, often = planned(scene, ladders, shots, 0.0), planned(scene, ladders, shots, 60.0)
-    assert len(once) == len(often) == sum(map(len, ladders.values()))
-    assert once[-2] == max(once), "the finest slices take longest"
-    assert sum(often) < 60.0 + sum(once)
-    assert all(a <= b for a, b in zip(once, often, strict=True))
+def test_a_measurement_is_planned_by_its_budget_and_its_costs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Slices of 0.1 s take 1 s; those of 1 s are a tenth, and are played up to seven times."""
+    dear = Estimate(1.0, 2.0, 20.0)
+    guesses = {"time-slice": [dear, dear], "event-driven": [NO_ESTIMATE] * 2}
+    monkeypatch.setattr(tradeoff, "estimate", lambda scene, shots, solver, *_: guesses[solver])
+    ladders = {"time-slice": (1.0, 0.1), "event-driven": (None,)}
+    scene, least = load("report"), tradeoff.LEAST_COST
+    once = planned(scene, ladders, scene.shots[:2], 0.0)
+    assert once == pytest.approx([0.2, 2.0, 2 * least])
+    often = planned(scene, ladders, scene.shots[:2], 6 * 0.5)
+    assert often == pytest.approx([2 * 0.5, 2.0, 2 * 7 * least])
 
 
 def test_a_search_says_how_far_it_has_come() -> None:

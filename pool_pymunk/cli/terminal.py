@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 WIDTH = 160  # characters of a line in a pipe, which has no width of its own
 PACE = 0.1  # s between two moves of the progress bar
-FIRST, RARER = 1.0, 8.0  # s until a pipe has the first line, and how much rarer the next
+FIRST, SECOND = 1.0, 1.8  # s until a pipe has a first line; the second if no estimate is known
+RARER = 8.0  # The next lines come ever later, by this factor.
 SHORT = 5.0  # s; a pipe has no line for shorter ones
 TRUST = 0.1  # of a job; a guess before counts as much as what is known after this share
 QUICK = 1e-3  # s; what a run takes at least
@@ -131,12 +132,15 @@ class Bar(bars.Progress):
 
     def _tell(self) -> None:
         """Say in a pipe how long the job will still take, if that is long."""
+        if not self.over.wait(FIRST) and self.left() is None:
+            self.over.wait(SECOND - FIRST)
         pause = FIRST
-        while not self.over.wait(pause):
+        while not self.over.is_set():
             left = self.left()
             if left is None or left >= SHORT:
                 print(f"{self.label}: {self.outlook()}", file=sys.stderr, flush=True)
             pause *= RARER
+            self.over.wait(pause)
 
 
 def in_words(seconds: float) -> str:

@@ -30,8 +30,9 @@ from pool_pymunk.studies.tolerance import slope
 Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of each solver.
 
 TRIAL = 1 / 20  # of a run's steps are made to estimate it, which costs that share of its time,
-MOST_STEPS, FEWEST_STEPS = 4_000, 1_000  # but at most MOST_STEPS; shorter trials are not made.
+MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but at most MOST_STEPS; shorter trials are not made.
 MOST_REPEATS = 7  # More runs hardly lower the least of seven times.
+LONG_TRIAL = 0.1  # s; after a shorter trial of the fewest steps there is one of more
 LEAST_COST = 2e-3  # s; about what a run of few steps takes
 
 
@@ -219,8 +220,11 @@ def estimate(
         duration = durations[k] if durations else asked.play(shot).duration
         one = Estimate(0.0, duration, duration / step)
         if one.steps >= FEWEST_STEPS / TRIAL:
-            coarse = duration / min(MOST_STEPS, TRIAL * one.steps)
-            trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
+            for most in (FEWEST_STEPS, MOST_STEPS):
+                coarse = duration / min(most, TRIAL * one.steps)
+                trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
+                if trial.wall_time > LONG_TRIAL:
+                    break
             times = coarse / step  # The run itself has this many times the trial's steps.
             one = Estimate(trial.wall_time * times, trial.duration, trial.steps * times)
         found.append(one)
