@@ -19,7 +19,7 @@ def exit_code(*arguments: object) -> int:
 
 
 # what a command says on stderr of its runs, and of how long it takes
-REMARK = re.compile(r"^(?:Warning: |\w+: (?:about|no estimate)).*\n", re.MULTILINE)
+REMARK = re.compile(r"^(?:Warning: |[\w ,/.%]+: (?:about|no estimate)).*\n", re.MULTILINE)
 
 
 def without_remarks(said: str) -> str:

@@ -226,6 +226,7 @@ def test_a_pipe_is_soon_told_how_long_a_job_takes(
 ) -> None:
     monkeypatch.setattr(terminal, "FIRST", 0.05)
     monkeypatch.setattr(terminal, "SECOND", 0.1)
+    monkeypatch.setattr(terminal, "PACE", 0.01)
     with progress("playing", 1_000) as bar:
         if parts is not None:
             bar.step(parts)
@@ -237,6 +238,7 @@ def test_a_pipe_is_soon_told_how_long_a_job_takes(
 
 def test_a_pipe_is_not_told_of_short_jobs(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     monkeypatch.setattr(terminal, "FIRST", 0.01)
+    monkeypatch.setattr(terminal, "PACE", 0.01)
     with progress("playing", 100) as bar:
         for _ in range(100):
             bar.step()

@@ -100,7 +100,12 @@ def _played(
     """Yield each shot as soon as it is finished; a ``limit`` (m) of errors chooses its step."""
     solver, dt, _, options = setting
     if limit is not None:
-        for run, choice in lib.tolerance.simulate_within(scene, shots, limit, solver, **options):
+
+        def tries(step: float) -> None:
+            bar.name(f"simulating in steps of {lib.words.step_text(step)}")
+
+        chosen = lib.tolerance.simulate_within(scene, shots, limit, solver, None, tries, **options)
+        for run, choice in chosen:
             yield run, choice
             bar.step()
         return

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 WIDTH = 160  # characters of a line in a pipe, which has no width of its own
 PACE = 0.1  # s between two moves of the progress bar
-FIRST, SECOND = 1.0, 1.8  # s until a pipe has a first line; the second if no estimate is known
-RARER = 8.0  # The next lines come ever later, by this factor.
+FIRST, SECOND = 0.7, 1.2  # s until a pipe has a line; the second if no estimate is known
+RARER = 8.0  # The next line comes after this many times as long.
 SHORT = 5.0  # s; a pipe has no line for shorter ones
 TRUST = 0.1  # of a job; a guess before counts as much as what is known after this share
 QUICK = 1e-3  # s; what a run takes at least
@@ -98,9 +98,12 @@ class Bar(bars.Progress):
 
     def step(self, count: float = 1) -> None:
         """Show that this number of parts more is done; the first ones begin when it is 0."""
-        if count == 0 and not self.tasks[0].completed:
-            self.began = time.monotonic()
-        self.advance(self.task, count)
+        self.come_to(self.tasks[0].completed + count)
+
+    def name(self, label: str) -> None:
+        """Show what is being done."""
+        self.label = label
+        self.update(self.task, description=label)
 
     def plan(self, seconds: float) -> None:
         """Show that the whole job, which is counted in seconds, may take this long."""
@@ -108,7 +111,9 @@ class Bar(bars.Progress):
         self.update(self.task, total=seconds)
 
     def come_to(self, done: float, total: float | None = None) -> None:
-        """Show that this much is done, of so much in all."""
+        """Show that this much is done, of so much in all; the job begins where it is 0."""
+        if done == 0:
+            self.began = time.monotonic()
         self.update(self.task, completed=done, total=total)
 
     def left(self) -> float | None:
@@ -131,16 +136,15 @@ class Bar(bars.Progress):
         return f"about {in_words(left)} left"
 
     def _tell(self) -> None:
-        """Say in a pipe how long the job will still take, if that is long."""
-        if not self.over.wait(FIRST) and self.left() is None:
-            self.over.wait(SECOND - FIRST)
-        pause = FIRST
-        while not self.over.is_set():
-            left = self.left()
-            if left is None or left >= SHORT:
-                print(f"{self.label}: {self.outlook()}", file=sys.stderr, flush=True)
-            pause *= RARER
-            self.over.wait(pause)
+        """Say in a pipe how long the job will still take, if that is long or not known."""
+        opened, due = time.monotonic(), {"known": FIRST, "unknown": SECOND}
+        while not self.over.wait(PACE):
+            spent, left = time.monotonic() - opened, self.left()
+            what = "unknown" if left is None else "known"
+            if spent >= due[what]:
+                due[what] = RARER * spent
+                if left is None or left >= SHORT:
+                    print(f"{self.label}: {self.outlook()}", file=sys.stderr, flush=True)
 
 
 def in_words(seconds: float) -> str:
@@ -216,11 +220,11 @@ class Counter(Bar):
 
     def take_shots(self, count: int) -> None:
         """Count shots of a part that is not finished."""
-        if count == 0 and not self.tasks[0].completed:
-            self.began = time.monotonic()
         self.of_part += count
         played, there = self.played + self.of_part, self.there or 0
         rate = played / max(time.monotonic() - self.began, PACE)
-        share = 100.0 * self.by_reference / max(self.played, 1)
-        said = f"{there + played:,} shots, {rate:,.0f} a second, {share:.2g} % in Python"
-        self.update(self.task, description=said, completed=played)
+        said = f"{there + played:,} shots, {rate:,.0f} a second"
+        if self.played:
+            said += f", {100.0 * self.by_reference / self.played:.2g} % in Python"
+        self.name(said)
+        self.come_to(played)

@@ -158,9 +158,10 @@ def fit(
     measured coordinate; by default it is estimated. The loss is robust, so a few blunders do no
     harm. The search starts from the scene's own numbers and from ``starts`` - 1 others, the best of
     a first look with the random numbers of ``seed``. ``law`` is that of every contact (default: the
-    scene's). All runs are exact. ``on_done(done, planned)`` is called after each try of a look and
-    each search, which counts as 60 tries; more is planned where the residuals are implausible.
-    Raises SceneError or SettingError, one line a problem, and ImportError without SciPy.
+    scene's). All runs are exact. ``on_done(done, planned)`` is called as a look begins, after each
+    of its tries, and after each search, which counts as 60 tries; more is planned where the
+    residuals are implausible. Raises SceneError or SettingError, one line a problem, and
+    ImportError without SciPy.
 
     >>> from pool_pymunk import load, simulate
     >>> table = load("report")
@@ -312,6 +313,7 @@ class _Minimizer:
         tries = list(np.clip(low + draws * (high - low), self.low, self.high))
         radius = min(ball.radius for ball in self.forecast.scene.balls)
         self.planned += len(tries)
+        self._tell(0)
         costs = []
         for at in tries:
             costs.append(loss(self.forecast.residuals(at)[self.used], radius))
