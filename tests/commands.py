@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from pool_pymunk.cli import main
@@ -14,6 +16,15 @@ def exit_code(*arguments: object) -> int:
     with pytest.raises(SystemExit) as ended:
         main([str(argument) for argument in arguments])
     return int(ended.value.code or 0)
+
+
+# what a command says on stderr of its runs, and of how long it takes
+REMARK = re.compile(r"^(?:Warning: |[\w ,/.%]+: (?:about|no estimate)).*\n", re.MULTILINE)
+
+
+def without_remarks(said: str) -> str:
+    """Return what stands on stderr besides warnings and estimates."""
+    return REMARK.sub("", said)
 
 
 def refusal(capsys: Capture, *arguments: object) -> str:

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 
 import pytest
+from commands import without_remarks
 from scenes import at_a_terminal
 
 TIMEOUT = 60.0  # s
@@ -47,11 +48,11 @@ def wait_until(so: Callable[[], bool]) -> None:
 
 
 def interrupt(process: subprocess.Popen[str]) -> str:
-    """Send Ctrl-C to the whole group, as a terminal does, and return stderr."""
+    """Send Ctrl-C to the whole group, as a terminal does, and return what else stderr says."""
     os.killpg(process.pid, signal.SIGINT)
     _, stderr = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 130, stderr
-    return stderr
+    return without_remarks(stderr)
 
 
 def is_alive(group: int) -> bool:

@@ -287,8 +287,12 @@ def test_check_says_what_is_modelled() -> None:
 def test_solvers_that_nobody_named_may_be_unable_to_roll() -> None:
     scene = load("follow-and-draw")
     rolling = [name for name, solver in SOLVERS.items() if solver.rolls]
-    assert list(How().options_of(scene, SOLVERS, named=False)) == rolling
-    assert list(How().options_of(load("report"), SOLVERS, named=False)) == list(SOLVERS)
+    playing, left_out = How().options_of(scene, SOLVERS, named=False)
+    assert list(playing) == rolling
+    assert list(left_out) == [name for name in SOLVERS if name not in rolling]
+    assert all("friction.rolling" in why for why in left_out.values())
+    every, none = How().options_of(load("report"), SOLVERS, named=False)
+    assert (list(every), none) == (list(SOLVERS), {})
     with pytest.raises(SettingError, match="pymunk-discrete: does not roll balls"):
         How().options_of(scene, ["pymunk-discrete"], named=True)
 

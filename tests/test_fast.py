@@ -216,8 +216,12 @@ def test_hits_without_end_take_the_exact_solver() -> None:
     scene, count = squeezed(1e4, 0.5, 0.5, 0.1, 0.0), 40
     velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
     velocity[12:] *= -1.0  # The heavy ball rolls away from the light one.
+    done: list[int] = []
     with pytest.warns(UserWarning, match="12 of 40 shots were handed back"):
-        batch = simulate_many(scene, velocity=velocity)
+        batch = simulate_many(scene, velocity=velocity, on_done=done.append)
+    assert sum(done) == 40
+    assert done[0] == 0, "nothing is done when the first shots begin"
+    assert done[-12:] == [1] * 12, "a shot that is handed back is not done before it is played"
     assert batch.by_reference == 12
     assert np.flatnonzero(batch.handed_back).tolist() == list(range(12))
     check_bits(batch, range(0, count, 3))

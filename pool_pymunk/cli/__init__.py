@@ -9,6 +9,9 @@ from __future__ import annotations
 import os
 import re
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from inspect import cleandoc
 from pathlib import Path
@@ -113,9 +116,27 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(_exit_code(arguments))
 
 
+@contextmanager
+def _plain_warnings() -> Iterator[None]:
+    """Print each warning of this project once, as one plain line without a place in its source."""
+    said, usual = set[str](), warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *where: Any) -> None:
+        text = str(message)
+        if category is not UserWarning:
+            usual(message, category, *where)
+        elif text not in said:
+            said.add(text)
+            print(f"Warning: {text}.", file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show  # type: ignore[assignment]
+        yield
+
+
 def _exit_code(arguments: list[str] | None) -> int:
     try:
-        with patient_interrupts():
+        with patient_interrupts(), _plain_warnings():
             code: int = app(args=arguments, prog_name="pool-pymunk", standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = INTERRUPTED

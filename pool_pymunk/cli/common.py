@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import re
+from collections import Counter
+from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -15,6 +17,10 @@ from pool_pymunk import __version__
 from pool_pymunk.cli import lib, read
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.safety.files import check_place, whole
+
+NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")
+
+Widths = float | Mapping[str, tuple[float, float]]  # m, of all starts or of each ball's
 
 
 class Setup(NamedTuple):
@@ -47,16 +53,24 @@ class How(NamedTuple):
 
     def options_of(
         self, scene: lib.Scene, solvers: Iterable[str], named: bool
-    ) -> dict[str, dict[str, Any]]:
-        """Return the options of the solvers that can play the scene; if ``named``, all must."""
-        found = {}
+    ) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+        """Return the options of the solvers that can play the scene, and why others cannot.
+
+        If they are ``named``, all must.
+        """
+        found, left_out = {}, {}
         for name in solvers:
-            solver = lib.solvers.find_solver(name)
-            if named or solver.rolls or not scene.surface.rolls:
-                given = self.options.items()
-                found[name] = {k: v for k, v in given if named or k in solver.options}
-                lib.solvers.request(scene, name, **found[name])
-        return found
+            has, given = lib.solvers.find_solver(name).options, self.options.items()
+            options = {k: v for k, v in given if named or k in has}
+            try:
+                lib.solvers.request(scene, name, **options)
+            except lib.problems.SettingError as error:
+                if named:
+                    raise
+                left_out[name] = str(error).partition(": ")[2]
+            else:
+                found[name] = options
+        return found, left_out
 
     def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> Setup:
         """Return the solver and its step as typed; an error names an option that does not fit."""
@@ -93,18 +107,96 @@ def read_setting(
 
 def simulate_beside(
     scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setup]
-) -> list[tuple[lib.Run, ...]]:
-    """Simulate every shot by each setting: return a row a shot, with a column a setting."""
-    asked = [shot for shot in shots if shot is not None] or None
-    columns = []
-    with lib.terminal.progress("simulating", len(settings)) as bar:
+) -> Generator[tuple[lib.Run, ...], None, None]:
+    """Simulate every shot by each setting: yield a row a shot, with a column a setting."""
+    with lib.terminal.progress("simulating", len(shots) * len(settings)) as bar:
+        columns, found = [], list[list[lib.tradeoff.Estimate]]()
         for solver, dt, law, options in settings:
             physics = replace(scene.physics, law=law or scene.physics.law)
             variant = replace(scene, physics=physics)
-            runs = lib.solvers.simulate_all(variant, asked, solver=solver, dt=dt, **options)
-            columns.append(list(runs))
-            bar.step()
-    return list(zip(*columns, strict=True))
+            asked = {"solver": solver, "dt": dt, **options}
+            durations = [one.duration for row in found[-1:] for one in row if one.steps]
+            found.append(lib.tradeoff.estimate(variant, shots, durations=durations, **asked))
+            columns.append((variant, asked))
+        share = lib.terminal.Share(bar, [one for row in zip(*found, strict=True) for one in row])
+        runs = [
+            lib.solvers.simulate_all(variant, shots, on_time=share.move, **asked)
+            for variant, asked in columns
+        ]
+        for _ in shots:
+            row = []
+            for each in runs:
+                row.append(next(each))
+                share.finish()
+            yield tuple(row)
+
+
+def left_out_sentences(left_out: Mapping[str, str]) -> Iterator[str]:
+    """Say which solvers are left out, and why."""
+    for name, why in left_out.items():
+        yield f"{name} is left out: it {why}."
+
+
+def simulate_and_warn(
+    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setup]
+) -> list[tuple[lib.Run, ...]]:
+    """Simulate as above, and print on stderr what runs warn of, and where they miss their ends."""
+    rows = list(simulate_beside(scene, shots, settings))
+    for runs in rows:
+        missed = (line for run in runs for line in beside_published(run))
+        for line in (*warnings_of(runs), *missed):
+            typer.echo(line, err=True)
+    return rows
+
+
+def warnings_of(runs: Iterable[lib.Run]) -> Iterator[str]:
+    """Yield the warnings of runs, each once: runs of a shot may differ in numbers alone."""
+    said: dict[tuple[str, str, int], list[str]] = {}
+    texts: dict[tuple[str, str, int], str] = {}
+    for run in runs:
+        alike = Counter[str]()
+        for text in run.warnings:
+            form = NUMBER.sub("#", text)
+            alike[form] += 1
+            key = (run.name, form, alike[form])
+            texts.setdefault(key, text)
+            said.setdefault(key, []).append(run.solver)
+    for key, text in texts.items():
+        first, *others = dict.fromkeys(said[key])
+        also = f"; alike: {', '.join(others)}" if others else ""
+        yield f"Warning: {key[0]} ({first}{also}): {text}."
+
+
+def beside_published(run: lib.Run) -> Iterator[str]:
+    """Say how far a run misses the published ends of its shot, and which solver may have them."""
+    agreement = lib.listing.Agreement.of(run)
+    if len(agreement.agreeing) == agreement.count:
+        return
+    yield f"Warning: {run.name} ({run.solver}): {agreement.sentence(run)}.{published_by(run)}"
+
+
+def published_by(run: lib.Run) -> str:
+    """Say which solver has the method of the report, if the scene has the report's law."""
+    law = lib.scenario.load("report").physics.law
+    known = lib.solvers.SOLVERS.values()
+    names = [one.name for one in known if one.published_step and one.name != run.solver]
+    if run.scene.physics.law != law or not names:
+        return ""
+    return f" --solver {names[0]} plays by the report's own method."
+
+
+def position_errors(scenario: str, scene: lib.Scene, typed: str | None) -> tuple[Widths, str]:
+    """Return half the widths (m) of starts, as typed or by last digits, and whence they are."""
+    key = "--position-error"
+    if typed is not None:
+        width = lib.quantities.quantity(key, typed, "length", scene.units)
+        if width < 0.0:
+            raise read.InputError(f"{key} = {typed}: must be 0 or more")
+        return width, ""
+    widths = lib.uncertainty.written_uncertainty(scenario).position
+    if not isinstance(widths, Mapping) or widths.keys() != scene.index.keys():
+        raise read.InputError(f"{key}: is missing; the scenario cannot be read twice")
+    return widths, lib.uncertainty.digits_sentence(scenario)
 
 
 def say(lines: Iterable[str]) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import closing
 from typing import Annotated
 
 import typer
@@ -12,10 +13,14 @@ from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import (
     How,
     Setup,
+    left_out_sentences,
     place,
+    published_by,
     read_setting,
+    say,
     simulate_beside,
     stem,
+    warnings_of,
     write_json,
 )
 from pool_pymunk.safety.files import whole
@@ -45,21 +50,21 @@ def compare(
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    settings = _settings(how, scene, solvers, read.seconds("--dt", dt))
+    settings, left_out = _settings(how, scene, solvers, read.seconds("--dt", dt))
     folder = place(out, scenario, "compare")
     found: list[lib.compare.Comparison] = []
     try:
-        for one in read.shots(scene, shot):
-            ((reference, *runs),) = simulate_beside(scene, [one], settings)
-            comparisons = [lib.compare.Comparison(reference, run) for run in runs]
-            _print(reference, comparisons)
-            found += comparisons
+        with closing(simulate_beside(scene, read.shots(scene, shot), settings)) as rows:
+            for reference, *runs in rows:
+                comparisons = [lib.compare.Comparison(reference, run) for run in runs]
+                _print(reference, comparisons)
+                found += comparisons
+        say(left_out_sentences(left_out))
     finally:
         if found:
             with whole(folder / "ends.csv") as part:
                 lib.run.write_rows(part, COLUMNS, _ends(found))
-            solver, records = found[0].reference.solver, [_record(one) for one in found]
-            write_json(json, {"reference": solver, "comparisons": records}, scenario, scene.title)
+            write_json(json, _results(found, left_out), scenario, scene.title)
     if pictures:
         with lib.terminal.progress("drawing", len(found)) as bar:
             for each in found:
@@ -70,21 +75,28 @@ def compare(
     return 0
 
 
-def _settings(how: How, scene: lib.Scene, text: str | None, dt: float | None) -> list[Setup]:
-    """Return the reference and the solvers to compare (default: all); ``dt`` is their step."""
+def _settings(
+    how: How, scene: lib.Scene, text: str | None, dt: float | None
+) -> tuple[list[Setup], Mapping[str, str]]:
+    """Return the reference and the solvers to compare (default: all), and why some are left out.
+
+    ``dt`` is their step.
+    """
     exact = lib.solvers.reference_solver().name
     names = [name for name in lib.solvers.SOLVERS if name != exact]
     names = names if text is None else read.names("--solvers", text)
     settings = [read_setting(name, "--solvers", dt, laws=()) for name in names]
-    options = how.options_of(scene, (one.solver for one in settings), named=text is not None)
+    solvers = (one.solver for one in settings)
+    options, left_out = how.options_of(scene, solvers, named=text is not None)
     played = [one for one in settings if one.solver in options]
-    return [Setup(exact), *(one._replace(options=options[one.solver]) for one in played)]
+    compared = [one._replace(options=options[one.solver]) for one in played]
+    return [Setup(exact), *compared], left_out
 
 
 def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
     runs = (reference, *(one.run for one in found))
     costs = lib.terminal.TextTable(COSTS, map(_cost, runs), left=("solver", "status"))
-    said = [*sentences(reference, found), *(f"Warning: {each}." for each in reference.warnings)]
+    said = [*sentences(reference, found), *warnings_of(runs)]
     lib.terminal.show(
         f"\n[bold]{reference.name}[/bold]", _distances(reference, found), costs, *said
     )
@@ -134,7 +146,7 @@ def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterat
         )
         if lib.trace.ZERO_SLIP in reference.policies and lib.listing.is_of_the_report(reference):
             text += "; a slip of exactly zero got its sign from rounding there, see the warning"
-        yield text + "."
+        yield f"{text}.{published_by(reference)}"
 
 
 def _name(run: lib.Run) -> str:
@@ -149,6 +161,12 @@ def _ends(found: list[lib.compare.Comparison]) -> Iterator[tuple[object, ...]]:
     for one in found:
         for id_, end in one.run.final.items():
             yield one.run.name, one.run.solver, one.run.dt, id_, *end, one.distances[id_]
+
+
+def _results(found: list[lib.compare.Comparison], left_out: Mapping[str, str]) -> dict[str, object]:
+    """Return the comparisons as they stand in the JSON."""
+    solver, records = found[0].reference.solver, [_record(one) for one in found]
+    return {"reference": solver, "comparisons": records, "left_out": dict(left_out)}
 
 
 def _record(one: lib.compare.Comparison) -> dict[str, object]:

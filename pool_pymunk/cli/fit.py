@@ -55,7 +55,7 @@ def fit(
         with lib.terminal.progress("fitting", 1) as bar:
             found = lib.fit.fit(
                 scene, measured, names, error=sigma, starts=starts, seed=seed, aims_anew=aims_anew,
-                on_done=lambda done, total: bar.update(bar.task, completed=done, total=total),
+                on_done=bar.come_to,
             )  # fmt: skip
     except ImportError as missing:
         raise read.InputError(str(missing)) from None

@@ -79,6 +79,13 @@ AimAnew = Annotated[
 MaxTime = Annotated[str | None, option("End each shot at this time (s).", "S", "--max-time")]
 Step = Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT", "--dt")]
 ShotName = Annotated[str | None, option("One shot only: its number or its name.", "K", "--shot")]
+PositionError = Annotated[
+    str | None,
+    option(
+        "Half-width of each start's error; default: half its last digit.", "LENGTH",
+        "--position-error",
+    ),
+]  # fmt: skip
 JsonFile = Annotated[Path | None, option("Write the results to this JSON file.", "FILE", "--json")]
 OutDir = Annotated[Path | None, option("The folder for the files.", "DIR", "--out")]
 StartAndEnd = Annotated[bool, option("Draw the start and end of each shot.")]

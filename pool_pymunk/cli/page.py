@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, place, read_setting, simulate_beside
+from pool_pymunk.cli.common import How, place, read_setting, simulate_and_warn
 from pool_pymunk.safety.files import bundled
 
 
@@ -56,10 +56,10 @@ def page(
     settings = [how.setting(scene, solver, dt), *ghosts]
     path = out or place(None, scenario) / "page.html"
     read.ending("--out", path, (".html", ".htm"), ".html")
-    columns = [simulate_beside(scene, chosen, settings)]
+    columns = [simulate_and_warn(scene, chosen, settings)]
     for other in others:
         its = [one and other.shots[scene.shots.index(one)] for one in chosen]
-        columns.append(simulate_beside(other, its, settings[:1]))
+        columns.append(simulate_and_warn(other, its, settings[:1]))
     lib.page.write_page([sum(runs, ()) for runs in zip(*columns, strict=True)], path)
     typer.echo(path)
     return 0

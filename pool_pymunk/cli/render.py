@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, place, read_setting, say, simulate_beside, stem
+from pool_pymunk.cli.common import How, place, read_setting, say, simulate_and_warn, stem
 
 FILM_FORMATS = ("mp4", "gif")
 
@@ -65,7 +65,7 @@ def render(
     read.one_of("--picture-format", picture_format, opt.PICTURES)
     runs += [] if overlay is None else [read_setting(overlay)]
     folder = place(out, scenario)
-    shows = [lib.render.Show(each, side_by_side) for each in simulate_beside(scene, shots, runs)]
+    shows = [lib.render.Show(each, side_by_side) for each in simulate_and_warn(scene, shots, runs)]
     suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
     written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:

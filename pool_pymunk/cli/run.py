@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, Setup, place, say, stem, write_json
+from pool_pymunk.cli.common import How, Setup, place, published_by, say, stem, write_json
 from pool_pymunk.safety.files import whole
 
 LONG = 60.0  # s; a run that takes longer is announced
@@ -100,7 +100,12 @@ def _played(
     """Yield each shot as soon as it is finished; a ``limit`` (m) of errors chooses its step."""
     solver, dt, _, options = setting
     if limit is not None:
-        for run, choice in lib.tolerance.simulate_within(scene, shots, limit, solver, **options):
+
+        def tries(step: float) -> None:
+            bar.name(f"simulating in steps of {lib.words.step_text(step)}")
+
+        chosen = lib.tolerance.simulate_within(scene, shots, limit, solver, None, tries, **options)
+        for run, choice in chosen:
             yield run, choice
             bar.step()
         return
@@ -150,7 +155,7 @@ def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:
     for run in filter(lib.listing.is_of_the_report, runs):
         agreement, exact = lib.listing.Agreement.of(run), lib.solvers.find_solver(run.solver).exact
         if exact and len(agreement.agreeing) < agreement.count:
-            typer.echo(f"{run.name}: {REASONS[run.name]}.")
+            typer.echo(f"{run.name}: {REASONS[run.name]}.{published_by(run)}")
     what = "Pictures and data" if pictures else "Data"
     typer.echo(f"{what} of {lib.words.counted(len(runs), 'shot')}: {folder}")
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import place, stem, write_json
+from pool_pymunk.cli.common import Widths, place, position_errors, say, stem, write_json
 from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
@@ -18,15 +18,13 @@ if TYPE_CHECKING:
 
 AIMED_ONCE = "Shots that aim at a ball are aimed once, in the scenario as it is (see --aim-anew)."
 AIMED_ANEW = "Shots that aim at a ball are aimed anew in each sample."
+NONE_ALONE: Alone = {}
 HALF = "Each ± is half the width of a uniform distribution; what follows are standard deviations."
 
 
 def sensitivity(
     scenario: opt.Scenario,
-    position_error: Annotated[
-        str | None,
-        opt.option("Half-width of each start's error; default: half its last digit.", "LENGTH"),
-    ] = None,
+    position_error: opt.PositionError = None,
     speed_error: Annotated[str, opt.option("Half-width of the shot's speed.", "SPEED")] = "0",
     angle_error: Annotated[str, opt.option("Half-width of the shot's angle.", "DEGREES")] = "0",
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
@@ -54,31 +52,37 @@ def sensitivity(
     scenario. Where several inputs are uncertain, each is also varied alone.
     """
     scene = lib.scenario.load(scenario)
-    uncertainty = _uncertainty(scenario, scene, position_error, speed_error, angle_error)
+    position, known_by = position_errors(scenario, scene, position_error)
+    uncertainty = _uncertainty(scene, position, speed_error, angle_error)
     shots = read.shots(scene, shot)
     folder = place(out, scenario, "sensitivity")
     if samples == 0 and not by_derivatives:
         raise read.InputError("--samples = 0: must be 2 or more, or stand beside --linear")
     found: list[lib.Sensitivity] = []
     records: list[dict[str, object]] = []
-    for one in shots:
-        cloud = line = None
-        alone: Alone = {}
-        if samples:
-            how = {"samples": samples, "seed": seed, "threads": threads, "aims_anew": aims_anew}
-            cloud, alone = _played(scene, one, uncertainty, how)
-            found.append(cloud)
-        if by_derivatives:
-            line = lib.sensitivity.linear(scene, one, uncertainty, seed=seed, aims_anew=aims_anew)
-        if not records:
-            what = uncertainty.described(scene)
-            played = f"{samples:,} samples a shot with {what}; seed {seed}"
-            typer.echo(f"{played if samples else f'By derivatives, with {what}'}\n{HALF}")
-            if any(each.aim for each in shots if each):
-                typer.echo(AIMED_ANEW if aims_anew else AIMED_ONCE)
-        records.append(_print(cloud, line, alone))
-        _save(found, line, folder, pictures)
-        write_json(json, {"shots": records}, scenario, scene.title)
+    parts = 1 + len(uncertainty.causes(scene))  # all causes together, and each alone
+    runs = len(shots) * samples * (parts if parts > 2 else 1)
+    how = {"samples": samples, "seed": seed, "threads": threads, "aims_anew": aims_anew}
+    aimed = (AIMED_ANEW if aims_anew else AIMED_ONCE) * any(one.aim for one in shots if one)
+    with lib.terminal.progress("playing", runs or len(shots)) as bar:
+        for one in shots:
+            cloud, line, alone = None, None, NONE_ALONE
+            if samples:
+                cloud, alone = _played(scene, one, uncertainty, how, bar)
+                found.append(cloud)
+            if by_derivatives:
+                line = lib.sensitivity.linear(
+                    scene, one, uncertainty, seed=seed, aims_anew=aims_anew
+                )
+                bar.step(0 if samples else 1)
+            if not records:
+                what = uncertainty.described(scene)
+                played = f"{samples:,} samples a shot with {what}; seed {seed}"
+                first = played if samples else f"By derivatives, with {what}"
+                say(filter(None, (first, HALF, aimed, known_by)))
+            records.append(_print(cloud, line, alone))
+            _save(found, line, folder, pictures)
+            write_json(json, {"known_by": known_by, "shots": records}, scenario, scene.title)
     what = " and ".join(["pictures"] * pictures + ["data"] * bool(samples))
     if what:
         typer.echo(f"{what.capitalize()}: {folder}")
@@ -86,37 +90,25 @@ def sensitivity(
 
 
 def _uncertainty(
-    scenario: str, scene: lib.Scene, position: str | None, speed: str, angle: str
+    scene: lib.Scene, position: Widths, speed: str, angle: str
 ) -> lib.uncertainty.Uncertainty:
-    """Return the errors as typed; by default, those of positions come from their last digits."""
+    """Return the errors of positions (m), and those of speed and angle as typed."""
     faster = lib.quantities.quantity("--speed-error", speed, "speed", scene.units)
     turned = math.radians(read.degrees("--angle-error", angle))
     typed = {"--speed-error": (speed, faster), "--angle-error": (angle, turned)}
-    width: float | Mapping[str, lib.Point]
-    if position is not None:
-        width = lib.quantities.quantity("--position-error", position, "length", scene.units)
-        typed["--position-error"] = (position, width)
-    else:
-        width = lib.uncertainty.written_uncertainty(scenario).position
-        if not isinstance(width, dict) or width.keys() != scene.index.keys():
-            raise read.InputError("--position-error: is missing; the scenario cannot be read twice")
     for key, (text, value) in typed.items():
         if value < 0.0:
             raise read.InputError(f"{key} = {text}: must be 0 or more")
-    return lib.uncertainty.Uncertainty(width, faster, turned)
+    return lib.uncertainty.Uncertainty(position, faster, turned)
 
 
 def _played(
-    scene: lib.Scene,
-    shot: lib.Shot | None,
-    uncertainty: lib.uncertainty.Uncertainty,
-    how: dict[str, Any],
-) -> tuple[lib.Sensitivity, Alone]:
+    scene: lib.Scene, shot: lib.Shot | None, uncertainty: lib.uncertainty.Uncertainty,
+    how: dict[str, Any], bar: lib.terminal.Bar,
+) -> tuple[lib.Sensitivity, Alone]:  # fmt: skip
     """Play a shot's samples (``how``: their number, seed, ...), and each cause alone."""
-    samples, causes = how["samples"], len(uncertainty.causes(scene))
-    with lib.terminal.progress("playing", samples * (1 + causes if causes > 1 else 1)) as bar:
-        cloud = lib.sensitivity.sensitivity(scene, shot, uncertainty, **how, on_done=bar.step)
-        return cloud, lib.sensitivity.by_causes(cloud, how["threads"], on_done=bar.step)
+    cloud = lib.sensitivity.sensitivity(scene, shot, uncertainty, **how, on_done=bar.step)
+    return cloud, lib.sensitivity.by_causes(cloud, how["threads"], on_done=bar.step)
 
 
 def _print(

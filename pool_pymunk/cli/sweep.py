@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -59,12 +60,12 @@ def sweep(
     chosen = read.shots(scene, shot)[0]
     varied = read.inputs("--vary", vary, scene.units)
     steps = {key: _steps(key, text, scene.units) for key, text in read.pairs("--grid", grid)}
-    with _executor(workers, cluster) as executor, lib.terminal.Counter() as counter:
+    with _executor(workers, cluster) as executor, lib.terminal.Counter(workers or 1) as counter:
         try:
             done = lib.sweep.sweep(
                 scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
                 chunk=chunk, law=law, aims_anew=aims_anew, executor=executor, resume=not restart,
-                on_done=counter.take,
+                on_done=counter.take, on_shots=counter.take_shots,
             )  # fmt: skip
         except lib.problems.SettingError as error:
             raise read.InputError(str(error).replace("resume=False", "--restart")) from None
@@ -88,12 +89,15 @@ def _steps(key: str, text: str, units: lib.Units) -> tuple[Any, ...]:
 @contextmanager
 def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | None]:
     """Yield what plays the parts: processes, a Dask cluster, or None for this process's threads."""
+    quiet: dict[str, Any]
     if workers is not None:
         if cluster is not None:
             raise read.InputError("--workers: a --cluster has workers of its own")
         if workers < 1:
             raise read.InputError(f"--workers = {workers}: must be 1 or more")
-        with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+        quiet = {"initializer": warnings.simplefilter, "initargs": ("ignore",)}
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers, context, **quiet) as pool:  # This process warns for all.
             yield pool
     elif cluster is None:
         yield None

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, place, say
+from pool_pymunk.cli.common import (
+    How,
+    left_out_sentences,
+    place,
+    position_errors,
+    say,
+    warnings_of,
+    write_json,
+)
 from pool_pymunk.safety.files import whole
 
 HEADINGS = ("solver", "dt", "largest error", "rms error", "contacts shared", "time")
@@ -27,6 +37,8 @@ def tradeoff(
         int, opt.option("Perturbed starts, for the effect of rounded inputs.", "N")
     ] = 1000,
     seed: Annotated[int, opt.option("Seed of the perturbed starts.")] = 0,
+    position_error: opt.PositionError = None,
+    json: opt.JsonFile = None,
     out: opt.OutDir = None,
 ) -> int:
     """Work and precision: the error and the time of each solver and step on this scene.
@@ -34,39 +46,51 @@ def tradeoff(
     Writes tradeoff.csv, tradeoff.png and tradeoff.svg to renders/<scenario>, after Ctrl-C with what
     was measured.
     """
-    if not budget >= 0.0:
-        raise read.InputError(f"--budget = {budget}: must be 0 or more")
+    for key, value, least in (("budget", budget, 0), ("samples", samples, 2), ("seed", seed, 0)):
+        if not value >= least:
+            raise read.InputError(f"--{key} = {value}: must be {least} or more")
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
     ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names("--solvers", solvers))
-    played = how.options_of(scene, ladders, named=solvers is not None)
+    played, left_out = how.options_of(scene, ladders, named=solvers is not None)
     ladders = {name: ladders[name] for name in played}
     shots, folder = read.shots(scene, shot), place(out, scenario)
+    widths, known_by = position_errors(scenario, scene, position_error)
     so_far: list[lib.tradeoff.Tradeoff] = []
     try:
-        with lib.terminal.progress("measuring", 1 + sum(map(len, ladders.values()))) as bar:
-            # how far (m) the worst end spreads if starts are known to half of their last digit
-            written = lib.uncertainty.written_uncertainty(scenario)
-            spread = max(
-                lib.sensitivity.sensitivity(scene, one, written, samples, seed).worst.deviation
-                for one in lib.tradeoff.sound_shots(scene, shots)
+        with lib.terminal.progress("measuring", 1.0) as bar:
+            began = time.perf_counter()
+            sound = lib.tradeoff.sound_shots(scene, shots)
+            runs = samples * len(sound)
+            seconds = [runs * (time.perf_counter() - began) / len(shots)]
+            seconds += lib.tradeoff.planned(scene, ladders, sound, budget)
+            bar.plan(sum(seconds))
+            how_far: dict[str, Any] = {"samples": samples, "seed": seed}
+            how_far["on_done"] = lambda count: bar.step(count * seconds[0] / runs)
+            errors = lib.uncertainty.Uncertainty(widths)
+            spread = max(  # how far (m) the worst end spreads
+                lib.sensitivity.sensitivity(scene, one, errors, **how_far).worst.deviation
+                for one in sound
             )
 
             def note(result: lib.tradeoff.Tradeoff) -> None:
                 so_far.append(result)
-                bar.update(bar.task, completed=1 + len(result.settings))
+                bar.come_to(sum(seconds[: 1 + len(result.settings)]))
 
             lib.tradeoff.tradeoff(
                 scene, ladders, shots=shots, budget=budget, spread=spread, on_done=note,
-                options=how.options,
+                options=how.options, known_by=known_by,
             )  # fmt: skip
     finally:
         if so_far:
-            _report(so_far[-1], seed, folder)
+            _report(so_far[-1], left_out, seed, folder)
+            write_json(json, _results(so_far[-1], left_out, seed), scenario, scene.title)
     return 0
 
 
-def _report(result: lib.tradeoff.Tradeoff, seed: int, folder: Path) -> None:
+def _report(
+    result: lib.tradeoff.Tradeoff, left_out: Mapping[str, str], seed: int, folder: Path
+) -> None:
     """Print the table and what it says, and write the files."""
     units, shown = result.scene.units, []
     for s in result.settings:
@@ -79,9 +103,29 @@ def _report(result: lib.tradeoff.Tradeoff, seed: int, folder: Path) -> None:
     title = f"Errors at the end ({units.length}) and time for all shots"
     lib.terminal.show(lib.terminal.TextTable(HEADINGS, shown, left=("solver",), title=title))
     say(lib.tradeoff.sentences(result))
+    say([*left_out_sentences(left_out), *warnings_of(result.warned)])
     same = {"spread": result.spread, "seed": seed, **lib.tradeoff.machine()}
     rows = [{**asdict(setting), **same} for setting in result.settings]
     with whole(folder / "tradeoff.csv") as part:
         lib.run.write_rows(part, rows[0], (row.values() for row in rows))
     lib.diagram.draw(result, [folder / f"tradeoff{suffix}" for suffix in (".png", ".svg")])
     typer.echo(f"Diagram and data: {folder}")
+
+
+def _results(
+    result: lib.tradeoff.Tradeoff, left_out: Mapping[str, str], seed: int
+) -> dict[str, object]:
+    """Return the measurement as it stands in the JSON; what failed has null for its numbers."""
+    settings = [
+        {key: None if value != value else value for key, value in asdict(setting).items()}
+        for setting in result.settings
+    ]
+    return {
+        "settings": settings,
+        "spread": result.spread,
+        "known_by": result.known_by,
+        "seed": seed,
+        "left_out": {"shots": list(result.left_out), "solvers": dict(left_out)},
+        "warnings": list(warnings_of(result.warned)),
+        "machine": lib.tradeoff.machine(),
+    }

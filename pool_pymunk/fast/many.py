@@ -34,8 +34,8 @@ Done = Callable[[int], object]  # Its argument is how many more shots are done.
 # with half of FEW, and 1.5 times as long with twice of it.
 CHUNK, FEW = 4_096, 512
 POLL = 0.1  # s; after this time an interrupt is looked for
-SLOW = "numba is not installed, so each shot takes the Python solver, which gives the same bits " \
-    "but is some hundred times slower: pip install '.[fast]' in a clone"  # fmt: skip
+SLOW = "numba is not installed, so many shots take some hundred times longer than with the extra " \
+    "fast: pip install '.[fast]' in a clone"  # fmt: skip
 FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: hits at one instant had no end, more than 64 contacts came together, a law of your " \
@@ -72,9 +72,9 @@ def simulate_many(
     the rolls (m/s) in an array like ``velocity``. By default a ball's roll is its own share of its
     velocity; for the ball of the shot, or of the scene's first shot, it is the share of that shot.
     ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` (default: as many as cores)
-    share the work, and change no result. ``on_done(n)`` is called whenever ``n`` more shots are
-    done.
-    ``derivatives`` names the inputs of ``batch.derivatives``, as :meth:`Run.derivatives` does.
+    share the work, and change no result. ``on_done(n)`` is called with 0 when the first shots
+    begin, and whenever ``n`` more are done. ``derivatives`` names the inputs of
+    ``batch.derivatives``, as :meth:`Run.derivatives` does.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
     '.[fast]'`` in a clone) ordinary shots are compiled; others, and all with more than 64 balls,
@@ -131,6 +131,8 @@ def play_all(
         warnings.warn(SLOW, stacklevel=3)
     if compiles and len(out.status):
         play_compiled(source, out, cores, done, watcher)
+    else:
+        done(0)
     hard = np.asarray(out.status < 0)
     for k in np.flatnonzero(hard).tolist():
         try:
@@ -141,8 +143,7 @@ def play_all(
             _write(source, out, k, run)
             if watcher is not None:
                 watcher.see(k, run)
-        if not compiles:
-            done(1)
+        done(1)
     return hard
 
 
@@ -182,13 +183,15 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
     table = table_of(source.scene, differ)
 
     def work(part: slice) -> int:
-        return play_chunk(play, source, table, out, part, watcher)
+        play_chunk(play, source, table, out, part, watcher)
+        return int((out.status[part] >= 0).sum())  # Hard ones are not done yet.
 
     if not play.signatures:
         with play._cache.turn():
             work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
     if watcher is not None:
         watcher.watch(slice(0, 0), tracks(0, 0))
+    done(0)
     if count == 1:  # A thread would take longer than the shot.
         done(work(slice(0, 1)))
         return

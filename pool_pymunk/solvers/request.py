@@ -228,7 +228,10 @@ def request(
     is_late = options.get("contacts") == "discrete"
     if scene.surface.rolls and (is_late or not method.rolls):
         others = ", ".join(name for name, other in SOLVERS.items() if other.rolls)
-        message = f"does not roll balls, and the scene has friction.rolling (these do: {others})"
+        message = (
+            f"does not roll balls, and the scene has friction.rolling (these do: {others}; "
+            "without this key balls only slide, with every solver)"
+        )
         named = f"{solver} with discrete contacts" if is_late else solver
         raise setting_error("solver", named, message)
     if isinstance(law, str):

@@ -84,6 +84,7 @@ def find(
     seed: int = 0,
     ends: Mapping[str, Point] | None = None,
     law: str | Law | None = None,
+    on_done: Callable[[int, int], object] | None = None,
 ) -> list[Found]:
     """Return the shots that do what is asked for, those that forgive the largest errors first.
 
@@ -101,7 +102,8 @@ def find(
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then moved to where
     the sum of the squared distances is least (Gauss-Newton), as long as it does what is asked for,
     and the nearest shots come first. ``law`` is that of every contact (default: the scene's).
-    Raises SettingError, which names the argument.
+    ``on_done(done, planned)`` counts the shots played, and those that will be at most. Raises
+    SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -119,13 +121,8 @@ def find(
     argument("tries", tries, whole(10 * TALL))
     argument("samples", samples, whole(10))
     argument("best", best, whole(1))
-    found: list[Found] = []
-    for spot in search.look(tries)[: CANDIDATES * best]:
-        one = search.closely(spot, samples)
-        spots = [search.spot_of(other.shot) for other in found]
-        if one is not None and not search.is_near(search.spot_of(one.shot), spots):
-            found.append(one)
-    return sorted(found, key=lambda one: (one.off, -one.share))[:best]
+    search.on_done = on_done or search.on_done
+    return search.best(tries, samples, best)
 
 
 class _ShotSearch:
@@ -142,6 +139,14 @@ class _ShotSearch:
         self.ball, start = scene.index[shot.ball], scene.start(shot)
         self.position, self.usual = np.array(start.position), math.hypot(*start.velocity[self.ball])
         self.own = self.position[self.ball]
+        self.on_done: Callable[[int, int], object] = lambda *_: None
+        self.done = self.planned = 0
+
+    def tell(self, count: int) -> None:
+        """Count this many shots as played, and say how far the search has come."""
+        self.done += count
+        self.planned = max(self.planned, self.done)
+        self.on_done(self.done, self.planned)
 
     def read_player(self, angle: float, speed: float, errors: Mapping[str, float]) -> None:
         """Read how far the shot and further inputs may be off: their standard deviations."""
@@ -212,7 +217,10 @@ class _ShotSearch:
             starts[~has_room] = self.position
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(tries), 1, 1))
         *begun, vary, rolls = opening(self.scene, starts, velocity, values, self.ball)
-        return simulate_many(self.scene, *begun, vary=vary, roll=rolls, law=self.law), has_room
+        batch = simulate_many(
+            self.scene, *begun, vary=vary, roll=rolls, law=self.law, on_done=self.tell
+        )
+        return batch, has_room
 
     def does(self, tries: Array) -> Mask:
         """Tell which of these tries (S, 5 + P) do what is asked, AT_ONCE of them at a time."""
@@ -226,6 +234,17 @@ class _ShotSearch:
                 raise setting_error("wanted", said, message)
             found.append(answer & has_room)
         return np.concatenate(found)
+
+    def best(self, tries: int, samples: int, count: int) -> list[Found]:
+        """Return the best shots, at most this many."""
+        found, most = list[Found](), CANDIDATES * count
+        self.planned = tries + most * (STEPS + 1) * samples
+        for spot in self.look(tries)[:most]:
+            one = self.closely(spot, samples)
+            spots = [self.spot_of(other.shot) for other in found]
+            if one is not None and not self.is_near(self.spot_of(one.shot), spots):
+                found.append(one)
+        return sorted(found, key=lambda one: (one.off, -one.share))[:count]
 
     def look(self, tries: int) -> list[Array]:
         """Look at a grid, and return the spots around which most tries do what is asked."""

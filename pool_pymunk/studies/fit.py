@@ -161,9 +161,9 @@ def fit(
     a first look with the random numbers of ``seed``. ``law`` is that of every contact (default: the
     scene's). A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it
     goes to where each try of the search has the ball. All runs are exact. ``on_done(done,
-    planned)`` is called after each try of a look and each search, which counts as 60 tries; more is
-    planned where the residuals are implausible.
-    Raises SceneError or SettingError, one line a problem, and ImportError without SciPy.
+    planned)`` is called as a look begins, after each of its tries, and after each search, which
+    counts as 60 tries; more is planned where the residuals are implausible. Raises SceneError or
+    SettingError, one line a problem, and ImportError without SciPy.
 
     >>> from pool_pymunk import load, simulate
     >>> table = load("report")
@@ -316,6 +316,7 @@ class _Minimizer:
         tries = list(np.clip(low + draws * (high - low), self.low, self.high))
         radius = min(ball.radius for ball in self.forecast.scene.balls)
         self.planned += len(tries)
+        self._tell(0)
         costs = []
         for at in tries:
             costs.append(loss(self.forecast.residuals(at)[self.used], radius))

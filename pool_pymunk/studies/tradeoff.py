@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import platform
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -32,6 +32,8 @@ Ladders = Mapping[str, Sequence[float | None]]  # These are the steps (s) of eac
 TRIAL = 1 / 20  # of a run's steps are made to estimate it, which costs that share of its time,
 MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but at most MOST_STEPS; shorter trials are not made.
 MOST_REPEATS = 7  # More runs hardly lower the least of seven times.
+LONG_TRIAL = 0.1  # s; after a shorter trial of the fewest steps there is one of more
+LEAST_COST = 2e-3  # s; about what a run of few steps takes
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,10 @@ class Tradeoff:
     """A tradeoff holds every setting measured on one scene.
 
     ``spread`` (m) is how far the uncertainty of the start positions alone moves an end (standard
-    deviation of the worst ball); it is None where it is not known. ``left_out`` names the shots
-    whose exact end depends on rounding: no error can be measured there.
+    deviation of the worst ball); it is None where it is not known. ``known_by`` says whence that
+    uncertainty is known. ``left_out`` names the shots whose exact end depends on rounding: no error
+    can be measured there. ``warned`` has the runs that warn, one of each shot and solver, and all
+    runs without an exact end.
     """
 
     scene: Scene
@@ -63,6 +67,8 @@ class Tradeoff:
     spread: float | None
     rounding: float
     left_out: tuple[str, ...]
+    known_by: str = ""
+    warned: tuple[Run, ...] = ()
 
     @property
     def exact(self) -> list[str]:
@@ -92,6 +98,7 @@ def tradeoff(
     spread: float | None = None,
     on_done: Callable[[Tradeoff], object] = lambda _so_far: None,
     options: Mapping[str, Any] | None = None,
+    known_by: str = "",
 ) -> Tradeoff:
     """Measure every solver of ``ladders`` at every step.
 
@@ -99,20 +106,24 @@ def tradeoff(
     least. ``on_done`` is called after every setting, with all that is measured so far. Of the
     ``options``, such as ``friction``, each solver gets those that it has.
     """
-    sound, left_out = _references(scene, shots)
+    sound, others = _references(scene, shots)
     each = budget / sum(len(steps) for steps in ladders.values())
     # Rounding moves the ends by what the runs say, and at least by a unit of their last digit.
     rounding = max(
         max(EPSILON * float(np.abs(run.end.position).max()), known(run.rounding) or 0.0)
         for run in sound
     )
-    result = Tradeoff(scene, (), spread, rounding, left_out)
+    left_out = tuple(run.name for run in others)
+    warned = {(run.name, run.solver): run for run in (*sound, *others) if run.warnings}
+    result = Tradeoff(scene, (), spread, rounding, left_out, known_by, tuple(warned.values()))
     for solver, dt in ((solver, dt) for solver, steps in ladders.items() for dt in steps):
         has = find_solver(solver).options
         taken = {name: value for name, value in (options or {}).items() if name in has}
         play = partial(simulate, scene, solver=solver, dt=dt, **taken)
-        one = Setting(solver, dt, *_measure(sound, play, each, rounding))
-        result = replace(result, settings=(*result.settings, one))
+        fields, runs = _measure(sound, play, each, rounding)
+        warned |= {(run.name, run.solver): run for run in runs if run.warnings}
+        settings = (*result.settings, Setting(solver, dt, *fields))
+        result = replace(result, settings=settings, warned=tuple(warned.values()))
         on_done(result)
     return result
 
@@ -122,20 +133,18 @@ def sound_shots(scene: Scene, shots: Sequence[Shot | None] | None = None) -> lis
     return [run.shot for run in _references(scene, shots)[0]]
 
 
-def _references(
-    scene: Scene, shots: Sequence[Shot | None] | None
-) -> tuple[list[Run], tuple[str, ...]]:
-    """Return the reference runs whose ends rounding does not decide, and the names of others."""
+def _references(scene: Scene, shots: Sequence[Shot | None] | None) -> tuple[list[Run], list[Run]]:
+    """Return the reference runs whose ends rounding does not decide (or all), and the others."""
     runs = list(simulate_all(scene, shots, solver=reference_solver().name))
     sound = [run for run in runs if not run.policies] or runs
-    return sound, tuple(run.name for run in runs if run not in sound)
+    return sound, [run for run in runs if run not in sound]
 
 
 def _measure(
     references: Sequence[Run], play: Callable[..., Run], budget: float, rounding: float
-) -> tuple[Any, ...]:
-    """Return the fields of a Setting after solver and step, of the runs that ``play`` makes."""
-    found, times, repeats = [], 0.0, MOST_REPEATS
+) -> tuple[tuple[Any, ...], list[Run]]:
+    """Return the fields of a Setting after solver and step, and a run of each shot by ``play``."""
+    found, times, repeats = list[Comparison](), 0.0, MOST_REPEATS
     for reference in references:
         until = time.perf_counter() + budget / len(references)
         runs = [play(reference.shot)]
@@ -143,13 +152,31 @@ def _measure(
             runs.append(play(reference.shot))
         status, repeats = runs[0].status, min(repeats, len(runs))
         if status not in ("settled", reference.status):
-            return math.nan, math.nan, 0, 0, math.nan, len(runs), status
+            failed = (math.nan, math.nan, 0, 0, math.nan, len(runs), status)
+            return failed, [*(one.run for one in found), runs[0]]
         found.append(Comparison(reference, runs[0]))
         times += min(run.wall_time for run in runs)
     largest = max(rounding, *(one.largest for one in found))
     rms = max(rounding, math.sqrt(sum(one.rms**2 for one in found) / len(found)))
     shared, count = sum(one.shared for one in found), sum(map(len, map(contacts, references)))
-    return largest, rms, shared, count, times, repeats
+    return (largest, rms, shared, count, times, repeats), [one.run for one in found]
+
+
+def planned(
+    scene: Scene, ladders: Ladders, shots: Sequence[Shot | None], budget: float
+) -> list[float]:
+    """Return about how long (s) each setting will be measured, in the order of the settings."""
+    share, found = budget / (sum(map(len, ladders.values())) * len(shots)), list[float]()
+    durations: list[float] = []
+    for solver, steps in ladders.items():
+        finest = steps[-1]
+        guesses = estimate(scene, shots, solver, finest, durations)
+        durations = durations or [one.duration for one in guesses if one.steps]
+        for dt in steps:
+            fewer = finest / dt if dt and finest else 1.0
+            costs = (max(one.cost * fewer, LEAST_COST) for one in guesses)
+            found.append(sum(max(cost, min(MOST_REPEATS * cost, share)) for cost in costs))
+    return found
 
 
 class Estimate(NamedTuple):
@@ -160,12 +187,22 @@ class Estimate(NamedTuple):
     steps: float
 
 
+NO_ESTIMATE = Estimate(0.0, math.inf, 0.0)
+
+
 def estimate(
-    scene: Scene, shots: Sequence[Shot | None], solver: str, dt: float | None, **options: Any
+    scene: Scene,
+    shots: Sequence[Shot | None],
+    solver: str,
+    dt: float | None,
+    durations: Sequence[float] | None = None,
+    **options: Any,
 ) -> list[Estimate]:
     """Estimate each shot's duration by the exact solver, its cost by a trial with longer steps.
 
-    A solver without a step has no estimate. Arguments are those of :func:`~pool_pymunk.simulate`.
+    Runs of few steps cost next to nothing: 0. A solver without a step has no estimate: it would
+    cost 0, for ever. ``durations`` (s) are those of the shots, if they are known. Other arguments
+    are those of :func:`~pool_pymunk.simulate`.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -174,17 +211,20 @@ def estimate(
     (True, True, True)
     """
     step, found = dt or find_solver(solver).dt, list[Estimate]()
+    if step is None:
+        return [NO_ESTIMATE] * len(shots)
     said = {key: options[key] for key in ("law", "max_time") if key in options}
     asked = request(scene, reference_solver().name, **said)
     asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
-    if step is None:
-        return found
-    for shot in shots:
-        duration = asked.play(shot).duration
+    for k, shot in enumerate(shots):
+        duration = durations[k] if durations else asked.play(shot).duration
         one = Estimate(0.0, duration, duration / step)
         if one.steps >= FEWEST_STEPS / TRIAL:
-            coarse = duration / min(MOST_STEPS, TRIAL * one.steps)
-            trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
+            for most in (FEWEST_STEPS, MOST_STEPS):
+                coarse = duration / min(most, TRIAL * one.steps)
+                trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
+                if trial.wall_time > LONG_TRIAL:
+                    break
             times = coarse / step  # The run itself has this many times the trial's steps.
             one = Estimate(trial.wall_time * times, trial.duration, trial.steps * times)
         found.append(one)
@@ -221,18 +261,42 @@ def sentences(result: Tradeoff) -> list[str]:
         for one in result.of(reference_solver().name)
     ]
     if result.spread is not None:
-        lines.append(
-            f"The start positions are known to the last digit written: that alone moves an end by "
-            f"{units.from_si(result.spread, 'length'):.2g} {units.length} (standard deviation, "
-            f"worst ball). A smaller error than that gains nothing."
-        )
+        lines += [*[result.known_by] * bool(result.known_by), _verdict(result, result.spread)]
     if len(result.exact) > 1:
         lines.append(
             f"{SHARED_ENGINE} Two others are independent: the time slices, which converge to them, "
             "and the reference in forty digits that the project's tests compare with."
         )
-    slip = "is left out: its exact end depends on a slip of zero, which rounding decides."
-    return lines + [f"{name} {slip}" for name in result.left_out]
+    return lines + list(_without_exact_end(result))
+
+
+def _verdict(result: Tradeoff, spread: float) -> str:
+    """Say what the uncertainty of the starts leaves to choose."""
+    units, measured = result.scene.units, [s for s in result.settings if not s.failure]
+    finer = sum(s.largest < spread for s in measured)
+    rules = f"so it rules the choice: {finer} of {len(measured)} settings err by less"
+    if not finer:
+        rules = "and every setting errs by more, so it rules nothing"
+    return (
+        f"This uncertainty of the starts alone moves an end by "
+        f"{units.from_si(spread, 'length'):.2g} {units.length} (standard deviation, worst ball). "
+        f"A smaller error than that gains nothing, {rules}."
+    )
+
+
+def _without_exact_end(result: Tradeoff) -> Iterator[str]:
+    """Say which shots have no exact end, and what that means."""
+    exact = reference_solver().name
+    for run in result.warned:
+        if run.solver == exact and run.policies:
+            why = ", ".join(sorted(run.policies))
+            if run.name in result.left_out:
+                yield (
+                    f"{run.name} is left out: its exact end depends on what has no exact answer "
+                    f"({why}). Alone (--shot) it is measured all the same."
+                )
+            else:
+                yield f"Errors of {run.name} mean little: it has no exact end ({why})."
 
 
 def _within(result: Tradeoff, digits: float) -> str:

@@ -172,8 +172,26 @@ def written_uncertainty(scenario: str | Path) -> Uncertainty:
     >>> widths.shape, set(widths.ravel().tolist()) == {0.005 * 0.0254}
     ((11, 2), True)
     """
-    path = bundled().get(str(scenario), Path(scenario))
-    return uncertainty_of(path.read_text(encoding="utf-8"))
+    return uncertainty_of(_text_of(scenario))
+
+
+def digits_sentence(scenario: str | Path) -> str:
+    """Say from which digits :func:`written_uncertainty` has the uncertainty, the coarsest first.
+
+    >>> print(digits_sentence("report").partition(",")[0])
+    Positions given as 66.00 (x of ball C) are taken to be known to 0.005 in
+    """
+    units, places = _written(_text_of(scenario))
+    coarse = max(
+        ((half_digit(value), value, axis, id_) for id_, place in places.items()
+         for value, axis in zip(place, "xy", strict=True)), key=lambda one: one[0],
+    )  # fmt: skip
+    half, value, axis, id_ = coarse
+    return (
+        f"Positions given as {value} ({axis} of ball {id_}) are taken to be known to {half:g} "
+        f"{units.length}, half of their last digit; more digits in the scenario, or "
+        "--position-error, say otherwise."
+    )
 
 
 def uncertainty_of(text: str) -> Uncertainty:
@@ -182,21 +200,38 @@ def uncertainty_of(text: str) -> Uncertainty:
     >>> uncertainty_of('[[balls]]\\nid = "1"\\nposition = [0.50, 3]').position
     {'1': (0.005, 0.5)}
     """
+    units, places = _written(text)
+
+    def known_to(written: int | Decimal) -> float:
+        return units.to_si(half_digit(written), "length")
+
+    return Uncertainty({id_: (known_to(x), known_to(y)) for id_, (x, y) in places.items()})
+
+
+def half_digit(written: int | Decimal) -> float:
+    """Return half of the last digit's place value.
+
+    >>> half_digit(Decimal("66.00")), half_digit(3)
+    (0.005, 0.5)
+    """
+    digit = Decimal(written).as_tuple().exponent
+    assert isinstance(digit, int), "positions are finite"
+    return float(Decimal(1).scaleb(digit) / 2)
+
+
+def _text_of(scenario: str | Path) -> str:
+    return bundled().get(str(scenario), Path(scenario)).read_text(encoding="utf-8")
+
+
+def _written(text: str) -> tuple[Units, dict[str, tuple[int | Decimal, int | Decimal]]]:
+    """Return the units of a scenario's text, and the balls' positions as they are written."""
     raw: dict[str, Any] = tomllib.loads(text.removeprefix("\ufeff"), parse_float=Decimal)
-    units = Units(**raw.get("units", {}))
     places = {ball["id"]: ball["position"] for ball in raw.get("balls", ())}
     for one in raw.get("racks", ()):
         shape, middle = one.get("shape", SHAPES[0]), one.get("apex") or one["center"]
         ids = rack_ids(one.get("rows"), shape, one.get("ids"), one.get("rings"))
         places |= dict.fromkeys(ids, middle)
-
-    def half_digit(written: int | Decimal) -> float:
-        """Return half of the last digit's place value in m: that of 0.005 for 66.00."""
-        digit = Decimal(written).as_tuple().exponent
-        assert isinstance(digit, int), "positions are finite"
-        return units.to_si(float(Decimal(1).scaleb(digit) / 2), "length")
-
-    return Uncertainty({id_: (half_digit(x), half_digit(y)) for id_, (x, y) in places.items()})
+    return Units(**raw.get("units", {})), places
 
 
 def launched(scene: Scene, shot: Shot, position: Array) -> Array:

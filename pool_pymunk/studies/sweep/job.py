@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.fast import Batch
+from pool_pymunk.fast import Batch, compiled
 from pool_pymunk.fast.many import results
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
@@ -37,14 +37,19 @@ ANEW = "begin anew with resume=False"
 FAST = 1  # the level of zstd's compression
 CHUNK = 50_000
 WINDOW = 1_000  # This many parts wait for an executor at most.
+TRIED, TRIED_SLOWLY = 1_000, 20  # shots that tell how long the others take
 
 
 class Done(NamedTuple):
-    """This counts the shots that are done now, those of them played in Python, and all shots."""
+    """This counts the shots that are done now, those of them played in Python, and all shots.
+
+    The first of a sweep with an executor has the time (s) that one process may take for the rest.
+    """
 
     shots: int
     by_reference: int
     total: int
+    seconds: float = 0.0
 
 
 class Sweep(NamedTuple):
@@ -73,6 +78,7 @@ def sweep(
     executor: Executor | None = None,
     resume: bool = True,
     on_done: Callable[[Done], object] | None = None,
+    on_shots: Callable[[int], object] | None = None,
 ) -> Sweep:
     """Play many shots into a folder of Parquet files, and go on where an earlier call ended.
 
@@ -85,7 +91,8 @@ def sweep(
     ``dask.distributed.Client(...).get_executor()``; its workers must see the folder and be able to
     import a law of your own, which is known by its name. Without one, all cores of this machine
     play. With ``resume=False`` a sweep in the folder is begun anew. ``on_done(done)`` is called
-    after each part, and first with what was there already. Raises SettingError for what makes no
+    after each part, and first with what was there already; without an executor ``on_shots(n)`` is
+    called whenever ``n`` more shots of a part are played. Raises SettingError for what makes no
     sense, and for a folder that has another sweep. It needs ``pip install '.[fast,sweep]'`` in a
     clone.
 
@@ -103,10 +110,12 @@ def sweep(
     plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time, aims_anew)
     folder, tell = Path(out), on_done or (lambda done: None)
     todo = begin(folder, plan, resume)
-    tell(Done(plan.samples - sum(len(plan.shots_of(part)) for part in todo), 0, plan.samples))
+    missing = sum(len(plan.shots_of(part)) for part in todo)
+    each = 0.0 if executor is None or not todo else _trial(plan, todo[0])
+    tell(Done(plan.samples - missing, 0, plan.samples, missing * each))
     played = by_reference = 0
     if executor is None:
-        finished = _play_here(plan, folder, todo)
+        finished = _play_here(plan, folder, todo, on_shots)
     else:
         finished = results(executor, partial(play_part, plan, folder.resolve()), todo, WINDOW)
     for done in finished:
@@ -123,13 +132,22 @@ def play_part(plan: Plan, folder: Path, part: int) -> Done:
     return _write(plan, folder, part, drawn, plan.play(drawn, threads=1))
 
 
-def _play_here(plan: Plan, folder: Path, todo: list[int]) -> Iterator[Done]:
+def _trial(plan: Plan, part: int) -> float:
+    """Return about how long (s) a shot takes: the mean of the first ones of a part."""
+    shots = plan.shots_of(part)[: TRIED if compiled.is_there() else TRIED_SLOWLY]
+    plan.play(plan.draw(shots[:1]))  # This compiles, if need be.
+    return plan.play(plan.draw(shots), threads=1).wall_time / len(shots)
+
+
+def _play_here(
+    plan: Plan, folder: Path, todo: list[int], on_shots: Callable[[int], object] | None
+) -> Iterator[Done]:
     """Play parts on all cores; while one is played, the one before is written."""
     with ThreadPoolExecutor(1) as writer:
         before: list[Future[Done]] = []
         for part in todo:
             drawn = plan.draw(plan.shots_of(part))
-            batch = plan.play(drawn)
+            batch = plan.play(drawn, on_done=on_shots)
             yield from (each.result() for each in before)
             before = [writer.submit(_write, plan, folder, part, drawn, batch)]
         yield from (each.result() for each in before)

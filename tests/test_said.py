@@ -1,0 +1,349 @@
+"""What is played says what it warns of, what is left out, what rules a verdict, and how long."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from commands import Capture, exit_code
+
+from pool_pymunk import load, simulate_many
+from pool_pymunk.cli import common, terminal
+from pool_pymunk.cli.terminal import Share, in_words, progress
+from pool_pymunk.fast import compiled
+from pool_pymunk.safety.files import bundled
+from pool_pymunk.studies.find import find
+from pool_pymunk.studies.sweep import job
+from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, planned
+from pool_pymunk.studies.uncertainty import digits_sentence
+
+pytestmark = pytest.mark.heavy
+
+# Its name is also that of a function.
+tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
+
+FOURTH = ("report", "--shot", 4)
+FEW = ("--budget", 0, "--samples", 2, "--solvers", "pymunk")
+# Each command plays the report's fourth shot, in which law published jumps.
+PLAYING = {
+    "run": ("--no-pictures",),
+    "render": ("--no-films", "--no-pictures"),
+    "page": (),
+    "compare": ("--no-pictures", "--solvers", "pymunk"),
+    "tradeoff": FEW,
+    "sensitivity": ("--no-pictures", "--samples", 2),
+}
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Callable[[str], tuple[object, ...]]:
+    """Return the option of a command for its place."""
+    return lambda command: ("--out", tmp_path / ("page.html" if command == "page" else "out"))
+
+
+Out = Callable[[str], tuple[object, ...]]
+
+
+# -- warnings of runs --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", PLAYING)
+def test_what_plays_a_run_says_what_it_warns_of(command: str, out: Out, capsys: Capture) -> None:
+    assert exit_code(command, *FOURTH, *PLAYING[command], *out(command)) == 0
+    printed, errors = capsys.readouterr()
+    assert (printed + errors).count("law published jumps at zero slip") == 1
+    if command in ("render", "page"):
+        assert printed.count("Warning") == 0, "what goes into a pipe is the paths"
+
+
+@pytest.mark.parametrize("command", ["run", "render", "page", "compare"])
+def test_who_misses_published_ends_learns_which_solver_may_have_them(
+    command: str, out: Out, capsys: Capture
+) -> None:
+    assert exit_code(command, *FOURTH, *PLAYING[command], *out(command)) == 0
+    assert "--solver time-slice plays by the report's own method." in "".join(capsys.readouterr())
+    if command in ("run", "compare"):
+        return
+    slices = (*FOURTH, *PLAYING[command], "--solver", "time-slice")
+    assert exit_code(command, *slices, *out(command)) == 0
+    assert "published ends" not in capsys.readouterr().err
+
+
+def test_published_ends_are_those_of_the_scenario_not_of_a_file(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    """Another scene has published ends, too; only its law tells whether slices may have them."""
+    text = bundled()["two-balls"].read_text() + "[shots.published]\nA = [1.0, 2.0]\n"
+    for law, says in (("coulomb", False), ("published", True)):
+        file = tmp_path / f"{law}.toml"
+        file.write_text(text.replace('law = "coulomb"', f'law = "{law}"'))
+        assert exit_code("render", file, "--no-films", "--no-pictures", "--out", tmp_path) == 0
+        said = capsys.readouterr().err
+        assert "0 of 1 agree with the published ends to 0.01 in" in said
+        assert ("--solver time-slice" in said) == says
+
+
+def test_runs_of_a_shot_that_warn_alike_are_one_line() -> None:
+    settings = [common.Setup("event-driven"), common.Setup("pymunk", 1 / 240)]
+    scene = load("report")
+    ((one, other),) = common.simulate_beside(scene, scene.shots[3:], settings)
+    (line,) = common.warnings_of([one, other])
+    assert line.startswith("Warning: Simulation 4 (event-driven; alike: pymunk): law published")
+    assert line.endswith("s).")
+
+
+# -- what is left out --------------------------------------------------------------------------
+
+
+def test_solvers_that_are_left_out_are_named_with_the_reason(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    scene, file = ("follow-and-draw", "--shot", 1), tmp_path / "all.json"
+    ends = ("--max-time", 0.05, "--json", file, "--out", tmp_path / "out")
+    for command, options in (
+        ("compare", ("--no-pictures",)),
+        ("tradeoff", ("--budget", 0, "--samples", 2)),
+    ):
+        assert exit_code(command, *scene, *options, *ends) == 0
+        printed = capsys.readouterr().out
+        found = json.loads(file.read_text())["left_out"]
+        found = found if command == "compare" else found["solvers"]
+        assert list(found) == ["pymunk-discrete", "pymunk-builtin"]
+        for name, why in found.items():
+            assert f"{name} is left out: it {why}." in printed
+            assert "friction.rolling" in why
+            assert "without this key balls only slide" in why
+
+
+def test_solvers_that_all_play_leave_none_out(tmp_path: Path, capsys: Capture) -> None:
+    file = tmp_path / "all.json"
+    options = ("--max-time", 0.05, "--no-pictures", "--json", file, "--out", tmp_path)
+    assert exit_code("compare", "two-balls", *options) == 0
+    assert "left out" not in capsys.readouterr().out
+    assert json.loads(file.read_text())["left_out"] == {}
+
+
+def test_a_shot_without_an_exact_end_is_named_also_when_it_is_alone(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    assert exit_code("tradeoff", *FOURTH, *FEW, "--out", tmp_path) == 0
+    printed = capsys.readouterr().out
+    assert "Errors of Simulation 4 mean little: it has no exact end (zero slip)." in printed
+    assert "is left out" not in printed
+
+
+# -- from which digits the uncertainty is read -------------------------------------------------
+
+
+def coarse(folder: Path) -> Path:
+    """Return the file of a scene in which one start has a single digit."""
+    text = bundled()["follow-and-draw"].read_text()
+    file = folder / "coarse.toml"
+    file.write_text(text.replace("position = [0.635, 0.635]", "position = [0.635, 0.6]"))
+    return file
+
+
+DIGITS = "Positions given as 0.6 (y of ball cue) are taken to be known to 0.05 m"
+
+
+def test_the_coarsest_digits_are_named(tmp_path: Path) -> None:
+    assert digits_sentence(coarse(tmp_path)).startswith(f"{DIGITS}, half of their last digit;")
+    assert "given as 66.00 (x of ball C) are taken to be known to 0.005 in" in digits_sentence(
+        "report"
+    )
+
+
+def test_tradeoff_says_from_which_digits_its_verdict_comes(tmp_path: Path, capsys: Capture) -> None:
+    scene, file = (coarse(tmp_path), "--shot", 1, *FEW), tmp_path / "all.json"
+    where = ("--json", file, "--out", tmp_path)
+    assert exit_code("tradeoff", *scene, *where) == 0
+    printed = capsys.readouterr().out
+    assert DIGITS in printed
+    assert "--position-error" in printed
+    assert "gains nothing, so it rules the choice: 5 of 5 settings err by less." in printed
+    assert json.loads(file.read_text())["known_by"].startswith(DIGITS)
+    assert exit_code("tradeoff", *scene, "--position-error", "1e-16", *where) == 0
+    printed = capsys.readouterr().out
+    assert "taken to be known" not in printed
+    assert "and every setting errs by more, so it rules nothing." in printed
+    assert json.loads(file.read_text())["known_by"] == ""
+
+
+def test_sensitivity_says_from_which_digits_it_reads(tmp_path: Path, capsys: Capture) -> None:
+    scene = (coarse(tmp_path), "--shot", 1, "--samples", 2, "--no-pictures", "--out", tmp_path)
+    file = tmp_path / "all.json"
+    assert exit_code("sensitivity", *scene, "--json", file) == 0
+    assert DIGITS in capsys.readouterr().out
+    assert json.loads(file.read_text())["known_by"].startswith(DIGITS)
+    assert exit_code("sensitivity", *scene, "--position-error", "1mm") == 0
+    assert "taken to be known" not in capsys.readouterr().out
+
+
+# -- how long it takes -------------------------------------------------------------------------
+
+
+def test_a_bar_estimates_from_what_is_done_and_from_a_guess(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = 0.0
+    monkeypatch.setattr(time, "monotonic", lambda: now)
+    bar = progress("playing", 100)
+    now = 3.0
+    assert bar.left() is None
+    assert bar.outlook() == "no estimate yet, 3 s so far"
+    bar.step(0)  # What came before is no measure.
+    now = 5.0
+    bar.step(10)
+    assert bar.left() == pytest.approx(18.0)
+    assert bar.outlook() == "about 18 s left"
+    bar = progress("measuring", 1.0)
+    bar.plan(100.0)
+    assert bar.left() == 100.0
+    now += 20.0  # It takes twice the time that was guessed.
+    bar.come_to(10.0)
+    assert bar.left() == pytest.approx(90.0 * 30.0 / 20.0)
+    now += 180.0
+    bar.come_to(100.0)
+    assert bar.left() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("parts", "says"), [(1, r"playing: about \d+ s left"), (None, "playing: no estimate yet, .*")]
+)
+def test_a_pipe_is_soon_told_how_long_a_job_takes(
+    parts: int | None, says: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setattr(terminal, "FIRST", 0.05)
+    monkeypatch.setattr(terminal, "SECOND", 0.1)
+    monkeypatch.setattr(terminal, "PACE", 0.01)
+    with progress("playing", 1_000) as bar:
+        if parts is not None:
+            bar.step(parts)
+        time.sleep(0.2)
+    assert re.fullmatch(f"{says}\n", capsys.readouterr().err)
+    time.sleep(0.5)
+    assert capsys.readouterr().err == "", "a finished job says nothing more"
+
+
+def test_a_pipe_is_not_told_of_short_jobs(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    monkeypatch.setattr(terminal, "FIRST", 0.01)
+    monkeypatch.setattr(terminal, "PACE", 0.01)
+    with progress("playing", 100) as bar:
+        for _ in range(100):
+            bar.step()
+            time.sleep(1e-3)
+    assert capsys.readouterr().err == ""
+
+
+def test_runs_count_by_their_cost() -> None:
+    with progress("simulating", 2) as bar:
+        share = Share(bar, [NO_ESTIMATE, Estimate(99.999, 2.0, 1e9)])
+        assert bar.guess == pytest.approx(100.0, abs=0.01)
+        share.finish()
+        assert bar.tasks[0].completed < 1e-4
+        share.finish()
+        assert bar.tasks[0].completed == pytest.approx(2.0)
+
+
+def test_a_measurement_is_planned_by_its_budget_and_its_costs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Slices of 0.1 s take 1 s; those of 1 s are a tenth, and are played up to seven times."""
+    dear = Estimate(1.0, 2.0, 20.0)
+    guesses = {"time-slice": [dear, dear], "event-driven": [NO_ESTIMATE] * 2}
+    monkeypatch.setattr(tradeoff, "estimate", lambda scene, shots, solver, *_: guesses[solver])
+    ladders = {"time-slice": (1.0, 0.1), "event-driven": (None,)}
+    scene, least = load("report"), tradeoff.LEAST_COST
+    once = planned(scene, ladders, scene.shots[:2], 0.0)
+    assert once == pytest.approx([0.2, 2.0, 2 * least])
+    often = planned(scene, ladders, scene.shots[:2], 6 * 0.5)
+    assert often == pytest.approx([2 * 0.5, 2.0, 2 * 7 * least])
+
+
+def test_a_search_says_how_far_it_has_come() -> None:
+    said: list[tuple[int, int]] = []
+    find(
+        load("two-balls"), 1, lambda batch: batch.hits > 0, tries=600, samples=10, best=1,
+        on_done=lambda *both: said.append(both),
+    )  # fmt: skip
+    done, planned_ = zip(*said, strict=True)
+    assert list(done) == sorted(done)
+    assert planned_[0] == 600 + 12 * 5 * 10
+    assert 600 < done[-1] <= planned_[-1]
+
+
+def test_a_long_part_of_a_sweep_counts_its_shots(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pyarrow")
+    shots: list[int] = []
+    vary = {"angle": (-1.0, 1.0)}
+    job.sweep(load("two-balls"), 1, vary=vary, samples=30, chunk=30, out=tmp_path,
+              on_shots=shots.append)  # fmt: skip
+    assert sum(shots) == 30
+    counter = terminal.Counter()
+    for done in (job.Done(10, 0, 40), None, job.Done(30, 30, 40)):
+        counter.take_shots(5) if done is None else counter.take(done)
+    assert counter.tasks[0].completed == counter.tasks[0].total == 30
+
+
+def test_what_is_printed_under_a_bar_goes_where_it_was_sent(tmp_path: Path) -> None:
+    """The log is in a pipe, while the bar is on a terminal."""
+    main, other = pty.openpty()
+    options = ("--shot", "3", "--no-pictures", "--out", str(tmp_path))
+    command = [sys.executable, "-m", "pool_pymunk", "run", "report", *options]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=other, text=True, check=True)
+    os.close(other)
+    os.close(main)
+    assert "Final Ball positions" in done.stdout
+
+
+def test_times_are_in_words() -> None:
+    assert in_words(59.6) == "60 s"
+    assert in_words(3000.0) == "50 min"
+
+
+# -- without numba -----------------------------------------------------------------------------
+
+MANY = {
+    "sensitivity": ("report", "--angle-error", 1, "--shot", 3, "--samples", 2, "--no-pictures"),
+    "tradeoff": ("report", "--shot", 3, *FEW),
+    "atlas": ("report", "--shot", 3, "--size", "2x2"),
+    "sweep": ("report", "--shot", 3, "--grid", "angle=-1:1:3", "--chunk", 2),
+    "sweep --workers": ("report", "--shot", 3, "--grid", "angle=-1:1:3", "--workers", 1),
+}
+
+
+@pytest.mark.parametrize("command", MANY)
+def test_without_numba_a_command_says_so_in_one_plain_line(
+    command: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if command.startswith("sweep") and find_spec("pyarrow") is None:
+        pytest.skip("a sweep needs pyarrow")
+    monkeypatch.setattr(compiled, "is_there", lambda: False)
+    place = tmp_path / ("map.png" if command == "atlas" else "out")
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        assert exit_code(command.split()[0], *MANY[command], "--out", place) == 0
+    said = [line for line in capfd.readouterr().err.splitlines() if "numba" in line]
+    assert said == [
+        "Warning: numba is not installed, so many shots take some hundred times longer than with "
+        "the extra fast: pip install '.[fast]' in a clone."
+    ]
+
+
+def test_without_numba_python_gets_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiled, "is_there", lambda: False)
+    with pytest.warns(UserWarning, match="^numba is not installed, so .* the extra fast: pip"):
+        simulate_many(load("two-balls"))
