@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import json
 import os
-import pty
 import re
 import subprocess
 import sys
@@ -300,6 +299,8 @@ def test_a_long_part_of_a_sweep_counts_its_shots(
 
 def test_what_is_printed_under_a_bar_goes_where_it_was_sent(tmp_path: Path) -> None:
     """The log is in a pipe, while the bar is on a terminal."""
+    import pty  # Windows has none.
+
     main, other = pty.openpty()
     options = ("--shot", "3", "--no-pictures", "--out", str(tmp_path))
     command = [sys.executable, "-m", "pool_pymunk", "run", "report", *options]
