@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pymunk
 
@@ -23,7 +23,10 @@ Disc = tuple[Vector, float]  # a place and a radius (m)
 TYPES = {
     pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"
 }  # fmt: skip
-FEATURES = ("body_type", "mass", "radius", "filter", "collision_type")
+FEATURES = (
+    "body_type", "mass", "radius", "filter", "collision_type", "offset", "center_of_gravity",
+    "sensor.collision_type", "sensor.filter", "sensor.sensor",
+)  # fmt: skip
 
 
 class TableBall:
@@ -34,7 +37,8 @@ class TableBall:
     """
 
     __slots__ = ("_path_of", "as_it_came", "before", "body", "body_id", "circle", "id",
-                 "is_on_table", "joint", "number", "radius", "sensor", "shapes")  # fmt: skip
+                 "is_on_table", "joint", "number", "radius", "sensor", "shapes", "velocity_func",
+                 "wide")  # fmt: skip
 
     def __init__(
         self,
@@ -53,22 +57,35 @@ class TableBall:
         self.shapes: tuple[pymunk.Shape, ...] = ()  # what leaves the space with it, and comes back
         self.before: Path | None = None  # its path before the contact of which on_contact tells
         self._path_of = path_of
+        self.wide = circle.radius  # that the table has given the sensor
+        self.velocity_func: Any = None  # of the user's own, while the table has its in the body
         self.as_it_came: tuple[object, ...] = ()
 
     def features(self) -> tuple[object, ...]:
         """Return the :data:`FEATURES` of the ball, which stay while it is on the table."""
-        circle, body = self.circle, self.body
+        circle, body, sensor = self.circle, self.body, self.sensor
         # A circle that is its own sensor has the sensor's radius.
-        radius = self.radius if circle is self.sensor else circle.radius
-        return TYPES[body.body_type], body.mass, radius, circle.filter, circle.collision_type
+        radius = circle.radius
+        if circle is sensor and radius == self.wide:
+            radius = self.radius
+        return (
+            TYPES[body.body_type], body.mass, radius, circle.filter, circle.collision_type,
+            tuple(circle.offset), tuple(body.center_of_gravity),
+            sensor.collision_type, sensor.filter, sensor.sensor,
+        )  # fmt: skip
 
     def is_as_it_came(self) -> bool:
-        """Tell whether the mass, and a circle of the user's, are what they were; this is quick."""
-        _, mass, radius, filter_, _ = self.as_it_came
+        """Tell whether mass, radius and filter are what they were; this is quick."""
+        _, mass, radius, filter_, *_ = self.as_it_came
         circle = self.circle
-        return self.body.mass == mass and (
-            circle is self.sensor or (circle.radius == radius and circle.filter == filter_)
-        )
+        if self.body.mass != mass or circle.filter != filter_:
+            return False
+        return circle.radius == (self.wide if circle is self.sensor else radius)
+
+    def widen(self, radius: float) -> None:
+        """Give the sensor another radius (m)."""
+        self.wide = radius
+        self.sensor.unsafe_set_radius(radius)
 
     def __repr__(self) -> str:
         where = "" if self.is_on_table else ", off the table"
@@ -89,7 +106,7 @@ class ContactEvent(NamedTuple):
     to the ball, ``closing`` (m/s) is how fast they came together, and ``impulse`` (N s) how much
     momentum along the normal each gave to the other. ``tangential`` (N s) is what the second ball,
     or the ball at a wall, got along (-n_y, n_x). ``ball.path.at(event.t)`` has a ball's place
-    and velocity before the contact; its body is still where the step took it.
+    and velocity before the contact; its body has those after it.
     """
 
     t: float

@@ -88,6 +88,11 @@ class Billiards:
     [1.31, 0.0]
     """
 
+    on_contact: Callable[[ContactEvent], object] | None = None
+    on_stop: Callable[[TableBall, float], object] | None = None
+    on_stop_revoked: Callable[[TableBall, float], object] | None = None
+    on_pocket: Callable[[TableBall, int, float], object] | None = None
+
     def __init__(
         self,
         space: pymunk.Space,
@@ -107,10 +112,6 @@ class Billiards:
         self.space = space
         self.max_dt = argument("max_dt", max_dt, size)
         self.friction, self.alone, self._said_pair = friction, alone, pair
-        self.on_contact: Callable[[ContactEvent], object] | None = None
-        self.on_stop: Callable[[TableBall, float], object] | None = None
-        self.on_stop_revoked: Callable[[TableBall, float], object] | None = None
-        self.on_pocket: Callable[[TableBall, int, float], object] | None = None
         surface = checks.read_surface(deceleration, rolling)
         self.engine = ContactEngine(checks.read_law(law), self._pair, surface, Recorder())
         is_swept = contacts == "swept"
@@ -128,14 +129,16 @@ class Billiards:
         for other in () if alone else (BALL, WALL):
             space.on_collision(BALL, other, pre_solve=_no_response)
 
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        for name in vars(cls):
+            _check_callback(name, is_own=True)
+
     if not TYPE_CHECKING:  # Type checkers know all names.
 
         def __setattr__(self, name: str, value: object) -> None:
             """Set an attribute; refuse a callback of another name, such as a misspelled one."""
-            is_callback = name.startswith("on_") or get_close_matches(name, CALLBACKS, cutoff=0.8)
-            if is_callback and name not in CALLBACKS and not hasattr(type(self), name):
-                message = f"a Billiards has no {name}{suggestion(name, CALLBACKS)}"
-                raise AttributeError(message)
+            _check_callback(name, is_own=hasattr(type(self), name))
             super().__setattr__(name, value)
 
     def __reduce__(self) -> str | tuple[Any, ...]:
@@ -145,6 +148,9 @@ class Billiards:
     def _pair(self, i: int, j: int) -> Pair:
         """Return the pair that the user gives, with the masses of the bodies."""
         masses = self.engine.masses
+        for ball in (self.balls[i], self.balls[j]):
+            if not ball.is_as_it_came():
+                checks.check_unchanged(ball)
         return checks.check_pair(self._said_pair(i, j), (masses[i], masses[j]), (i, j))
 
     def _catch_up(self, changes_space: bool = False, sees_walls: bool = False) -> None:
@@ -254,8 +260,9 @@ class Billiards:
 
     def clear(self) -> None:
         """Take all balls off the table."""
+        self._catch_up()
         for ball in self.on_table():
-            self.remove_ball(ball)
+            self.state.drop(ball)
 
     def _check_ball(self, ball: TableBall, changes_space: bool = False) -> None:
         own = self.balls
@@ -282,7 +289,7 @@ class Billiards:
         where your sides are, and may be a sensor. Returns the wall's number. Raises ValueError for
         a shape that cannot be a wall, and if a ball lies in the wall now.
         """
-        self._catch_up(changes_space=True)
+        self._catch_up(changes_space=True, sees_walls=True)
         checks.check_wall(shape)
         restitution = argument("restitution", restitution, SHARE)
         friction = argument("friction", friction, FROM_ZERO)
@@ -365,6 +372,7 @@ class Billiards:
         another table, and if a wall or a pocket is now where a ball was.
         """
         self.state.refuse_in_step("restore_state")
+        self.state.follow_removals()
         if not isinstance(state, TableState):
             raise setting_error("state", shown(state), "must be what save_state of a table gave")
         strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
@@ -421,6 +429,14 @@ class Billiards:
         ``on_time`` is called now and then with the time (s).
         """
         self.state.play(on_time, latest)
+
+
+def _check_callback(name: str, is_own: bool) -> None:
+    """Refuse a name that is like a callback's; a subclass may have callbacks of its ``own``."""
+    is_alike = bool(get_close_matches(name.lower(), CALLBACKS, cutoff=0.8))
+    is_misspelled = is_alike if is_own else is_alike or name.startswith("on_")
+    if is_misspelled and name.lower().startswith("on") and name not in CALLBACKS:
+        raise AttributeError(f"a Billiards has no {name}{suggestion(name.lower(), CALLBACKS)}")
 
 
 def _no_response(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:

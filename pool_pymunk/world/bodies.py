@@ -5,15 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 from struct import iter_unpack
+from typing import NamedTuple
 
 import numpy as np
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies
 
-# This is how a body moves: its position (m), velocity (m/s) and force (N).
-Moves = tuple[float, float, float, float, float, float]
-FIELDS = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY | BodyFields.FORCE
-NUMBERS = 6  # of each body; a number is as long (bytes) as an id
+FIELDS = (
+    BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY
+    | BodyFields.ANGULAR_VELOCITY | BodyFields.FORCE | BodyFields.TORQUE
+)  # fmt: skip
+NUMBERS = 8  # of each body; a number is as long (bytes) as an id
+
+
+class Moves(NamedTuple):
+    """This is how a body moves: place (m), velocity (m/s, rad/s), force (N) and torque (N m)."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    turns: float = 0.0
+    fx: float = 0.0
+    fy: float = 0.0
+    torque: float = 0.0
 
 
 class Snapshot:
@@ -30,14 +45,16 @@ class Snapshot:
         return dict(self._between(0, len(self.ids)))
 
     @property
-    def is_finite(self) -> bool:
-        """Tell whether all numbers are finite, and not too large to be added."""
-        return bool(np.isfinite(np.frombuffer(self.numbers).sum()))
+    def is_plain(self) -> bool:
+        """Tell whether no force acts, and all numbers are finite and not too large to be added."""
+        rows = np.frombuffer(self.numbers).reshape(-1, NUMBERS)
+        return bool(np.isfinite(rows.sum())) and not rows[:, 5:].any()
 
     def _between(self, start: int, end: int) -> Iterator[tuple[int, Moves]]:
         """Return ids and moves of the bodies whose ids are these bytes."""
         ids, numbers = self.ids[start:end], self.numbers[NUMBERS * start : NUMBERS * end]
-        return zip(memoryview(ids).cast("P"), iter_unpack(f"{NUMBERS}d", numbers), strict=True)
+        rows = map(Moves._make, iter_unpack(f"{NUMBERS}d", numbers))
+        return zip(memoryview(ids).cast("P"), rows, strict=True)
 
     def is_same(self, other: Snapshot) -> bool:
         """Tell whether another snapshot has the same bodies and shapes, and they move alike."""

@@ -89,6 +89,7 @@ class BroadPhase:
 
     def remove(self, i: int) -> None:
         self.changed.pop(i, None)
+        self.pairs = {pair: None for pair in self.pairs if i not in pair}
         self.numbers.pop(self.sensors[i], None)
         self.leave_out(i)
         self.gone.append(i)

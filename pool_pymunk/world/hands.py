@@ -13,7 +13,7 @@ from pool_pymunk.model.problems import SettingError
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
-from pool_pymunk.world.ball import HAIR, Disc, TableBall
+from pool_pymunk.world.ball import Disc, TableBall
 from pool_pymunk.world.bodies import Moves, Snapshot
 from pool_pymunk.world.checks import check_sound, check_unchanged, is_sound
 from pool_pymunk.world.outlook import beside, free_spot, is_free
@@ -22,6 +22,10 @@ from pool_pymunk.world.walls import Walls
 
 # A step of pymunk rounds velocity and place by less than this: a few roundings of EPSILON / 2.
 STEP_ROUNDING = 4.0 * EPSILON
+# Between steps a body has its mean velocity over the coming one. A change by less than this share
+# of it is a push, which is added to the velocity now; a larger one is a new velocity. For a push
+# in each step the difference counts, since friction would act one and a half times.
+PUSH = 0.1
 # A ball's new place (None: it is where it was) and velocity (m, m/s).
 NewMove = tuple[Vector | None, Vector]
 
@@ -42,8 +46,11 @@ class WatchedState(LiveState):
     def look(self) -> None:
         """Note that all bodies are on their paths now."""
         self._seen = self.bodies.read()
-        self.stirred = set() if self._seen.is_finite else set(self.on_table())
+        self.stirred = set() if self._seen.is_plain else set(self.on_table())
         self.joined.clear()
+
+    def follow(self) -> None:
+        """Follow what the present callback has done."""
 
     def catch_up(self) -> None:
         """Follow what has happened to the balls since the last look."""
@@ -63,12 +70,16 @@ class WatchedState(LiveState):
         self.joined.clear()
         if moved:
             self.set_out(moved)
+            for ball in moved:
+                self.drop_in(ball)
             self.catch_up()  # This second look finds them on their paths.
 
     def path_of(self, i: int) -> Path:
         """Return the exact path of ball ``i``, after what somebody has done to it."""
         if self.phase is Phase.BETWEEN:
             self.catch_up()
+        elif self.phase is Phase.TELLING:
+            self.follow()
         return super().path_of(i)
 
     def follow_removals(self) -> None:
@@ -87,12 +98,13 @@ class WatchedState(LiveState):
         for ball in self.moving.values():
             if not ball.is_as_it_came():
                 check_unchanged(ball)
-        for ball in self._touched:
+        number = self.steps % max(len(self.balls), 1)  # One ball a step is looked at closely.
+        for ball in (*self._touched, *self.balls[number : number + 1]):
             if ball.is_on_table:
                 check_unchanged(ball)
         self._touched.clear()
         if self.moving:
-            self.walls.refuse_changed()
+            self.walls.refuse_changed(some=True)
 
     # -- balls -----------------------------------------------------------------------------------
 
@@ -102,8 +114,8 @@ class WatchedState(LiveState):
         for ball, row in rows.items():
             if (found := self._new_move(ball, row)) is not None:
                 new[ball] = found
-        doubtful = {*new, *self.forces}.intersection(rows)
-        self._unsound = {ball: rows[ball] for ball in doubtful if not is_sound(rows[ball])}
+        is_clear = {b: b not in new and sum(row) - sum(row) == 0.0 for b, row in rows.items()}
+        self._unsound = {b: row for b, row in rows.items() if not (is_clear[b] or is_sound(row))}
         for ball in self._unsound:
             new.pop(ball, None)
             self.forces.pop(ball, None)
@@ -123,7 +135,7 @@ class WatchedState(LiveState):
 
     def _new_move(self, ball: TableBall, row: Moves) -> NewMove | None:
         """Return how a ball moves that somebody has moved off its path; None if nobody has."""
-        x, y, vx, vy, fx, fy = row
+        x, y, vx, vy, _, fx, fy, _ = row
         if fx != 0.0 or fy != 0.0:
             self.forces[ball] = fx, fy
         elif self.forces:
@@ -144,7 +156,7 @@ class WatchedState(LiveState):
             return None
         if is_as_fast:  # Only its place is new.
             vx, vy = pvx, pvy
-        elif gain <= HAIR * (abs(vx) + abs(vy) + abs(ex) + abs(ey)):  # It is a push.
+        elif gain <= PUSH * (abs(ex) + abs(ey)):
             vx, vy = pvx + vx - ex, pvy + vy - ey
         return None if is_there else (x, y), (vx, vy)
 

@@ -18,9 +18,9 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.surface import SHARE
 from pool_pymunk.world.ball import TableBall
-from pool_pymunk.world.bodies import Snapshot
+from pool_pymunk.world.bodies import Moves, Snapshot
 from pool_pymunk.world.checks import check_sound, check_step, is_sound
-from pool_pymunk.world.outlook import velocities_after
+from pool_pymunk.world.outlook import motions_after
 from pool_pymunk.world.state import NOTHING, Phase
 from pool_pymunk.world.steps import Steps
 
@@ -62,8 +62,7 @@ class SharedSteps(Steps):
             self.renew_joints()
             self.look()
         self._turned.clear()
-        if self._others_act() and self._hook not in self.space.constraints:
-            self.space.add(self._hook)
+        self._put_hook(self._others_act())
         self.begin_step()
         self.space.add_post_step_callback(self._end, self, is_uneven)
         try:
@@ -79,21 +78,37 @@ class SharedSteps(Steps):
 
     def _others_act(self) -> bool:
         """Tell whether joints or velocity functions of others may act on balls in a step."""
-        usual = pymunk.Body.update_velocity, self._damp
-        functions = (ball.body.velocity_func for ball in self.ball_of.values())
-        return self._joints_of_others > 0 or any(each not in usual for each in functions)
+        usual, found = (pymunk.Body.update_velocity, self._damp), self._joints_of_others > 0
+        for ball in self.ball_of.values():
+            if ball.body.velocity_func not in usual:
+                found = True
+                if ball.number in self.damped:  # Somebody has replaced the table's function.
+                    self._damp_by_callback(ball)
+            found = found or ball.velocity_func is not None
+        return found
+
+    def _put_hook(self, is_needed: bool) -> None:
+        """Put the hook in ahead of all other joints, or take it out."""
+        there = self.space.constraints
+        if is_needed and self._hook not in there:
+            others = list(there)
+            self.space.remove(*others)
+            self.space.add(self._hook, *others)
+        elif not is_needed and self._hook in there:
+            self.space.remove(self._hook)
 
     def _foresee(self, *_: object) -> None:
-        """Give the bodies their velocities after the contacts of this step, if there are any."""
+        """Let bodies move as they do after the contacts of this step, if there are any."""
         if self.engine.upcoming() > self.time + self.dt and not (self.near.pairs or self.sent):
             return
         try:
-            after = velocities_after(self, self.dt)
+            after = motions_after(self, self.dt)
         except Exception:  # The answer to this step fails, too, and its error is noted.
             return
-        for ball, (vx, vy) in after.items():
+        for ball, (place, (vx, vy)) in after.items():
             bx, by = self._seen.moves[ball.body_id][2:4]
             self._turned[ball] = dx, dy = vx - bx, vy - by
+            ball.body.position = place
             ball.body.velocity += dx, dy
 
     def _end(self, space: pymunk.Space, _key: object, is_uneven: bool) -> None:
@@ -153,13 +168,13 @@ class SharedSteps(Steps):
         if before is None or now is None:
             return
         (ax, ay), (dx, dy) = kick or NOTHING, self._turned.get(ball, NOTHING)
-        gain, was = (ax * self.dt, ay * self.dt), (before[2] + dx, before[3] + dy)
+        gain, was = (ax * self.dt, ay * self.dt), (before.vx + dx, before.vy + dy)
         if path and self.surface.pull > 0.0 and not (self.has_joints and path.slows):
             vx, vy = self.mean_velocity(path, self.time)
             kept = vx + dx, vy + dy
         else:
             kept = self._slowed(was, gain, share, self.surface.drag if path else 0.0)
-        wx, wy = now[2] - kept[0], now[3] - kept[1]
+        wx, wy = now.vx - kept[0], now.vy - kept[1]
         sizes = sum(map(abs, (*was, *kept, *now[2:4])))
         is_pushed = not abs(wx) + abs(wy) <= PUSH_ROUNDING * sizes
         if is_pushed:
@@ -186,7 +201,7 @@ class SharedSteps(Steps):
             ball.body.velocity = NOTHING
             return
         velocity = vx * share + gx, vy * share + gy
-        move = (x, y, *velocity, *NOTHING)
+        move = Moves(x, y, *velocity)
         if not is_sound(move):
             self.carry(ball)
             check_sound(ball, move)

@@ -141,8 +141,8 @@ def copy_of(
     return engine
 
 
-def velocities_after(state: LiveState, dt: float) -> dict[TableBall, Vector]:
-    """Return the velocities (m/s) in ``dt`` s of the balls that something happens to until then."""
+def motions_after(state: LiveState, dt: float) -> dict[TableBall, tuple[Vector, Vector]]:
+    """Return where balls are in ``dt`` s, and how fast, to which something happens until then."""
     balls, engine = state.on_table(), copy_of(state, Recorder())
     began = list(engine.paths)
     for _ in range(MOST):
@@ -150,7 +150,7 @@ def velocities_after(state: LiveState, dt: float) -> dict[TableBall, Vector]:
             break
         engine.next()
     changed = [k for k, path in enumerate(began) if engine.paths[k] is not path]
-    return {balls[k]: engine.paths[k].at(dt)[1] for k in changed}
+    return {balls[k]: engine.paths[k].at(dt) for k in changed}
 
 
 def free_spot(

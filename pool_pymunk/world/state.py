@@ -13,7 +13,9 @@ from enum import Enum, auto
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.engine.due import What
 from pool_pymunk.engine.recorder import Motion
+from pool_pymunk.model.places import lies_in
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
@@ -135,7 +137,7 @@ class LiveState:
         if path.moves or self.phase is not Phase.BETWEEN:
             self.set_out([ball])
         elif not self.near.is_swept:
-            sensor.unsafe_set_radius(radius * (1.0 - HAIR))
+            ball.widen(radius * (1.0 - HAIR))
         return ball
 
     def _enter(self, ball: TableBall) -> None:
@@ -157,7 +159,7 @@ class LiveState:
 
     def take_out(self, *things: pymunk.Body | pymunk.Shape) -> None:
         """Take what is in the space out of it."""
-        self.space.remove(*[thing for thing in things if thing.space is not None])
+        self.space.remove(*[thing for thing in things if thing.space is self.space])
 
     def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
@@ -177,14 +179,16 @@ class LiveState:
             self._rest(ball)
             ball.is_on_table = False
             path = self.engine.paths[ball.number]
-            ball.body.position = path.x, path.y
+            if ball.body.space in (None, self.space):
+                ball.body.position = path.x, path.y
             ball.circle.collision_type = 0
             del self.ball_of[ball.body_id]
-            there = [each for each in ball.body.shapes if each.space is not None]
+            there = [each for each in ball.body.shapes if each.space is self.space]
             self.take_out(ball.body, *there)
             if not self.alone and ball.sensor.space is None:
                 ball.sensor.body = None  # Its body may come back as another ball.
-            ball.shapes = tuple([each for each in there if self.alone or each is not ball.sensor])
+            shapes = dict.fromkeys((ball.circle, *there))
+            ball.shapes = tuple([each for each in shapes if self.alone or each is not ball.sensor])
 
     def path_of(self, i: int) -> Path:
         """Return the exact path of ball ``i``."""
@@ -224,6 +228,14 @@ class LiveState:
         if not path.moves:
             self.engine.rested[ball.number] = now
 
+    def drop_in(self, ball: TableBall) -> None:
+        """Let a pocket take a ball in that somebody has put into it, at once."""
+        place, _ = self.engine.paths[ball.number].at(self.now)
+        for k, wall in enumerate(self.engine.walls):
+            if wall.is_pocket and lies_in(wall, wall.sides[0].gap(*place, 0.0), *place, 0.0):
+                self.engine.push(self.now, What("wall", ball.number, k))
+                self.wake = -math.inf
+
     def send(self, ball: TableBall, position: Given, velocity: Given, roll: Given = None) -> None:
         """Set a ball off from a position, with a velocity and a roll; by default with its own."""
         place, goes = self.engine.paths[ball.number].at(self.now)
@@ -232,6 +244,7 @@ class LiveState:
             self.carry(ball)
             self._move_sensor(ball)
         self.set_out([ball])
+        self.drop_in(ball)
 
     def set_out(self, balls: Collection[TableBall]) -> None:
         """Predict what balls on new paths meet, and put their bodies on these paths."""
@@ -331,7 +344,7 @@ class LiveState:
             fastest = math.sqrt(vx * vx + vy * vy) if path.slows else path.fastest
             margin = fastest * self.max_dt if self.near.is_swept else 0.0
             rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
-            ball.sensor.unsafe_set_radius(ball.radius + margin + rounding)
+            ball.widen(ball.radius + margin + rounding)
             is_damped = self.surface.pull > 0.0 and not (self.has_joints and path.slows)
             if ball.number not in self.moving:
                 check_unchanged(ball)
@@ -344,6 +357,22 @@ class LiveState:
         self.carried[ball] = x, y, *goes
         self.stirred.add(ball)
 
+    def show_instant(self) -> dict[TableBall, tuple[Vector, Vector]]:
+        """Let bodies show how balls move at the present instant, and return what they showed."""
+        now, paths, showed = self.now, self.engine.paths, dict[TableBall, tuple[Vector, Vector]]()
+        for i in dict.fromkeys((*self.moving, *self.near.changed)):
+            body = (ball := self.balls[i]).body
+            showed[ball] = body.position, body.velocity
+            body.position, body.velocity = paths[i].at(now)
+            self.carried.pop(ball, None)
+        return showed
+
+    def show_step(self, showed: Mapping[TableBall, tuple[Vector, Vector]]) -> None:
+        """Put bodies back to where the step took them, except those that begin new paths."""
+        for ball, (place, velocity) in showed.items():
+            if ball.is_on_table and ball.number not in self.near.changed:
+                ball.body.position, ball.body.velocity = place, velocity
+
     def carry_all(self) -> None:
         """Put all moving bodies on their paths."""
         for ball in list(self.moving.values()):
@@ -353,7 +382,7 @@ class LiveState:
         """Install friction: a callback, or a joint that pulls m a on a path that slows to rest."""
         if is_damped:
             self.damped.add(ball.number)
-            ball.body.velocity_func = self._damp
+            self._damp_by_callback(ball)
         elif self.surface.pull > 0.0:
             if ball.joint is None:
                 ground = self.space.static_body
@@ -366,7 +395,9 @@ class LiveState:
         """Take the friction off a ball."""
         if ball.number in self.damped:
             self.damped.remove(ball.number)
-            ball.body.velocity_func = pymunk.Body.update_velocity
+            if ball.body.velocity_func == self._damp:
+                ball.body.velocity_func = ball.velocity_func or pymunk.Body.update_velocity
+            ball.velocity_func = None
         elif ball.joint is not None:
             self._take_out_joint(ball.joint)
             ball.joint = ball.joint if self.alone else None
@@ -378,14 +409,26 @@ class LiveState:
 
     def put_back_joints(self) -> None:
         """Put the friction joints back that somebody has taken out of the space."""
-        there = self.space.constraints
-        joints = [ball.joint for ball in self.moving.values() if ball.joint is not None]
+        there, damped = self.space.constraints, self.damped
+        slowed = [ball for ball in self.moving.values() if ball.number not in damped]
+        joints = [ball.joint for ball in slowed if ball.joint is not None]
         self.space.add(*[joint for joint in joints if joint not in there])
 
-    def _damp(self, body: pymunk.Body, *_: object) -> None:
-        """Give a body its path's mean velocity over the coming step, and keep earlier pushes."""
+    def _damp_by_callback(self, ball: TableBall) -> None:
+        """Put the table's function into a body; it calls the function that was there."""
+        own = ball.body.velocity_func
+        if own != self._damp:
+            ball.velocity_func = None if own == pymunk.Body.update_velocity else own
+            ball.body.velocity_func = self._damp
+
+    def _damp(self, body: pymunk.Body, _: object, __: float, dt: float) -> None:
+        """Give a body its path's mean velocity over the coming step, and keep earlier pushes.
+
+        A function of the user's own then changes it; gravity and damping act later, as a kick.
+        """
         try:
-            path = self.engine.paths[self.ball_of[body.id].number]
+            ball = self.ball_of[body.id]
+            path = self.engine.paths[ball.number]
             velocity = self.mean_velocity(path, self.since + (self.count + 1) * self.dt)
             body.force = NOTHING
             if not self.alone:
@@ -394,6 +437,8 @@ class LiveState:
                 # In this order nothing is rounded where nothing pushes.
                 velocity = vx + (x - ex), vy + (y - ey)
             body.velocity = velocity
+            if ball.velocity_func is not None:
+                ball.velocity_func(body, NOTHING, 1.0, dt)
         except Exception as error:
             self.note(error)
 
@@ -413,7 +458,7 @@ class LiveState:
     def _rest(self, ball: TableBall) -> None:
         """Put a ball to rest; from now on it costs nothing."""
         ball.body.velocity = NOTHING
-        ball.sensor.unsafe_set_radius(ball.radius * (1.0 if self.near.is_swept else 1.0 - HAIR))
+        ball.widen(ball.radius * (1.0 if self.near.is_swept else 1.0 - HAIR))
         if self.moving.pop(ball.number, None) is not None:
             self._let_go(ball)
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
+import pymunk
+
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.problems import setting_error
@@ -20,6 +22,11 @@ from pool_pymunk.world.state import NOTHING, Phase
 
 # At most this many quiet steps come between two calls of ``on_time``: they take some ms.
 MOST_QUIET = 1000.0
+
+ALONE = "of a table that is alone: leave out alone=True"
+USUAL = {
+    "velocity_func": pymunk.Body.update_velocity, "position_func": pymunk.Body.update_position
+}  # fmt: skip
 
 # a callback's name, its arguments, and the paths of balls before it
 PendingCall = tuple[str, tuple[object, ...], dict[TableBall, Path]]
@@ -66,6 +73,7 @@ class Callbacks(Recorder):
     def tell_all(self) -> None:
         """Call the callbacks of this instant, and keep their errors for the step's end."""
         state, pending, self.pending = self.state, self.pending, []
+        stepped = state.show_instant()
         for name, said, paths in pending:
             callback = self.of(name)
             if callback is None:
@@ -82,6 +90,8 @@ class Callbacks(Recorder):
                 state.phase = Phase.ANSWERING
                 for ball in paths:
                     ball.before = None
+            state.show_instant()
+        state.show_step(stepped)
 
     def follow(self) -> None:
         """Follow what the present callback has done directly to bodies."""
@@ -91,6 +101,7 @@ class Callbacks(Recorder):
             return
         if not now.has_all_of(before):
             state.follow_removals()
+        self._before = now
         for ball in state.on_table():
             move = now.moves[ball.body_id]
             known = state.carried.get(ball) or before.moves.get(ball.body_id, move)
@@ -114,6 +125,9 @@ class Steps(WatchedState):
         self.callbacks = engine.recorder = Callbacks(self, table)
         self._pymunk_step = self.space.step
         vars(self.space)["step"] = self.step_of_space
+
+    def follow(self) -> None:
+        self.callbacks.follow()
 
     def step_of_space(self, dt: float) -> None:
         """Do what ``space.step(dt)`` does from now on."""
@@ -144,31 +158,45 @@ class Steps(WatchedState):
         self.refuse_in_step("play")
         self._follow_all()
         engine, self.latest, self.wake = self.engine, latest, -math.inf  # A strike may have come.
-        while self.moving and self.time < latest:
+        while (self.moving or engine.upcoming() <= self.time) and self.time < latest:
             # Unless sensors touch, nothing is due in at least this many steps.
             is_bare = self.has_joints and not self.damped
             bare = (min(self.wake, latest) - self.time) / self.dt if is_bare else 0.0
             self._make_steps(1 + int(max(0.0, min(bare * (1.0 - HAIR), MOST_QUIET))))
             self.raise_noted()
             if on_time is not None:
+                before = self.bodies.read()
                 on_time(self.time)
+                if not before.is_same(self.bodies.read()):
+                    self._follow_all()
             if engine.is_over or not engine.is_finite:
                 self.time = engine.now
                 self.stop_balls()
                 break
-        self.look()
         self.latest = math.inf
 
     def _follow_all(self) -> None:
         """Follow what somebody has done since the last step, and refuse what acts in a step."""
         self.catch_up()
         self.refuse_changes()
-        space, forces = self.space, {f"ball {b.number}: force": f for b, f in self.forces.items()}
-        acting = {"gravity": space.gravity, "damping": space.damping, **forces}
+        self.put_back_joints()
+        acting: dict[str, object] = {
+            f"ball {ball.number}: force": force for ball, force in self.forces.items()
+        }
+        acting |= {"gravity": self.space.gravity, "damping": self.space.damping}
+        for ball in self.ball_of.values():
+            for key, usual in USUAL.items():
+                if getattr(ball.body, key) not in (usual, self._damp):
+                    acting[f"ball {ball.number}: {key}"] = "a function of your own"
         for key, value in acting.items():
             if value not in (NOTHING, 1.0):
-                message = "acts on no ball of a table that is alone: leave out alone=True"
-                raise setting_error(key, value, message)
+                raise setting_error(key, value, f"acts on no ball {ALONE}")
+        own = len(self.ball_of) + len(self.walls.obstacles), self.joints
+        for key, count in zip(("shapes", "constraints"), own, strict=True):
+            there = len(getattr(self.space, key))
+            if there != count:
+                message = f"{count} of them are the table's, and others act on no ball {ALONE}"
+                raise setting_error(f"space.{key}", there, message)
 
     def _make_steps(self, count: int) -> None:
         """Step the space until two sensors touch, but at most ``count`` times."""
@@ -197,10 +225,19 @@ class Steps(WatchedState):
             if self.sent:
                 sent, self.sent = dict.fromkeys(self.sent), []
                 engine.predict([i for i in sent if self.balls[i].is_on_table])
-            self._play_instants()
-            for i in near.changed:
-                self.carry(self.balls[i])
-            near.settle()
+            try:
+                self._play_instants()
+            except Exception:  # A law or pair has failed: the table stands at this contact.
+                engine.turn_back(engine.now)
+                self.set_clock(engine.now, self.dt)
+                engine.predict(list(self.moving))
+                self.wake = -math.inf
+                self.carry_all()
+                raise
+            finally:
+                for i in near.changed:
+                    self.carry(self.balls[i])
+                near.settle()
         ahead = 0.0 if self.alone else self.max_dt  # Other bodies see how a ball stops.
         if self.time + ahead >= self.next_stop:
             self.stop_balls()
@@ -216,10 +253,6 @@ class Steps(WatchedState):
                     self.take_out_gone()
                 if callbacks.pending:
                     callbacks.tell_all()
-        except Exception:  # A law or pair of the user's has failed: its contact is still due.
-            engine.predict(list(self.moving))
-            self.wake = -math.inf
-            raise
         finally:
             self.phase = Phase.STEPPING
             callbacks.pending.clear()
