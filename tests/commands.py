@@ -32,5 +32,5 @@ def refusal(capsys: Capture, *arguments: object) -> str:
     assert exit_code(*arguments) == 2
     answer = capsys.readouterr()
     assert answer.out == ""
-    (line,) = answer.err.splitlines()
+    (line,) = without_remarks(answer.err).splitlines()
     return line

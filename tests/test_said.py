@@ -72,6 +72,9 @@ def test_who_misses_published_ends_learns_which_solver_may_have_them(
 ) -> None:
     assert exit_code(command, *FOURTH, *PLAYING[command], *out(command)) == 0
     assert "--solver time-slice plays by the report's own method." in "".join(capsys.readouterr())
+    third = (*FOURTH[:2], 3, *PLAYING[command])
+    assert exit_code(command, *third, *out(command)) == 0
+    assert "report's own method" not in "".join(capsys.readouterr()), "all its ends agree"
     if command in ("run", "compare"):
         return
     slices = (*FOURTH, *PLAYING[command], "--solver", "time-slice")
@@ -298,16 +301,20 @@ def test_a_long_part_of_a_sweep_counts_its_shots(
 
 
 def test_what_is_printed_under_a_bar_goes_where_it_was_sent(tmp_path: Path) -> None:
-    """The log is in a pipe, while the bar is on a terminal."""
+    """Tables and log are in a pipe, while the bar is on a terminal."""
     import pty  # Windows has none.
 
     main, other = pty.openpty()
     options = ("--shot", "3", "--no-pictures", "--out", str(tmp_path))
-    command = [sys.executable, "-m", "pool_pymunk", "run", "report", *options]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=other, text=True, check=True)
+    for command, says in (("run", "Final Ball positions"), ("compare", "Exact ends, and")):
+        done = subprocess.run(
+            [sys.executable, "-m", "pool_pymunk", command, "report", *options],
+            stdout=subprocess.PIPE, stderr=other, text=True, check=True,
+            env={**os.environ, "TERM": "xterm"},
+        )  # fmt: skip
+        assert says in done.stdout
     os.close(other)
     os.close(main)
-    assert "Final Ball positions" in done.stdout
 
 
 def test_times_are_in_words() -> None:

@@ -176,11 +176,12 @@ def beside_published(run: lib.Run) -> Iterator[str]:
 
 
 def published_by(run: lib.Run) -> str:
-    """Say which solver has the method of the report, if the scene has the report's law."""
-    law = lib.scenario.load("report").physics.law
+    """Say which solver has the report's method, if ends are missed and the law is the report's."""
+    law, agreement = lib.scenario.load("report").physics.law, lib.listing.Agreement.of(run)
     known = lib.solvers.SOLVERS.values()
     names = [one.name for one in known if one.published_step and one.name != run.solver]
-    if run.scene.physics.law != law or not names:
+    missed = len(agreement.agreeing) < agreement.count
+    if not missed or run.scene.physics.law != law or not names:
         return ""
     return f" --solver {names[0]} plays by the report's own method."
 
@@ -200,9 +201,9 @@ def position_errors(scenario: str, scene: lib.Scene, typed: str | None) -> tuple
 
 
 def say(lines: Iterable[str]) -> None:
-    """Print lines."""
+    """Print lines, above a bar if there is one."""
     for line in lines:
-        typer.echo(line)
+        print(line)
 
 
 def place(out: Path | None, scenario: str, inside: str = "") -> Path:

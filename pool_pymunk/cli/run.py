@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
@@ -111,7 +112,7 @@ def _played(
         return
     estimates = lib.tradeoff.estimate(scene, shots, solver, dt, **options)
     if (announced := announcement(estimates, solver)) is not None:
-        typer.echo(announced, err=True)
+        print(announced, file=sys.stderr, flush=True)
     share = lib.terminal.Share(bar, estimates)
     settings = {"solver": solver, "dt": dt, "on_time": share.move, **options}
     for run in lib.solvers.simulate_all(scene, shots, **settings):

@@ -27,10 +27,12 @@ QUICK = 1e-3  # s; what a run takes at least
 
 
 def show(*parts: str | rich.table.Table) -> None:
-    """Print lines and tables."""
+    """Print lines and tables, above a bar if there is one."""
     console = Console(width=None if Console().is_terminal else WIDTH, highlight=False)
-    for part in parts:
-        console.print(part, soft_wrap=isinstance(part, str))
+    with console.capture() as printed:
+        for part in parts:
+            console.print(part, soft_wrap=isinstance(part, str))
+    print(printed.get(), end="")
 
 
 class TextTable(rich.table.Table):

@@ -13,6 +13,7 @@ import typer
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import (
     How,
+    Widths,
     left_out_sentences,
     place,
     position_errors,
@@ -49,10 +50,10 @@ def tradeoff(
     for key, value, least in (("budget", budget, 0), ("samples", samples, 2), ("seed", seed, 0)):
         if not value >= least:
             raise read.InputError(f"--{key} = {value}: must be {least} or more")
-    how = How(law, friction, max_time)
-    scene = how.scene(scenario)
+    player = How(law, friction, max_time)
+    scene = player.scene(scenario)
     ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names("--solvers", solvers))
-    played, left_out = how.options_of(scene, ladders, named=solvers is not None)
+    played, left_out = player.options_of(scene, ladders, named=solvers is not None)
     ladders = {name: ladders[name] for name in played}
     shots, folder = read.shots(scene, shot), place(out, scenario)
     widths, known_by = position_errors(scenario, scene, position_error)
@@ -65,13 +66,9 @@ def tradeoff(
             seconds = [runs * (time.perf_counter() - began) / len(shots)]
             seconds += lib.tradeoff.planned(scene, ladders, sound, budget)
             bar.plan(sum(seconds))
-            how_far: dict[str, Any] = {"samples": samples, "seed": seed}
-            how_far["on_done"] = lambda count: bar.step(count * seconds[0] / runs)
-            errors = lib.uncertainty.Uncertainty(widths)
-            spread = max(  # how far (m) the worst end spreads
-                lib.sensitivity.sensitivity(scene, one, errors, **how_far).worst.deviation
-                for one in sound
-            )
+            how: dict[str, Any] = {"samples": samples, "seed": seed}
+            how["on_done"] = lambda count: bar.step(count * seconds[0] / runs)
+            spread = _spread(scene, sound, widths, how)
 
             def note(result: lib.tradeoff.Tradeoff) -> None:
                 so_far.append(result)
@@ -79,13 +76,22 @@ def tradeoff(
 
             lib.tradeoff.tradeoff(
                 scene, ladders, shots=shots, budget=budget, spread=spread, on_done=note,
-                options=how.options, known_by=known_by,
+                options=player.options, known_by=known_by,
             )  # fmt: skip
     finally:
         if so_far:
             _report(so_far[-1], left_out, seed, folder)
             write_json(json, _results(so_far[-1], left_out, seed), scenario, scene.title)
     return 0
+
+
+def _spread(
+    scene: lib.Scene, shots: list[lib.Shot | None], widths: Widths, how: Mapping[str, Any]
+) -> float:
+    """Return how far (m) the worst end of all shots spreads."""
+    errors = lib.uncertainty.Uncertainty(widths)
+    spreads = (lib.sensitivity.sensitivity(scene, one, errors, **how) for one in shots)
+    return max(each.worst.deviation for each in spreads)
 
 
 def _report(
