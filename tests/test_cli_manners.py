@@ -571,7 +571,7 @@ FILE_WRITERS = {
 def test_a_place_that_cannot_be_written_is_refused_before_the_run(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    """Rights do not tell: root has all of them. So a file is made and taken away again."""
+    """Rights do not tell: root has all of them. So a file is made, and is gone at once."""
     if command in ("collide", "play", "check"):
         return
 

@@ -752,7 +752,7 @@ def test_a_shot_is_that_of_simulate(name: str) -> None:
 
 
 def test_a_shot_goes_on_from_the_one_before() -> None:
-    scene = loads(ROLLS_ON + "from_previous = true\n")
+    scene = loads(ROLLS_ON + 'from = "previous"\n')
     run = simulate(scene, "b", solver="event-driven")
     assert np.array_equal(simulate_many(scene, "b").final[0], run.end.position)
     assert run.final["1"][0] > 0.1

@@ -13,7 +13,7 @@ from pool_pymunk.safety.files import whole
 
 
 def stability(
-    quick: Annotated[bool, opt.option("Fewer cases and steps, in 30 s.", None, "--quick")] = False,
+    quick: Annotated[bool, opt.option("Fewer cases and steps.", None, "--quick")] = False,
     solvers: opt.SolverList = None,
     processes: Annotated[int, opt.option("Number of processes.", "N")] = 2,
     out: opt.OutDir = None,
