@@ -53,8 +53,8 @@ class How(NamedTuple):
         for name in solvers:
             solver = lib.solvers.find_solver(name)
             if named or solver.rolls or not scene.surface.rolls:
-                given = self.options.items()
-                found[name] = {k: v for k, v in given if named or k in solver.options}
+                given = self.options
+                found[name] = given if named else lib.solvers.options_for(solver, given)
                 lib.solvers.request(scene, name, **found[name])
         return found
 

@@ -21,7 +21,14 @@ from pool_pymunk.model import Scene, Shot
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import SOLVERS, find_solver, reference_solver, simulate, simulate_all
+from pool_pymunk.solvers import (
+    SOLVERS,
+    find_solver,
+    options_for,
+    reference_solver,
+    simulate,
+    simulate_all,
+)
 from pool_pymunk.solvers.request import request
 from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import Comparison, contacts
@@ -108,8 +115,7 @@ def tradeoff(
     )
     result = Tradeoff(scene, (), spread, rounding, left_out)
     for solver, dt in ((solver, dt) for solver, steps in ladders.items() for dt in steps):
-        has = find_solver(solver).options
-        taken = {name: value for name, value in (options or {}).items() if name in has}
+        taken = options_for(find_solver(solver), options or {})
         play = partial(simulate, scene, solver=solver, dt=dt, **taken)
         one = Setting(solver, dt, *_measure(sound, play, each, rounding))
         result = replace(result, settings=(*result.settings, one))

@@ -1,0 +1,195 @@
+"""The method in one file answers by the law alone, and converges to the exact solver."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from commands import refusal
+from scenes import off_exact
+
+from pool_pymunk import (
+    NT,
+    Ball,
+    Friction,
+    Law,
+    Pair,
+    Physics,
+    Post,
+    Restitution,
+    Run,
+    Scene,
+    SettingError,
+    Table,
+    load,
+    simulate,
+)
+
+R = 0.05
+
+
+def discrete(scene: Scene, shot: int | None = None, **settings: object) -> Run:
+    return simulate(scene, shot, solver="pymunk-discrete", **settings)  # type: ignore[arg-type]
+
+
+def on_plane(*rows: tuple[float, float, float, float], time: float = 0.5) -> Scene:
+    """Return lossy, rough balls at x, y (m) that move with vx, vy (m/s), on an open plane."""
+    balls = tuple(
+        Ball(str(k), (x, y), R, 0.2, velocity=(vx, vy)) for k, (x, y, vx, vy) in enumerate(rows)
+    )
+    return Scene(balls, None, Restitution(0.9), Friction(ball_ball=0.1), Physics(max_time=time))
+
+
+# -- it converges ----------------------------------------------------------------------------------
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("shot", "coarse", "fine", "low", "high"),
+    [(1, 5e-4, 1e-4, 0.8, 2.2), (2, 1e-2, 1e-4, 0.8, 1.2), (3, 1e-2, 1e-4, 0.8, 1.2)],
+)
+@pytest.mark.parametrize(
+    ("name", "law"), [("report", "published"), ("report-corrected", "coulomb")]
+)
+def test_the_reports_ends_converge_with_order_one(
+    name: str, law: str, shot: int, coarse: float, fine: float, low: float, high: float
+) -> None:
+    """Shot 1 is amplified so much that above 5e-4 s its error is the size of the scene."""
+    steps = np.geomspace(coarse, fine, 7)
+    errors = [typical_error(load(name), law, shot, dt) for dt in steps]
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert low < slope < high
+
+
+def typical_error(scene: Scene, law: str, shot: int, dt: float) -> float:
+    """Return a mean over near steps, because a contact is late by any share of a step."""
+    near = [dt * share for share in (0.93, 0.97, 1.0, 1.03, 1.07)]
+    errors = [off_exact(discrete(scene, shot, dt=step), law, shot) for step in near]
+    return math.exp(sum(map(math.log, errors)) / len(errors))
+
+
+# -- what answers ----------------------------------------------------------------------------------
+
+
+class Ghostly(Law):
+    """This law changes nothing: what meets goes on."""
+
+    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        return a, b
+
+    def cushion(self, v: NT, restitution: float, friction: float) -> NT:
+        return v
+
+
+def test_pymunk_itself_answers_nothing() -> None:
+    """Under a law that changes nothing, balls go through each other, cushions and posts."""
+    scene = replace(
+        on_plane((0.3, 0.5, 2.0, 0.0), (0.8, 0.52, 0.0, 0.0), time=1.5),
+        table=Table.rectangle(2.0, 1.0),
+        posts=(Post((1.4, 0.5), 0.05),),
+        restitution=Restitution(0.9, None, 0.9),
+    )
+    run = discrete(scene, dt=1e-3, law=Ghostly())
+    assert run.final["0"] == pytest.approx((3.3, 0.5), abs=1e-9)
+    assert run.final["1"] == (0.8, 0.52)
+    met = [(event.kind, event.cushion) for event in run.events if event.is_contact]
+    assert set(met) == {("ball-ball", None), ("ball-cushion", 1), ("ball-cushion", 4)}
+
+
+def test_a_hit_is_answered_by_the_law_and_friction_takes_its_share_of_each_step() -> None:
+    """Eqs. 1-7 in the frame of the normal at the step's end, then Eq. 10, in numbers by hand."""
+    dt, e, mu, a = 1e-2, 0.9, 0.1, 0.2 * 9.80665
+    scene = on_plane((0.0, 0.0, 2.0, 0.0), (0.15, 0.06, 0.0, 0.0))
+    scene = replace(scene, friction=Friction(0.2, 0.0, mu))
+    run = discrete(scene, dt=dt)
+    x, v = 0.0, 2.0
+    for _ in range(4):  # In the fourth step the balls overlap.
+        x, v = x + v * dt, v - a * dt
+    v += a * dt
+    nx, ny = (0.15 - x) / math.hypot(0.15 - x, 0.06), 0.06 / math.hypot(0.15 - x, 0.06)
+    j_n = (1.0 + e) * v * nx / 2.0
+    j_t = -mu * j_n  # The slip is v t = -v ny, and more friction is at hand than it takes.
+    after = [
+        (v - j_n * nx + j_t * ny, -j_n * ny - j_t * nx),
+        (j_n * nx - j_t * ny, j_n * ny + j_t * nx),
+    ]
+    for i, (ux, uy) in enumerate(after):
+        share = 1.0 - a * dt / math.hypot(ux, uy)
+        t, at_x, _, vx, vy = run.knots[i][1, :5]
+        assert t == pytest.approx(4 * dt)
+        assert at_x == pytest.approx((x, 0.15)[i])
+        assert (vx, vy) == pytest.approx((ux * share, uy * share), abs=1e-12)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_sides_that_stay_together_are_one_event(mu: float) -> None:
+    """Without bounces they part no more, and rounding or friction may press them together."""
+    scene = on_plane((0.0, 0.0, 1.0, 0.03), (0.14, 0.01, 0.0, 0.0))
+    scene = replace(scene, restitution=Restitution(0.0), friction=Friction(mu, 0.0, 0.1))
+    run = discrete(scene, dt=1e-3)
+    assert [event.kind for event in run.events].count("ball-ball") == 1
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-3])
+def test_arcs_bounce_as_round_as_they_are(gap: float) -> None:
+    """A ball along a diameter of a circle comes back along it, at whatever angle."""
+    table = Table.circle(1.0)
+    for degrees in (0.0, 10.25, 33.4, 181.7):
+        ux, uy = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        (x, y) = (1.0 + gap * ux, 1.0 + gap * uy)
+        ball = Ball("0", (x, y), R, 0.2, velocity=(ux, uy))
+        scene = Scene((ball,), table, Restitution(cushion=1.0), physics=Physics(max_time=4.0))
+        run = discrete(scene, dt=1e-4)
+        (vx, vy), (ex, ey) = run.end.velocity[0], run.final["0"]
+        assert abs(vx * uy - vy * ux) < 1e-11
+        assert abs((ex - 1.0) * uy - (ey - 1.0) * ux) < 1e-11
+
+
+# -- laws of one's own -----------------------------------------------------------------------------
+
+
+class Broken(Law):
+    """This law fails at the second ball that it is asked about."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        self.asked += 1
+        raise LookupError(f"no answer {self.asked}")
+
+
+def test_what_a_law_raises_arrives_after_the_step() -> None:
+    """pymunk swallows it; the first one is raised, and the law is asked no more."""
+    scene = on_plane((-0.11, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 0.0), (0.11, 0.0, -1.0, 0.0))
+    law = Broken()
+    with pytest.raises(LookupError, match="no answer 1"):
+        discrete(scene, dt=1e-3, law=law)
+    assert law.asked == 1
+
+
+# -- options ---------------------------------------------------------------------------------------
+
+
+def test_the_one_friction_is_the_velocity_function(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = load("two-balls")
+    assert discrete(scene, friction="callback").final == discrete(scene).final
+    with pytest.raises(SettingError, match=r"^friction = joint: must be callback$"):
+        discrete(scene, friction="joint")
+    asked = ("run", "two-balls", "--no-pictures", "--solver", "pymunk-discrete", "--friction")
+    assert refusal(capsys, *asked, "joint") == "error: --friction = joint: must be callback"
+
+
+def test_contacts_is_no_option_any_more() -> None:
+    scene = load("two-balls")
+    with pytest.raises(SettingError, match='contacts = discrete: .*solver="pymunk-discrete"$'):
+        simulate(scene, contacts="discrete")
+    with pytest.warns(DeprecationWarning, match='contacts="swept" does nothing') as heard:
+        run = simulate(scene, contacts="swept")
+    assert heard[0].filename == __file__
+    assert run.final == simulate(scene).final
+    for solver, contacts in (("pymunk", "sweep"), ("pymunk-discrete", "swept")):
+        with pytest.raises(SettingError, match=f"{solver} has no such option \\(friction\\)"):
+            simulate(scene, solver=solver, contacts=contacts)
