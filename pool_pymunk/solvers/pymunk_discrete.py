@@ -51,7 +51,7 @@ class Discrete(Stepping):
         self.space = pymunk.Space()
         self.bodies: dict[int, pymunk.Body] = {}  # of the balls on the table
         self.number: dict[pymunk.Shape, int] = {}  # of the ball, or of the cushion
-        self.moving = {i for i, v in enumerate(start.velocity) if v != (0.0, 0.0)}
+        self.moving = set()
         self.met: set[int] = set()  # the balls that the law has answered in this step
         self.raised: Exception | None = None  # what the law has raised in this step
         for i, ball in enumerate(scene.balls):
@@ -69,7 +69,7 @@ class Discrete(Stepping):
         body.position, self.bodies[i] = position, body
         self.space.add(body)
         self._add(pymunk.Circle(body, self.scene.balls[i].radius), BALL, i)
-        if i in self.moving:
+        if velocity != (0.0, 0.0):
             self._set_off(i, velocity)
 
     def _add_cushions(self) -> None:
@@ -143,16 +143,21 @@ class Discrete(Stepping):
     # -- surface friction (Eq. 10) ---------------------------------------------------------------
 
     def _set_off(self, i: int, velocity: Point) -> None:
-        """Give a ball a velocity, and where there is friction the function that takes it off."""
+        """Give a ball a velocity, and where there is friction the function that slows it down."""
         self.bodies[i].velocity = velocity
+        self.moving.add(i)
         if self.loss > 0.0:
             self.bodies[i].velocity_func = self._slow_down
 
-    def _slow_down(self, body: pymunk.Body, _gravity: object, _damping: float, _dt: float) -> None:
-        """Take mu_s g dt off the speed, at most all of it (Eq. 10)."""
+    def _slow_down(self, body: pymunk.Body, _gravity: object, _damping: float, dt: float) -> None:
+        """Take mu_s g dt off the speed, at most all of it (Eq. 10).
+
+        pymunk has moved the ball at its old velocity. In the report's listing it moves at the mean
+        of the old and the new one, so half of what was lost is taken back.
+        """
         velocity = body.velocity
-        speed = velocity.length
-        body.velocity = velocity * (1.0 - self.loss / speed) if speed > self.loss else (0.0, 0.0)
+        lost = velocity * (self.loss / max(velocity.length, self.loss))
+        body.velocity, body.position = velocity - lost, body.position - lost * (dt / 2.0)
 
     # -- a step ----------------------------------------------------------------------------------
 
@@ -162,7 +167,6 @@ class Discrete(Stepping):
         self.space.step(self.dt)
         if self.raised is not None:
             raise self.raised
-        self.moving |= self.met
         for i in sorted(self.moving):
             body = self.bodies[i]
             (x, y), (vx, vy) = body.position, body.velocity

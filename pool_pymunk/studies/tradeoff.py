@@ -234,7 +234,7 @@ def sentences(result: Tradeoff) -> list[str]:
         )
     if len(result.exact) > 1:
         lines.append(
-            f"{SHARED_ENGINE} Two others are independent: the time slices, which converge to them, "
+            f"{SHARED_ENGINE} Others are independent: the time slices, which converge to them, "
             "and the reference in forty digits that the project's tests compare with."
         )
     slip = "is left out: its exact end depends on a slip of zero, which rounding decides."
