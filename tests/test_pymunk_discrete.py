@@ -12,6 +12,7 @@ from scenes import off_exact
 
 from pool_pymunk import (
     NT,
+    SOLVERS,
     Ball,
     Friction,
     Law,
@@ -26,6 +27,8 @@ from pool_pymunk import (
     load,
     simulate,
 )
+from pool_pymunk.solvers import options_for
+from pool_pymunk.studies.tradeoff import tradeoff
 
 R = 0.05
 
@@ -219,3 +222,18 @@ def test_contacts_is_no_option_any_more() -> None:
     for solver, contacts in (("pymunk", "sweep"), ("pymunk-discrete", "swept")):
         with pytest.raises(SettingError, match=f"{solver} has no such option \\(friction\\)"):
             simulate(scene, solver=solver, contacts=contacts)
+
+
+def test_each_solver_of_a_study_gets_the_options_that_it_takes() -> None:
+    """An option that no solver takes stays, so that it is refused."""
+    for value, takers in (
+        ("joint", {"pymunk"}),
+        ("callback", {"pymunk", "pymunk-discrete"}),
+        ("glue", set(SOLVERS)),
+    ):
+        asked = {"friction": value}
+        found = {name for name, each in SOLVERS.items() if options_for(each, asked) == asked}
+        assert found == takers
+    scene, steps = load("two-balls"), {"pymunk": (1 / 60,), "pymunk-discrete": (1e-3,)}
+    measured = tradeoff(scene, steps, budget=0, options={"friction": "joint"})
+    assert len(measured.settings) == 2
