@@ -7,7 +7,6 @@ import random
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
 import pymunk
 import pytest
 from scenes import (
@@ -169,29 +168,7 @@ def test_bodies_follow_their_paths_step_by_step(friction: str) -> None:
     assert body.velocity_func == pymunk.Body.update_velocity
 
 
-# -- the discrete adapter --------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("shot", "coarse", "low", "high"),
-    [(1, 5e-4, 0.8, 2.2), (2, 1e-2, 0.65, 1.1), (3, 1e-2, 0.7, 1.2)],
-)
-def test_discrete_contacts_converge_with_order_one(
-    shot: int, coarse: float, low: float, high: float
-) -> None:
-    """Shot 1 is amplified so much that above 5e-4 s its error is the size of the scene."""
-    scene = load("report")
-    steps = np.geomspace(coarse, 1e-4, 7)
-    errors = [_typical_error(scene, shot, dt) for dt in steps]
-    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert low < slope < high
-
-
-def _typical_error(scene: Scene, shot: int, dt: float) -> float:
-    """Return a mean over near steps, because a contact is late by any share of a step."""
-    near = [dt * share for share in (0.93, 0.97, 1.0, 1.03, 1.07)]
-    runs = [simulate(scene, shot, solver="pymunk-discrete", dt=step) for step in near]
-    return math.exp(sum(math.log(off_exact(run, "published", shot)) for run in runs) / len(runs))
+# -- warnings ------------------------------------------------------------------------------------
 
 
 def test_zero_slip_of_the_published_law_is_reported() -> None:
@@ -219,7 +196,7 @@ def test_a_part_that_is_left_out_costs_nothing() -> None:
 
     def installed(scene: Scene, friction: str) -> tuple[int, int, int, bool]:
         settings = Settings(0.01)
-        world = pymunk_space.set_up(scene, scene.start(None), settings, "swept", friction)  # type: ignore[arg-type]
+        world = pymunk_space.set_up(scene, scene.start(None), settings, friction)  # type: ignore[arg-type]
         (ball,), space = world.balls, world.space
         is_bare = ball.body.velocity_func == pymunk.Body.update_velocity
         return len(world.engine.walls), len(space.shapes), len(space.constraints), is_bare

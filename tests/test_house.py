@@ -142,7 +142,7 @@ def test_physics_knows_nobody() -> None:
 
 def test_solvers_do_not_know_each_other() -> None:
     """A solver is its file and its record."""
-    files = {"event_driven", "pymunk_space", "pymunk_builtin", "time_slice"}
+    files = {"event_driven", "pymunk_space", "pymunk_discrete", "pymunk_builtin", "time_slice"}
     for found in imports():
         if found.module.removeprefix("solvers/").removesuffix(".py") in files:
             assert found.target.removeprefix("pool_pymunk.solvers.") not in files, found
@@ -212,6 +212,14 @@ def test_every_module_can_be_imported_on_windows(folder: str) -> None:
 )
 def test_what_needs_unix_is_found(code: str, count: int) -> None:
     assert len(list(unix_only(ast.parse(code)))) == count
+
+
+def test_the_method_in_one_file_is_one_file() -> None:
+    """It is read in one sitting, and checks the contact engine because it does without it."""
+    module = "solvers/pymunk_discrete.py"
+    own = {room_of(found.target) for found in imports() if found.module == module}
+    assert own - {None} == {"model", "physics", "results", "solvers"}
+    assert len((HOME / module).read_text(encoding="utf-8").splitlines()) <= 200
 
 
 def test_no_test_file_imports_another() -> None:

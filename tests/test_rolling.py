@@ -239,13 +239,6 @@ def test_baselines_say_that_they_do_not_roll(solver: str) -> None:
         simulate(scene(), solver=solver)
 
 
-def test_contacts_at_the_end_of_a_step_are_refused_as_well() -> None:
-    with pytest.raises(
-        SettingError, match=r"^solver = pymunk with discrete contacts: does not rol"
-    ):
-        simulate(scene(), solver="pymunk", contacts="discrete")
-
-
 # -- closed forms ----------------------------------------------------------------------------------
 
 

@@ -60,8 +60,8 @@ class How(NamedTuple):
         """
         found, left_out = {}, {}
         for name in solvers:
-            has, given = lib.solvers.find_solver(name).options, self.options.items()
-            options = {k: v for k, v in given if named or k in has}
+            solver = lib.solvers.find_solver(name)
+            options = self.options if named else lib.solvers.options_for(solver, self.options)
             try:
                 lib.solvers.request(scene, name, **options)
             except lib.problems.SettingError as error:

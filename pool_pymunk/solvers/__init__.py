@@ -19,6 +19,7 @@ from pool_pymunk.solvers.request import (
     SOLVERS,
     find_shot,
     find_solver,
+    options_for,
     reference_solver,
     request,
     shot_before,
@@ -48,8 +49,8 @@ def simulate(
     :class:`~pool_pymunk.State` or positions and velocities (default: the scene's own, or where the
     shot before ended if the shot goes on from there). ``max_time`` (s; default: the scene's) and
     ``max_events`` bound the run; the latter counts ``Run.events``, stops included, and the run ends
-    at the instant of the last of them. The pymunk solvers take the options ``contacts`` ("swept" or
-    "discrete") and ``friction`` ("joint" or "callback"). Numbers and points may be NumPy's.
+    at the instant of the last of them. The option ``friction`` of ``pymunk`` is "joint" or
+    "callback", and that of ``pymunk-discrete`` is "callback". Numbers and points may be NumPy's.
 
     >>> from pool_pymunk import load
     >>> run = simulate(load("report"), "Simulation 3", solver="pymunk", dt=1/240)
@@ -95,6 +96,7 @@ __all__ = [
     "Solver",
     "find_shot",
     "find_solver",
+    "options_for",
     "reference_solver",
     "request",
     "simulate",

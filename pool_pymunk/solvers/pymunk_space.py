@@ -7,7 +7,7 @@ scene without friction gets no joints or callbacks, and a ball at rest costs no 
 from __future__ import annotations
 
 import math
-from functools import cache, partial
+from functools import cache
 
 import pymunk
 
@@ -16,23 +16,14 @@ from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.exact import begin, cut_off
 from pool_pymunk.solvers.record import Settings, Solver
-from pool_pymunk.world.billiards import Billiards, Contacts, FrictionBy
+from pool_pymunk.world.billiards import Billiards, FrictionBy
 
 
 def solve(
-    scene: Scene,
-    start: State,
-    settings: Settings,
-    *,
-    contacts: Contacts = "swept",
-    friction: FrictionBy = "joint",
+    scene: Scene, start: State, settings: Settings, *, friction: FrictionBy = "joint"
 ) -> Trace:
-    """Simulate with steps of ``settings.dt`` s.
-
-    Swept contacts are found at their true times inside the step; discrete ones are overlaps, which
-    are answered at the end of the step, an error of first order in dt.
-    """
-    table = set_up(scene, start, settings, contacts, friction)
+    """Simulate with steps of ``settings.dt`` s; contacts come at their true times inside them."""
+    table = set_up(scene, start, settings, friction)
     trace = begin(scene, start, settings, table.engine)
     table.play(settings.on_time, math.inf if settings.max_time is None else settings.max_time)
     trace.steps = table.steps
@@ -50,9 +41,7 @@ def _status(table: Billiards) -> str:
     return "max_time" if table.moving else "settled"
 
 
-def set_up(
-    scene: Scene, start: State, settings: Settings, contacts: Contacts, friction: FrictionBy
-) -> Billiards:
+def set_up(scene: Scene, start: State, settings: Settings, friction: FrictionBy) -> Billiards:
     """Return a space with the scene's cushions, and its balls in motion."""
     assert settings.dt is not None
     space = pymunk.Space()
@@ -64,7 +53,6 @@ def set_up(
         law=settings.law_of(scene),
         deceleration=scene.deceleration,
         rolling=scene.surface.drag if scene.surface.rolls else None,
-        contacts=contacts,
         friction=friction,
         alone=True,
     )
@@ -106,19 +94,10 @@ def cushion_shapes(scene: Scene, space: pymunk.Space) -> list[pymunk.Shape]:
     return [*found, *(pymunk.Circle(ground, p.radius, p.position) for p in scene.posts)]
 
 
-FRICTION = {"friction": ("joint", "callback")}
-SWEPT = Solver(
+SOLVER = Solver(
     name="pymunk", solve=solve, about="in a pymunk space, contacts inside the step", dt=1 / 240,
-    options={"contacts": ("swept", "discrete"), **FRICTION}, exact=True, engine=True, rolls=True,
+    options={"friction": ("joint", "callback")}, exact=True, engine=True, rolls=True,
     finest=1e-4, ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
     stability_steps=(1 / 60, 1 / 240, 1 / 1000), quick_stability_steps=(1 / 60,),
     color="#009e73", marker="o",
-)  # fmt: skip
-DISCRETE = Solver(
-    name="pymunk-discrete", solve=partial(solve, contacts="discrete"), dt=1e-4,
-    about="the same, contacts at a step's end", options=FRICTION, late=True, engine=True,
-    finest=1e-6, ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5),
-    quick_stability_steps=(1e-3,), color="#56b4e9", marker="s",
-    limits="answers overlaps at the end of a step: it misses grazes and what tunnels, and every "
-    "contact comes up to a step late",
 )  # fmt: skip

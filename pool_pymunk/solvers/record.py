@@ -42,7 +42,7 @@ class Settings(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Solver:
-    """A solver's record says what the solver can do with its default options.
+    """A solver's record says what the solver can do.
 
     Raises ValueError for a record that contradicts itself.
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -25,7 +26,13 @@ from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Event, Run, read_times
 from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Row, Trace
 from pool_pymunk.results.words import counted
-from pool_pymunk.solvers import event_driven, pymunk_builtin, pymunk_space, time_slice
+from pool_pymunk.solvers import (
+    event_driven,
+    pymunk_builtin,
+    pymunk_discrete,
+    pymunk_space,
+    time_slice,
+)
 from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
 from pool_pymunk.solvers.record import OnTime, Settings, Solver
 from pool_pymunk.world.checks import check_choice, read_law
@@ -37,8 +44,8 @@ QUICK = 2.0  # s; a run that took longer is not played again to measure its poli
 SOLVERS: dict[str, Solver] = {
     solver.name: solver
     for solver in (
-        pymunk_space.SWEPT,
-        pymunk_space.DISCRETE,
+        pymunk_space.SOLVER,
+        pymunk_discrete.SOLVER,
         pymunk_builtin.SOLVER,
         event_driven.SOLVER,
         time_slice.SOLVER,
@@ -52,6 +59,16 @@ def find_solver(name: str) -> Solver:
         known = f"({', '.join(SOLVERS)}){suggestion(name, SOLVERS)}"
         raise setting_error("solver", name, f"there is no such solver {known}")
     return SOLVERS[name]
+
+
+def options_for(solver: Solver, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that a solver takes, and those that no solver takes, to be refused."""
+    found = {}
+    for key, value in options.items():
+        takers = [each for each in SOLVERS.values() if value in each.options.get(key, ())]
+        if solver in takers or not takers:
+            found[key] = value
+    return found
 
 
 def reference_solver() -> Solver:
@@ -217,6 +234,8 @@ def request(
     """Check what a run is asked for, as :func:`~pool_pymunk.simulate_all` takes it."""
     _check_scene(scene)
     method = find_solver(solver)
+    if method is pymunk_space.SOLVER:
+        _check_contacts(options)
     for key, value in options.items():
         if key not in method.options:
             known = ", ".join(method.options) or "it has none"
@@ -225,15 +244,13 @@ def request(
     if law is not None and read_law(law) and method.own_law:
         message = f"{method.name} has a law of its own and cannot take another"
         raise setting_error("law", read_law(law).name, message)
-    is_late = options.get("contacts") == "discrete"
-    if scene.surface.rolls and (is_late or not method.rolls):
+    if scene.surface.rolls and not method.rolls:
         others = ", ".join(name for name, other in SOLVERS.items() if other.rolls)
         message = (
             f"does not roll balls, and the scene has friction.rolling (these do: {others}; "
             "without this key balls only slide, with every solver)"
         )
-        named = f"{solver} with discrete contacts" if is_late else solver
-        raise setting_error("solver", named, message)
+        raise setting_error("solver", solver, message)
     if isinstance(law, str):
         scene = replace(scene, physics=replace(scene.physics, law=law))
     step, latest = _given("dt", dt, size), _given("max_time", max_time, size)
@@ -248,6 +265,17 @@ def request(
     if at is not None and at.ndim != 1:
         raise setting_error("times", shown(times), "must be a sequence of numbers")
     return Request(scene, method, options, settings, None if at is None else tuple(at.tolist()))
+
+
+def _check_contacts(options: dict[str, Any]) -> None:
+    """Take the option ``contacts`` out, which the solver ``pymunk`` had once."""
+    if options.get("contacts") == "discrete":
+        message = 'is a solver of its own now; ask for solver="pymunk-discrete"'
+        raise setting_error("contacts", "discrete", message)
+    if options.get("contacts") == "swept":
+        del options["contacts"]
+        text = 'contacts="swept" does nothing: every contact of pymunk is at its true time'
+        warnings.warn(text, DeprecationWarning, stacklevel=4)
 
 
 def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:

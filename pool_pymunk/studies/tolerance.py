@@ -233,11 +233,8 @@ def simulate_within(
     (True, 240, 1)
     """
     finest, method = finest_step(solver), find_solver(solver)
-    is_exact = method.exact and all(  # It is exact only with its default options.
-        options.get(key, usual) == usual for key, (usual, *_) in method.options.items()
-    )
     start, least = COARSEST, smallest or finest
-    if is_exact:
+    if method.exact:
         start = least = max(method.dt or COARSEST, smallest or 0.0)
     for shot in shots:
         runs: dict[float, Run] = {}
@@ -247,7 +244,7 @@ def simulate_within(
             return outcome(runs[dt])
 
         choice = choose_step(trial, tolerance, start, least, on_run)
-        yield runs[choice.dt], _judged(choice, runs[choice.dt], is_exact)
+        yield runs[choice.dt], _judged(choice, runs[choice.dt], method.exact)
 
 
 def _judged(choice: Choice, run: Run, is_exact: bool) -> Choice:

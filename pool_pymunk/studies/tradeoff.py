@@ -21,7 +21,14 @@ from pool_pymunk.model import Scene, Shot
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import SOLVERS, find_solver, reference_solver, simulate, simulate_all
+from pool_pymunk.solvers import (
+    SOLVERS,
+    find_solver,
+    options_for,
+    reference_solver,
+    simulate,
+    simulate_all,
+)
 from pool_pymunk.solvers.request import request
 from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import Comparison, contacts
@@ -117,8 +124,7 @@ def tradeoff(
     warned = {(run.name, run.solver): run for run in (*sound, *others) if run.warnings}
     result = Tradeoff(scene, (), spread, rounding, left_out, known_by, tuple(warned.values()))
     for solver, dt in ((solver, dt) for solver, steps in ladders.items() for dt in steps):
-        has = find_solver(solver).options
-        taken = {name: value for name, value in (options or {}).items() if name in has}
+        taken = options_for(find_solver(solver), options or {})
         play = partial(simulate, scene, solver=solver, dt=dt, **taken)
         fields, runs = _measure(sound, play, each, rounding)
         warned |= {(run.name, run.solver): run for run in runs if run.warnings}
@@ -264,7 +270,7 @@ def sentences(result: Tradeoff) -> list[str]:
         lines += [*[result.known_by] * bool(result.known_by), _verdict(result, result.spread)]
     if len(result.exact) > 1:
         lines.append(
-            f"{SHARED_ENGINE} Two others are independent: the time slices, which converge to them, "
+            f"{SHARED_ENGINE} Others are independent: the time slices, which converge to them, "
             "and the reference in forty digits that the project's tests compare with."
         )
     return lines + list(_without_exact_end(result))

@@ -78,8 +78,8 @@ def _takes_two(function: Callable[..., object]) -> bool:
 def check_choice(key: str, value: Any, choices: Sequence[str]) -> None:
     """Refuse what is none of the choices."""
     if value not in choices:
-        message = f"must be one of {', '.join(choices)}{suggestion(value, choices)}"
-        raise setting_error(key, value, message)
+        which = "one of " * (len(choices) > 1) + ", ".join(choices)
+        raise setting_error(key, value, f"must be {which}{suggestion(value, choices)}")
 
 
 def read_law(law: Any) -> Law:

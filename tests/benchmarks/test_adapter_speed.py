@@ -69,7 +69,6 @@ def bare(scene: Scene, shot: Shot | None, steps: int, dt: float) -> float:
         ("pymunk", 1 / 240, {"friction": "callback"}),
         ("pymunk-discrete", 1 / 240, {}),
         ("pymunk-discrete", 1e-4, {}),
-        ("pymunk-discrete", 1e-4, {"friction": "callback"}),
     ],
 )
 def test_the_reports_four_shots(
